@@ -95,8 +95,8 @@ def put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turn
     x, n : (3,) centre (m) and normal before; length : of the segment (m)
     turns : True if the normal may have changed; otherwise the result is n itself
 
-    Around an edge or a corner, the centre departs from its distance R by at most length^2 / 2R in one segment, on a
-    facet only by rounding errors. If no ground is so near, x and n are returned unchanged.
+    Around an edge or a corner, the distance of the centre differs from R by at most length^2 / 2R after one segment; on
+    a facet, only by rounding errors. If no ground lies within this difference, x and n are returned unchanged.
     """
     near = NEAR * facets.tolerance
     gap = near + length * length / (2.0 * locator.radius)

@@ -247,7 +247,8 @@ def first_meeting(body: Body, room: Room, facets: Facets, flight: Flight, horizo
 def clear_until(body: Body, room: Room, facets: Facets, flight: Flight, h: float, moved: float) -> float:
     """Return the time (s), at most h, for which no gap falls below its limit during a step in contact.
 
-    The limit is the skin, for a facet in contact FLOOR times the skin, or half of the gap if this is smaller.
+    The limit for a facet without contact is the skin. The limit for a facet in contact is the smaller of FLOOR times
+    the skin and half of the gap at the start.
     moved : path bound of the body at the start, as in `Ride` (m)
     """
     end, path = h, travelled(body, flight, h)
