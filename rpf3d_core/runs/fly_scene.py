@@ -176,7 +176,7 @@ def _fly_rounds(
     Return the number of planned rocks, and with `rocks: auto` the convergence after each round. The releases have
     already been checked; with `rocks: auto`, only those of the first round.
     fly : function that flies a round, and returns False if the run was stopped
-    places : function that returns the shares of zones and areas from all rocks flown so far
+    places : function that returns the hazard maps of all rocks flown so far, with shares of rocks in zones and areas
     so_far : function that returns the result so far, given the number of planned rocks and the convergence
     """
     scene, steps, planned, whole = prepared.scene, list[Step](), 0, sum(each.rocks for each in plan)

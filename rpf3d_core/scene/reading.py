@@ -205,7 +205,10 @@ def _rock(rock: dict[str, Any], bodies: bool) -> dict[str, Any]:
 
 
 def _with_sphere(scene: Scene, rebound: dict[str, Any]) -> dict[str, Any]:
-    """Return the keys and values of `rebound`, for the digest, with the contact model of spheres just before `own`."""
+    """Return the keys and values of `rebound` for the digest, with a key `coulomb_sphere` just before `own`.
+
+    For spheres, this key has the parameters of the contact model, and all other values are None; else this key is None.
+    """
     sphere = scene.impact_model.model_spec.model_dump() if scene.rock.is_sphere else None
     models = rebound if sphere is None else dict.fromkeys(rebound)
     return {key: models[key] for key in models if key != "own"} | {COULOMB_SPHERE: sphere, "own": models["own"]}

@@ -109,7 +109,7 @@ def _add_choices(definitions: Schema) -> None:
 
 
 def _add_models(definitions: Schema) -> None:
-    """Replace the definition of each choice of one model by the forms of a scene: a name, or a name and parameters."""
+    """Replace the definitions of `rebound`, `ground` and `contact`: a scene has a name, or a name with parameters."""
     for spec in (ReboundSpec, GroundSpec, ContactSpec):
         definitions[spec.__name__] = _model_choice(definitions[spec.__name__], spec, definitions)
 
@@ -282,7 +282,10 @@ def _refs_in(schema: Any) -> set[str]:
 
 
 def _number_or_prior(schema: Schema) -> Schema:
-    """Return the schema of a number that may be unknown; description and default stay where editors look for them."""
+    """Return the schema of a number that may be unknown: a number or `{prior: ...}`.
+
+    Description and default are not repeated in the two alternatives, because editors look for them one level above.
+    """
     outer = ("description", "default", "title", "unit", "source", "confirmed")
     number = {key: value for key, value in schema.items() if key not in outer}
     return {**{key: schema[key] for key in outer if key in schema}, **_any_of(number, _ref("Prior"))}
