@@ -207,8 +207,9 @@ def study(
     ----------
     seeds : seeds for every scene; None for the seed in the scene
     rocks : number of rocks of each run; None for the numbers in the scene
-    out : folder that every worker can write to. Each run writes a result folder there, named by its number and scene.
-        Without `out`, a worker keeps all rocks of its run in memory, so give a folder for millions of rocks.
+    out : folder that every worker can write to. Each run writes a result folder into `out`, with a name made of the
+        number of the run and the name of the scene file. Without `out`, a worker keeps all rocks of its run in memory,
+        so give a folder for millions of rocks.
 
     Returns
     -------

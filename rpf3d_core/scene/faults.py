@@ -157,7 +157,7 @@ def _nearest(path: KeyPath, root: Root) -> str | None:
 def nearest_key(word: str, known: Sequence[str]) -> str | None:
     """Return the known key that a wrong key probably means; None if no known key is near.
 
-    A key with nearly the same spelling is preferred to a key of the same meaning, and this to any similar key.
+    Three keys are tried in turn: a key of nearly the same spelling, a key of the same meaning, a key that is similar.
     """
     misspelt = difflib.get_close_matches(word, known, n=1, cutoff=MISSPELT)
     similar = difflib.get_close_matches(word, known, n=1)
@@ -188,7 +188,10 @@ def _shown(value: Any) -> str:
 
 
 def _line(path: KeyPath, document: Document) -> int:
-    """Return the line of a key in the file for a message, or of the nearest key above it."""
+    """Return the line of a key in the file, for a message.
+
+    For a key that the file does not have, return the line of the innermost section on its path that the file has, or 1.
+    """
     while path and path not in document.lines:
         path = path[:-1]
     return document.lines.get(path, 1)

@@ -197,7 +197,7 @@ class Scene(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _ground_of_a_sphere(cls, values: Any) -> Any:
-        """Add the ground model `sphere` if the rocks of a scene are spheres and it has no ground model."""
+        """Add the ground model `sphere` if the rocks of a scene are spheres and the scene states no ground model."""
         if not isinstance(values, Mapping) or "ground" in values or not names_sphere(values.get("rock")):
             return values
         return {**values, "ground": SPHERE_GROUND}

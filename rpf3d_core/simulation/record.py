@@ -38,8 +38,8 @@ class Record(NamedTuple):
     spins : True if rocks spin, else None. With spin, impacts have two more columns: the magnitude of the spin (rad/s)
         before and after the impact. Pieces have two more columns: the magnitude at the start and at the end
     bodies : True if rocks have a shape, else None. With a shape, there are more columns after those of spin. In pieces:
-        orientation q_w, q_x, q_y, q_z at the start, spin (rad/s) there in the body's axes, and rotational energy
-        (J/kg). In impacts: number of contacts, and kinetic energy before and after (J/kg)
+        at the start of the segment, orientation q_w, q_x, q_y, q_z, spin (rad/s) in the body's axes, and rotational
+        energy (J/kg). In impacts: number of contacts, and kinetic energy before and after (J/kg)
     """
 
     impacts: Any
@@ -181,7 +181,7 @@ def note_spins(spins: Any, row: Any, column: int, begin: Vec, end: Vec) -> None:
 
 @kernel
 def note_piece_spins(record: Record, tally: RockTally, begin: Vec, end: Vec) -> None:
-    """Write the spins (rad/s) at both ends of the rock's next path segment into the record, if rocks spin.
+    """Write the magnitudes (rad/s) of the spins at both ends of the rock's next path segment, if rocks spin.
 
     tally : the rock's running totals, which select the row
     """

@@ -50,7 +50,7 @@ def span_of(facets: Facets, held: Held, course: Course, t: float) -> Span:
 def _face_end(facets: Facets, touch: Touch, course: Course) -> float:
     """Return the time (s) until the contact point of a sphere passes the border of the facet that it touches.
 
-    The result is inf if it never does. touch : the contact; course : motion of the sphere
+    The result is inf if the contact point never passes the border. touch : the contact; course : motion of the sphere
     """
     f, end, noise = touch.facet, math.inf, GRAZING * norm(course.v)
     foot = add(course.x, scale(-course.radius, touch.n))

@@ -126,8 +126,8 @@ def held_up(body: Body, room: Room, count: int, motion: BodyMotion, h: float, gr
     count : number of contacts in `room.points`; h : length of the last step (s)
 
     At the end of a step, a contact that carries the body moves towards the ground, with half of the velocity that its
-    free acceleration adds in the step. The impulse that stops it belongs to the step, not to the impact. If the solver
-    diverges, so that kinetic energy would rise, the motion is returned unchanged.
+    free acceleration adds in the step. The impulse that stops this contact belongs to the step, not to the impact. If
+    the solver diverges, so that kinetic energy would rise, the motion is returned unchanged.
     """
     velocity, carrying = body_velocity(motion), 0
     for i in range(count):

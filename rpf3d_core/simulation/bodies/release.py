@@ -59,7 +59,7 @@ def _is_clear(body: Body, room: Room, locator: Any, facets: Facets, motion: Body
 
 @routine
 def lifted(body: Body, room: Room, locator: Any, facets: Facets, motion: BodyMotion) -> Release:
-    """Return the release of a body: at the position that the source sets, or lifted from there until it is just clear.
+    """Return the release of a body: where the source sets it, or lifted until it is just clear of the ground.
 
     The body is lifted by at most LIFTS - 1 steps. If it is clear at none of these heights, it is released where the
     source sets it, with outcome UNRESOLVED_CONTACT.

@@ -114,8 +114,8 @@ def look(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int, mov
 def stays_above(body: Body, room: Room, motion: BodyMotion, k: int, level: float, moved: float) -> bool:
     """Return True if the stored separating plane of nearby facet k shows that the body is more than `level` (m) away.
 
-    The distance from the plane, a lower bound, then becomes the gap of the facet. k : index of the facet in
-    `room.facets`; moved : path bound of the body, as in `Ride` (m)
+    If so, write the distance of the body from this plane, a lower bound of the gap, as the gap of the facet.
+    k : index of the facet in `room.facets`; moved : path bound of the body, as in `Ride` (m)
     """
     plane = room.planes[k]
     n = vector(plane, NORMAL)

@@ -153,7 +153,7 @@ def _is_covered(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: i
 
 @kernel
 def _add(body: Body, points: Any, count: int, arm: Vec, n: Vec, gap: float) -> int:
-    """Write a contact into row `count` of `points` if it is new and there is room; return the number of contacts then.
+    """Write a contact into row `count` of `points` if it is new and there is room; return the new number of contacts.
 
     arm : (3,) m, position of the contact; n : (3,) its normal, both in the body's axes; gap : m
     """
