@@ -61,7 +61,7 @@ class Cost:
 
     rocks : number of rocks of the run; auto : True if the scene states `rocks: auto`; `rocks` is then the maximum
     engine : name of the engine of the run; fly_s : time (s) to fly all rocks
-    compile_s : time (s) to compile; 0 for the reference engine, or if the loops are in the cache
+    compile_s : time (s) to compile; 0 for the reference engine, or if the compiled code is in the disk cache
     impacts : mean number of impacts of a rock; pilot : number of pilot rocks
     unresolved : number of pilot rocks that ended unresolved
     """
@@ -90,7 +90,7 @@ class Maps:
 
     @property
     def least(self) -> float:
-        """Memory (GB) of the cells and facets without percentiles, as in `hazard.raster.check_memory`."""
+        """Memory (GB) of the counts of all cells and facets, without percentiles; `check_memory` has the same sum."""
         return (self.raster.nx * self.raster.ny + self.facets) * BYTES_PER_CELL / GIGABYTE
 
     def describe(self) -> str:
@@ -276,7 +276,7 @@ def _partly_off(prepared: Prepared) -> Iterator[str]:
 def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rocks: int) -> Cost:
     """Return the estimated time of the run.
 
-    flown : flights of the pilot rocks; seconds : time (s) of one pilot rock; rocks : number of rocks of the run
+    flown : flights of the pilot rocks; seconds : mean time (s) of a pilot rock; rocks : number of rocks of the run
     """
     deposits, auto = flown.deposits, scene.rocks == "auto"
     rocks = scene.target.most_rocks if auto else rocks

@@ -51,9 +51,9 @@ def _carrying_on(scene: Scene) -> str:
 
 
 def idle_effects(prepared: Prepared, releases: Releases, flown: Flights) -> Iterator[str]:
-    """Yield a warning for each effect of a scene that moves no impact and no end of a few rocks.
+    """Yield a warning for each effect of a scene without which the pilot rocks fly exactly as with all effects.
 
-    releases : releases of these rocks; flown : flights of these rocks with all effects
+    releases, flown : releases of the pilot rocks, and their flights with all effects of the scene
     """
     names, effects = list(prepared.scene.effects.named), links_of(prepared.flight.models.effects)
     for k, name in enumerate(names):
@@ -68,6 +68,6 @@ def _without(flight: Flight, effects: list[object]) -> Flight:
 
 
 def _same(one: Flights, other: Flights) -> bool:
-    """True if two flights of the same rocks have equal places of all impacts and of all ends, to the last bit."""
+    """True if the same rocks have the same impact points and end points in both flights, to the last bit."""
     pairs = ((one.deposits.x, other.deposits.x), (one.impacts.x, other.impacts.x))
     return all(a.shape == b.shape and np.array_equal(a, b) for a, b in pairs)

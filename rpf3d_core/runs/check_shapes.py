@@ -10,9 +10,12 @@ UNITS = {"diameter": "m", "mass": "kg", "volume": "m3"}
 
 
 def shapes_in_words(scene: Scene) -> tuple[str, ...]:
-    """Return a sentence for each shape of a scene's rocks, then sentences on the shapes' files; empty for points.
+    """Return a sentence for each shape of a scene's rocks, then sentences on the shapes' files.
 
-    A sentence states the volume (m3) only if rocks have the size of their box or file; otherwise rocks have own sizes.
+    The result is empty for points and spheres.
+
+    A sentence states the volume (m3) only if the rocks have the size of their box or file. If the scene states a size,
+    the volume of the shape is not the volume of the rocks.
 
     Raises
     ------

@@ -51,7 +51,7 @@ def heights_of(
     """Return the start heights of each source's rocks above the terrain.
 
     names, rocks : name and number of rocks of each source; releases : of the R checked rocks
-    below : (R, 3) from `Engine.ground_below`: height (m), facet (-1: none) and side of the facet
+    below : (R, 3) from `Engine.ground_below`: height (m), facet (-1: none), side of the facet (1: free, -1: back)
     """
     found = [_heights(name, rocks[i], below[releases.source == i]) for i, name in enumerate(names)]
     return [_told_apart(height, i, releases, below, engine) for i, height in enumerate(found)]
@@ -70,9 +70,9 @@ def high_above(heights: Sequence[SourceHeight]) -> Iterator[str]:
 def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:
     """Return the start heights of one source's rocks above the terrain.
 
-    In this result, `under_ground` includes the rocks off the terrain, which `_told_apart` then separates.
+    Here, `off_terrain` is 0, and `under_ground` includes the rocks off the terrain; `_told_apart` separates them.
 
-    below : (R, 3) from `Engine.ground_below`: height (m), facet (-1: none) and side of the facet
+    below : (N, 3), as in `heights_of`, for the N checked rocks of this source
     """
     good = (below[:, 1] >= 0) & (below[:, 2] > 0)
     heights = below[good, 0]

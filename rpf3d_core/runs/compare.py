@@ -254,7 +254,7 @@ def _notes(comparison: Comparison) -> Iterator[str]:
 
 
 def _alike(a: Facts, b: Facts) -> str | None:
-    """Return why two runs release the same rocks if their seeds are equal, as a phrase; None if no reason is known.
+    """Return why two runs with equal seeds release the same rocks, as a phrase; None if they may release other rocks.
 
     a, b : content of the summaries of the runs
     """

@@ -18,7 +18,7 @@ Rows = list[tuple[str, ...]]
 def share_rows(comparison: Comparison) -> Rows:
     """Return the rows of the table of shares in two runs, under SHARES_HEADER.
 
-    "alone" marks a difference that is significant alone, but not after Holm's correction.
+    The word "alone" marks a difference that is significant if it is tested alone, but not after Holm's correction.
     """
     return [_share_row(row) for row in comparison.differences]
 

@@ -42,7 +42,7 @@ class RunControl:
         and after each round the rocks flown represent all rocks (`setup.rounds.growing_rounds`). None for the rounds
         that the scene itself asks for
     after_round : called after each round except the last, with the result so far
-    painting : draws the pictures; None if `run_scene` should start its own
+    painting : object that draws the pictures; None if `run_scene` should make such an object itself
     """
 
     progress: Progress | None = None
@@ -176,7 +176,7 @@ def _fly_rounds(
     Return the number of planned rocks, and with `rocks: auto` the convergence after each round. The releases have
     already been checked; with `rocks: auto`, only those of the first round.
     fly : function that flies a round, and returns False if the run was stopped
-    places : function that returns the shares of zones and areas from all rocks flown so far
+    places : function that returns the hazard maps of all rocks flown so far, with shares of rocks in zones and areas
     so_far : function that returns the result so far, given the number of planned rocks and the convergence
     """
     scene, steps, planned, whole = prepared.scene, list[Step](), 0, sum(each.rocks for each in plan)

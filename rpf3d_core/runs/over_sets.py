@@ -84,8 +84,8 @@ class SetFlyer:
     def fly(self, rocks: AnyRound) -> bool:
         """Fly the rocks of a round, set after set; return False if the run was stopped before all rocks had flown.
 
-        Any number of first sets is evenly spread over the unknowns, so the flown sets of a stopped run represent all
-        sets.
+        For every n, the first n sets are spread evenly over the values of the unknowns. So the sets that a stopped run
+        has flown represent all sets.
         """
         gathered = Gathered(self.sink)
         whole = self._fly_sets(rocks, gathered)

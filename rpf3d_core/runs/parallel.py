@@ -49,7 +49,8 @@ class RunPart:
     """The results of a part of a scene's rocks, from one worker, to be merged with the other parts.
 
     digest : digest of the scene and of the files that the worker read
-    totals, tallies, barriers : results of all rocks of the part; flights : of the rocks for pictures only
+    totals, tallies, barriers : results of all rocks of the part
+    flights : flights of the rocks that are kept for pictures only
     """
 
     digest: str
@@ -206,8 +207,9 @@ def study(
     ----------
     seeds : seeds for every scene; None for the seed in the scene
     rocks : number of rocks of each run; None for the numbers in the scene
-    out : folder that every worker can write to. Each run writes a result folder there, named by its number and scene.
-        Without `out`, a worker keeps all rocks of its run in memory, so give a folder for millions of rocks.
+    out : folder that every worker can write to. Each run writes a result folder into `out`, with a name made of the
+        number of the run and the name of the scene file. Without `out`, a worker keeps all rocks of its run in memory,
+        so give a folder for millions of rocks.
 
     Returns
     -------

@@ -74,7 +74,7 @@ class ThesisColumn(NamedTuple):
     def half_width_of_21(self) -> float:
         """The uncertainty (-) that rpf3d's difference B - A would have if each run had only 21 rocks.
 
-        It is the half-width of the normal 95 % interval.
+        The uncertainty is half the width of the 95 % interval in the normal approximation.
         """
         variance = sum(one.share * (1.0 - one.share) / ROCKS_OF_THESIS for one in (self.a, self.b))
         return NORMAL_QUANTILE_95 * math.sqrt(variance)
@@ -191,7 +191,7 @@ def verdict_of(report: Report) -> str:
 
 
 def half_width(counted: Counted) -> float:
-    """Return the uncertainty (-) of a share: the half-width of the normal 95 % interval, the figure that is common."""
+    """Return the uncertainty (-) of a share: half the width of its 95 % interval in the normal approximation."""
     return NORMAL_QUANTILE_95 * math.sqrt(counted.share * (1.0 - counted.share) / counted.of)
 
 

@@ -254,7 +254,7 @@ def drawn(unit: str, further: Mapping[str, type[StrictModel]] = MappingProxyType
 
 
 def _kind_of(kinds: Mapping[str, type[StrictModel]], value: Any) -> str:
-    """Return the mark of the type that a value of a scene has: of a named distribution, of a normal one, or a number.
+    """Return the mark of a value's type: of a distribution, of a further type in `kinds`, or of a plain number.
 
     A mapping that names no distribution counts as a normal distribution.
     kinds : types that the field takes, by mark

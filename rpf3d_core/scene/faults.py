@@ -59,7 +59,8 @@ Root = type[BaseModel] | None
 def faults_of(details: list[ErrorDetails], document: Document, root: Root = None) -> Iterator[Fault]:
     """Yield each error of a file as a line number and a sentence, without errors that another error causes.
 
-    details : the errors as pydantic states them; document : the file, with the lines of its keys"""
+    details : the errors as pydantic states them; document : the file, with the lines of its keys
+    """
     paths = [_without_marks(detail["loc"]) for detail in details]
     misspelt = {
         (*path[:-1], _nearest(path, root))
@@ -143,7 +144,7 @@ def _written(path: KeyPath, document: Document) -> Any:
 
 
 def _known(path: KeyPath, root: Root) -> list[str]:
-    """Return the keys that are valid in the place of the last key of a path, for advice."""
+    """Return the keys that would be valid as the last key of a path, for advice in a message."""
     keys = _keys(_annotation(path[:-1], root))
     return keys if path[:-1] else [key for key in keys if key not in NOT_SCENE_KEYS]
 
@@ -154,7 +155,10 @@ def _nearest(path: KeyPath, root: Root) -> str | None:
 
 
 def nearest_key(word: str, known: Sequence[str]) -> str | None:
-    """Return the known key that a wrong key probably means, by spelling, meaning or similarity; or None."""
+    """Return the known key that a wrong key probably means; None if no known key is near.
+
+    Three keys are tried in turn: a key of nearly the same spelling, a key of the same meaning, a key that is similar.
+    """
     misspelt = difflib.get_close_matches(word, known, n=1, cutoff=MISSPELT)
     similar = difflib.get_close_matches(word, known, n=1)
     found = [*misspelt, *keys_meant(word, known), *similar]
@@ -184,7 +188,10 @@ def _shown(value: Any) -> str:
 
 
 def _line(path: KeyPath, document: Document) -> int:
-    """Return the line of a key in the file for a message, or of the nearest key above it."""
+    """Return the line of a key in the file, for a message.
+
+    For a key that the file does not have, return the line of the innermost section on its path that the file has, or 1.
+    """
     while path and path not in document.lines:
         path = path[:-1]
     return document.lines.get(path, 1)

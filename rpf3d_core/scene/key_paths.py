@@ -1,4 +1,4 @@
-"""Replace single values of a scene by their key paths, such as `materials.gray.friction`, with the checks of a file.
+"""Give new values to keys of a scene, named by key paths such as `materials.gray.friction`; check the new scene.
 
 A key path has the keys of the scene file with dots between them. `*` stands for all keys of a mapping, so
 `materials.*.friction` is one value for all materials. An item of a list has its number, from 0, or its name.
@@ -53,11 +53,11 @@ def with_values(scene: Scene, values: Mapping[str, Any]) -> Scene:
 
 
 def _without_entries(scene: Scene, changes: Mapping[str, Any]) -> Scene:
-    """Return the scene without the values of those library entries that the changes replace by other entries.
+    """Return the scene without the values of library entries that a change of `library` replaces by another entry.
 
     The values of an entry are coefficients and priors of a material. A prior stays if the new entry has a range for the
-    same coefficient: the new range later replaces the prior. So the order of the priors is that of a scene file with
-    the new entry.
+    same coefficient; the new range replaces the prior later. So the priors keep their order, and the order is that of
+    a scene file with the new entry.
     changes : tree of changes, as in `_put`
     """
     of_materials = changes.get("materials", {})
@@ -192,7 +192,9 @@ def _refusal(part: Any, key: str, path: str, keys: Mapping[str, Any]) -> str:
 
 
 def _put(changes: Any, steps: Steps, value: Any) -> bool:
-    """Add a new value of a scene to a tree of changes; return False if a new value above or below is in conflict.
+    """Add a new value of a scene to a tree of changes; return False if this is not possible.
+
+    It is not possible if the tree already has a new value for a section around this value, or for a part of this value.
 
     A tree of changes is nested dictionaries with the keys and indices of the scene, and with a `_Value` at each end.
     steps : the keys and indices that lead to the value
@@ -215,7 +217,9 @@ class _Value:
 
 
 def _merged(part: Any, changes: Any) -> Any:
-    """Return a part of a scene as values of a scene file, after a tree of changes; unchanged sections stay objects.
+    """Return a part of a scene with the new values of a tree of changes, as nested values that `Scene` can validate.
+
+    Sections without a change stay objects.
 
     changes : tree of changes to this part, as in `_put`
     """
@@ -244,7 +248,7 @@ def _given(part: BaseModel) -> list[str]:
 
 
 def _alias(part: BaseModel, name: str) -> str:
-    """Return the key of a field in the values that the checks read: its alias, or else its name."""
+    """Return the key under which pydantic reads a field: the field's alias, or its name if it has no alias."""
     return type(part).model_fields[name].alias or name
 
 

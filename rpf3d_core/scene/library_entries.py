@@ -70,7 +70,7 @@ def _share(mean: float, sd: float, low: float | None = None, high: float | None 
 
 
 def _around(value: float) -> Range:
-    """Return the range from 10 % below to 10 % above a value of STONE; by default, r.stone draws from this range."""
+    """Return the range from 10 % below to 10 % above a value, from which the program r.stone draws by default."""
     return Range(low=round(value * (1.0 - STONE_SPREAD), 6), high=round(value * (1.0 + STONE_SPREAD), 6))
 
 

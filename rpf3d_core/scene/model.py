@@ -197,7 +197,7 @@ class Scene(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _ground_of_a_sphere(cls, values: Any) -> Any:
-        """Add the ground model `sphere` if the rocks of a scene are spheres and it has no ground model."""
+        """Add the ground model `sphere` if the rocks of a scene are spheres and the scene states no ground model."""
         if not isinstance(values, Mapping) or "ground" in values or not names_sphere(values.get("rock")):
             return values
         return {**values, "ground": SPHERE_GROUND}
@@ -211,7 +211,7 @@ class Scene(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _points_in_plan(cls, values: Any) -> Any:
-        """Fill in the heights of points in plan, which `above_ground` replaces."""
+        """Give points [x, y] in plan a height of 0, which is not used: `above_ground` sets the height."""
         return with_heights(values) if isinstance(values, Mapping) else values
 
     @property
@@ -238,7 +238,7 @@ class Scene(StrictModel):
 
     @model_validator(mode="after")
     def _keys_for_shapes(self) -> Self:
-        """Refuse keys that belong to points in a scene of rocks with a shape, and the other way round."""
+        """Refuse keys for points in a scene of rocks with a shape, and materials for bodies in any other scene."""
         bodies, shape = self.rock.is_body, SPHERE if self.rock.is_sphere else "point"
         self._check_contact()
         for name, material in self.materials.items():

@@ -158,7 +158,7 @@ def scene_digest(scene: Scene) -> str:
 
 
 def releases_digest(scene: Scene) -> str:
-    """Return a digest (SHA-256, 64 hex digits) that is equal if two scenes release the same rocks, except for the seed.
+    """Return a digest (SHA-256, 64 hex digits), equal for scenes that release the same rocks if their seeds are equal.
 
     The digest covers places, velocities and sizes, but not the number of rocks: in a larger ensemble, the first rocks
     start exactly like the rocks of a smaller ensemble.
@@ -187,7 +187,7 @@ def _without_optional(content: dict[str, Any], bodies: bool) -> dict[str, Any]:
 def _files(scene: Scene) -> list[dict[str, Any]] | None:
     """Return the keys and values of each terrain file for the digest; None if the terrain is not from files.
 
-    A file that states no `unit` has no such key. The zone of a file is None if its layers are the zones.
+    If the scene states no `unit` for a file, the key `unit` is left out. `zone` is None if the file's layers are zones.
     """
     if scene.terrain.files is None:
         return None
@@ -205,7 +205,10 @@ def _rock(rock: dict[str, Any], bodies: bool) -> dict[str, Any]:
 
 
 def _with_sphere(scene: Scene, rebound: dict[str, Any]) -> dict[str, Any]:
-    """Return the keys and values of `rebound`, for the digest, with the contact model of spheres just before `own`."""
+    """Return the keys and values of `rebound` for the digest, with a key `coulomb_sphere` just before `own`.
+
+    For spheres, this key has the parameters of the contact model, and all other values are None; else this key is None.
+    """
     sphere = scene.impact_model.model_spec.model_dump() if scene.rock.is_sphere else None
     models = rebound if sphere is None else dict.fromkeys(rebound)
     return {key: models[key] for key in models if key != "own"} | {COULOMB_SPHERE: sphere, "own": models["own"]}

@@ -63,7 +63,7 @@ class RockSpec(StrictModel):
     @model_validator(mode="wrap")
     @classmethod
     def _a_metre_unless_told(cls, values: Any, checked: ModelWrapValidatorHandler[Self]) -> Self:
-        """Add a diameter of 1 m, as a default, if no size is given; boxes and files without a size keep their own."""
+        """Add a diameter of 1 m, as a default, if no size is given; boxes and shapes from files keep their own size."""
         if not isinstance(values, dict) or any(name in values for name in SIZES):
             return checked(values)
         shape = values.get("shape")
@@ -218,9 +218,9 @@ def with_heights(values: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _with_heights(source: Any, axis: int) -> Any:
-    """Return the values of a source with a height of 0 added to each point in plan, if it states `above_ground`.
+    """Return the values of a source; each point in plan gets a height of 0 if the source states `above_ground`.
 
-    axis : index of the height in a point; other sources are returned unchanged
+    axis : index of the height in a point
     """
     if not isinstance(source, Mapping) or source.get("above_ground") is None:
         return source

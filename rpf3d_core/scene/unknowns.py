@@ -146,7 +146,7 @@ def _sentence(detail: Any) -> tuple[str, tuple[str | int, ...]]:
 
 
 def _middles_in(value: Any) -> Any:
-    """Return a value of a scene in which the middle of each prior replaces it."""
+    """Return a value of a scene in which each `{prior: ...}` is replaced by the middle of the prior."""
     if not isinstance(value, Mapping):
         return value
     if PRIOR in value:

@@ -42,7 +42,7 @@ class Asked:
     """Settings of a sensitivity analysis.
 
     rocks : number of rocks of each parameter set; trajectories : number of Morris' trajectories
-    base_sets : number N of rows of Sobol's design, with U + 2 parameter sets each; 0 for no Sobol indices
+    base_sets : number N of rows of Sobol's design, each of U + 2 parameter sets for U unknowns; 0 for no Sobol indices
     """
 
     rocks: int = ROCKS

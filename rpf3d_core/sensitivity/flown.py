@@ -39,9 +39,10 @@ class Compared:
 
 
 def compared(prepared: Prepared, names: tuple[str, ...], rocks: int) -> Compared:
-    """Return the inputs of a sensitivity analysis: releases after a check, and the names and units of the results.
+    """Return the inputs of a sensitivity analysis of a scene, after a check of the releases.
 
-    The results are the share of rocks that reaches each area (or stops in each zone), runout and energy.
+    The results are the share of rocks that reaches each area, the mean and p95 runout, and the p95 energy. In a scene
+    without areas, the share that stops in each zone replaces the share that reaches each area.
     names : key paths of the unknowns; rocks : number of rocks of each parameter set
 
     Raises

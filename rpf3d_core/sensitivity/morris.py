@@ -5,8 +5,8 @@ Sources
 Morris 1991, Technometrics 33:161-174: elementary effects along random trajectories on a grid.
 Campolongo, Cariboni & Saltelli 2007, Environ. Model. Softw. 22:1509-1518: the mean of their absolute values, mu*.
 
-mu* is a change per whole range. Here it is multiplied by the step that was flown, because a change per whole range can
-be larger than any possible change: a share that steps from 0 to 1 would change by 150 %.
+mu* is a change per whole range of the unknown. Here, mu* is multiplied by the step that was flown, two thirds of the
+range, because mu* can be larger than any possible change: if a share changes from 0 to 1 in one step, mu* is 150 %.
 """
 
 from typing import NamedTuple
@@ -29,7 +29,7 @@ ENDS = (2.5, 97.5)
 class Effects(NamedTuple):
     """Effects of U unknowns on Y results.
 
-    size : (U, Y) mu* STEP, the mean absolute change of the result when the unknown moves by STEP of its range
+    size : (U, Y) mu* times STEP: the mean absolute change of the result when the unknown moves by STEP of its range
     low, high : (U, Y) ends of the 95 % interval of `size`
     spread : (U, Y) standard deviation of the changes, which shows curvature and interactions
     """

@@ -3,8 +3,8 @@
 Sources
 -------
 Sobol 2001, Math. Comput. Simul. 55:271-280: the indices.
-Saltelli et al. 2010, Computer Physics Communications 181:259-270: the design with A, B and A with one column of B, and
-the estimators: table 2 (b) for first order, (f) by Jansen 1999 for the total.
+Saltelli et al. 2010, Computer Physics Communications 181:259-270: the design (matrices A, B, and A with one column of
+B), and the estimators: table 2 (b) for the first order; table 2 (f), by Jansen 1999, for the total.
 """
 
 from typing import NamedTuple

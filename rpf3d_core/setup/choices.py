@@ -14,9 +14,9 @@ Rocks = int | Literal["auto"] | None
 
 
 def chosen_scene(scene: Scene | str | Path, rocks: Rocks, engine: str | None, seed: int | None) -> Scene:
-    """Return the scene (or read it from its path) with the caller's number of rocks, engine and seed.
+    """Return the scene with the caller's number of rocks, engine and seed.
 
-    Errors are as in `with_choices`.
+    scene : a scene, or the path of a scene file; errors are as in `read_scene` and `with_choices`
     """
     return with_choices(scene if isinstance(scene, Scene) else read_scene(scene), rocks, engine, seed)
 

@@ -57,7 +57,7 @@ class Extent(NamedTuple):
 def input_extents(scene: Scene, faults: FaultReport | None) -> list[Extent]:
     """Return the extents of all inputs of a scene, the terrain first.
 
-    An input that cannot be read is left out, because the error about it follows.
+    An input that cannot be read is left out, because a later step of the check reports the error.
 
     faults : the report on the terrain if it was read; None to read its files again, because the terrain is refused
     """

@@ -13,8 +13,8 @@ def position_along(observed: ObservedSpec, frame: Frame) -> Callable[[FloatArray
     """Return the function that measures the positions of end points along `observed.along`, the scene's direction.
 
     The function takes points (N, 3) m in the local frame, and returns positions (N,) m along the horizontal part of the
-    direction. Positions are measured from the local origin, because `Sample` rounds them: rounded input coordinates,
-    which are large numbers, would lose metres.
+    direction. Positions are measured from the local origin, because `ensemble.samples.Sample` rounds large numbers
+    more coarsely: positions from the origin of the input could be wrong by metres.
     """
     along = horizontal_direction(observed.along, frame.up)
     return lambda x: np.asarray(frame.directions_to_input(x) @ along)

@@ -47,8 +47,8 @@ def flight_of_set(prepared: Ready, values: dict[str, float], drawn: bool | None 
     """Return the flight of one parameter set, without reading the terrain or compiling again.
 
     values : values by key path, as from `ParameterSets.at`
-    drawn : form of the materials, for which the loop is compiled: True for random coefficients, even if all are fixed;
-        False for the form that the values need; None for random coefficients if the prepared scene has that form
+    drawn : form of the materials, for which the loop is compiled: True for the form with random coefficients, even if
+        all coefficients are fixed; False for the form that the values need; None for the form of the prepared scene
 
     Raises
     ------

@@ -23,10 +23,10 @@ from rpf3d_core.terrain.facets import Terrain
 class Precompiler:
     """Compiles all loops that one run needs, and measures the time.
 
-    The loops that build the index, and the loops that find the ground below a rock, have the same types in all scenes.
-    A background process compiles these loops while this process reads the terrain. The types of the loops that count
-    rocks depend on the terrain. The background process compiles these loops while this process checks the releases and
-    compiles the loops of flights. Without a background process, this process compiles all loops.
+    A background process compiles three kinds of loops. The loops that build the search structure, and the loops that
+    find the ground below a rock, have the same types in all scenes; they are compiled while this process reads the
+    terrain. The types of the loops that count rocks depend on the terrain; they are compiled while this process checks
+    the releases and compiles the loops of flights. Without a background process, this process compiles all loops.
     """
 
     def __init__(self, background: BackgroundCompiler = NO_BACKGROUND) -> None:

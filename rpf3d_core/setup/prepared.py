@@ -55,7 +55,7 @@ class Prepared:
     """A scene with everything needed to fly its rocks.
 
     faults : report on the mesh of the terrain; flight : materials, settings and models
-    sources, rock : in the form that draws the releases; raster : cells of the hazard maps
+    sources, rock : sources and rocks of the scene, from which the releases are drawn; raster : cells of the hazard maps
     polygons : polygons of each area of interest, in plan coordinates of the input
     outlines : outline rings (N, 2) m of each area of interest, in the local frame
     read_s : wall time (s) to read and check the terrain; index_s : wall time (s) to build the engine's locator

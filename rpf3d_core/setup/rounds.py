@@ -181,9 +181,9 @@ def _passes(group: IntArray, deck: IntArray, owner: IntArray, sets: int) -> IntA
 
 
 def _spread_ranks(size: int) -> IntArray:
-    """Return the rank (N,) of each of N = `size` places in an order that spreads its first places evenly.
+    """Return the rank (N,) of each of N = `size` places in an order in which early places are far apart.
 
-    The first 2^k places in this order are evenly spread, for each k.
+    For each k, the 2^k places of lowest rank are evenly spread over all N places.
 
     Source: van der Corput (1935), Verteilungsfunktionen: the bits of the rank in reverse order.
     """

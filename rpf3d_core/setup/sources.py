@@ -66,7 +66,10 @@ def rock_of(spec: RockSpec) -> Rock | DrawnRock:
 
 
 def rocks_of_sources(scene: Scene) -> Rock | DrawnRock | SourceRocks | None:
-    """Return the sizes of a scene's rocks, by source if a source states one; None if their shapes have the sizes."""
+    """Return the sizes of a scene's rocks; None if all rocks have the size of their box or file.
+
+    If a source states a size, the result is `SourceRocks`, with the size for each source.
+    """
     common = None if scene.rock.has_own_size else rock_of(scene.rock)
     if all(source.size_key is None for source in scene.sources):
         return common
@@ -110,8 +113,8 @@ def _source(scene: Scene, number: int, terrain: Terrain) -> Source:
 def _points(spec: SourceSpec, frame: Frame, benches: Benches | None) -> FloatArray:
     """Return the release points (P, 3) m of a source in the local frame; (0, 3) for a source with an area.
 
-    Points along a crest already include `above_ground`: a search for the ground straight below the edge might find the
-    foot of the face instead.
+    Points along a crest already include `above_ground`. The height of the ground is not searched for at the edge of a
+    face, because the search straight down might find the foot of the face.
     """
     if spec.crest is not None and benches is not None:
         return frame.points_to_local(crest_points(spec, benches))
@@ -142,7 +145,7 @@ def line_points(path: Path, up: Up) -> FloatArray:
 
 
 def line_breaks(spec: SourceSpec) -> tuple[int, ...]:
-    """Return the number of the last point of each line but the last, for a source with a file of lines; else ()."""
+    """Return the index of each line's last point in a source's file, except for the last line; () without a file."""
     if not isinstance(spec.line, Path):
         return ()
     return tuple((np.cumsum([len(line) for line in read_lines(spec.line)])[:-1] - 1).tolist())

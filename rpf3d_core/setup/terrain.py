@@ -1,4 +1,4 @@
-"""Read the terrain of a scene from files, or make it: one welded mesh with all facets facing alike."""
+"""Read the terrain of a scene from files, or make it: one welded mesh whose facets all have the same winding."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

@@ -48,7 +48,10 @@ def sets_of_scene(scene: Scene) -> ParameterSets:
 
 
 def displacements_of_scene(scene: Scene, sets: ParameterSets) -> FloatArray | None:
-    """Return a random displacement in plan (S, 2) m for each parameter set, by the misfit; None without a misfit."""
+    """Return a random displacement in plan (S, 2) m for each parameter set; None if the scene states no misfit.
+
+    The misfit (m) is the standard deviation of a displacement in each direction.
+    """
     spec = scene.unknowns
     if spec is None or not spec.misfit:
         return None

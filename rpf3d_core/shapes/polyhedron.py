@@ -113,7 +113,7 @@ def hull_volume(points: FloatArray) -> float:
 
 
 def _checked(points: FloatArray) -> FloatArray:
-    """Return the different points (P, 3) m, sorted, relative to their mean; refuse points that make no solid."""
+    """Return points (P, 3) m, sorted and welded, relative to their mean; refuse points that make no solid."""
     points = np.asarray(points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3:
         raise InputError(f"the corners of a rock must be points (x, y, z), but have the shape {points.shape}")

@@ -47,8 +47,8 @@ class Models(NamedTuple):
     """The models of a scene: the parameters of its rebound model, its ground model and its effects.
 
     A parameter class has `asks_rock = True` if its rules need the rock's mass and radius, and `draws = True` if its
-    rules draw random numbers. A rebound class has `spins = True` if its rules change the spin; spins are then recorded.
-    It has `bodies = True` if rocks are bodies with a shape.
+    rules draw random numbers. A rebound class has `spins = True` if its rules change the spin, so that spins are
+    recorded, and `bodies = True` if it is a contact model for bodies with a shape.
     """
 
     rebound: Any

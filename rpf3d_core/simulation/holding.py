@@ -35,9 +35,9 @@ class Hold(NamedTuple):
 def held_by(physics: Physics, state: State, contact: Contact, n: Vec, rock: RockContext) -> Hold:
     """Return which facets carry a rock that has slid onto a facet, or is released on it.
 
-    The result has the facet of the contact, or this facet and the last facet if both form a gully, or no facet. A
-    contact that would lift the rock by less than smallest_bounce is not an impact; otherwise a rock would lose speed at
-    every slight kink of a mesh.
+    The result has the facet of the contact; or this facet and the facet before the contact, if both form a gully; or no
+    facet. A contact that would lift the rock by less than smallest_bounce is not an impact: otherwise a rock would lose
+    speed at every slight kink of a mesh.
 
     n : (3,) normal of the contact's facet, turned towards the rock
     """
@@ -61,8 +61,8 @@ def held_by(physics: Physics, state: State, contact: Contact, n: Vec, rock: Rock
 def _held_line(physics: Physics, state: State, contact: Contact, n: Vec, slight: bool, rock: RockContext) -> Vec:
     """Return the unit direction (3,) of the gully between the contact's facet and the last facet; zero if no gully.
 
-    Two facets form a gully if both push the rock and the rock stays at the line between them: the rock climbs neither
-    facet by smallest_bounce or more, neither at once nor after bounces between both facets (`_is_thrown_out`). Two
+    Two facets form a gully if both push the rock and the rock stays at their common line. The rock leaves the line if
+    it climbs a facet by smallest_bounce or more, at once or after bounces between both facets (`_is_thrown_out`). Two
     facets that are almost one plane form a gully only if the rock moves to and fro between them without progress.
 
     n : (3,) normal of the contact's facet, turned towards the rock

@@ -35,11 +35,11 @@ class Record(NamedTuple):
     impacts : (I, 9) t, x, y, z, n_x, n_y, n_z, speed before, speed after; facets : (I,) facet of each impact
     pieces : (S, 10) t, x, y, z, v_x, v_y, v_z at the start, v_x, v_y, v_z at the end; modes (S,) : `values.Mode`
     first_impact, first_piece : first row of the rock in the impacts and in the path segments
-    spins : True if rocks spin, else None. With spin, impacts have two more columns, the spin (rad/s) before and after
-        the impact; pieces have two more columns, the spin at the start and at the end
+    spins : True if rocks spin, else None. With spin, impacts have two more columns: the magnitude of the spin (rad/s)
+        before and after the impact. Pieces have two more columns: the magnitude at the start and at the end
     bodies : True if rocks have a shape, else None. With a shape, there are more columns after those of spin. In pieces:
-        orientation q_w, q_x, q_y, q_z at the start, spin (rad/s) there in the body's axes, and rotational energy
-        (J/kg). In impacts: number of contacts, and kinetic energy before and after (J/kg)
+        at the start of the segment, orientation q_w, q_x, q_y, q_z, spin (rad/s) in the body's axes, and rotational
+        energy (J/kg). In impacts: number of contacts, and kinetic energy before and after (J/kg)
     """
 
     impacts: Any
@@ -135,8 +135,8 @@ def against(v: Vec) -> Vec:
 def note_impact(record: Record, tally: RockTally, before: Motion, after: Motion, facet: int, n: Vec) -> None:
     """Write the rock's next impact, or its next meeting with an obstacle, into the record if there is room.
 
-    tally : the rock's running totals, from which the row follows; before, after : motion just before and just after
-    facet : its number, or `FIRST_OBSTACLE` minus the obstacle's number; n : (3,) normal
+    tally : the rock's running totals, which select the row; before, after : motion just before and just after
+    facet : number of the facet, or `FIRST_OBSTACLE` minus the obstacle's number; n : (3,) normal
     """
     i = record.first_impact + tally.impacts + tally.meetings
     if i >= len(record.facets):
@@ -153,8 +153,8 @@ def note_impact(record: Record, tally: RockTally, before: Motion, after: Motion,
 def note_piece(record: Record, tally: RockTally, start: Motion, v_end: Vec, mode: int) -> None:
     """Write the rock's next path segment into the record if there is room.
 
-    tally : the rock's running totals, from which the row follows; start : motion at the start; v_end : velocity at the
-        end; mode : number of a `Mode`
+    tally : the rock's running totals, which select the row; start : motion at the start; v_end : velocity at the end
+    mode : number of a `Mode`
     """
     i = record.first_piece + tally.pieces
     if i >= len(record.modes):
@@ -169,9 +169,10 @@ def note_piece(record: Record, tally: RockTally, start: Motion, v_end: Vec, mode
 
 @kernel
 def note_spins(spins: Any, row: Any, column: int, begin: Vec, end: Vec) -> None:
-    """Write two spins (rad/s) into a row, from `column` on: of an impact before and after, of a segment at both ends.
+    """Write the magnitudes (rad/s) of two spins (3,) into two columns of a row, from `column` on.
 
-    spins : `Record.spins`; None, if rocks do not spin, to do nothing
+    begin, end : spin before and after an impact, or at both ends of a path segment
+    spins : `Record.spins`; nothing is written if it is None, because the rocks do not spin
     """
     if spins is None:
         return
@@ -180,9 +181,9 @@ def note_spins(spins: Any, row: Any, column: int, begin: Vec, end: Vec) -> None:
 
 @kernel
 def note_piece_spins(record: Record, tally: RockTally, begin: Vec, end: Vec) -> None:
-    """Write the spins (rad/s) at both ends of the rock's next path segment into the record, if rocks spin.
+    """Write the magnitudes (rad/s) of the spins at both ends of the rock's next path segment, if rocks spin.
 
-    tally : the rock's running totals, from which the row follows
+    tally : the rock's running totals, which select the row
     """
     i = record.first_piece + tally.pieces
     if i < len(record.modes):

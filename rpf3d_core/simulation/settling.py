@@ -61,9 +61,9 @@ def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Re
     - The sum of the bounces is known, and the bounces end before max_time.
     - The bounces stay on the facet, and meet neither an obstacle nor another separate part of the terrain.
 
-    If a condition fails, the rock flies on. But bounces that rise by less than SETTLED times smallest_bounce are then
-    left out, and the rock stays on the facet. If the ground properties are drawn for each impact, all remaining bounces
-    use the properties of the next impact.
+    If a condition fails, the rock flies on. There is one exception: if the bounces rise by less than SETTLED times
+    smallest_bounce, they are left out, and the rock stays on the facet where it is. If the ground properties are drawn
+    for each impact, all remaining bounces use the properties of the next impact.
 
     n : (3,) normal of the facet of the impact, turned towards the rock
     """

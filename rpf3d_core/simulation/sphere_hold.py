@@ -44,7 +44,7 @@ class Held(NamedTuple):
 
 @kernel
 def most_against(locator: Any, facets: Facets, against: Against) -> Touch:
-    """Return the contact that blocks the motion of a sphere along a vector most; its facet is -1 if none does.
+    """Return the contact that blocks the motion of a sphere along a vector most; facet -1 if no contact blocks it.
 
     against : the search, with the sphere and the vector
     """
@@ -110,8 +110,11 @@ def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
 def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
     """Return `Held` after a third contact is found: one, two or all three contacts block the sphere.
 
-    The third contact blocks the sphere alone, or with one other contact, if the remaining contacts allow the resulting
-    direction. Otherwise the three contacts allow no motion. held : the first two contacts
+    If the first two contacts allow the motion along the third contact's plane, the third contact alone blocks the
+    sphere. If not, the third contact and one of the first two block the sphere, provided that the remaining contact
+    allows the motion along their common line. Otherwise the three contacts allow no motion.
+
+    held : the first two contacts
     """
     alone = _by_one(third, way)
     if dot(alone.way, held.first.n) >= -noise and dot(alone.way, held.second.n) >= -noise:

@@ -50,7 +50,7 @@ def span_of(facets: Facets, held: Held, course: Course, t: float) -> Span:
 def _face_end(facets: Facets, touch: Touch, course: Course) -> float:
     """Return the time (s) until the contact point of a sphere passes the border of the facet that it touches.
 
-    The result is inf if it never does. touch : the contact; course : motion of the sphere
+    The result is inf if the contact point never passes the border. touch : the contact; course : motion of the sphere
     """
     f, end, noise = touch.facet, math.inf, GRAZING * norm(course.v)
     foot = add(course.x, scale(-course.radius, touch.n))
@@ -95,8 +95,8 @@ def put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turn
     x, n : (3,) centre (m) and normal before; length : of the segment (m)
     turns : True if the normal may have changed; otherwise the result is n itself
 
-    Around an edge or a corner, the centre departs from its distance R by at most length^2 / 2R in one segment, on a
-    facet only by rounding errors. If no ground is so near, x and n are returned unchanged.
+    Around an edge or a corner, the distance of the centre differs from R by at most length^2 / 2R after one segment; on
+    a facet, only by rounding errors. If no ground lies within this difference, x and n are returned unchanged.
     """
     near = NEAR * facets.tolerance
     gap = near + length * length / (2.0 * locator.radius)

@@ -1,4 +1,4 @@
-"""The figures of a cell: the results of its run in each place, with both intervals, as plain values for JSON."""
+"""The figures of a cell: the results of its run in each place, with predictive and sampling interval, for JSON."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple

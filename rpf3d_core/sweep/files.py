@@ -126,7 +126,7 @@ def _curves(
 
 
 def _short(keys: Sequence[str]) -> Sequence[str]:
-    """Return key paths without the sections above the key, if that leaves them different."""
+    """Return the last key of each key path, if all last keys are different; else the key paths unchanged."""
     last = [key.rpartition(".")[2] for key in keys]
     return last if len(set(last)) == len(last) else keys
 

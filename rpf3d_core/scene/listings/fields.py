@@ -153,7 +153,8 @@ def _alternatives(annotation: Any) -> list[Any]:
 def _scalar(annotation: Any, metadata: list[Any]) -> tuple[type | None, tuple[Any, ...], dict[str, float]]:
     """Return type, choices and bounds of a field that takes one number, text or truth value.
 
-    If the field also takes a distribution, the result describes the number. For all other fields, it is None, (), {}.
+    If the field also takes a distribution, the result describes the number. For all other fields, the result is None,
+    (), {}.
     annotation, metadata : type of the field, and its annotations, in which pydantic keeps the bounds
     """
     several = _alternatives(annotation)

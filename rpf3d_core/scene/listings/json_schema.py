@@ -2,8 +2,8 @@
 
 The schema of the pydantic models describes their fields. A scene file also has shorthands, which validators expand
 before the fields are checked: names of models, `{prior: ...}` in place of a number, `library` in place of coefficients.
-This file adds the shorthands, and the choices of exactly one key. Limits that depend on several values, such as
-low < high, stay with `rpf3d check`.
+This file adds the shorthands, and which keys exclude each other or need another key. The schema cannot check limits
+that depend on several values, such as low < high; `rpf3d check` checks these limits.
 """
 
 from collections.abc import Iterable, Mapping
@@ -109,7 +109,7 @@ def _add_choices(definitions: Schema) -> None:
 
 
 def _add_models(definitions: Schema) -> None:
-    """Replace the definition of each choice of one model by the forms of a scene: a name, or a name and parameters."""
+    """Replace the definitions of `rebound`, `ground` and `contact`: a scene has a name, or a name with parameters."""
     for spec in (ReboundSpec, GroundSpec, ContactSpec):
         definitions[spec.__name__] = _model_choice(definitions[spec.__name__], spec, definitions)
 
@@ -205,7 +205,10 @@ def _add_parameters(definition: Schema, parameters: ModuleType) -> None:
 
 
 def _add_unknowns(schema: Schema) -> None:
-    """Allow `{prior: ...}` in place of each number that may be unknown, in copies of definitions with other uses."""
+    """Allow `{prior: ...}` in place of each number that may be unknown.
+
+    Definitions are copied before this change, because other sections use the originals, in which no prior is allowed.
+    """
     definitions, copies = schema["$defs"], dict[str, Schema]()
     for root in ROOTS:
         schema["properties"][root] = _with_priors(schema["properties"][root], definitions, copies)
@@ -279,7 +282,10 @@ def _refs_in(schema: Any) -> set[str]:
 
 
 def _number_or_prior(schema: Schema) -> Schema:
-    """Return the schema of a number that may be unknown; description and default stay where editors look for them."""
+    """Return the schema of a number that may be unknown: a number or `{prior: ...}`.
+
+    Description and default are not repeated in the two alternatives, because editors look for them one level above.
+    """
     outer = ("description", "default", "title", "unit", "source", "confirmed")
     number = {key: value for key, value in schema.items() if key not in outer}
     return {**{key: schema[key] for key in outer if key in schema}, **_any_of(number, _ref("Prior"))}

@@ -149,14 +149,17 @@ def chosen_model(spec: type[OneOf]) -> Any:
 def named_effects(value: Any) -> Any:
     """Return the fields of `EffectsSpec` from the scene's mapping of effect names to parameters.
 
-    None means defaults.
+    An effect with None in place of parameters has its default parameters.
     """
     own, ours = _told_apart(value)
     return ours | {OWN: own} if own else ours
 
 
 def _told_apart(value: Any) -> tuple[list[dict[str, Any]], Any]:
-    """Split a mapping of names to parameters into classes of users and names of rpf3d; None becomes {}."""
+    """Split a mapping of names to parameters into a list of users' classes and a mapping of rpf3d's own names.
+
+    Parameters that are None become {}. A value that is not a mapping is returned unchanged, after an empty list.
+    """
     if not isinstance(value, dict):
         return [], value
     given = {key: {} if item is None else item for key, item in value.items()}

@@ -173,7 +173,7 @@ class AngleTableSpec(ModelSpec):
 
     @property
     def idle_keys(self) -> tuple[str, ...]:
-        """The material keys that this model ignores: a table replaces both restitutions, the law only R_n."""
+        """The material keys that this model ignores: the table `rows` replaces R_n and R_t, `law` only R_n."""
         return ("normal_restitution",) if self.rows is None else ("normal_restitution", "tangential_restitution")
 
 

@@ -47,7 +47,7 @@ class CoulombSphereSpec(ModelSpec):
 
     @property
     def idle_keys(self) -> tuple[str, ...]:
-        """The material keys that this model ignores: it has a tangential restitution of its own."""
+        """The material keys that this model ignores: the model has its own `tangential_restitution`."""
         return ("tangential_restitution",)
 
     @property

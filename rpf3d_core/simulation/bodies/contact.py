@@ -62,8 +62,8 @@ GROWTH, SHRINKAGE, SAFETY = 3.0, 0.3, 0.9
 class Carried(NamedTuple):
     """The result of a step in contact.
 
-    motion : at the end; contacts : number of contacts there, in `room.points`; moved : path bound at the end, as in
-        `Ride` (m)
+    motion : at the end; contacts : number of contacts at the end, which are in `room.points`
+    moved : path bound at the end, as in `Ride` (m)
     begin : motion at the start, after the impulses; h : length of the step (s); next : length of the next step (s)
     pressed : True if any contact received an impulse
     """
@@ -126,8 +126,8 @@ def held_up(body: Body, room: Room, count: int, motion: BodyMotion, h: float, gr
     count : number of contacts in `room.points`; h : length of the last step (s)
 
     At the end of a step, a contact that carries the body moves towards the ground, with half of the velocity that its
-    free acceleration adds in the step. The impulse that stops it belongs to the step, not to the impact. If the solver
-    diverges, so that kinetic energy would rise, the motion is returned unchanged.
+    free acceleration adds in the step. The impulse that stops this contact belongs to the step, not to the impact. If
+    the solver diverges, so that kinetic energy would rise, the motion is returned unchanged.
     """
     velocity, carrying = body_velocity(motion), 0
     for i in range(count):
@@ -159,8 +159,8 @@ def struck(body: Body, room: Room, count: int, motion: BodyMotion) -> BodyMotion
 def _rate(skin: float, gap: float, h: float) -> float:
     """Return the mean normal velocity (m/s) that a contact should have in a step of h seconds, from its gap (m).
 
-    It is positive away from the ground. A contact farther away than the skin (m) may approach to the skin. A contact
-    that is too near moves away slowly.
+    The velocity is positive away from the ground. A contact farther away than the skin (m) may approach until its gap
+    is the skin. A contact that is nearer than NEAR times the skin moves away slowly.
     """
     if gap > skin:
         return (skin - gap) / h
@@ -171,7 +171,7 @@ def _rate(skin: float, gap: float, h: float) -> float:
 def _set_goals(body: Body, room: Room, count: int, motion: BodyMotion, gravity: float, h: float) -> None:
     """Write the velocity that each contact should have at the start of a step of h seconds into `room.points`.
 
-    count : number of contacts there; gravity : m/s^2
+    count : number of contacts in `room.points`; gravity : m/s^2
     """
     down = turned_back(motion.q, (0.0, 0.0, -gravity))
     for i in range(count):

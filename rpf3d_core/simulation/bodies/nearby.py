@@ -27,7 +27,10 @@ class Gather(NamedTuple):
 
 @looked_at.rule(Gather)
 def gathered(quest: Gather, facets: Facets, f: int, best: Touch) -> Touch:
-    """Add facet f to the list of a search if it is near enough and has an area; return `best` unchanged."""
+    """Add facet f to the list of a search if the facet is near enough and has an area.
+
+    Return `best` unchanged: this search collects facets, where other rules of `looked_at` choose the best facet.
+    """
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
         return best

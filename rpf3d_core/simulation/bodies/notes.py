@@ -20,7 +20,7 @@ def note_segment(
 ) -> None:  # fmt: skip
     """Write the body's next path segment into the record.
 
-    start, end : motion at both ends; mode : number of a `Mode`; tally : running totals, from which the row follows
+    start, end : motion at both ends; mode : number of a `Mode`; tally : running totals, which select the record's row
     """
     i = record.first_piece + tally.pieces
     if i >= len(record.modes):
@@ -39,9 +39,9 @@ def note_blow(
 ) -> None:  # fmt: skip
     """Write the body's next impact, or its next meeting with an obstacle, into the record.
 
-    before, after : motion just before and just after; tally : running totals, from which the row follows
-    contact : number of the facet that the body approached fastest, or `FIRST_OBSTACLE` minus the number of the
-        obstacle; number of contacts; normal (3,) there, in the axes of space
+    before, after : motion just before and just after; tally : running totals, which select the record's row
+    contact : three values. The number of the facet that the body approached fastest, or `FIRST_OBSTACLE` minus the
+        number of the obstacle; the number of contacts; the normal (3,) of this facet or obstacle, in the axes of space
     """
     i = record.first_impact + tally.impacts + tally.meetings
     if i >= len(record.facets):

@@ -59,9 +59,10 @@ def _is_clear(body: Body, room: Room, locator: Any, facets: Facets, motion: Body
 
 @routine
 def lifted(body: Body, room: Room, locator: Any, facets: Facets, motion: BodyMotion) -> Release:
-    """Return the release of a body: at the position that the source sets, or just clear of the ground above it.
+    """Return the release of a body: where the source sets it, or lifted until it is just clear of the ground.
 
-    If no position up to LIFTS steps above is clear, the body is not moved, and its outcome is UNRESOLVED_CONTACT.
+    The body is lifted by at most LIFTS - 1 steps. If it is clear at none of these heights, it is released where the
+    source sets it, with outcome UNRESOLVED_CONTACT.
     """
     low, z, found = motion.x[2], motion.x[2], NO
     for i in range(LIFTS):

@@ -114,8 +114,8 @@ def look(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int, mov
 def stays_above(body: Body, room: Room, motion: BodyMotion, k: int, level: float, moved: float) -> bool:
     """Return True if the stored separating plane of nearby facet k shows that the body is more than `level` (m) away.
 
-    The distance from the plane, a lower bound, then becomes the gap of the facet. k : index of the facet in
-    `room.facets`; moved : path bound of the body, as in `Ride` (m)
+    If so, write the distance of the body from this plane, a lower bound of the gap, as the gap of the facet.
+    k : index of the facet in `room.facets`; moved : path bound of the body, as in `Ride` (m)
     """
     plane = room.planes[k]
     n = vector(plane, NORMAL)
@@ -247,7 +247,8 @@ def first_meeting(body: Body, room: Room, facets: Facets, flight: Flight, horizo
 def clear_until(body: Body, room: Room, facets: Facets, flight: Flight, h: float, moved: float) -> float:
     """Return the time (s), at most h, for which no gap falls below its limit during a step in contact.
 
-    The limit is the skin, for a facet in contact FLOOR times the skin, or half of the gap if this is smaller.
+    The limit for a facet without contact is the skin. The limit for a facet in contact is the smaller of FLOOR times
+    the skin and half of the gap at the start.
     moved : path bound of the body at the start, as in `Ride` (m)
     """
     end, path = h, travelled(body, flight, h)

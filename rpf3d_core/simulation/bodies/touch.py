@@ -79,9 +79,9 @@ def touch(body: Body, room: Room, facets: Facets, motion: BodyMotion, moved: flo
 def mark_covered(body: Body, room: Room, facets: Facets, motion: BodyMotion) -> None:
     """Mark a touched facet as COVERED if its point nearest to the body is on a border that another facet covers.
 
-    This is so if another facet is nearer to the body's nearest point. A contact with a covered facet acts along the
-    facet's own normal, so bodies slide smoothly over the borders of facets that lie in one plane. The facet with the
-    smallest gap is never marked.
+    Let P be the point of the body nearest to the touched facet. The facet is covered if another touched facet is nearer
+    to P than the facet itself. A contact with a covered facet acts along the facet's own normal, so bodies slide
+    smoothly over the borders of facets that lie in one plane. The facet with the smallest gap is never marked.
     """
     nearest = _nearest(room)
     for k in range(room.count[0]):
@@ -153,7 +153,7 @@ def _is_covered(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: i
 
 @kernel
 def _add(body: Body, points: Any, count: int, arm: Vec, n: Vec, gap: float) -> int:
-    """Write a contact into row `count` of `points` if it is new and there is room; return the number of contacts then.
+    """Write a contact into row `count` of `points` if it is new and there is room; return the new number of contacts.
 
     arm : (3,) m, position of the contact; n : (3,) its normal, both in the body's axes; gap : m
     """

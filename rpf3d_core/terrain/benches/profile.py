@@ -90,7 +90,7 @@ def profile_of(benches: Benches) -> Profile:
 
 
 def _faded(share: FloatArray, length: float) -> FloatArray:
-    """Return the share (N,) of the full relief at some places of a part: 0 at its edges, 1 at FADE or more from them.
+    """Return the share (N,) of the full relief at places of a part: 0 at its edges, 1 at least FADE (m) away from them.
 
     share : (N,) places along the part, as shares of its length; length : m
     """
