@@ -70,10 +70,10 @@ def predictive_shares(counts: FloatArray, totals: FloatArray, level: float = LEV
 
 
 def holding(interval: Interval, counts: FloatArray, totals: FloatArray) -> Interval:
-    """Return the intervals of N shares (-), widened to contain the sampling intervals of N other shares.
+    """Return N intervals (-), each widened to contain the sampling interval of a share that is counted here.
 
-    Ends that are NaN stay NaN. Another share without rocks does not widen its interval.
-    counts : (N,) number of rocks that did what the other share counts; totals : (N,) number of its rocks
+    Ends that are NaN stay NaN. An interval is not widened where `totals` is 0.
+    counts : (N,) number of rocks that did what the share counts; totals : (N,) number of rocks in total
     """
     low, high = wilson_intervals(counts, np.maximum(totals, 1))
     some = totals > 0
