@@ -121,8 +121,8 @@ class MuteSensors:
     def findings(self, seen: Mapping[str, Sequence[SeenPublisher]], at: float) -> list[PublisherFinding]:
         """Return a fault for each topic that has had a publisher for too long without a message.
 
-        A publisher that cannot be received does not count, because it is a fault already. A publisher that has ended
-        still counts for `longest_s`.
+        A publisher whose messages cannot be received does not count, because `PublisherWatch` already reports it as a
+        fault. A publisher that has ended still counts for `longest_s`.
 
         seen, at : as in `PublisherWatch.findings`
         """
@@ -144,7 +144,7 @@ class MuteSensors:
 
 
 def fitting_of(topic: WatchedTopic, seen: Iterable[SeenPublisher]) -> list[SeenPublisher]:
-    """Return the publishers of a topic that can be received."""
+    """Return the publishers of a topic whose messages the node can receive."""
     return [each for each in seen if not _misfit(topic, each)]
 
 

@@ -122,7 +122,7 @@ class WaitingTerrain(Generic[M]):
 
     @property
     def lost_patches(self) -> int:
-        """Number of patches missing in the terrain: received, but neither in it nor in a later whole survey."""
+        """Number of missing patches: received, but neither in the terrain nor in a later whole survey."""
         with self._changed:
             return sum(chapter.lost for chapter in self._chapters)
 
@@ -210,7 +210,7 @@ class WaitingTerrain(Generic[M]):
     def take(self) -> tuple[str, M] | None:
         """Wait for a survey and return ("whole", survey) or ("patch", survey); None once the queue is closed.
 
-        After a whole survey `accepted` or `refused` must be called, after a patch `lost` if it is not used.
+        After a whole survey, call `accepted` or `refused`. After a patch that is not used, call `lost`.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._closed or self._length() > 0)
