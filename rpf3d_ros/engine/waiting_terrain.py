@@ -28,7 +28,7 @@ REMEMBERED = 10_000
 
 
 class QueueFull(MessageRefused):
-    """A patch is refused because too many wait; it is already counted as missing."""
+    """A patch is refused, because too many patches wait; the patch is already counted as missing."""
 
 
 class Moment(NamedTuple):
@@ -51,7 +51,10 @@ class Moment(NamedTuple):
 
 
 class RefusedSurvey(NamedTuple):
-    """A whole survey that was refused: its time of publication (ns, 0 if it is not known), and why."""
+    """A whole survey that was refused.
+
+    published_ns : time of publication (ns), 0 if it is not known; why : reason of the refusal
+    """
 
     published_ns: int
     why: str
@@ -72,9 +75,9 @@ class ReceivedPatch(Generic[M]):
 
 @dataclass
 class Chapter(Generic[M]):
-    """A whole survey in the queue, with the patches that belong on top of it.
+    """A whole survey, waiting or in use, with the patches that belong on top of it.
 
-    whole : the survey; None for the survey in use; moment : when the survey was published
+    whole : the waiting survey, None for the survey in use; moment : when the survey was published
     early : patches that follow the survey but were received before the survey
     missing : number of patches that follow the survey, were received before it and are no longer kept
     patches : waiting patches that were received after the survey

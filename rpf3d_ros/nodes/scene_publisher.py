@@ -66,7 +66,7 @@ class ScenePublisherNode(Node):
             self.publish_sources()
 
     def repeat(self) -> None:
-        """Publish the sources again, if they have been published, but less often than the parameter `repetitions` says."""
+        """Publish the sources again, unless this is the first time or `repetitions` is reached (0 for no limit)."""
         most = self.parameters.repetitions
         if self.repeated and (most == 0 or self.repeated < most):
             self.publish_sources()
