@@ -50,7 +50,7 @@ class ShiftContent:
 
     @property
     def speed(self) -> float:
-        """The speed of the first source (m/s), which is that of every source."""
+        """The speed (m/s) of every source, taken from the first source."""
         return float(np.linalg.norm(self.velocities[0]))
 
 

@@ -288,7 +288,7 @@ class Station:
         self._watch_areas()
 
     def terrain_refused(self, why: str) -> None:
-        """Report in the diagnostics why a survey is not used; the terrain is out of date, which is a fault."""
+        """Report in the diagnostics why a survey is not used; an outdated terrain is a fault of the alert."""
         self._outlets.health.set("terrain", WARN, f"message refused: {why}")
         self._report_terrain()
 

@@ -1,6 +1,6 @@
 """The queue of surveys to be built: the latest whole survey, then its patches in order; lost patches are counted.
 
-Any thread may put surveys in the queue, which is quick. The thread that builds the terrain takes them.
+Any thread may put surveys in the queue quickly. The thread that builds the terrain takes them.
 """
 
 import threading

@@ -264,7 +264,7 @@ class Inputs:
                 self._station.input_understood(topic, lambda: len(self.publishers.of(topic)))
 
     def _refuse(self, topic: str, why: str, published_ns: int, is_counted: bool = False) -> None:
-        """Report a refused message, which is a fault, because the message may report danger or changed terrain.
+        """Report a refused message: a fault of the alert, because the message may report danger or changed terrain.
 
         is_counted : True if the queue of terrain already counts the message as missing
         """
