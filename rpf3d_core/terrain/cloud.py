@@ -32,7 +32,8 @@ def cloud_mesh(
 
     All facets face up.
 
-    longest_edge : m, longest allowed side of a triangle in plan; None for the default limit (`GAP`)
+    longest_edge : m, longest allowed side of a triangle in plan; None for `GAP` times the median of the longest sides
+        of all triangles
     origin : of the local frame (m); None for the middle of the points
 
     Raises TerrainError if fewer than three points or no triangle remain, or if a point is infinite.
@@ -61,7 +62,7 @@ def _looking_up(plan: FloatArray, triangles: IntArray, longest: float | None) ->
 
     Triangles without area are left out.
 
-    plan : (N, 2) m, the points; longest : m, or None for the default limit (`GAP`)
+    plan : (N, 2) m, the points; longest : None for `GAP` times the median of the longest sides of all triangles
     """
     a, b, c = (plan[triangles[:, k]] for k in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
@@ -73,9 +74,9 @@ def _looking_up(plan: FloatArray, triangles: IntArray, longest: float | None) ->
 
 
 def _numbers(plan: FloatArray, places: FloatArray) -> NDArray[np.int32]:
-    """Return the number (M,) of the survey point at each corner of the triangulation, found by its exact coordinates.
+    """Return the number (M,) of the survey point at each corner of the triangulation, found by exact coordinates.
 
-    plan : (N, 2) m, the points; places : (M, 2) m, each equal to a point bit for bit
+    plan : (N, 2) m, the points; places : (M, 2) m, the corners, each equal to a point bit for bit
     """
     table = np.full(1 << (SLOTS * len(plan)).bit_length(), -1, np.int32)
     keys, wanted = plan.view(np.int64), np.ascontiguousarray(places).view(np.int64)
@@ -87,9 +88,11 @@ def _numbers(plan: FloatArray, places: FloatArray) -> NDArray[np.int32]:
 
 @kernel
 def _slot(a: int, b: int, mask: int) -> int:
-    """Return the slot of the hash table where the search for a pair of coordinates a, b (as integers) begins.
+    """Return the slot of the hash table where the search for the point with coordinates a, b begins.
 
-    mask : number of slots minus one. The function uses bit shifts only, because products would overflow.
+    a, b : x and y in plan, their 64 bits read as integers; mask : number of slots minus one
+
+    The function uses bit shifts only, because products would overflow.
     """
     mixed = (a ^ (a >> 29)) ^ ((b >> 7) ^ (b >> 41))
     return int((mixed ^ (mixed >> 17) ^ (mixed >> 33)) & mask)
@@ -99,7 +102,7 @@ def _slot(a: int, b: int, mask: int) -> int:
 def _enter(keys: Any, table: Any) -> None:
     """Write the number of each point into the hash table (open addressing); of equal points, only the first point.
 
-    keys : (N, 2) coordinates of the points, as integers
+    keys : (N, 2) x and y of the points, their 64 bits read as integers
     """
     mask = len(table) - 1
     for n in range(len(keys)):
@@ -117,7 +120,7 @@ def _enter(keys: Any, table: Any) -> None:
 def _look_up(keys: Any, table: Any, wanted: Any, out: Any) -> None:
     """Write into `out` (M,) the number of the point with each wanted pair of coordinates (M, 2); -1 for no point.
 
-    keys : (N, 2) coordinates of the points, as integers; table : the hash table filled by `_enter`
+    keys : (N, 2) as in `_enter`; wanted : (M, 2) pairs of coordinates, also as integers; table : filled by `_enter`
     """
     mask = len(table) - 1
     for n in range(len(wanted)):

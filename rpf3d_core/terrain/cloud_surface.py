@@ -22,7 +22,7 @@ class CloudChoice(NamedTuple):
     """The settings with which a surface is made from a cloud.
 
     cell : side of a cell (m); the lowest point of each cell is kept; None for a size from the spacing of the points
-    widest : m, longest side of a triangle across a hole that is closed; None for GAP cells
+    widest : m, longest side of a triangle across a hole that is closed; None for GAP times the side of a cell
     classes : LAS classes that are ground; () for the class ground, or for all points except noise if no point has the
         class ground
     """

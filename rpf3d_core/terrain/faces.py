@@ -16,7 +16,10 @@ LOWEST = 3.0
 
 
 class Face(NamedTuple):
-    """A face on a line: distances (m) along the line of its upper edge (brow) and of its foot, and its height (m)."""
+    """A face that a line in plan crosses.
+
+    brow, foot : m, distance along the line at the upper edge and at the foot of the face; height : m, of the face
+    """
 
     brow: float
     foot: float
@@ -24,11 +27,12 @@ class Face(NamedTuple):
 
 
 def first_face(distance: FloatArray, ground: FloatArray) -> Face | None:
-    """Return the first face along a line, where the ground falls; None without a face, or if the line ends on the face.
+    """Return the first face where the ground falls along a line; None if no face lies between the ends of the line.
 
     distance : (S,) m, ascending distances along the line; ground : (S,) m, height of the ground there, NaN if unknown
 
-    A face is at least LOWEST high. It may contain ledges up to FLAT long.
+    A face is at least LOWEST high. It may contain ledges up to FLAT long. If the first face extends to the last point,
+    the result is None.
     """
     with np.errstate(invalid="ignore"):
         steep = np.flatnonzero(np.diff(ground) < -np.diff(distance) * math.tan(math.radians(STEEP)))

@@ -174,10 +174,10 @@ def _box_exit(facets: Facets, f: int, x: Vec, direction: Vec, slack: float) -> f
 
 @kernel
 def lies_below(facets: Facets, f: int, other: int, side: float, slack: float) -> bool:
-    """True if facet f lies below the plane of the facet `other`, as on the far side of a convex edge.
+    """True if facet f lies below the plane of the facet `other`, for example across a convex edge.
 
-    Then no corner of facet f is more than `slack` (m) above the plane, and at least one corner is more than `slack`
-    below the plane. A rock that passes such an edge flies off and does not hit facet f.
+    Facet f lies below the plane if none of its corners is more than `slack` (m) above the plane, and at least one is
+    more than `slack` below. A rock that moves from `other` across a convex edge flies off and does not hit facet f.
 
     side : the side of the facet `other` that counts as above: 1 along its normal, -1 against its normal
     """
@@ -191,9 +191,9 @@ def lies_below(facets: Facets, f: int, other: int, side: float, slack: float) ->
 
 @kernel
 def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
-    """True if a straight path in the plane of facet f stays long enough in the facet, or a crack's width outside.
+    """True if a straight path in the plane of facet f leaves the facet only after more than `ALONGSIDE` crack widths.
 
-    Long enough means more than `ALONGSIDE` times the width of a crack.
+    A path almost parallel to an edge, and at most one crack width outside the edge, has not left the facet.
 
     x : m, start of the path; way : (3,) direction of the path, of any length; for a zero vector the result is True
     """

@@ -37,7 +37,7 @@ MOST_CELLS = 2**31
 class Cells(NamedTuple):
     """The chosen points, one for each cell with points, ordered by row and column.
 
-    point : (K,) number of the chosen point; held : (K,) number of all points in the cell
+    point : (K,) index of the chosen point in the array of points; held : (K,) count of all points in the cell
     row, column : (K,) row and column of the cell; size : side of a cell (m)
     """
 

@@ -17,8 +17,8 @@ def outer_walls(border: FloatArray, crack: float) -> FloatArray:
     """Return the walls around a terrain as triangles (T, 3, 3) m that face inwards.
 
     border : (B, 3, 3) m, from `border.border_of`
-    crack : m, distance up to which a side of the convex hull counts as lying on a side of its box; such sides get no
-        wall
+    crack : m, distance up to which a side of the convex hull counts as lying on a side of the terrain's box; a side of
+        the hull on the box gets no wall
     """
     points = border[:, 0]
     hull = shapely.convex_hull(shapely.multipoints(points[:, :2]))

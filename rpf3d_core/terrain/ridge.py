@@ -15,7 +15,8 @@ SHARPEST = 0.2
 class Ridge(NamedTuple):
     """A berm as K convex polygons in plan, each with heights above the ground at its corners.
 
-    corners : (N, 2) m, corners of each polygon, counter-clockwise; heights : (N,) m above the ground, at these corners
+    corners : K arrays (N, 2) m, one for each polygon with N corners, counter-clockwise in plan
+    heights : K arrays (N,) m above the ground, at these corners
     """
 
     corners: tuple[FloatArray, ...]
@@ -53,7 +54,7 @@ def _sides(
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Yield the top and both slopes of a berm along each straight part of its line: corners (4, 2), heights (4,) m.
 
-    line : (P, 2) m; across : (P, 2) (-), offset to the left at each point of the line for a distance of 1 m from it
+    line : (P, 2) m; across : (P, 2) (-), vector from each point of the line to the parallel line 1 m to the left
     inner, outer : m, distances of the edges of the crest and of the foot from the line; height : m, of the crest
     """
     edges = [line + offset * across for offset in (-outer, -inner, inner, outer)]

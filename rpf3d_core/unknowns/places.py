@@ -1,4 +1,4 @@
-"""The place in plan where parameter sets were calibrated, and whether other rocks start there."""
+"""The place in plan where parameter sets were calibrated, and whether other rocks start far from this place."""
 
 from typing import NamedTuple
 

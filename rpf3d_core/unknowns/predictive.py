@@ -7,8 +7,8 @@ whatever the distribution of the results.
 A set flies only n rocks, so its share also has noise, which is not a property of the ground. The variance of this noise
 is known and is subtracted: the shares of the sets are moved towards their mean until their variance is that of sets
 without noise. The variance between sets is itself an estimate, so one standard error is added to it. Noise is not
-subtracted if on average few rocks of a set did what the share counts, or few did not: the interval is then wider. The
-interval is never narrower than the sampling interval of all rocks together.
+subtracted if a set has, on average, few rocks that the share counts, or few rocks that the share does not count: the
+interval is then wider. The interval is never narrower than the sampling interval of all rocks together.
 """
 
 from typing import NamedTuple
@@ -44,7 +44,7 @@ class Interval(NamedTuple):
 def predictive_shares(counts: FloatArray, totals: FloatArray, level: float = LEVEL) -> Interval:
     """Return the predictive intervals of N shares (-).
 
-    counts : (S, N) number of rocks of each set that did what the share counts, such as reaching an area
+    counts : (S, N) number of rocks of each set that the share counts, such as the rocks that reached an area
     totals : (S, N) number of rocks of each set; a set without rocks has no share
     level : probability that an interval contains the share of one more set (-)
 
@@ -70,10 +70,10 @@ def predictive_shares(counts: FloatArray, totals: FloatArray, level: float = LEV
 
 
 def holding(interval: Interval, counts: FloatArray, totals: FloatArray) -> Interval:
-    """Return the intervals of N shares (-), widened to contain the sampling intervals of N other shares.
+    """Return N intervals (-), each widened to contain the sampling interval of a share that is counted here.
 
-    Ends that are NaN stay NaN. Another share without rocks does not widen its interval.
-    counts : (N,) number of rocks that did what the other share counts; totals : (N,) number of its rocks
+    Ends that are NaN stay NaN. An interval is not widened where `totals` is 0.
+    counts : (N,) number of rocks that the share counts; totals : (N,) number of rocks in total
     """
     low, high = wilson_intervals(counts, np.maximum(totals, 1))
     some = totals > 0

@@ -1,1 +1,1 @@
-"""The demo of a shift: nodes as processes on a simulated clock."""
+"""The demo: five minutes of a working shift in a mine; the nodes run as processes on a simulated clock."""

@@ -1,4 +1,4 @@
-"""`python -m rpf3d_ros.demo`: the demo of a shift."""
+"""`python -m rpf3d_ros.demo`: run the demo, five minutes of a working shift in a mine."""
 
 import sys
 

@@ -87,7 +87,10 @@ def _played(options: argparse.Namespace) -> int:
 
 
 def _keep_decisions(made: Path, kept: Path) -> None:
-    """Replace the decision log of the last demo in the folder `kept`; all other files in the folder stay."""
+    """Delete the decision log in the folder `kept`, and copy the decision log in the folder `made` to it.
+
+    Other files in `kept` stay.
+    """
     kept.mkdir(exist_ok=True)
     for _, old in files_in(kept):
         old.unlink()
@@ -165,7 +168,7 @@ def _all_run(processes: list[subprocess.Popen[bytes]]) -> bool:
 
 
 def _in_order(wanted: Sequence[str], received: Sequence[str]) -> bool:
-    """True if the received alert levels contain all wanted levels in their order."""
+    """True if the received alert levels contain all wanted levels, in the wanted order."""
     rest = iter(received)
     return all(level in rest for level in wanted)
 

@@ -1,4 +1,4 @@
-"""Five minutes of a shift: the actions of survey, radar and operator, and their times.
+"""Five minutes of a working shift in a mine: the actions of survey, radar and operator, and their times.
 
 The same rocks fall three times. First a bench catches the rocks. Then the crest of the bench fails, and the rocks reach
 the haul ramp over the muck; the ramp is evacuated. Then the bench is cleaned. No recorded results are used: the nodes
@@ -42,7 +42,7 @@ T = TypeVar("T")
 class Event(NamedTuple):
     """One action of survey, radar or operator in the shift, with its time.
 
-    at : time in the shift (s)
+    at : time since the beginning of the shift (s)
     action : name of the method of `Shift`
     sentence : a sentence for the person who watches the demo
     """
@@ -74,13 +74,16 @@ ANSWERING = 30.0
 
 
 class Shift:
-    """Plays the shift to the nodes: publishes as survey and radar, and acknowledges as operator.
+    """Plays the working shift to the nodes: publishes as survey and radar, and acknowledges as operator.
 
     The clock runs in real time while the shift waits for an answer, so recorded delays are real.
     """
 
     def __init__(self, content: ShiftContent, stand_in: StandIn, clock: SimulatedClock, speed: float) -> None:
-        """Subscribe to results and alerts; speed : seconds of the shift per second while no answer is awaited."""
+        """Subscribe to results and alerts.
+
+        speed : seconds of the shift per second of wall-clock time, while no answer is awaited
+        """
         self._content, self._stand_in, self._clock, self._speed = content, stand_in, clock, speed
         self._began_ns = clock.now_ns()
         self._detected: tuple[FloatArray, FloatArray] = (NONE, NONE)
@@ -153,7 +156,7 @@ class Shift:
         self._await(publish, lambda: self._answered_ns >= self._published_ns)
 
     def _pass_until(self, at: float) -> None:
-        """Let the clock run to a second of the shift; the radar publishes in the meantime.
+        """Let the clock run until `at` (s) after the beginning of the shift; the radar publishes in the meantime.
 
         The method waits for the answer to each message of the radar. Otherwise, on a busy machine, the clock would run
         ahead of the nodes. The nodes would then refuse the next messages of the radar as stale or from the future.

@@ -50,7 +50,7 @@ class ShiftContent:
 
     @property
     def speed(self) -> float:
-        """The speed of the first source (m/s), which is that of every source."""
+        """The speed (m/s) of every source, taken from the first source."""
         return float(np.linalg.norm(self.velocities[0]))
 
 
@@ -59,7 +59,7 @@ def shift_content(scene: Path, sources: int) -> ShiftContent:
 
     scene : the scene file; sources : number of sources, taken evenly from the releases of the scene
 
-    Raises InputError if the scene has no ground at the second survey.
+    Raises InputError if the terrain of the scene has no ground, or holes, at the two benches of the second survey.
     """
     content = scene_content(scene, MapFrame())
     some = np.linspace(0, len(content.positions) - 1, sources).round().astype(int)
@@ -83,7 +83,7 @@ def shift_content(scene: Path, sources: int) -> ShiftContent:
 
 
 def surveyed_again(terrain: Terrain) -> FloatArray:
-    """Return the ground of the second survey as a grid (ROWS, COLUMNS, 3) m; NaN where there is no ground."""
+    """Return the ground at the two benches of the second survey as a grid (ROWS, COLUMNS, 3) m; NaN without ground."""
     facets = facets_of(terrain)
     x, y = np.meshgrid(CORNER[0] + STEP * np.arange(COLUMNS), CORNER[1] + STEP * np.arange(ROWS))
     z = heights_at(engine_of("compiled" if HAS_NUMBA else "reference", facets), facets, x.ravel(), y.ravel())

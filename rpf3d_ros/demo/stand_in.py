@@ -84,9 +84,9 @@ class StandIn:
         return all_subscribed()
 
     def acknowledge(self, by: str, seconds: float) -> tuple[bool, str]:
-        """Acknowledge as an operator would: set name and reason as a parameter, then call the service.
+        """Acknowledge as an operator would; return True if the level was lowered, else False, and the reply as text.
 
-        Return True if the level was lowered, else False, and the reply as text.
+        Name and reason are set as a parameter of the simulator, then its service is called.
 
         by : "NAME: REASON"; seconds : longest time to wait for each answer (s)
         """

@@ -75,7 +75,8 @@ class Request:
     region : the region of the evidence; evidence : new evidence, or None; topic : topic of the evidence's sources
     faults : the reason why the state is unknown; all evidence is then forgotten, and every topic must publish again.
         "" if there is no such reason
-    is_error : True if the reason is an error, so that the stamps of earlier messages are still valid
+    is_error : True if the reason is an error of the program; then only messages with a stamp later than that of the
+        last message of their topic count
     acknowledged : an acknowledgement, whose name and reason are not checked yet
     reply : called with True and a sentence if the request succeeded, or with False and the reason
     is_changed : True to decide again because the standing faults or the outlines have changed
@@ -107,7 +108,7 @@ class AlertDesk:
     now : returns the time of the node's clock (ns)
     standing : the faults that every decision contains until their cause has ended
     expected : topics of sources that must publish
-    has_sensors : True if there are topics of sensors in addition to clicked sources
+    has_sensors : True if the node also has topics of sensors; False if its only topic of sources is `clicked_point`
     """
 
     def __init__(
@@ -153,7 +154,9 @@ class AlertDesk:
         self._requests.put(Request(faults=why, reply=reply))
 
     def lose(self, why: str) -> None:
-        """Ask to forget all evidence because of an error: only later messages count, and lost clicks are a fault.
+        """Ask to forget all evidence because of an error of the program; then only messages with later stamps count.
+
+        If a source of topic `clicked_point` is lost, the alert has a fault until the source would be too old.
 
         why : the reason for the unknown state
         """

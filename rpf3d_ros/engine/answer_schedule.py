@@ -41,7 +41,7 @@ class AnswerSchedule:
 
     @property
     def has_trigger(self) -> bool:
-        """True if any sources have been received, including a message without sources."""
+        """True if a message of sources has been received; the message may contain no source."""
         return self._latest is not None or self.has_new
 
     @property

@@ -166,7 +166,7 @@ class Builder:
 
 
 def _stood_on(before: PreparedTerrain, ground: LiveTerrain) -> PreparedTerrain:
-    """Return the prepared terrain after a patch, which has already changed the arrays of the terrain.
+    """Return the prepared terrain after a patch; the patch has already changed the arrays of the terrain.
 
     For the thread that flies rocks, TerrainError means that nothing was changed. Therefore an error here raises
     MessageRefused instead.

@@ -78,7 +78,8 @@ def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], 
 
     given : values of the scene parameters that a user gave, by name; now_ns : time of the node's clock (ns)
 
-    Raises InputError if the scene, the site file or the store is refused; another attempt can then open the store.
+    Raises InputError if the scene, the site file or the store is refused. After any error the store is closed, so that
+    the next attempt can open it.
     """
     scene = live_scene(given)
     _check_names(scene)

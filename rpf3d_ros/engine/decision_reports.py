@@ -58,5 +58,5 @@ class DecisionReports:
         self._outlets.health.set("run", ERROR, f"no decision: {type(error).__name__}: {error}")
 
     def logged(self, fault: str) -> None:
-        """Report whether decisions are on disk."""
+        """Report why the last decision is not on disk; fault : the reason, "" if the decision is on disk."""
         self._outlets.health.set("decision log", ERROR if fault else OK, fault or "every decision is on disk")

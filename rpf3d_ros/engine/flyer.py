@@ -137,7 +137,7 @@ class Flyer:
 
     @property
     def has_trigger(self) -> bool:
-        """True if any sources have been received, including a message without sources."""
+        """True if a message of sources has been received; the message may contain no source."""
         return self._schedule.has_trigger
 
     def activate(self) -> None:

@@ -22,8 +22,8 @@ class InOrder(Generic[T]):
 
     Messages also arrive while the queues are read. A queue that is read last may then contain a message that is younger
     than a message that has just arrived in the first queue. Therefore all queues are read twice before messages are
-    returned: the second pass finds all messages that arrived before any message of the first pass. Younger messages of
-    the second pass wait for the next call.
+    returned. The second pass finds each message that arrived earlier than some message of the first pass. A message of
+    the second pass waits for the next call if it is younger than all messages of the first pass.
 
     Only messages that have arrived can be sorted: a late message is returned after younger messages that arrived
     earlier. The times of publication are times of the publishers' clocks. If these clocks differ, messages that arrive

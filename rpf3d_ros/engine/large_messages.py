@@ -135,8 +135,8 @@ class LargeMessages:
     The messages are in the order of publication (`InOrder`). If the functions of rcl are missing, the executor passes
     the messages on as `bytes`, in the order of arrival.
 
-    failed : called with a sentence and the time (ns, as times of publication) if rcl cannot take messages, and with an
-        empty sentence at the first check without errors
+    failed : called with a sentence and the present time (ns since the epoch) if rcl cannot take messages, and with ""
+        and the present time at the first check without errors
     refused : called with the topic, the time of publication (ns) and the error for each message whose callback raises
     """
 
@@ -206,7 +206,7 @@ class LargeMessages:
                 report_error(partial(self._refused, topic.name, published_ns), error)
 
     def _report(self, errors: Sequence[Exception]) -> None:
-        """Report the errors of a check if they differ from those of the last check, also if there are none any more."""
+        """Report the errors of a check if they differ from those of the last check; report "" if they have ended."""
         sentence = "; ".join(dict.fromkeys(f"{type(error).__name__}: {error}" for error in errors))
         if sentence == self._errors or not self._node.context.ok():
             return

@@ -1,7 +1,7 @@
 """Judge the publishers of each topic, and report faults of three kinds.
 
-- A publisher whose quality of service or type does not fit is never received, and the middleware reports this only in
-  the log.
+- The messages of a publisher with the wrong quality of service or type are never received, and the middleware reports
+  this only in the log.
 - Two publishers of one topic contradict each other, or report different walls.
 - A sensor that is connected and has never published a message does not watch its wall, although no message is wrong or
   old.
@@ -54,8 +54,8 @@ class PublisherWatch:
     """Judges the publishers of all watched topics from time to time.
 
     overlap_s : time (s) for which two publishers are only a warning, because a killed publisher stays visible for some
-        time. The time begins when the second-oldest visible publisher was first seen, so that a single program is no
-        fault, even if it is killed and started again several times
+        time. The time begins when the second-oldest visible publisher was first seen. A single program that is killed
+        and started again several times is therefore not a fault
     """
 
     def __init__(self, topics: Sequence[WatchedTopic], overlap_s: float) -> None:
@@ -121,8 +121,8 @@ class MuteSensors:
     def findings(self, seen: Mapping[str, Sequence[SeenPublisher]], at: float) -> list[PublisherFinding]:
         """Return a fault for each topic that has had a publisher for too long without a message.
 
-        A publisher that cannot be received does not count, because it is a fault already. A publisher that has ended
-        still counts for `longest_s`.
+        A publisher whose messages cannot be received does not count, because `PublisherWatch` already reports it as a
+        fault. A publisher that has ended still counts for `longest_s`.
 
         seen, at : as in `PublisherWatch.findings`
         """
@@ -144,7 +144,7 @@ class MuteSensors:
 
 
 def fitting_of(topic: WatchedTopic, seen: Iterable[SeenPublisher]) -> list[SeenPublisher]:
-    """Return the publishers of a topic that can be received."""
+    """Return the publishers of a topic whose messages the node can receive."""
     return [each for each in seen if not _misfit(topic, each)]
 
 

@@ -1,8 +1,8 @@
-"""Remember the topics of sources and areas with a refused message: the message may report danger, so it is a fault.
+"""Remember the topics of sources and areas with a refused message: a fault, because the message may report danger.
 
 The fault of a topic stands until a later message of the topic is understood. While a topic has several publishers, the
-fault stays, because it is unknown which publisher sent the understood message. If a topic has been silent for longer
-than sources may be old, a person who acknowledges ends its fault.
+fault stays, because it is unknown which publisher sent the understood message. If the last refused message of a topic
+is longer ago than sources may be old, an acknowledgement ends the fault of the topic.
 """
 
 from collections.abc import Callable
@@ -33,7 +33,7 @@ class RefusedInputs:
     ) -> None:
         """Begin without refusals.
 
-        silence_s : time (s) without a message after which a person may end the fault of a topic
+        silence_s : time (s) after the last refused message of a topic, from which on a person may end the fault
         terms : how many persons must acknowledge to end the fault, whatever level is held; None for one person
         """
         self._report, self._silence, self._terms = report, silence_s, terms or AcknowledgeSpec()
@@ -58,10 +58,11 @@ class RefusedInputs:
             self._end(topic)
 
     def acknowledged(self, by: str, now: float) -> tuple[str, ...]:
-        """End the faults of topics that have been silent since their refused message, and return these topics.
+        """End the faults of topics whose last refused message is longer than `silence_s` ago; return these topics.
 
         Until enough persons have acknowledged, no fault ends and the result is empty. An acknowledgement counts only
-        for topics that were silent when it was given, and for no topic if a message is refused later.
+        for topics that met this condition when the person acknowledged. A message that is refused later, on any topic,
+        cancels all acknowledgements.
 
         by : name of the person; now : time (s, steady clock)
         """

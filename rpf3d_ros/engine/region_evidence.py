@@ -80,8 +80,8 @@ class RegionEvidence:
 
         Stale evidence is left out, because the radar may have reported later that the rocks are at other places. If the
         radar has reported nothing later, its silence is a fault. If all evidence is stale, the newest evidence counts.
-        Evidence without sources counts only if no other evidence has sources. `outdated` of the result lists the areas
-        that the evidence of a region shows at a former place.
+        Evidence without sources counts only if no other evidence has sources. `outdated` of the result lists each area
+        whose present outline is missing in the evidence of a region.
         """
         if not self._evidence:
             return None
@@ -102,7 +102,10 @@ class RegionEvidence:
         self._outlines.restart(now_ns)
 
     def lose(self) -> None:
-        """Forget all evidence because of an error: every topic must publish again, and a lost click is a fault."""
+        """Forget all evidence because of an error of the program: every topic must publish again.
+
+        A lost source of topic `clicked_point` is a fault until the source would be too old.
+        """
         clicks = [kept.stamp_ns for kept in self._evidence.values() if kept.topic == BY_HAND]
         self._clear()
         self._topics.lose(max(clicks, default=None))

@@ -21,7 +21,8 @@ class SourceTopics:
     """The stamp of the last message of each topic of sources; every topic that has published must go on publishing.
 
     expected : topics that must publish even if they have never published
-    has_sensors : True if the node subscribes to topics of sensors; clicked sources alone are then not enough evidence
+    has_sensors : True if the node subscribes to topics of sensors; messages of topic `clicked_point` alone are then not
+        enough evidence
     """
 
     def __init__(self, expected: Sequence[str] = (), has_sensors: bool = False) -> None:
@@ -31,7 +32,7 @@ class SourceTopics:
         self._lost_click: int | None = None
 
     def note(self, topic: str, stamp_ns: int) -> None:
-        """Note the stamp (ns) of a message, with or without sources; clicks are not noted.
+        """Note the stamp (ns) of a message, with or without sources; do nothing for topic `clicked_point`.
 
         A message that is answered again is not newer than the last message of its topic, so the call changes nothing.
         """
@@ -41,7 +42,8 @@ class SourceTopics:
     def silent(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
         """Return a sentence for each silent topic: its last message is too old, or an expected message never came.
 
-        A lost click is reported, too, and also clicks without any message of the node's sensors.
+        The result also has a sentence for a clicked source that was lost by an error, and a sentence if the node has
+        sensors but has received messages of topic `clicked_point` only.
 
         oldest_ns : stamp (ns) before which a message is too old; now_ns : present time (ns)
         """
@@ -76,17 +78,17 @@ class SourceTopics:
         """Note that the evidence of all messages was lost by an error, so that every topic must publish again.
 
         A message from before the error may be answered again, although other messages of its topic are lost. Therefore
-        only messages with later stamps count. A person does not repeat a click, so a lost click is a fault until the
-        click would be too old.
+        only messages with later stamps count. A person does not repeat a message of topic `clicked_point`, so its lost
+        source is a fault until the source would be too old.
 
-        click_ns : stamp of the newest lost click (ns), None without one
+        click_ns : stamp of the newest lost message of `clicked_point` (ns); None if no such message was lost
         """
         self._heard.update(self._last)
         self._last.clear()
         self._lost_click = self._lost_click if click_ns is None else click_ns
 
     def _click_lost(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
-        """Return the fault of a click that was lost by an error; empty if the click would be too old by now."""
+        """Return the fault of a clicked source that was lost by an error; empty if the source would be too old now."""
         if self._lost_click is None or self._lost_click < oldest_ns:
             return ()
         return (f"a source clicked {span(max(now_ns - self._lost_click, 0))} ago was lost by an error",)

@@ -19,7 +19,8 @@ class StandingFaults:
         """Set the standing fault of a cause; the fault stays until another sentence is reported for this cause.
 
         cause : name of the cause, such as "patches"
-        sentence : describes the fault in alerts; "" ends the fault. The present sentence again changes nothing
+        sentence : describes the fault in alerts; "" ends the fault. If the cause has this sentence already, nothing
+            changes
         """
         with self._lock:
             if self._sentences.get(cause, "") == sentence:

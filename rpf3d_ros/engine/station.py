@@ -106,7 +106,10 @@ class Station:
             outlets.health.set("terrain", WARN, configuration.standing_report or "no terrain yet")
 
     def _note_terrain_before(self) -> None:
-        """Note which patches the restored terrain contains or lacks: an older whole survey would lack all of them."""
+        """Note the patches that the restored terrain contains, and the number of patches that it lacks.
+
+        A whole survey that arrives late, but was published before these patches, lacks all of them.
+        """
         alert, before = self.desk.alert if self.desk is not None else None, self._configuration.before
         lack = lack_of(alert.faults if alert is not None else ())
         self.terrain.lacks(lack.patches + before.unread, lack.why_refused or before.unreadable, before.read_ns)
@@ -285,7 +288,7 @@ class Station:
         self._watch_areas()
 
     def terrain_refused(self, why: str) -> None:
-        """Report in the diagnostics why a survey is not used; the terrain is out of date, which is a fault."""
+        """Report in the diagnostics why a survey is not used; an outdated terrain is a fault of the alert."""
         self._outlets.health.set("terrain", WARN, f"message refused: {why}")
         self._report_terrain()
 

@@ -9,7 +9,10 @@ SURVEY = "a survey was refused ({}): the terrain is out of date, publish the who
 
 
 class TerrainLack(NamedTuple):
-    """What a terrain lacks: a number of patches, and why a whole survey was refused, "" if none was."""
+    """What a terrain lacks.
+
+    patches : number of missing patches; why_refused : why a whole survey was refused, "" if none was refused
+    """
 
     patches: int = 0
     why_refused: str = ""

@@ -1,6 +1,6 @@
 """The queue of sources that wait for an answer: the newest message of each wall; dropped messages are counted.
 
-Any thread may put triggers in the queue, which is quick. The thread that flies rocks takes them, wall after wall.
+Any thread may put triggers in the queue; `put` is quick. The thread that flies rocks takes them, wall after wall.
 """
 
 from collections.abc import Hashable
@@ -70,8 +70,8 @@ class WaitingSources:
     def region_of(self, trigger: Trigger) -> Hashable:
         """Return the region of a trigger: its topic, and the square in plan that contains the middle of its sources.
 
-        The topic is part of the region, because a click must not hide a radar's sources. Each clicked place is a region
-        by itself, because a second click does not mean that the person no longer sees the first source.
+        The topic is part of the region, because a message of `clicked_point` must not hide a radar's sources. Each
+        clicked place is a separate region, because a second clicked source does not replace the first source.
         """
         if not len(trigger.positions):
             return trigger.topic, NO_SOURCES

@@ -1,6 +1,6 @@
 """The queue of surveys to be built: the latest whole survey, then its patches in order; lost patches are counted.
 
-Any thread may put surveys in the queue, which is quick. The thread that builds the terrain takes them.
+Any thread may put surveys in the queue quickly. The thread that builds the terrain takes them.
 """
 
 import threading
@@ -28,7 +28,7 @@ REMEMBERED = 10_000
 
 
 class QueueFull(MessageRefused):
-    """A patch is refused because too many wait; it is already counted as missing."""
+    """A patch is refused, because too many patches wait; the patch is already counted as missing."""
 
 
 class Moment(NamedTuple):
@@ -51,7 +51,10 @@ class Moment(NamedTuple):
 
 
 class RefusedSurvey(NamedTuple):
-    """A whole survey that was refused: its time of publication (ns, 0 if it is not known), and why."""
+    """A whole survey that was refused.
+
+    published_ns : time of publication (ns), 0 if it is not known; why : reason of the refusal
+    """
 
     published_ns: int
     why: str
@@ -72,9 +75,9 @@ class ReceivedPatch(Generic[M]):
 
 @dataclass
 class Chapter(Generic[M]):
-    """A whole survey in the queue, with the patches that belong on top of it.
+    """A whole survey, waiting or in use, with the patches that belong on top of it.
 
-    whole : the survey; None for the survey in use; moment : when the survey was published
+    whole : the waiting survey, None for the survey in use; moment : when the survey was published
     early : patches that follow the survey but were received before the survey
     missing : number of patches that follow the survey, were received before it and are no longer kept
     patches : waiting patches that were received after the survey
@@ -122,7 +125,7 @@ class WaitingTerrain(Generic[M]):
 
     @property
     def lost_patches(self) -> int:
-        """Number of patches missing in the terrain: received, but neither in it nor in a later whole survey."""
+        """Number of missing patches: received, but neither in the terrain nor in a later whole survey."""
         with self._changed:
             return sum(chapter.lost for chapter in self._chapters)
 
@@ -210,7 +213,7 @@ class WaitingTerrain(Generic[M]):
     def take(self) -> tuple[str, M] | None:
         """Wait for a survey and return ("whole", survey) or ("patch", survey); None once the queue is closed.
 
-        After a whole survey `accepted` or `refused` must be called, after a patch `lost` if it is not used.
+        After a whole survey, call `accepted` or `refused`. After a patch that is not used, call `lost`.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._closed or self._length() > 0)

@@ -74,8 +74,8 @@ class AlertPublishers:
         """Publish the last alert again if a heartbeat is due; call this several times per HEARTBEAT.
 
         Only the alarm is published if there is no decision yet, if `sound_alarm` was called after the last decision, or
-        if the validity of the last decision has ended. In the last case the alarm waits for one more heartbeat, because
-        the next decision may be on its way.
+        if the validity of the last decision has ended. If only the validity has ended, the alarm is published one
+        heartbeat later, because the next decision may be on its way.
         """
         with self._lock:
             since = time.monotonic() - self._published_at

@@ -36,13 +36,13 @@ class TfTransforms:
         self._listener: Any = tf2_ros.TransformListener(self._buffer, node)
 
     def lookup(self, target: str, source: str, stamp_ns: int) -> FoundTransform | str:
-        """Return the transform from `source` into `target` at a time, or the newest before; else the reason as text.
+        """Return the transform from `source` into `target` as in `TransformLookup`; if there is none, the reason.
 
-        stamp_ns : time (ns); NEWEST for the newest transform of all
+        stamp_ns : time (ns) of the transform, NEWEST for the newest of all; if all transforms are older, the newest
 
-        tf2 gives the stamp 0 to a chain of static transforms, which is valid for all times. A dynamic transform that
-        was published with the stamp 0 looks the same, but a second lookup, at another time, then fails. Every error
-        becomes a reason, because an error that leaves a callback would end the process.
+        A chain of static transforms is valid for all times; tf2 returns it with the stamp 0. A dynamic transform may
+        wrongly have the stamp 0, too: therefore a second lookup, at another time, follows, which fails for a dynamic
+        transform. Every error becomes a reason, because an error that leaves a callback would end the process.
         """
         try:
             newest = self._buffer.lookup_transform(target, source, LATEST)

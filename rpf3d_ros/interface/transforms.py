@@ -39,8 +39,8 @@ class TransformLookup(Protocol):
     def lookup(self, target: str, source: str, stamp_ns: int) -> FoundTransform | str:
         """Return at once the transform from `source` into `target`; if there is none, the reason as text.
 
-        stamp_ns : time (ns) of the transform, NEWEST for the newest of all; if there is no transform at this time, the
-            newest before it is returned
+        stamp_ns : time (ns) of the transform, NEWEST for the newest of all; if all transforms are older than this time,
+            the newest is returned
         """
 
     def clear(self) -> None:
@@ -78,10 +78,12 @@ class InputFrames:
         return self._with(frame_id, found)
 
     def static(self, frame_id: str, because: str) -> MapFrame:
-        """Return the map frame that converts data in frame_id that must not move, such as a mesh, which has no stamp.
+        """Return the map frame that converts data without a time, such as a mesh; frame_id must be a static frame.
 
         The newest transform is used, because a static transform is valid for all times. Raises MessageRefused if there
-        is no transform, if it is not a rotation, and if it is dynamic (the message then contains `because`).
+        is no transform, if the transform is not a rotation, and if it is dynamic.
+
+        because : why frame_id must be static, for the error message
         """
         if self._transforms is None or self._needs_none(frame_id):
             return self._frame

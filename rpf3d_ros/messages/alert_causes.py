@@ -1,4 +1,4 @@
-"""The values of `alerts` on the cause of a level: what raised it, on which survey it was judged, and since when."""
+"""The values of `alerts` on an alert level: its cause, the terrain for which it was judged, and its beginning."""
 
 from collections.abc import Mapping, Sequence
 
@@ -10,7 +10,7 @@ NOTHING, SOURCES, FAULT, NOT_KNOWN = "nothing", "sources", "fault", "unknown"
 
 
 def causes_of_site(alert: Alert) -> dict[str, str]:
-    """Return the values of the site; its cause is that of the first area whose held level equals that of the site."""
+    """Return the values of the site: the cause is taken from the first area with the same held level as the site."""
     raised = next((area for area in alert.areas if area.held == alert.held), None)
     return _values(alert, raised, alert)
 

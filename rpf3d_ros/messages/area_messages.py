@@ -23,9 +23,10 @@ def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArra
     """Return the outline (P, 2) m of a live area of interest, in plan, from a polygon message.
 
     A polygon without corners deletes the area: the list is then empty.
-    Raises MessageRefused for a foreign frame, for corners that are not finite or too many, for float32 coordinates
-    beyond `FARTHEST`, which have lost centimetres, for corners that all have the same height in a tilted frame, and for
-    corners that form no polygon.
+
+    Raises MessageRefused for a foreign frame, and for corners that are not finite, are too many or form no polygon;
+    also for float32 coordinates beyond `FARTHEST`, because they have lost centimetres; and for corners of equal height
+    in a tilted frame, because an outline without heights has no place in plan.
     """
     frame.check(polygon.header.frame_id)
     corners = polygon.polygon.points

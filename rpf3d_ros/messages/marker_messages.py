@@ -74,8 +74,8 @@ def trajectory_markers(header: Header, columns: Columns, most: int, points_each:
 def zone_markers(header: Header, zones: Iterable[ShownZone], result: int = 0) -> bytes:
     """Return the hazard zones as a marker message (CDR bytes): facets and outline of each zone.
 
-    The namespace of a zone is hazard/<name>. The text of each marker is `result N`. A zone without facets or without an
-    outline has no such marker: RViz refuses a marker without points.
+    The namespace of a zone is hazard/<name>. The text of each marker is `result N`. A zone without facets has no
+    marker of facets, and a zone without an outline has no marker of an outline: RViz refuses a marker without points.
     """
     zones, text = list(zones), text_of(result)
     markers = [CLEARING]

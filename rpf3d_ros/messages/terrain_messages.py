@@ -47,7 +47,7 @@ def survey_of_cloud(cloud: "PointCloud2", frame: MapFrame, most: int = MOST_POIN
 
     A cloud with at least two rows and two columns is a grid, any other cloud scattered points. A point with a NaN is a
     hole of a grid, and is left out of scattered points. Raises MessageRefused as `check_cloud` and
-    `positions_of_cloud`, and if a grid has only NaN points or scattered points are fewer than a triangle.
+    `positions_of_cloud`, if a grid has only NaN points, and if fewer than `FEWEST_POINTS` scattered points remain.
     """
     check_cloud(cloud, frame, most)
     if cloud.height > 1 and cloud.width > 1:

@@ -32,7 +32,10 @@ class FileContact:
         self._write(OPEN)
 
     def set(self, is_closed: bool) -> None:
-        """Close or open the contact; it stays open until the next call if a program is just reading it."""
+        """Close or open the contact.
+
+        The contact cannot be closed while another program reads the file; it then stays open until the next call.
+        """
         if is_closed == self._is_closed:
             return
         if not is_closed:

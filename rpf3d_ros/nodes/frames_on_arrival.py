@@ -22,7 +22,10 @@ class FramesOnArrival:
     """Returns the frame of each message. The executor's thread, which receives the transforms, never waits."""
 
     def __init__(self, frames: InputFrames, is_patient: bool) -> None:
-        """Begin on the executor's thread; is_patient : True if other threads may wait for the first transforms."""
+        """Note that the calling thread is the executor's; call this on the executor's thread.
+
+        is_patient : True if other threads may wait for the first transforms
+        """
         self._frames, self._executor = frames, threading.get_ident()
         self._wait_until = time.monotonic() + FIRST_TRANSFORMS if is_patient else 0.0
         self._closed = threading.Event()
@@ -35,7 +38,7 @@ class FramesOnArrival:
         return self._when_known(lambda: self._frames.of(frame_id, stamp_ns))
 
     def static(self, frame_id: str, because: str) -> MapFrame:
-        """Return the map frame of data that must not move, as `InputFrames.static`; may wait for the first transforms.
+        """Return the map frame of data without a time, as `InputFrames.static`; may wait for the first transforms.
 
         Raises MessageRefused.
         """

@@ -39,6 +39,6 @@ def exempt_from_collection() -> None:
 
 
 def free_unused_objects() -> None:
-    """Free unused objects that refer to each other in cycles, including the excluded ones."""
+    """Free unused objects that refer to each other in cycles, including those excluded by `exempt_from_collection`."""
     gc.unfreeze()
     gc.collect()

@@ -108,10 +108,10 @@ class Inputs:
     def _report_middleware(self, why: str, at_ns: int) -> None:
         """Report a fault as long as the middleware cannot deliver terrain messages.
 
-        When it can deliver them again, a message may have been lost. Therefore the terrain then counts as out of date
-        until a later whole survey is used.
+        Terrain messages may be lost during the fault. Therefore the terrain counts as out of date when the fault has
+        ended, until a later whole survey is used.
 
-        why : error of the middleware, "" as soon as messages can be taken; at_ns : time (ns, as times of publication)
+        why : error of the middleware, "" as soon as messages can be taken; at_ns : present time (ns since the epoch)
         """
         if why:
             self._health.set("terrain", ERROR, why)
@@ -241,7 +241,7 @@ class Inputs:
         self._take(topic, header, take)
 
     def _take(self, topic: str, header: Header, take: Callable[[], None], published_ns: int = 0) -> None:
-        """Process a message with `take`; refuse it if its stamp is before the last of its topic, or in the future."""
+        """Process a message with `take`; refuse a stamp older than the last stamp of the topic, or in the future."""
         stamp = nanoseconds(header.stamp)
 
         def guarded() -> None:
@@ -264,7 +264,7 @@ class Inputs:
                 self._station.input_understood(topic, lambda: len(self.publishers.of(topic)))
 
     def _refuse(self, topic: str, why: str, published_ns: int, is_counted: bool = False) -> None:
-        """Report a refused message, which is a fault, because the message may report danger or changed terrain.
+        """Report a refused message: a fault of the alert, because the message may report danger or changed terrain.
 
         is_counted : True if the queue of terrain already counts the message as missing
         """

@@ -64,7 +64,10 @@ def arguments_of_program(args: Sequence[str]) -> list[str]:
 
 
 def _leave_on_signals() -> list[bool]:
-    """End the process on a signal as long as the returned list is empty; afterwards rclpy handles signals."""
+    """Set signal handlers, and return a list; a signal ends the process as long as the list is empty.
+
+    The caller adds an item to the list when rclpy begins to handle signals.
+    """
     listening: list[bool] = []
 
     def leave(number: int, frame: object) -> None:

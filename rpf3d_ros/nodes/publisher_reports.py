@@ -66,7 +66,7 @@ class PublisherReports:
         self._look_at = 0.0
 
     def look_soon(self) -> None:
-        """Make the next call of `look` check all publishers, because a publisher cannot be received."""
+        """Make the next call of `look` check all publishers, because the messages of a publisher cannot be received."""
         self._look_at = 0.0
 
     def look(self) -> None:
@@ -84,7 +84,7 @@ class PublisherReports:
         self._report([*wrong, *mute], seen)
 
     def understood(self, topic: str) -> None:
-        """Note that a message of a topic was accepted; the fault of a mute sensor ends soon."""
+        """Note that a message of a topic was accepted; its fault of a mute sensor, if any, ends at the next check."""
         self._mute.understood(topic)
 
     def _report(self, findings: Sequence[PublisherFinding], seen: Mapping[str, Sequence[SeenPublisher]]) -> None:

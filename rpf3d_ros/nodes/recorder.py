@@ -93,10 +93,10 @@ class RecorderNode(Node):
         self._take(topic, (lambda: data) if topic == MESH else partial(_read, kind, data))
 
     def _take(self, topic: str, read: Read) -> None:
-        """Record all messages that are due when a message has been received.
+        """After a message was received, record all messages that are due, and count the received message.
 
-        Count the received message, unless it is refused or cannot be written. A message that waits to be recorded later
-        is counted at once.
+        The received message is not counted if it is refused or cannot be written. If it waits to be recorded later, it
+        is counted now.
         """
         written = [self._record(reading) or reading.topic != topic for reading in self.log.received(topic, read)]
         if all(written):

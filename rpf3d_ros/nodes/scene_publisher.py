@@ -57,7 +57,7 @@ class ScenePublisherNode(Node):
         self.get_logger().info(f"poses carry no speed: set release_speed of rpf3d_simulator to {asked}, {where}")
 
     def look(self) -> None:
-        """Publish the terrain again for new subscribers, and the sources for the first time when enough are there."""
+        """Publish the terrain again for new subscribers; publish the sources once they have enough subscribers."""
         subscribers = self.terrain.get_subscription_count()
         if subscribers > self.served:
             self.terrain.publish(self.mesh)
@@ -66,7 +66,7 @@ class ScenePublisherNode(Node):
             self.publish_sources()
 
     def repeat(self) -> None:
-        """Publish the sources again, if they have been published and the wanted number is not reached."""
+        """Publish the sources again, unless this is the first time or `repetitions` is reached (0 for no limit)."""
         most = self.parameters.repetitions
         if self.repeated and (most == 0 or self.repeated < most):
             self.publish_sources()

@@ -20,7 +20,7 @@ class AlertEntries:
     """Converts messages of alerts, the alarm and diagnostics to entries of a recording."""
 
     def __init__(self, times: EntryTimes) -> None:
-        """Begin without alerts; `changes` : number of messages in which a level of the site or an area has changed."""
+        """Begin without alerts; attribute `changes` counts messages in which a level of site or areas has changed."""
         self._times, self._logged = times, LoggedStates()
         self._areas_with_alerts: set[str] = set()
         self._levels: object = None
@@ -39,9 +39,8 @@ class AlertEntries:
         level of the area changes. The lane of an area ends if the message does not contain the area, for example
         because a machine has left.
 
-        The entries have the time of the decision, if the message contains this time. The stamp of the message is the
-        stamp of the sources, which is not enough: if the same sources become stale, the next decision has the same
-        stamp.
+        The entries have the time of the decision or, if the message lacks this time, the stamp of the message. This
+        stamp is that of the sources, so several decisions on the same sources have the same stamp.
         """
         alerts = alerts_of(array)
         stamp_ns = decided_at_ns(alerts) or nanoseconds(array.header.stamp)

@@ -39,7 +39,8 @@ def flush(stream: Any, seconds: float) -> None:
 def close(stream: Any, seconds: float) -> None:
     """Write the waiting rows and the file's footer.
 
-    Raises RuntimeError as `flush`. A separate thread then releases the stream, because this may never end.
+    Raises RuntimeError in the same cases as `flush`. After an error, a separate thread releases the stream, because
+    the release may never end.
     """
     try:
         flush(stream, seconds)

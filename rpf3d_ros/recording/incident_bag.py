@@ -87,7 +87,7 @@ class IncidentBag:
     def _begin(self, stamp_ns: int) -> None:
         """Write the terrain into a new bag before its first message, so that a replay begins with the terrain.
 
-        stamp_ns : time (ns) of the first message, which the terrain gets as well
+        stamp_ns : time (ns) of the first message; the terrain gets the same time
         """
         if self._is_new and self._writer is not None:
             self._is_new = False

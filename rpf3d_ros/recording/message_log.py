@@ -73,9 +73,9 @@ class MessageLog:
         return [self._times.at(self._now(), lambda r: r.about(self._thinning.text), "about")]
 
     def received(self, topic: str, read: Read) -> Iterator[Reading]:
-        """Yield the messages to record now that a message has been received; record each before asking for the next.
+        """After a message was received, yield the messages to record now; record each before asking for the next.
 
-        These may be the message itself or messages that have waited, or none.
+        The result may contain the received message and messages that have waited; it may also be empty.
 
         topic : a key of TOPICS; read : deserializes the message, but returns CDR bytes for terrain/mesh
         """
@@ -96,7 +96,7 @@ class MessageLog:
         yield from (self._reading(topic, each) for topic, kept in self._waiting.items() for each in kept.rest())
 
     def entries(self, topic: str, message: Any) -> list[RecordingEntry]:
-        """Return the entries to record now that a message has been received, as `received` yields their messages.
+        """After a message was received, return the entries of all messages that `received` yields.
 
         Raises MessageRefused.
         """

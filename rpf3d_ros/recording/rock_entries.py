@@ -170,7 +170,7 @@ def _has(cloud: Any, name: str) -> bool:
 
 
 def _kept(topic: str) -> str:
-    """Return the value of `RecordingEntry.keeps` for a topic: a new file begins with its last entry."""
+    """Return the value of `RecordingEntry.keeps` for a topic: a new file begins with the last entry of each topic."""
     return f"answer/{topic}"
 
 

@@ -135,8 +135,8 @@ class Recording:
     def motion(self, motion: RockPositions) -> None:
         """Add the motion of rocks, one row for each moment, so that the viewer can play it.
 
-        The motion is on two timelines: simulated time, and ROS time from the stamp of the event on. A frame is the
-        picture of one moment. On both timelines, the times of frames are multiples of the frame step, so this event
+        The motion is on two timelines: simulated time, and ROS time, which begins at the stamp of the event. A frame is
+        the picture of one moment. On both timelines, the times of frames are multiples of the frame step, so this event
         replaces the frames of an earlier event. If the earlier event had more frames, frames without rocks follow.
         """
         rocks, frames = motion.positions.shape[1], len(motion.times)

@@ -21,7 +21,7 @@ def border_of(vertices: FloatArray, triangles: IntArray, memory: Memory = fresh)
     """Return the border sides (B, 3, 3) m of a mesh: begin and end of each side, and the third corner of its facet.
 
     Sides of opposite directions along one edge cancel out in pairs; the remaining sides are the border. So an edge
-    between two facets is not on the border, also if both facets have a duplicate. Facets with two corners on one vertex
+    between two facets is not on the border, even if each facet has a duplicate. Facets with two corners on one vertex
     have no sides.
 
     Parameters
@@ -45,8 +45,9 @@ def net_sides(gone: Corners, came: Corners) -> Corners:
 
     Each side is given by three vertices: begin, end and third corner of its triangle.
 
-    A side that leaves the border is included in the opposite direction; `border_after` then cancels both sides. If a
-    removed triangle opens a side of its neighbour, this side has the third corner of the removed triangle.
+    A side that leaves the border is included in the opposite direction; `border_after` then cancels both sides. If the
+    removal of a triangle puts a side of its neighbour on the border, the side is included, but with the third corner of
+    the removed triangle.
 
     gone : (G, 3) corners of the removed triangles; came : (C, 3) corners of the added triangles
     """

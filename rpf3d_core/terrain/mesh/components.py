@@ -34,13 +34,13 @@ def components(count: int, a: Index, b: Index) -> Index:
 def _join(above: Any, a: Any, b: Any) -> None:
     """Find the components of a graph: write the smallest node of each node's component into `above` (N,).
 
-    The root of a node is the last node of the chain that leads from each node to the node to which it is attached. For
-    each pair of connected nodes, the larger root is attached to the smaller root; then every node is attached to its
-    root. Path halving at every look-up keeps paths short (Tarjan & van Leeuwen 1984, J. ACM 31:245). A
-    node is always attached to a smaller node. So the last loop, in ascending order, finds each parent already attached
-    to its root.
+    Each node has a parent, which is a smaller node or the node itself. A root is its own parent. The parents of a node,
+    one after the other, lead to the root of the node. For each pair of connected nodes, the smaller of their two roots
+    becomes the parent of the larger root. The last loop gives every node its root as parent. The loop runs in ascending
+    order, so the parent of a node already has its root as parent. Path halving at every look-up keeps paths short
+    (Tarjan & van Leeuwen 1984, J. ACM 31:245).
 
-    above : (N,) node to which each node is attached, before the call the node itself; a, b : (P,) connected nodes
+    above : (N,) parent of each node, before the call the node itself; a, b : (P,) pairs of connected nodes
     """
     for p in range(len(a)):
         i, j = a[p], b[p]

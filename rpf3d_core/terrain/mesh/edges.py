@@ -61,7 +61,7 @@ def shared_by_two(edges: Edges) -> tuple[Index, Index, Flags]:
 
 
 def facets_on_borders(edges: Edges) -> Index:
-    """Return the facets (B,) at edges of one facet or of more than two: a component with such an edge is not closed.
+    """Return the facets (B,) at edges that do not have exactly two facets: a component with such an edge is not closed.
 
     A facet with several such edges occurs several times.
     """
@@ -70,7 +70,7 @@ def facets_on_borders(edges: Edges) -> Index:
 
 @loop
 def _reach(triangles: Any) -> int:
-    """Return the largest difference between the vertex numbers of a side, to pack both vertices into few bits."""
+    """Return the largest difference between two vertex numbers of a facet, to pack the ends of a side into few bits."""
     reach = 0
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -83,7 +83,7 @@ def _write_side_keys(triangles: Any, vertices: int, reach: int, keys: Any) -> No
     """Write a key for each side of a facet into keys (3 F,); sorting the keys brings the sides of an edge together.
 
     The key of side k of facet f is at index k F + f. A key packs the lower vertex, the difference to the higher vertex
-    (`reach` bits) and the direction. Sides of collapsed facets are last.
+    (`reach` bits) and the direction. Sides of collapsed facets get the largest key, so they are sorted to the end.
     """
     count = len(triangles)
     for f in range(count):

@@ -25,17 +25,17 @@ class FaultReport:
     triangles, vertices, edges : counts, after welding
     area, area_by_zone : area of all facets, and of the facets of each zone
     pieces : number of components; facets of different components have no edge in common
-    boundary_edges : number of edges of one facet
-    holes : number of closed rings of boundary edges, without one outer ring for each component (rings that touch at a
-        vertex count as one ring)
-    non_manifold_edges : edges of three facets or more
+    boundary_edges : number of edges that belong to only one facet
+    holes : number of closed rings of boundary edges; one ring for each open component does not count, because it is the
+        outer edge of the component. Rings that touch at a vertex count as one ring
+    non_manifold_edges : number of edges that belong to three facets or more
     zero_area_facets, duplicate_facets : counts; these facets are kept, so facet numbers are those of the files
     flipped_facets : facets that were turned over to face the free side
     one_sided_pieces : components with only one side, left unchanged
     low, high : corners of the bounding box in the input's own coordinates
     steepest_deg : the largest angle of a facet from the horizontal; a facet above 90 overhangs
     median_edge : median length of an edge
-    remarks : sentences on data that the reading of the files left out or assumed
+    remarks : sentences on data that were left out or assumed when the files were read
     """
 
     files: tuple[str, ...]

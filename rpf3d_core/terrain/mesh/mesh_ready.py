@@ -1,9 +1,9 @@
 """Test whether a received mesh needs repair, and repair it only then: most surveys are already welded and consistent.
 
-If welding would join two vertices, both lie on borders, because the facets there share no edge. So only border vertices
-are compared with each other. (A facet shorter than the tolerance and surrounded by other facets stays unchanged,
-although `weld` would collapse the facet.) The winding is consistent if no side occurs twice in the same direction; to
-test this, the sides are listed by the vertex at which they start.
+Where a mesh is not welded, neighbouring facets share no edge, so the vertices to be joined lie on borders. Therefore
+only border vertices are compared with each other. Exception: a facet with a side shorter than the tolerance that is
+surrounded by other facets stays unchanged, although `weld` would collapse the facet. The winding is consistent if no
+side occurs twice in the same direction; to test this, the sides are listed by the vertex at which they start.
 """
 
 import math
@@ -71,7 +71,9 @@ def _moved(vertices: FloatArray, triangles: IntArray, memory: Memory, share: Sha
 
 
 def _looks(mesh: Mesh, share: Share, must_face_up: bool) -> int:
-    """Return UP if no facet faces down, DOWN if all facets face down, else MIXED; facets without area do not count.
+    """Return the direction of the facets: UP if none faces down, DOWN if all face down, else MIXED.
+
+    Facets without area do not count.
 
     Raises TerrainError if no facet has an area, or if `must_face_up` is true and more facets face down than up.
     """
@@ -181,9 +183,9 @@ def _turn(triangles: Any) -> None:
 
 @loop
 def _count_out(triangles: Any, begin: int, end: int, starts: Any) -> None:
-    """Add the number of sides of facets that start at vertex v to starts[v + 1], for the vertices `begin` to `end` - 1.
+    """Count the facet sides that start at each vertex v from `begin` to `end` - 1, and add the count to starts[v + 1].
 
-    The numbers are needed to list the sides by vertex.
+    The counts are needed to list the sides by vertex.
     """
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]

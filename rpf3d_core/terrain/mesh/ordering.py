@@ -14,7 +14,7 @@ LARGEST_BITS = 63
 
 
 def bits_left(count: int) -> int:
-    """Return the largest number of bits of a key with which `sort_keys` can sort `count` keys by its fast method."""
+    """Return the largest width (bits) that `count` keys may have for the fast method of `sort_keys`."""
     return LARGEST_BITS - count.bit_length()
 
 
@@ -37,7 +37,7 @@ def sort_keys(keys: Keys, bits: int) -> tuple[Keys, NDArray[np.int32]]:
 
 @loop
 def _pack(keys: Any, shift: int) -> None:
-    """Append to each key (N,) its position, in the low bits, so that sorting the keys moves the positions too.
+    """Append its position to each key (N,), in the low bits, so that sorting the keys moves the positions too.
 
     shift : number of bits of a position
     """

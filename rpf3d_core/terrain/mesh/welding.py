@@ -41,7 +41,8 @@ def weld(points: FloatArray, tolerance: float) -> tuple[FloatArray, Index]:
     Parameters
     ----------
     points : (N, 3) float
-        Finite, m, in a local frame, so that float64 resolves the tolerance. Fastest in column order.
+        Finite, m, in a local frame, so that float64 resolves the tolerance. Fastest if each column is
+        contiguous in memory.
     tolerance : float
         m, >= 0; with 0, only equal points become one vertex.
 
@@ -82,7 +83,7 @@ def _project(x: Any, y: Any, z: Any, along: Any) -> None:
 def _sorted_along(along: FloatArray) -> tuple[Index, float]:
     """Return the points (N,) in the order of their distance along OBLIQUE, and the precision (m) of this order.
 
-    Distances are counted in whole steps; the precision is the length of a step.
+    Distances are counted in whole steps; the precision is twice the length of a step.
     """
     bits, steps = bits_left(len(along)), np.empty(len(along), np.int64)
     low = float(along.min())
@@ -120,11 +121,12 @@ def _runs_of_equals(x: Any, y: Any, z: Any, order: Any, first: Any, run: Any) ->
 
 
 def _first_of_near(places: FloatArray, along: FloatArray, first: Index, tolerance: float, step: float) -> Index:
-    """Return the smallest point number (M,) in each point's chain of near points; the chain becomes a vertex there.
+    """Return for each of M points the smallest point number in its chain: the chain becomes a vertex at that point.
 
-    places : (M, 3) m, the points sorted along OBLIQUE with a precision of one step (m); along : (M,) m, their distances
-        along OBLIQUE
-    first : (M,) point number of each of these points
+    In a chain, each point is at most the tolerance (m) from the next point.
+
+    places : (M, 3) m, the points sorted along OBLIQUE; step : m, precision of the order (`_sorted_along`)
+    along : (M,) m, distances of the points along OBLIQUE; first : (M,) point numbers of the points
     """
     a, b = _near_pairs(places, along, tolerance, tolerance + step + ROUNDING * float(np.abs(along).max()))
     if len(a) == 0:

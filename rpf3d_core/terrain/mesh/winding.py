@@ -61,8 +61,8 @@ def _agreement(count: int, edges: Edges) -> tuple[Index, Flags, int]:
     After these facets are turned over, the windings of neighbours agree, except in one-sided components.
 
     Method: each facet f has two nodes, f for the unchanged facet and f + F for the facet turned over. The nodes of two
-    neighbours are joined if their windings agree. So each component has two copies in the graph, which are separate
-    unless the component is one-sided.
+    neighbours are joined if their windings agree. So each component has two copies in the graph. The copies are
+    connected with each other only if the component is one-sided.
 
     count : number of facets F
     """

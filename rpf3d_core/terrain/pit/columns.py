@@ -78,7 +78,7 @@ class RampTurn(NamedTuple):
 
     exists : true where the ramp exists ; face : number of the bench face that the ramp cuts
     part : share of this bench face below the ramp (-) ; height : of the ramp, m
-    inner, outer : offsets of the ramp's edges, m ; coordinate : height as a bench coordinate
+    inner, outer : offsets of the ramp's edges, m ; coordinate : height as in `Design.bench_coordinate`
     """
 
     exists: Mask
@@ -293,7 +293,7 @@ def key_at_top(
 ) -> FloatArray:
     """Return the sorting keys (P,) of points for the triangles to the next column, corrected at the top of the ramp.
 
-    The last line across the ramp counts there as natural ground, with the crest at its inner edge.
+    For these triangles, the last line across the ramp is natural ground, and the inner end of the line is the crest.
 
     offset : (P,) m, of the points; at_top : (P,) true for points on the last line across the ramp
     rows : number of rows of the wall; last : column of the last line across the ramp, -1 without a ramp
@@ -311,7 +311,7 @@ def key_at_top(
 def key_at_foot(column: IndexArray, offset: FloatArray, key: FloatArray, at_foot: Mask) -> FloatArray:
     """Return the sorting keys (P,) of points for the triangles to the previous column, corrected at the ramp's foot.
 
-    The first line across the ramp counts there as floor, with the toe at its outer edge.
+    For these triangles, the first line across the ramp is floor, and the outer end of the line is the toe.
 
     offset : (P,) m, of the points; at_foot : (P,) true for points on the first line across the ramp
     """

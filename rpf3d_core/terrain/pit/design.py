@@ -140,8 +140,9 @@ class Design:
         p : fraction of a turn around the pit; height : m above the floor
         berms : number of bench widths below the place; ramps_below : number of turns of the ramp below the place
 
-        At the ramp's inner edge `berms` is the bench coordinate minus one: at level i the inner edge is the crest of
-        face i. The berm at that level therefore tapers to nothing, and continues outside the ramp.
+        At the inner edge of the ramp, `berms` is the bench coordinate minus one. Where the ramp reaches level i, its
+        inner edge is therefore the crest of face i: the berm at level i has no width there, and continues on the outer
+        side of the ramp.
         """
         offset: FloatArray = height * self.cot + berms * self.width_at(p) + self.push(p, ramps_below)
         return offset

@@ -68,7 +68,7 @@ def drawn_waves(random: np.random.Generator, lengths: tuple[float, ...], plan: b
 
 
 def height_of_waves(waves: Waves, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
-    """Return the height (P,) of the relief at points x, y, z (P,) m: the sum of the waves there, unit variance."""
+    """Return the height (P,) of the relief at points x, y, z (P,) m: the sum of the waves; its variance is 1."""
     total = np.zeros(len(x))
     for (kx, ky, kz), phase, amplitude in zip(waves.vector, waves.phase, waves.amplitude, strict=True):
         total += amplitude * np.sin(kx * x + ky * y + (kz * z + phase))
@@ -145,7 +145,7 @@ def drawn_spill(design: Design, random: np.random.Generator) -> Spill | None:
 
 
 def near_ramp(design: Design, p: float, level: int) -> bool:
-    """True if the ramp passes within 1.3 bench heights of a bench, so that a spill has no room on the bench there.
+    """True if the ramp passes within 1.3 bench heights of a bench at p, so that a spill has no room at this place.
 
     p : fraction of a turn around the pit; level : number of the bench, counted from the floor
     """

@@ -14,7 +14,9 @@ IndexArray = NDArray[np.int64]
 
 
 class StripLines(NamedTuple):
-    """The lines of points on one side (left or right) of all strips, one line per strip; A entries in all.
+    """The lines of points on one side (left or right) of all strips, one line per strip.
+
+    An entry is a point on a line; all lines together have A entries.
 
     strip : (A,) number of the strip, ascending; key : (A,) place along the line, ascending within a strip
     point : (A,) number of the point in the mesh

@@ -25,8 +25,8 @@ FEWEST_COLUMNS = 12
 def pit_terrain(pit: Pit) -> Terrain:
     """Return the pit as a watertight mesh.
 
-    The number of triangles is `pit.triangles` within 3 %; within 5 % if this is below 5,000. The same pit always gives
-    exactly the same mesh. Zones: `bench_1` (the first below the crest) and so on down, `face`, `ramp`,
+    The number of triangles is `pit.triangles` within 3 %, or within 5 % if `pit.triangles` is below 5,000. The same
+    pit always gives exactly the same mesh. Zones: `bench_1` (the first below the crest) and so on down, `face`, `ramp`,
     `floor`, `spill`, `ground` (outside the crest). x is east, y is north, the middle of the floor is at x = y = 0;
     vertices are local, z = 0 at the crest, and `frame.origin` is (0, 0, crest altitude). Every facet's normal points up
     (n_z > 0), so no point of the plan lies under two facets. Raises `TerrainError` if the plan would fold over itself,
