@@ -74,11 +74,11 @@ def earlier_contact(facets: Facets, f: int, arc: Arc, left: PreviousContact, bes
     a = -0.5 * arc.gravity * n[2]
     if f == left.facet and not left.resting:
         return _prefer(facets, f, arc, n, _return_time(left, b, a), left.side, best)
-    c, s = dot(n, subtract(arc.x, corner(facets, f, 0))), left.side
-    if f == left.before and not left.resting:
-        s = -s
-    if -NEAR * facets.crack <= s * c <= NEAR * facets.tolerance:
-        return _prefer(facets, f, arc, n, _time_from_near(facets, f, arc, left, s * c, s * b, s * a), s, best)
+    c = dot(n, subtract(arc.x, corner(facets, f, 0)))
+    if abs(c) <= NEAR * max(facets.crack, facets.tolerance):
+        s = -left.side if f == left.before and not left.resting else left.side
+        if -NEAR * facets.crack <= s * c <= NEAR * facets.tolerance:
+            return _prefer(facets, f, arc, n, _time_from_near(facets, f, arc, left, s * c, s * b, s * a), s, best)
     best = _prefer(facets, f, arc, n, falling_time(c, b, a), 1.0, best)
     return _prefer(facets, f, arc, n, falling_time(-c, -b, -a), -1.0, best)
 
