@@ -124,7 +124,7 @@ def _advice(raster: Raster, facets: int, allowed: float, bytes_per_cell: int) ->
     """
     if allowed < 4:  # even the coarsest raster has 4 cells if a common corner of cells lies on the terrain
         least = _gigabytes((facets + 4) * bytes_per_cell)
-        return f"no cell fits, for the facets alone need {least} GB: set memory_gb to at least that"
+        return f"no cell fits, because the facets alone need {least} GB: set memory_gb to at least that"
     fits = next(size for size in round_cells() if size > raster.cell and _most_cells(raster, size) <= allowed)
     return f"a cell of {fits:g} m fits: set cell to {fits:g}, or raise memory_gb"
 

@@ -38,7 +38,7 @@ def effects_called_for(scene: Scene, flown: Flights) -> Iterator[str]:
     if "forest" in type(scene.effects).model_fields and "forest" not in scene.effects.named:
         found = sorted({path.name for name in TREES for path in scene.path.parent.glob(f"{name}.*")})
         if found:
-            yield f"{', '.join(found)} beside the scene tells of trees, but `effects` names no forest"
+            yield f"the folder of the scene has {', '.join(found)}, but `effects` names no forest"
 
 
 def _carrying_on(scene: Scene) -> str:

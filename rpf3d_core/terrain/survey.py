@@ -23,7 +23,7 @@ def mesh_terrain(vertices: FloatArray, triangles: IntArray, zone: str, weld_tole
         If there is no triangle, no facet has an area, or a vertex is not finite.
     """
     if len(triangles) == 0:
-        raise TerrainError("the terrain holds no triangles; it needs at least one")
+        raise TerrainError("the terrain has no triangles; it needs at least one")
     if not np.isfinite(vertices).all():
         raise TerrainError("the terrain has a vertex that is NaN or infinite; every coordinate must be a finite number")
     x, y, z = np.round(0.5 * (vertices.min(axis=0) + vertices.max(axis=0))).tolist()
@@ -34,5 +34,5 @@ def mesh_terrain(vertices: FloatArray, triangles: IntArray, zone: str, weld_tole
         triangles = index[triangles]
     winding = repair_winding(local, triangles, edges_of(triangles, len(local)))
     if without_area(local, winding.triangles, winding.areas).all():
-        raise TerrainError(f"the terrain is none: {NO_AREA_AT_ALL}")
+        raise TerrainError(f"this cannot be a terrain: {NO_AREA_AT_ALL}")
     return Terrain(local, winding.triangles, np.zeros(len(triangles), dtype=np.int32), (zone,), frame)

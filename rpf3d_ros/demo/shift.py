@@ -60,7 +60,7 @@ EVENTS = (
     Event(at=60.0, action="quiet", sentence="the wall is quiet"),
     Event(at=90.0, action="fails", sentence="survey, first update: a crest has failed, and its muck fills the bench"),
     Event(at=120.0, action="falls", sentence="the same rocks again: over the muck they come down to the ramp"),
-    Event(at=160.0, action="quiet", sentence="the wall is quiet; what was said stays until somebody looks"),
+    Event(at=160.0, action="quiet", sentence="the wall is quiet; the alert stays until a person acknowledges it"),
     Event(at=190.0, action="acknowledge", sentence="the shift supervisor acknowledges"),
     Event(at=210.0, action="cleaned", sentence="survey, second update: the bench is cleaned"),
     Event(at=240.0, action="falls", sentence="the same rocks a third time"),
@@ -98,7 +98,7 @@ class Shift:
         Raises InputError if a node does not answer or refuses an acknowledgement.
         """
         if not self._stand_in.wait(lambda: self.levels, ANSWERING):
-            raise InputError(f"no alert is heard within {ANSWERING:g} s")
+            raise InputError(f"no alert came within {ANSWERING:g} s")
         for event in EVENTS:
             self._pass_until(event.at)
             report(f"  {event.at:3.0f} s  {event.sentence}")

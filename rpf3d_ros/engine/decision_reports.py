@@ -48,7 +48,7 @@ class DecisionReports:
 
     def unwritten(self) -> None:
         """Report that a decision waits for the disk, and sound the alarm, because the decision is not published yet."""
-        why = f"the disk does not answer: a decision has waited for {LONGEST_WRITE:g} s, and is not told before it is"
+        why = f"the disk does not answer: a decision has waited for {LONGEST_WRITE:g} s and is not published yet"
         self._outlets.health.set("decision log", ERROR, why)
         self._outlets.alerts.sound_alarm()
 

@@ -134,7 +134,7 @@ class Station:
         self._refused_inputs.clear()
         if self.desk is not None:
             replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
-            self.desk.forget("the node is not active: it hears and decides nothing", replies.put)
+            self.desk.forget("the node is not active: it receives and decides nothing", replies.put)
             try:
                 replies.get(timeout=LAST_FAULT)
             except queue.Empty:  # the log's disk is slow: the alarm alone is published last

@@ -26,7 +26,7 @@ from rpf3d_core.vectors import dot, subtract
 UP, DOWN, MIXED = 1, -1, 0
 """Direction of the facets of a mesh: no facet faces down, all facets face down, or neither."""
 FACING = "z must point up, and the corners of a facet must run counter-clockwise as seen from above"
-FLAT = "the terrain is none: no facet has an area, for the corners of each lie on one line"
+FLAT = "this cannot be a terrain: no facet has an area, because the corners of each facet lie on one line"
 
 
 def ready_mesh(
@@ -42,7 +42,7 @@ def ready_mesh(
     must_face_up : True to refuse a mesh of which more facets face down than up, instead of turning the facets over
     """
     if len(triangles) == 0:
-        raise TerrainError("the terrain holds no triangles; it needs at least one")
+        raise TerrainError("the terrain has no triangles; it needs at least one")
     mesh = _moved(vertices, triangles, memory, share)
     looks = _looks(mesh, share, must_face_up)
     starts, to = _sides(mesh, memory, share)
@@ -66,7 +66,7 @@ def _moved(vertices: FloatArray, triangles: IntArray, memory: Memory, share: Sha
     corners = memory("triangles", 3 * len(triangles), np.int32).reshape(-1, 3)
     corners[:] = triangles
     if int(corners.min()) < 0 or int(corners.max()) >= len(local):
-        raise TerrainError(f"a triangle names a vertex that there is not; the mesh has {len(local):,}")
+        raise TerrainError(f"a triangle names a vertex that does not exist; the mesh has {len(local):,} vertices")
     return Mesh(vertices=local, triangles=corners, origin=origin)
 
 
