@@ -11,7 +11,7 @@ NO_AREA = 1e-12
 Three corners on one line stay below this limit in spite of rounding (1e-16), for coordinates up to 1e4 times the sides.
 The narrowest facet of a survey is many powers of ten wider.
 """
-NO_AREA_AT_ALL = "no facet has an area, because the corners of each facet lie on one line; a terrain needs a facet with an area"
+NO_AREA_AT_ALL = "no facet has an area, because the corners of each facet lie on one line; a terrain needs an area"
 
 
 def without_area(vertices: FloatArray, triangles: NDArray[np.int32], areas: FloatArray) -> NDArray[np.bool_]:
