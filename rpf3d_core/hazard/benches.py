@@ -1,7 +1,7 @@
 """The bench table: for each zone and area of interest, how many rocks reached it and how many stopped there."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from rpf3d_core.ensemble.statistics import share_of
 from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.unknowns.predictive import ENOUGH
 
 SHOWN = 12
 """Largest number of zones in the printed table, because more do not fit a screen."""
@@ -43,6 +44,14 @@ SHORT = 1
 
 NOT_KNOWN, UNKNOWN_END = "not known", "?"
 """Texts in the printed table for an unknown interval, and for one unknown end of an interval."""
+
+MEANINGS = {
+    NOT_KNOWN: f"fewer than {ENOUGH} parameter sets sent enough rocks there for a predictive interval; the sampling "
+    "interval does not replace it",
+    UNKNOWN_END: "too few rocks came there to determine this end of the sampling interval; the p95 energy may lie far "
+    "beyond the other end",
+}
+"""Notes under the printed table on the texts for unknown intervals and ends, if the table has them."""
 
 ZONE, AREA = "zone", "area"
 """The two kinds of rows in the bench table: zones of the terrain and areas of interest."""
@@ -122,6 +131,15 @@ def _known(low: float, high: float) -> list[float | None]:
 def notes_of(maps: HazardMaps) -> tuple[str, str]:
     """Return the notes under the printed table: on its columns, and on uncertainties that its intervals omit."""
     return (TEXT_NOTE, OPEN) if maps.sets is None else (OF_SETS.format(sets=maps.sets.flown), STILL_OPEN)
+
+
+def notes_on_unknown(rows: Iterable[Sequence[str]]) -> list[str]:
+    """Return the notes that explain unknown intervals and ends; only those that the rows of the printed table have.
+
+    rows : from `text_rows`
+    """
+    texts = [text.partition(" (")[2] for _, *shown in rows for text in shown]
+    return [f"`{word}`: {meaning}" for word, meaning in MEANINGS.items() if any(word in text for text in texts)]
 
 
 def lost_in_words(lost: int, flown: int) -> str:
