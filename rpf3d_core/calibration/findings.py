@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.calibration.data_warnings import data_warnings
+from rpf3d_core.calibration.density import Stops
 from rpf3d_core.calibration.flying import Flown, Slope, anywhere_density
 from rpf3d_core.calibration.folds import (
     LEAST_VALUES,
@@ -14,6 +15,7 @@ from rpf3d_core.calibration.folds import (
     covered,
     curve_score,
     folds_of,
+    misfit_weights,
     predictive_score,
     ranks,
     weights_without,
@@ -61,13 +63,16 @@ class Findings:
     book : score under the book values, None without book values
     curve : score under a normal curve without physics, None without end points
         All four scores are None if there are too few observations to keep any out.
-    rank : (N, 2) predicted probability of a stop nearer than each observed stop, along and across. Each prediction is
+    rank : (K, 2) predicted probability of a stop nearer than each observed stop, along and across. Each prediction is
         made without this stop, and with the measuring error alone, as a run shows its stops. None without stops
-    whole_rank : (N, 2) as `rank`, but with the misfit added to the measuring error; None without stops
+        that have a prediction
+    whole_rank : (K, 2) as `rank`, but with the misfit added to the measuring error; None without such stops
     misfit : m, mean error of the model over the posterior; None if there were too few end points to estimate it
     left : share (-) of the rocks of the posterior that left the terrain or did not stop
     sets, rocks : number of flown parameter sets, and number of rocks of each set
     of_data : warnings about the observations, as sentences; left_out : sentences on sources without a flown rock
+    unpredicted : number of observed stops without a prediction, because hardly a rock of their kind stopped; they are
+        not in `rank`
     all_rounds : True if all rounds are flown, so that more time adds nothing
     """
 
@@ -87,6 +92,7 @@ class Findings:
     rocks: int
     of_data: tuple[str, ...]
     left_out: tuple[str, ...] = ()
+    unpredicted: int = 0
     all_rounds: bool = False
 
     def coverage(self) -> dict[str, Any] | None:
@@ -123,7 +129,7 @@ def findings_of(slope: Slope, spec: CalibrationSpec, result: Result, book: Flown
         ],
         correlation=correlation_of(values, post.weights), effective=post.effective, noise=post.noise,
         held_out=kept.get("held_out"), prior=kept.get("prior"), book=kept.get("book"), curve=kept.get("curve"),
-        rank=kept.get("rank"), whole_rank=kept.get("whole_rank"),
+        rank=kept.get("rank"), whole_rank=kept.get("whole_rank"), unpredicted=kept.get("unpredicted", 0),
         misfit=float(post.misfits @ slope.misfits) if len(slope.misfits) > 1 else None,
         left=float(1.0 - post.weights @ deposited), sets=len(post.z), rocks=slope.rocks,
         of_data=data_warnings(slope, result.flown),
@@ -168,17 +174,26 @@ def _kept_out(slope: Slope, result: Result, book: Flown | None, seed: int) -> di
         "prior": predictive_score(before[None], densities, anywhere),
     }
     if book is not None:
-        found["book"] = predictive_score(
-            np.full((1, 1, len(slope.misfits)), 1.0 / len(slope.misfits)), book.densities.mean(axis=0)[None, :, :count],
-            anywhere,
-        )  # fmt: skip
+        of_book = book.densities.mean(axis=0)[:, :count]
+        found["book"] = predictive_score(misfit_weights(of_book, folds, anywhere), of_book[None], anywhere)
     if len(stops):
         found["curve"] = curve_score(stops, folds, slope.error, anywhere_density(slope))
-        places = [one.stops for one in result.flown]
-        without = weights.sum(axis=2, keepdims=True)
-        found["rank"] = ranks(places, without, stops, np.array([slope.error]), slope.alike)
-        found["whole_rank"] = ranks(places, weights, stops, np.hypot(slope.error, slope.misfits), slope.alike)
+        found |= _ranks(slope, [one.stops for one in result.flown], weights)
     return found
+
+
+def _ranks(slope: Slope, places: list[Stops], weights: FloatArray) -> dict[str, Any]:
+    """Return `rank`, `whole_rank` and `unpredicted` of `Findings` by name, from the stops of all sets.
+
+    weights : (N, S, M) of the sets and misfits for each observed stop, from the stops outside its fold
+    """
+    observed, without = slope.field.stops, weights.sum(axis=2, keepdims=True)
+    rank = ranks(places, without, observed, np.array([slope.error]), slope.alike)
+    whole = ranks(places, weights, observed, np.hypot(slope.error, slope.misfits), slope.alike)
+    known = np.isfinite(rank).all(axis=1) & np.isfinite(whole).all(axis=1)
+    if not known.any():
+        return {"unpredicted": len(observed)}
+    return {"rank": rank[known], "whole_rank": whole[known], "unpredicted": int((~known).sum())}
 
 
 def _estimate(
