@@ -48,8 +48,7 @@ NOT_KNOWN, UNKNOWN_END = "not known", "?"
 MEANINGS = {
     NOT_KNOWN: f"fewer than {ENOUGH} parameter sets sent enough rocks there for a predictive interval; the sampling "
     "interval does not replace it",
-    UNKNOWN_END: "too few rocks came there to determine this end of the sampling interval; the p95 energy may lie far "
-    "beyond the other end",
+    UNKNOWN_END: "too few rocks came there to bound the p95 energy from above; it may be much larger",
 }
 """Notes under the printed table on the texts for unknown intervals and ends, if the table has them."""
 
