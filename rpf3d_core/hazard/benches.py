@@ -9,7 +9,6 @@ import numpy as np
 from rpf3d_core.ensemble.statistics import share_of
 from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.unknowns.predictive import ENOUGH
 
 SHOWN = 12
 """Largest number of zones in the printed table, because more do not fit a screen."""
@@ -46,7 +45,7 @@ NOT_KNOWN, UNKNOWN_END = "not known", "?"
 """Texts in the printed table for an unknown interval, and for one unknown end of an interval."""
 
 MEANINGS = {
-    NOT_KNOWN: f"fewer than {ENOUGH} parameter sets sent enough rocks there for a predictive interval; the sampling "
+    NOT_KNOWN: "fewer than {enough} parameter sets sent enough rocks there for a predictive interval; the sampling "
     "interval does not replace it",
     UNKNOWN_END: "too few rocks came there to bound the p95 energy from above; it may be much larger",
 }
@@ -138,7 +137,12 @@ def notes_on_unknown(rows: Iterable[Sequence[str]]) -> list[str]:
     rows : from `text_rows`
     """
     texts = [text.partition(" (")[2] for _, *shown in rows for text in shown]
-    return [f"`{word}`: {meaning}" for word, meaning in MEANINGS.items() if any(word in text for text in texts)]
+    meant = [(word, meaning) for word, meaning in MEANINGS.items() if any(word in text for text in texts)]
+    if not meant:
+        return []
+    from rpf3d_core.unknowns.predictive import ENOUGH  # imported only if the scene has unknowns
+
+    return [f"`{word}`: {meaning.format(enough=ENOUGH)}" for word, meaning in meant]
 
 
 def lost_in_words(lost: int, flown: int) -> str:
