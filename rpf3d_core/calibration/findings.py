@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.calibration.data_warnings import data_warnings
+from rpf3d_core.calibration.density import Stops
 from rpf3d_core.calibration.flying import Flown, Slope, anywhere_density
 from rpf3d_core.calibration.folds import (
     LEAST_VALUES,
@@ -14,6 +15,7 @@ from rpf3d_core.calibration.folds import (
     covered,
     curve_score,
     folds_of,
+    misfit_weights,
     predictive_score,
     ranks,
     weights_without,
@@ -61,14 +63,16 @@ class Findings:
     book : score under the book values, None if the scene has no book values
     curve : score under a normal curve without physics, None if no end points were observed
         All four scores are None if there are too few observations to keep any out.
-    rank : (N, 2) predicted probability that a stop has a smaller coordinate than each observed stop, along and across.
+    rank : (K, 2) predicted probability that a stop has a smaller coordinate than each observed stop, along and across.
         Each prediction is made without this observed stop, and with the measuring error alone: the stops of a run do
-        not include the misfit either. None if no stops were observed
-    whole_rank : (N, 2) as `rank`, but with the misfit added to the measuring error; None if no stops were observed
+        not include the misfit either. None if no observed stop has a prediction
+    whole_rank : (K, 2) as `rank`, but with the misfit added to the measuring error
     misfit : m, mean error of the model over the posterior; None if there were too few end points to estimate it
     left : share (-) of the rocks of the posterior that left the terrain or did not stop
     sets, rocks : number of flown parameter sets, and number of rocks of each set
     of_data : warnings about the observations, as sentences; left_out : sentences on sources without a flown rock
+    unpredicted : number of observed stops without a prediction, because hardly a rock of their kind stopped; they are
+        not in `rank`
     all_rounds : True if all rounds are flown, so that more time adds nothing
     """
 
@@ -88,22 +92,27 @@ class Findings:
     rocks: int
     of_data: tuple[str, ...]
     left_out: tuple[str, ...] = ()
+    unpredicted: int = 0
     all_rounds: bool = False
 
     def coverage(self) -> dict[str, Any] | None:
-        """Return the shares of kept-out blocks within 50 and 90 % predictive intervals; None without end points.
+        """Return the shares of kept-out blocks within 50 and 90 % predictive intervals; None if no block has any.
 
-        `with_misfit` has the shares for intervals that include the misfit of the model.
+        A block without a prediction counts as outside its intervals. `with_misfit` has the shares for intervals that include the misfit of the model.
         """
         if self.rank is None or self.whole_rank is None:
             return None
-        whole = {**_shares_inside(self.whole_rank), "misfit": self.misfit}
-        return {**_shares_inside(self.rank), "blocks": len(self.rank), "with_misfit": whole}
+        blocks = len(self.rank) + self.unpredicted
+        whole = {**_shares_inside(self.whole_rank, blocks), "misfit": self.misfit}
+        return {**_shares_inside(self.rank, blocks), "blocks": blocks, "with_misfit": whole}
 
 
-def _shares_inside(rank: FloatArray) -> dict[str, dict[str, float]]:
-    """Return the shares of blocks within 50 and 90 % intervals, along and across, from ranks (N, 2)."""
-    inside = {percent: covered(rank, percent / 100.0) for percent in (50, 90)}
+def _shares_inside(rank: FloatArray, blocks: int) -> dict[str, dict[str, float]]:
+    """Return the shares of blocks within 50 and 90 % intervals, along and across.
+
+    rank : (K, 2) of the blocks that have a prediction; blocks : number of all blocks, of which the others are outside
+    """
+    inside = {percent: covered(rank, percent / 100.0) * (len(rank) / blocks) for percent in (50, 90)}
     return {str(percent): {"along": float(two[0]), "across": float(two[1])} for percent, two in inside.items()}
 
 
@@ -124,7 +133,7 @@ def findings_of(slope: Slope, spec: CalibrationSpec, result: Result, book: Flown
         ],
         correlation=correlation_of(values, post.weights), effective=post.effective, noise=post.noise,
         held_out=kept.get("held_out"), prior=kept.get("prior"), book=kept.get("book"), curve=kept.get("curve"),
-        rank=kept.get("rank"), whole_rank=kept.get("whole_rank"),
+        rank=kept.get("rank"), whole_rank=kept.get("whole_rank"), unpredicted=kept.get("unpredicted", 0),
         misfit=float(post.misfits @ slope.misfits) if len(slope.misfits) > 1 else None,
         left=float(1.0 - post.weights @ deposited), sets=len(post.z), rocks=slope.rocks,
         of_data=data_warnings(slope, result.flown),
@@ -170,17 +179,26 @@ def _kept_out(slope: Slope, result: Result, book: Flown | None, seed: int) -> di
         "prior": predictive_score(before[None], densities, anywhere),
     }
     if book is not None:
-        found["book"] = predictive_score(
-            np.full((1, 1, len(slope.misfits)), 1.0 / len(slope.misfits)), book.densities.mean(axis=0)[None, :, :count],
-            anywhere,
-        )  # fmt: skip
+        of_book = book.densities.mean(axis=0)[:, :count]
+        found["book"] = predictive_score(misfit_weights(of_book, folds, anywhere), of_book[None], anywhere)
     if len(stops):
         found["curve"] = curve_score(stops, folds, slope.error, anywhere_density(slope))
-        places = [one.stops for one in result.flown]
-        without = weights.sum(axis=2, keepdims=True)
-        found["rank"] = ranks(places, without, stops, np.array([slope.error]), slope.alike)
-        found["whole_rank"] = ranks(places, weights, stops, np.hypot(slope.error, slope.misfits), slope.alike)
+        found |= _ranks(slope, [one.stops for one in result.flown], weights)
     return found
+
+
+def _ranks(slope: Slope, places: list[Stops], weights: FloatArray) -> dict[str, Any]:
+    """Return `rank`, `whole_rank` and `unpredicted` of `Findings` by name, from the stops of all sets.
+
+    weights : (N, S, M) of the sets and misfits for each observed stop, from the stops outside its fold
+    """
+    observed, without = slope.field.stops, weights.sum(axis=2, keepdims=True)
+    rank = ranks(places, without, observed, np.array([slope.error]), slope.alike)
+    whole = ranks(places, weights, observed, np.hypot(slope.error, slope.misfits), slope.alike)
+    known = np.isfinite(rank).all(axis=1) & np.isfinite(whole).all(axis=1)
+    if not known.any():
+        return {"unpredicted": len(observed)}
+    return {"rank": rank[known], "whole_rank": whole[known], "unpredicted": int((~known).sum())}
 
 
 def _estimate(

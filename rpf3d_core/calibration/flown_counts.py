@@ -5,7 +5,7 @@ near the end of a section did what was counted only with a probability. Without 
 """
 
 from collections.abc import Callable
-from functools import reduce
+from functools import cache, reduce
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -152,13 +152,16 @@ def _area_of(outlines: list[FloatArray]) -> Any:
     return area
 
 
+@cache
 def unit_displacements() -> FloatArray:
     """Return the displacements in plan (COPIES, 2) of the copies of a path or stop, in units of the misfit (-).
 
     In x and in y, the mean is 0 and the standard deviation 1.
     """
     normal = normal_of(np.clip(spread_points(COPIES, 2, GROUPS), 0.5 / COPIES, 1.0 - 0.5 / COPIES))
-    return np.asarray((normal - normal.mean(axis=0)) / normal.std(axis=0))
+    unit = np.asarray((normal - normal.mean(axis=0)) / normal.std(axis=0))
+    unit.flags.writeable = False  # all callers share this array
+    return unit
 
 
 def _share(flags_at: Callable[[FloatArray], NDArray[np.bool_]], sd: float) -> FloatArray:

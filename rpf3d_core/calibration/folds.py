@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.calibration.density import LEAST_KERNEL, Stops, kernel_widths
 from rpf3d_core.calibration.likelihood import ASTRAY, Weighed, log_likelihoods, posterior_weights
+from rpf3d_core.calibration.population import normalised
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -18,6 +19,8 @@ NEGLIGIBLE = 0.01
 """Weight of a parameter set, relative to the mean, below which its stops are left out of ranks."""
 RANKED, LEAST_RANKED = 100_000, 50
 """Rocks of all sets together from which ranks are computed, and least number of each set: more would change nothing."""
+LEAST_STOPPED = 1e-3
+"""Share (-) of the simulated rocks that stand for a block and stopped, at or below which there is no prediction."""
 LEAST_VALUES = 3
 """Smallest number of observations from which some can be kept out."""
 
@@ -65,6 +68,17 @@ def predictive_score(weights: FloatArray, densities: FloatArray, anywhere: float
     return Score(np.log((1.0 - ASTRAY) * mixed + ASTRAY * anywhere))
 
 
+def misfit_weights(densities: FloatArray, folds: IntArray, anywhere: float | FloatArray) -> FloatArray:
+    """Return the weights (N, 1, M) of M misfits of one parameter set, for each observation from the other folds.
+
+    The size of the misfit is estimated as in a calibration, in which all misfits are equally likely beforehand.
+    densities : (M, N) of the N observations under the set; anywhere : as in `Densities`, for all or (N,) for each
+    """
+    logs = np.log(np.maximum((1.0 - ASTRAY) * densities + ASTRAY * anywhere, 1e-300))
+    rows = [normalised(logs[:, folds != fold].sum(axis=1)) for fold in range(int(folds.max()) + 1)]
+    return np.asarray(np.stack(rows)[folds][:, None, :])
+
+
 def curve_score(observed: FloatArray, folds: IntArray, error: float, anywhere: float) -> Score:
     """Return the log score of a normal curve fitted to the other folds: a prediction without any physics.
 
@@ -102,8 +116,9 @@ def ranks(
 
     The two coordinates of a stop are the distances along and across the slope.
 
-    Rocks that left the terrain or did not stop are left out. If all sets together have many rocks, only the first rocks
-    of each set are used, because the order of the rocks is random.
+    Rocks that left the terrain or did not stop are left out. The result is NaN for a block without a prediction: at
+    most LEAST_STOPPED of the rocks that stand for the block stopped. If all sets together have many rocks, only the
+    first rocks of each set are used, because the order of the rocks is random.
     stops : of each of S sets; weights : (N, S, M) weights of the sets and errors for each observation
     errors : (M,) m, standard deviations of the difference between a simulated stop and an observed stop
     alike : (N, R) weight of each rock in the prediction for each observed block, >= 0; None if all weights are equal
@@ -122,7 +137,7 @@ def ranks(
             part = share[:, None] * stopped
             below += part * _weighted_mean(_probabilities(z), of_rocks)
             total += part
-    return np.asarray(below / np.maximum(total, 1e-300))
+    return np.where(total > LEAST_STOPPED, below / np.maximum(total, 1e-300), np.nan)
 
 
 def _deposited(stops: Stops, standing: FloatArray, chosen: FloatArray) -> FloatArray:

@@ -84,8 +84,12 @@ def calibration_of(scene: Scene) -> CalibrationSpec:
     Raises
     ------
     InputError
-        The scene names no unknowns; the message shows which keys to add.
+        The scene has a sample of parameter sets, or names no unknowns; the message shows what to do.
     """
+    if scene.unknowns is not None and scene.unknowns.sample is not None:
+        raise InputError(f"{scene.path}: `unknowns.sample` gives the values of an earlier calibration, which a "
+                         "calibration would ignore; calibrate the scene that it was made from, or remove `sample` and "
+                         "`misfit` from `unknowns`")  # fmt: skip
     unknowns = unknowns_of(scene)
     if not unknowns:
         raise InputError(f"{scene.path}: names no unknowns; add `calibration: {{unknowns: {{materials.*.friction: "

@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from rpf3d_core.calibration.findings import Findings
     from rpf3d_core.calibration.rounds import Status
 
-BudgetOption = Annotated[float | None, typer.Option(help="Seconds for everything; 900 if not given.")]
+BudgetOption = Annotated[
+    float | None, typer.Option(help="Seconds for this call; 900 if not given. To continue takes another budget.")
+]
 
 
 def calibrate(

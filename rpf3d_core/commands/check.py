@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 
 
 def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = None) -> None:
-    """Report faults of a scene's terrain, heights of its sources, and the time and memory that a run will take."""
+    """Report faults of a scene's terrain, heights of its sources, and the time and memory that a run will take.
+
+    The exit code is 0 if rpf3d run accepts the scene, also if rpf3d calibrate would refuse it; otherwise it is 2.
+    """
     from rpf3d_core.runs.check import check_scene
     from rpf3d_core.setup.choices import chosen_scene
 
@@ -52,7 +55,9 @@ def _print_check(report: "Check") -> None:
     models += f", stop_speed {named.stop_speed:g} m/s"
     lines += [["models", f"{models}, method {named.method.describe()}"]]
     if named.unknowns is not None and named.has_unknowns:
-        lines += [["unknowns", named.unknowns.describe()]]
+        lines += [["unknowns of a run", named.unknowns.describe()]]
+    if report.calibrated:
+        lines += [["unknowns of calibrate", report.calibrated]]
     lines += [["calibration", sentence] for sentence in report.observed]
     if report.assumed_friction:
         lines += [["friction", words_on_friction(report.assumed_friction)]]

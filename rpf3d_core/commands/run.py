@@ -118,17 +118,25 @@ def _print_outcomes(run: "Run") -> None:
 
 def _print_benches(run: "Run") -> None:
     """Print the bench table: the shares of rocks that reached each zone and area of interest, and stopped there."""
-    from rpf3d_core.hazard.benches import bench_table, left_out, notes_of, text_header, text_rows
+    from rpf3d_core.hazard.benches import (
+        bench_table,
+        left_out,
+        notes_of,
+        notes_on_unknown,
+        text_header,
+        text_rows,
+    )
 
     benches = bench_table(run.terrain, run.maps)
     table = Table(*text_header(benches), box=None, padding=GAP, pad_edge=False)
-    for row in text_rows(benches):
+    rows = list(text_rows(benches))
+    for row in rows:
         table.add_row(*row)
     if table.row_count:
         screen.print(table)
         if more := left_out(benches):
             screen.print(f"{more} more in hazard/benches.csv", style="dim", highlight=False)
-        screen.print(";\n".join(notes_of(run.maps)), style="dim", highlight=False)
+        screen.print(";\n".join([*notes_of(run.maps), *notes_on_unknown(rows)]), style="dim", highlight=False)
 
 
 def _print_maps(run: "Run") -> None:

@@ -3,7 +3,7 @@
 from typing import Any
 
 from rpf3d_core.desk.coefficients import drawn_elsewhere, materials_of
-from rpf3d_core.hazard.benches import bench_table, left_out, notes_of, text_header, text_rows
+from rpf3d_core.hazard.benches import bench_table, left_out, notes_of, notes_on_unknown, text_header, text_rows
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.results.overconfidence import surer_than_it_may_be
@@ -17,9 +17,10 @@ def bench_section(run: Run) -> dict[str, Any]:
     The keys are `header` (texts), `rows` (lists of texts) and `notes` (sentences below the table).
     """
     benches = bench_table(run.terrain, run.maps)
-    more = left_out(benches)
-    notes = [*notes_of(run.maps), *([f"{more:,} more zones that rocks reached are in the report"] if more else [])]
-    return {"header": list(text_header(benches)), "rows": [list(row) for row in text_rows(benches)], "notes": notes}
+    more, rows = left_out(benches), list(text_rows(benches))
+    also = [f"{more:,} more zones that rocks reached are in the report"] if more else []
+    notes = [*notes_of(run.maps), *notes_on_unknown(rows), *also]
+    return {"header": list(text_header(benches)), "rows": [list(row) for row in rows], "notes": notes}
 
 
 def progress_words(run: Run, last: bool = True) -> str:

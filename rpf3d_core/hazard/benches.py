@@ -1,7 +1,7 @@
 """The bench table: for each zone and area of interest, how many rocks reached it and how many stopped there."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,6 +43,13 @@ SHORT = 1
 
 NOT_KNOWN, UNKNOWN_END = "not known", "?"
 """Texts in the printed table for an unknown interval, and for one unknown end of an interval."""
+
+MEANINGS = {
+    NOT_KNOWN: "fewer than {enough} parameter sets sent enough rocks there for a predictive interval; the sampling "
+    "interval does not replace it",
+    UNKNOWN_END: "too few rocks came there to bound the p95 energy from above; it may be much larger",
+}
+"""Notes under the printed table on the texts for unknown intervals and ends, if the table has them."""
 
 ZONE, AREA = "zone", "area"
 """The two kinds of rows in the bench table: zones of the terrain and areas of interest."""
@@ -122,6 +129,20 @@ def _known(low: float, high: float) -> list[float | None]:
 def notes_of(maps: HazardMaps) -> tuple[str, str]:
     """Return the notes under the printed table: on its columns, and on uncertainties that its intervals omit."""
     return (TEXT_NOTE, OPEN) if maps.sets is None else (OF_SETS.format(sets=maps.sets.flown), STILL_OPEN)
+
+
+def notes_on_unknown(rows: Iterable[Sequence[str]]) -> list[str]:
+    """Return the notes that explain unknown intervals and ends; only those that the rows of the printed table have.
+
+    rows : from `text_rows`
+    """
+    texts = [text.partition(" (")[2] for _, *shown in rows for text in shown]
+    meant = [(word, meaning) for word, meaning in MEANINGS.items() if any(word in text for text in texts)]
+    if not meant:
+        return []
+    from rpf3d_core.unknowns.predictive import ENOUGH  # imported only if the scene has unknowns
+
+    return [f"`{word}`: {meaning.format(enough=ENOUGH)}" for word, meaning in meant]
 
 
 def lost_in_words(lost: int, flown: int) -> str:

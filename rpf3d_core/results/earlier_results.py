@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.results.calibration_folder import is_calibration, words_on_calibration
 from rpf3d_core.results.folder import SUMMARY
 from rpf3d_core.values import DEPOSITED
 
@@ -22,12 +23,15 @@ def read_summary(folder: str | Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        The folder has no summary, or its summary is damaged, is not rpf3d's, or does not have all keys of PARTS.
+        The folder has no summary, or its summary is damaged, is not rpf3d's, or does not have all keys of PARTS. The
+        message on the folder of a calibration names the command that makes a run of it.
     """
     path = Path(folder) / SUMMARY
     try:
         facts = json.loads(path.read_text(encoding="utf-8"))
     except (FileNotFoundError, NotADirectoryError):
+        if is_calibration(Path(folder)):
+            raise InputError(f"{folder}: {words_on_calibration(Path(folder))}") from None
         raise InputError(f"{folder}: has no {SUMMARY}; give a folder that `rpf3d run` wrote") from None
     except OSError as fault:
         raise InputError(f"{path}: cannot be read ({fault.strerror or fault})") from fault

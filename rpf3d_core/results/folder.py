@@ -13,6 +13,7 @@ from rpf3d_core.ensemble.paths import PathSamples, displayed_rows, sample_paths
 from rpf3d_core.errors import InputError
 from rpf3d_core.results import tables
 from rpf3d_core.results import trace_map as vtp
+from rpf3d_core.results.calibration_folder import is_calibration
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_folder import write_hazard
 from rpf3d_core.results.inputs import INPUTS, write_inputs
@@ -96,6 +97,9 @@ def _refuse_foreign_content(target: Path) -> None:
     names = {entry.name for entry in target.iterdir()}
     if not names:
         return
+    if is_calibration(target):
+        raise InputError(f"{target}: is the folder of a calibration, where no other result is written; give the path "
+                         f"of a new or empty folder, such as {target.with_name(target.name + '_run')}")  # fmt: skip
     if not _is_result(target):
         raise InputError(f"{target}: holds files that are not rpf3d's; give the path of a new or empty folder")
     if foreign := sorted(names - RESULT_NAMES):

@@ -20,7 +20,7 @@ from rpf3d_core.hazard.benches import three_figures
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import GIGABYTE
 from rpf3d_core.hazard.tally import BYTES_PER_CELL
-from rpf3d_core.runs.check_calibration import observations_in_words
+from rpf3d_core.runs.check_calibration import observations_in_words, unknowns_in_words
 from rpf3d_core.runs.check_effects import effects_called_for, idle_effects
 from rpf3d_core.runs.check_shapes import measured_sizes, shapes_in_words
 from rpf3d_core.runs.check_sources import SourceHeight, heights_of, high_above
@@ -127,6 +127,7 @@ class Check:
     shapes : sentences on the shapes of the rocks and on their files; empty for points and spheres
     measured : sentences on the files of measured sizes: the column and the unit that are read
     observed : lines on the observations that `rpf3d calibrate` reads; empty if the scene has no calibration
+    calibrated : the unknowns that `rpf3d calibrate` fits, with their priors; empty if the scene has no calibration
     """
 
     scene: Scene
@@ -140,6 +141,7 @@ class Check:
     shapes: tuple[str, ...] = ()
     measured: tuple[str, ...] = ()
     observed: tuple[str, ...] = ()
+    calibrated: str = ""
 
     @property
     def fit(self) -> bool:
@@ -190,6 +192,7 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
         shapes=shapes_in_words(scene),
         measured=measured_sizes(scene),
         observed=observed,
+        calibrated=unknowns_in_words(scene),
     )
     return _with_pilot(report, prepared, releases, sum(rocks)) if report.fit else report
 

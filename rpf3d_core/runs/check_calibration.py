@@ -10,6 +10,7 @@ from rpf3d_core.formats.points import read_points
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.coverage import plain
 from rpf3d_core.setup.prepared import Prepared
+from rpf3d_core.setup.unknowns import unknowns_of
 
 NAMED = 5
 """Largest number of stops that a warning names."""
@@ -28,9 +29,16 @@ def observations_in_words(prepared: Prepared) -> tuple[tuple[str, ...], list[str
         check_field(prepared.scene, field)
         check_stops(prepared, directions, field)
     except InputError as fault:
-        return (), [f"rpf3d calibrate refuses this scene: {fault}"]
+        return (), [f"a run of this scene is valid, but rpf3d calibrate would refuse the scene: {fault}"]
     warnings = [*_stops_outside(prepared), *_gates_outside(prepared, field, directions)]
     return tuple(_lines(field)), [*warnings, *field_warnings(prepared, field)]
+
+
+def unknowns_in_words(scene: Scene) -> str:
+    """Return the unknowns that `rpf3d calibrate` fits, with their priors; empty if the scene has no calibration."""
+    if scene.calibration is None:
+        return ""
+    return "; ".join(f"{name} ({prior.describe()})" for name, prior in unknowns_of(scene).items()) or "none named"
 
 
 def _lines(field: Field) -> Iterator[str]:

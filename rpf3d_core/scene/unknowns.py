@@ -47,6 +47,11 @@ class PriorSpec(StrictModel):
             return uniform_between(self.min, self.max)
         return truncated_normal(self.mean, self.sd, self.min, self.max)
 
+    def describe(self) -> str:
+        """Return the prior in words, such as "0.2 to 0.6" or "0.2 to 0.6, mean 0.4, sd 0.1"."""
+        normal = "" if self.mean is None else f", mean {self.mean:g}, sd {self.sd:g}"
+        return f"{self.min:g} to {self.max:g}{normal}"
+
     @property
     def middle(self) -> float:
         """The value that replaces the unknown where a scene needs one number: the mean, or the middle of the range."""

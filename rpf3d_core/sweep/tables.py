@@ -105,7 +105,10 @@ def have_unknowns(cells: Sequence[Cell]) -> bool:
 def notes_of(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
     """Return notes for the reader: what the intervals cover and, if true, that cells share random numbers."""
     notes = [f"reached: of all rocks; retained: of those that came; in brackets {_on_brackets(cells, records)}"]
-    return [*notes, COMMON.format(seed=cells[0].scene.seed)] if are_alike(cells) else notes
+    notes += [COMMON.format(seed=cells[0].scene.seed)] if are_alike(cells) else []
+    printed = [figure for record in records for figure in record.figures if _is_printed(figure)]
+    open_ends = any((one.sampling_low is None) != (one.sampling_high is None) for one in printed)
+    return [*notes, f"`{UNKNOWN_END}`: too few rocks determine this end of an interval"] if open_ends else notes
 
 
 def place_name(place: Place) -> str:

@@ -1,15 +1,19 @@
 """Scores on what was kept out: folds, the curve without physics, ranks and coverage."""
 
 from math import erf, gamma, pi, prod, sqrt
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from rpf3d_core.calibration.density import Stops
+from rpf3d_core.calibration.findings import _ranks
 from rpf3d_core.calibration.folds import (
     covered,
     curve_score,
     folds_of,
+    misfit_weights,
     predictive_score,
     ranks,
     weights_without,
@@ -110,6 +114,44 @@ def test_sets_count_by_the_share_of_a_blocks_own_rocks_that_stopped() -> None:
     for alike in (None, np.ones((1, 20_000))):
         found = ranks(stops, np.full((1, 2, 1), 0.5), np.full((1, 2), 5.0), np.zeros(1), alike)
         np.testing.assert_allclose(found, 2.0 / 3.0, atol=1e-9)
+
+
+def test_a_block_whose_own_rocks_all_left_has_no_prediction() -> None:
+    """All rocks of the second kind left the terrain. Rank 0 would say that they all went farther than the block."""
+    kind = np.repeat([0, 1], 100)
+    stops = [Stops(RANDOM.normal(0.0, 1.0, (200, 2)), kind == 0)] * 2
+    alike = (kind[None, :] == np.array([[0], [1]])).astype(float)
+    found = ranks(stops, np.full((2, 2, 1), 0.5), np.zeros((2, 2)), np.zeros(1), alike)
+    assert (np.abs(found[0] - 0.5) < 0.2).all() and np.isnan(found[1]).all()
+    little = np.where(kind[None, :] == np.array([[0], [1]]), 1.0, 1e-9)  # masses are never quite unlike
+    assert np.isnan(ranks(stops, np.full((2, 2, 1), 0.5), np.zeros((2, 2)), np.zeros(1), little)[1]).all()
+
+
+def test_blocks_without_a_prediction_are_counted_apart() -> None:
+    kind = np.repeat([0, 1], 100)
+    stops = [Stops(RANDOM.normal(0.0, 1.0, (200, 2)), kind == 0)]
+    alike = (kind[None, :] == np.array([[0], [1], [0]])).astype(float)
+    slope: Any = SimpleNamespace(field=SimpleNamespace(stops=np.zeros((3, 2))), error=0.5, misfits=np.zeros(1),
+                                 alike=alike)  # fmt: skip
+    found = _ranks(slope, stops, np.ones((3, 1, 1)))
+    assert found["rank"].shape == found["whole_rank"].shape == (2, 2) and found["unpredicted"] == 1
+    assert np.isfinite(found["rank"]).all()
+    slope.alike = (kind[None, :] == np.ones((3, 1))).astype(float)
+    assert _ranks(slope, stops, np.ones((3, 1, 1))) == {"unpredicted": 3}
+
+
+def test_book_values_have_the_misfit_that_the_other_folds_show() -> None:
+    """Misfit 0 misses all stops, misfit 1 fits them: equal weights would halve the density of a fair prediction."""
+    densities = np.array([[1e-6] * 10, [0.1] * 10])
+    folds = np.arange(10) % 5
+    weights = misfit_weights(densities, folds, ANYWHERE)
+    np.testing.assert_allclose(weights[:, 0, 1], 1.0, atol=1e-6)
+    odd = densities.copy()
+    odd[:, :2] = odd[::-1, :2]  # the kept-out stops of a fold do not decide for themselves
+    own = misfit_weights(odd[:, [0, 1]], np.array([0, 1]), ANYWHERE)
+    logs = np.log((1 - ASTRAY) * odd[:, 1] + ASTRAY * ANYWHERE)
+    np.testing.assert_allclose(own[0, 0], np.exp(logs - np.logaddexp(*logs)))
+    np.testing.assert_allclose(misfit_weights(densities[:1], folds, 1e-3), 1.0)
 
 
 def test_an_error_of_the_model_widens_the_prediction() -> None:

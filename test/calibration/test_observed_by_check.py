@@ -2,12 +2,18 @@
 
 from pathlib import Path
 
+import numpy as np
+import pytest
 from typer.testing import CliRunner
 
+from rpf3d_core.calibration.observations import calibration_of
 from rpf3d_core.cli import app
+from rpf3d_core.errors import InputError
 from rpf3d_core.runs.check_calibration import observations_in_words
 from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.scene.unknowns import PriorSpec
 from rpf3d_core.setup.prepared import prepare
+from rpf3d_core.unknowns.parameter_sets import parameter_sets, write_parameter_sets
 
 SCENE = """\
 terrain: {files: [{path: slope.obj, zone: default}]}
@@ -64,5 +70,29 @@ def test_check_prints_them_and_what_calibrate_would_refuse(tmp_path: Path) -> No
     assert "3 observed stops" in result.output
     result = CliRunner().invoke(app, ["check", str(written(tmp_path, CALIBRATION.replace(": mass\n", ": weight\n")))])
     assert result.exit_code == 0, result.output
-    assert "rpf3d calibrate refuses this scene" in result.output
+    assert "a run of this scene is valid, but rpf3d calibrate would refuse the scene" in " ".join(result.output.split())
     assert "'weight', but the header has x, y, mass" in result.output
+
+
+def test_check_names_the_unknowns_of_a_run_and_of_a_calibration_apart(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    prior = "tangential_restitution: {prior: {min: 0.5, max: 0.9}}"
+    path.write_text(path.read_text().replace("tangential_restitution: 0.8", prior))
+    lines = CliRunner().invoke(app, ["check", str(path)], env={"COLUMNS": "300"}).output.splitlines()
+    named = {line.split("  ")[0]: line for line in lines if line.startswith("unknowns")}
+    assert set(named) == {"unknowns of a run", "unknowns of calibrate"}
+    assert "normal_restitution" not in named["unknowns of a run"]
+    assert named["unknowns of calibrate"].endswith("materials.default.normal_restitution (0.2 to 0.6); "
+                                                   "materials.default.tangential_restitution (0.5 to 0.9)")  # fmt: skip
+
+
+def test_a_normal_prior_is_described() -> None:
+    assert PriorSpec(min=0.2, max=0.6, mean=0.4, sd=0.1).describe() == "0.2 to 0.6, mean 0.4, sd 0.1"
+
+
+def test_a_scene_with_a_sample_is_not_calibrated_without_its_sample(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    write_parameter_sets(tmp_path / "sets.parquet", parameter_sets(["stop_speed"], np.full((50, 1), 0.1)))
+    path.write_text(path.read_text() + "unknowns: {sets: 50, sample: sets.parquet, misfit: 1}\n")
+    with pytest.raises(InputError, match=r"unknowns\.sample` gives the values of an earlier calibration"):
+        calibration_of(read_scene(path))

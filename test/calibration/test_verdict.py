@@ -28,6 +28,23 @@ def test_a_calibration_that_predicts_well_has_no_warning() -> None:
     assert warnings_of(found()) == []
 
 
+def test_blocks_without_a_prediction_are_named() -> None:
+    (one,) = warnings_of(replace(found(), unpredicted=1))
+    assert one.startswith("1 kept-out block has no prediction") and "coverage counts them as outside" in one
+    (more,) = warnings_of(replace(found(), unpredicted=3))
+    assert more.startswith("3 kept-out blocks have no prediction")
+
+
+def test_blocks_without_a_prediction_are_outside_their_intervals() -> None:
+    all_predicted, some = found().coverage(), replace(found(), unpredicted=25).coverage()
+    assert all_predicted is not None and some is not None
+    assert some["blocks"] == 2 * all_predicted["blocks"] == 2 * BLOCKS
+    for axis in ("along", "across"):
+        assert some["90"][axis] == all_predicted["90"][axis] / 2
+        assert some["with_misfit"]["50"][axis] == all_predicted["with_misfit"]["50"][axis] / 2
+    assert any("90 % intervals hold" in each for each in warnings_of(replace(found(), unpredicted=25)))
+
+
 def test_a_score_worse_than_a_curve_is_not_called_not_better() -> None:
     (worse,) = warnings_of(found(held_out=-9.7))
     assert "clearly worse than that of a normal curve" in worse and "do not use this calibration" in worse

@@ -17,6 +17,7 @@ from rpf3d_core.hazard.benches import (
     bench_table,
     benches_section,
     left_out,
+    notes_on_unknown,
     text_rows,
     three_figures,
     with_predictive,
@@ -149,6 +150,16 @@ def test_shares_of_any_number_of_rocks_leave_room_for_a_name_in_80_columns(flown
 def test_over_parameter_sets_a_p95_energy_is_never_bare(predictive, sampling, text):
     row = bench("a", 1)._replace(energy_p95=496e3, energy_predictive=predictive, energy_sampling=sampling)
     assert text_rows([row])[0][-1] == text
+
+
+def test_unknown_intervals_and_ends_are_explained_below_the_table_that_has_them():
+    energy = bench("a", 1)._replace(energy_p95=496e3, energy_predictive=[239e3, 795e3], energy_sampling=[443e3, 778e3])
+    assert notes_on_unknown(text_rows([energy])) == []
+    (end,) = notes_on_unknown(text_rows([energy._replace(energy_sampling=[183e3, None])]))
+    assert end == "`?`: too few rocks came there to bound the p95 energy from above; it may be much larger"
+    none, end = notes_on_unknown(text_rows([energy._replace(energy_predictive=[None] * 2, energy_sampling=[1, None])]))
+    assert none.startswith("`not known`: fewer than 39 parameter sets") and end.startswith("`?`")
+    assert notes_on_unknown(text_rows([bench("not known?", 1)])) == []  # the name of a zone is not an interval
 
 
 def test_a_share_without_a_predictive_interval_over_parameter_sets_says_so():

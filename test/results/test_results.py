@@ -9,6 +9,7 @@ from flights_on_a_floor import SURVEY, findings, floor, none_thrown, scene, thro
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import Place, Step
 from rpf3d_core.results import folder as results
+from rpf3d_core.results.earlier_results import read_summary
 from rpf3d_core.results.folder import check_folder, result_folder, write_all_tables, write_findings
 
 FILES = {
@@ -145,6 +146,30 @@ def test_a_folder_of_something_else_is_refused_and_untouched(tmp_path):
     with pytest.raises(InputError, match="not rpf3d's"):
         written(tmp_path / "out", tmp_path)
     assert names(tmp_path / "out") == {"thesis.txt"}
+
+
+@pytest.mark.parametrize("file", ["calibration.json", "state/plan.json"])
+def test_the_folder_of_a_calibration_is_named_as_such_and_another_one_is_suggested(tmp_path, file):
+    (tmp_path / "out" / file).parent.mkdir(parents=True, exist_ok=True)
+    (tmp_path / "out" / file).write_text("{}")
+    with pytest.raises(InputError, match=r"is the folder of a calibration, .* such as .*out_run$"):
+        check_folder(tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("files", "words"),
+    [
+        (["calibration.json", "calibrated.yaml"], r"report\.md; fly .* `rpf3d run .*calibrated\.yaml --out RESULT`"),
+        (["calibration.json"], r"refused calibration.*report\.md says what would help"),
+        (["state/plan.json"], r"unfinished calibration.*`rpf3d calibrate` command continues it"),
+    ],
+)
+def test_a_calibration_in_place_of_a_run_is_named_with_its_report_and_its_command(tmp_path, files, words):
+    for file in files:
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        (tmp_path / file).write_text("{}")
+    with pytest.raises(InputError, match=words):
+        read_summary(tmp_path)
 
 
 def test_a_summary_of_another_program_does_not_make_a_result(tmp_path):

@@ -73,6 +73,7 @@ def test_without_unknowns_the_note_says_so_and_an_unknown_end_is_a_question_mark
     assert notes_of(found.cells, found.records)[0].endswith("number of rocks; the scene has no unknowns")
     ((_, *percentiles),) = run_rows(found.cells, found.records)
     assert all(re.fullmatch(r"[\d.]+ \([\d.]+-\?\)", text) for text in percentiles), "60 rocks bound p95 from below"
+    assert notes_of(found.cells, found.records)[-1] == "`?`: too few rocks determine this end of an interval"
 
 
 def test_too_few_parameter_sets_for_any_predictive_interval_do_not_mean_no_unknowns(folder: Path) -> None:

@@ -78,7 +78,8 @@ def write_predicted(path: Path, observed: FloatArray, prior: Predicted, posterio
     panels[2].plot(*posterior.place[rows].T, ".", color=POSTERIOR, markersize=2, alpha=0.4, label="predicted")
     panels[2].plot(*observed.T, "o", color=OBSERVED, markersize=4, label="observed")
     label(panels[2], *AXES)
-    panels[2].legend(fontsize=8, loc="upper left")
+    # Above the panel, because no corner of a plan is sure to be empty.
+    panels[2].legend(fontsize=8, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, markerscale=2.0)
     panels[0].set_title("predicted against observed stops", loc="left")
     save(figure, path)
 
