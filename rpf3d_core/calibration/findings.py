@@ -98,7 +98,8 @@ class Findings:
     def coverage(self) -> dict[str, Any] | None:
         """Return the shares of kept-out blocks within 50 and 90 % predictive intervals; None if no block has any.
 
-        A block without a prediction counts as outside its intervals. `with_misfit` has the shares for intervals that include the misfit of the model.
+        A block without a prediction counts as outside its intervals. `with_misfit` has the shares for intervals that
+        include the misfit of the model.
         """
         if self.rank is None or self.whole_rank is None:
             return None

@@ -86,8 +86,8 @@ def _of_predictions(found: Findings) -> list[str]:
     if found.unpredicted:
         blocks = "1 kept-out block has" if found.unpredicted == 1 else f"{found.unpredicted} kept-out blocks have"
         sentences.append(f"{blocks} no prediction, because hardly any simulated rock of their mass or shape stopped on "
-                         "the terrain: coverage counts them as outside their intervals; extend the terrain if the observed rocks may have "
-                         "gone there")  # fmt: skip
+                         "the terrain: coverage counts them as outside their intervals; extend the terrain if the "
+                         "observed rocks may have gone there")  # fmt: skip
     if found.left >= MANY_LEFT:
         sentences.append(f"{100 * found.left:.0f} % of the simulated rocks left the terrain or did not stop; they "
                          "count as wrong; extend the terrain if the observed rocks may have gone there")  # fmt: skip
