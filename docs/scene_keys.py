@@ -47,8 +47,8 @@ sources: [{name: west, line: [[-570, -10, 0], [-570, 40, 0]], above_ground: 1, v
 - A key that does not exist, or a value out of bounds, is refused. The message has the file, the line, the key and what
   would be right.
 - YAML anchors and aliases: `*name` is a copy of the value with the anchor `&name`. A message about the copy has the key
-  of the copy, and the line of the original value. All aliases of a file together may repeat at most 100,000 values. An
-  alias inside its own anchor and merge keys (`<<`) are refused.
+  of the copy, and the line of the original value. All aliases of a file together may repeat at most 100,000 values. Two
+  things are refused: an alias inside the value of its own anchor, and a merge key (`<<`).
 - In the tables, a value without a stated type is a number; (-) means without a unit. *Left out* describes a scene
   without the key.
 """
