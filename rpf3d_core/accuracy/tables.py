@@ -175,8 +175,8 @@ def _exactness(prices: PriceList) -> list[str]:
     return [
         f"events against {DIGITS} digits: the first impacts of {_rocks(first.impacts)} are off by "
         f"{first.place_median:.1e} m (median) and {first.place_max:.1e} m (largest); up to the "
-        f"{ordinal(len(prices.off_exact))} impact, which only {_rocks(last.impacts)} had, no impact is off by more than "
-        f"{largest_off:.1e} m"
+        f"{ordinal(len(prices.off_exact))} impact, which only {_rocks(last.impacts)} had, no impact is off by more "
+        f"than {largest_off:.1e} m"
     ]
 
 
