@@ -103,7 +103,7 @@ what to improve next: more rocks, a finer survey, or a calibration.
 | shares, half-width | half the width of the widest 95 % Wilson interval of a share |
 | p95 energy, half-width | half the width of the 95 % interval of the p95 energy, divided by the p95 energy |
 | s / 1,000 rocks | seconds of one core; with ~, the time of a step was measured at a coarser setting |
-| compiled | the same, but rpf3d's own compiled search finds the closest facet |
+| compiled | s / 1,000 rocks, if rpf3d's own compiled search finds the closest facet |
 
 - **Chance.** Numerical and geometric rows compare the same rocks, so they show errors far below chance. But if a
   setting moves most rocks elsewhere, the error also contains chance and is an upper limit. If a setting is too slow for
