@@ -54,8 +54,8 @@ rpf3d run SCENE --out DIR --accuracy 0.05   # enough rocks to keep the error und
 
 `rpf3d cost` writes a *price list*: error and time of each setting. `run --accuracy` reads the price list in DIR. If
 there is none for this scene and version, `run --accuracy` measures the price list first. The rocks of `run --accuracy`
-always fly over the full terrain. `make accuracy` (`docs/accuracy.py`) measures and writes this page; `python
-docs/accuracy.py --as-is` writes only the text again.
+always fly over the full terrain. `make accuracy` (`docs/accuracy.py`) measures and writes this page;
+`python docs/accuracy.py --as-is` writes only the text again.
 
 ## Which errors are measured?
 All errors are differences of two maps of reach probability. The **map error** is the sum over all cells of |p - q|,

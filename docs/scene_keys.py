@@ -235,8 +235,8 @@ scene has outside this section, such as the ranges of a library. If both have a 
 `calibration.unknowns` applies.
 
 `mass_column` and `shape_column` name columns of the file of end points. A simulated rock is then compared only with
-blocks of about its mass, and of its shape. In the file, these columns may also be to the left of x, y and z. The heights
-of stops are not compared, so x and y are enough.
+blocks of about its mass, and of its shape. In the file, these columns may also be to the left of x, y and z. The
+heights of stops are not compared, so x and y are enough.
 """
 SHAPE = """\
 `shape: point` is the default. `shape: sphere` makes spheres of the rocks' size, which roll and spin; they need the same
