@@ -53,9 +53,9 @@ rpf3d run SCENE --out DIR --accuracy 0.05   # enough rocks to keep the error und
 ```
 
 `rpf3d cost` writes a *price list*: error and time of each setting. `run --accuracy` reads the price list in DIR. If
-there is none for this scene and version, `run --accuracy` measures the price list first. It always flies over the full
-terrain. `make accuracy` (`docs/accuracy.py`) measures and writes this page; `python docs/accuracy.py --as-is` writes
-only the text again.
+there is none for this scene and version, `run --accuracy` measures the price list first. The rocks of `run --accuracy`
+always fly over the full terrain. `make accuracy` (`docs/accuracy.py`) measures and writes this page;
+`python docs/accuracy.py --as-is` writes only the text again.
 
 ## Which errors are measured?
 All errors are differences of two maps of reach probability. The **map error** is the sum over all cells of |p - q|,
@@ -84,8 +84,9 @@ There are four errors:
   gives one value for each coefficient, the table has no parametric error. The error exists, but its size is unknown.
 
 The **total** is the sum of the first three errors, because a systematic and a random error do not cancel. The full
-terrain has the geometric error 0. For each scene, a line below names the cheapest setting among events and steps, over
-all measured terrains. If this setting has a coarser terrain, you must make that terrain yourself.
+terrain has the geometric error 0. For each scene below, the line *total up to 0.05* names the cheapest of all measured
+settings: with events or with fixed steps, on the full or on a coarser terrain. If this setting has a coarser terrain,
+you must make that terrain yourself.
 
 The parametric error is not in the total, because no setting reduces it. If the parametric error is above the target,
 `rpf3d cost` and `run --accuracy` report that more rocks cannot reach the target. The largest of the four errors shows
@@ -102,16 +103,17 @@ what to improve next: more rocks, a finer survey, or a calibration.
 | shares, half-width | half the width of the widest 95 % Wilson interval of a share |
 | p95 energy, half-width | half the width of the 95 % interval of the p95 energy, divided by the p95 energy |
 | s / 1,000 rocks | seconds of one core; with ~, the time of a step was measured at a coarser setting |
-| compiled | the same, but rpf3d's own compiled search finds the closest facet |
+| compiled | s / 1,000 rocks, if rpf3d's own compiled search finds the closest facet |
 
 - **Chance.** Numerical and geometric rows compare the same rocks, so they show errors far below chance. But if a
   setting moves most rocks elsewhere, the error also contains chance and is an upper limit. If a setting is too slow for
-  2,000 rocks, only a half, a quarter, ... of them fly (`rocks` in `cost.json`). If one of 500 rocks ends elsewhere, the
-  map error is some thousandths.
+  2,000 rocks, only a half, a quarter, ... of them fly (`rocks` in `cost.json`). With so few rocks, small map errors are
+  uncertain: if one of 500 rocks ends elsewhere, the map error is a few thousandths.
 - **Seconds of steps.** Every step is tested, as in the thesis, and no maps are made. For *s / 1,000 rocks*, Python
-  calls VTK as the thesis' program does, so this column compares programs. *compiled* (hollow in the picture) compares
-  methods. `method: {stepping: ...}` is faster than both, because it skips steps that cannot be a contact. All other
-  rows include maps.
+  calls VTK as the thesis' program does, so this column compares rpf3d with a program like that of the thesis.
+  *compiled* (hollow in the picture) is the time of steps in compiled code: compared with the time of events, it shows
+  the difference of the methods. `method: {stepping: ...}` is faster than both, because it skips steps that cannot be a
+  contact. All other rows include maps.
 - **Events** have rounding errors only. To measure these errors, the impacts are calculated again with 50 digits on the
   facets that the rocks hit. (`test/accuracy` shows the digits, and that exact arithmetic hits no other facet.) Each
   bounce off another facet may multiply a difference. So the map error in the row *events* comes from another test: all
@@ -119,16 +121,17 @@ what to improve next: more rocks, a finer survey, or a calibration.
 
 ## How do I read the lines of a scene?
 - *events against 50 digits*: rounding errors of the impacts of 50 rocks. A later impact has a larger error, because
-  each bounce may multiply it.
+  each bounce may multiply the error.
 - *errors of this scene*: the errors of the scene with the method, the terrain and the number of rocks of its file.
-- *total up to 0.05*: the cheapest measured setting whose total error is at most 0.05, compared with the full terrain.
+- *total up to 0.05*: the cheapest measured setting with a *total* of at most 0.05. The total is the sum of the
+  numerical, geometric and statistical error; the geometric error is relative to the full terrain.
 - *`rpf3d run --accuracy 0.05`*: the setting that this command chooses.
 - *numerical*, *geometric*, *statistical*: a table for each of these errors.
 """
 READING = """## What follows from the tables?
 - **With steps, a ten times smaller error costs ten times more time.** If step and threshold shrink together, the error
-  is proportional to the step, and the time is inversely proportional to the step (`test/accuracy` checks this first
-  order). Events need no such choice, because their error is only rounding.
+  is proportional to the step, and the time is inversely proportional to the step (`test/accuracy` checks that the error
+  is proportional). Events need no such choice, because their error is only rounding.
 - **A threshold causes a systematic error that no step removes.** An impact is found one threshold too early. If the
   rock hits the ground at a flat angle, the shift along the ground is several times the threshold. Below a certain step,
   smaller steps cost more time but do not reduce the error.

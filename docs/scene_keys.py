@@ -47,8 +47,8 @@ sources: [{name: west, line: [[-570, -10, 0], [-570, 40, 0]], above_ground: 1, v
 - A key that does not exist, or a value out of bounds, is refused. The message has the file, the line, the key and what
   would be right.
 - YAML anchors and aliases: `*name` is a copy of the value with the anchor `&name`. A message about the copy has the key
-  of the copy, and the line of the original value. All aliases of a file together may repeat at most 100,000 values. An
-  alias inside its own anchor and merge keys (`<<`) are refused.
+  of the copy, and the line of the original value. All aliases of a file together may repeat at most 100,000 values. Two
+  things are refused: an alias inside the value of its own anchor, and a merge key (`<<`).
 - In the tables, a value without a stated type is a number; (-) means without a unit. *Left out* describes a scene
   without the key.
 """
@@ -235,8 +235,8 @@ scene has outside this section, such as the ranges of a library. If both have a 
 `calibration.unknowns` applies.
 
 `mass_column` and `shape_column` name columns of the file of end points. A simulated rock is then compared only with
-blocks of about its mass, and of its shape. These columns may be to the left of x, y and z. The heights of stops are not
-compared, so x and y are enough.
+blocks of about its mass, and of its shape. In the file, these columns may also be to the left of x, y and z. The
+heights of stops are not compared, so x and y are enough.
 """
 SHAPE = """\
 `shape: point` is the default. `shape: sphere` makes spheres of the rocks' size, which roll and spin; they need the same

@@ -1,7 +1,7 @@
 """The live node in a script.
 
 The script starts the simulator node, and publishes terrain and rock sources in place of survey and radar. It prints
-the alert level and the largest reach probability. The script needs the extra `ros`, and stays on this machine.
+the alert level and the largest reach probability. The script needs the extra `ros`. Its messages stay on this machine.
 """
 
 import os

@@ -12,8 +12,9 @@ def section(results: Results) -> str:
     field = results["field"]
     by_chance = wrapped(
         "*Distance* is Wasserstein's: how far rocks must be moved on average to make the two distributions equal. The "
-        f"41 blocks cannot reject a model below {field['by_chance']:.1f} m in x and {field['side_by_chance']:.1f} m "
-        "across: 95 % of their own bootstrap samples are as near.\n"
+        f"41 blocks cannot reject a model whose distance is below {field['by_chance']:.1f} m in x and "
+        f"{field['side_by_chance']:.1f} m across: 95 % of the bootstrap samples of the blocks are as near to the "
+        "blocks.\n"
     )
     return "\n".join([
         WORDS, "![Authume](../pictures/validation_authume.png)\n", _ends(results), by_chance,

@@ -49,7 +49,7 @@ def _shapes(site: Results) -> str:
     lines = [(f"{one['shape']}, {one['mass']:.0f} kg", one) for one in site["by_shape"]]
     lines += [
         ("the four hulls in the masses of the 41 blocks", variants["masses"]),
-        ("the same, stretched to the proportions of each block", variants["proportions"]),
+        ("these hulls, stretched to the proportions of each block", variants["proportions"]),
         ("the four blocks, all from the mean drop point", variants["one_point"]),
     ]
     rows = [

@@ -24,17 +24,17 @@ question. If no rocks fell there, use ranges for the coefficients, and accept th
   The 90 % intervals contain {shaped_along_quarry} kept-out stops along the slope and {shaped_across_quarry} across. At
   Tschamut, the intervals contain {shaped_along_meadow} stops along and {shaped_across_meadow} across. The spread along
   the slope is too large there ({meadow_along:.0f} m, field: {field_along:.0f} m).
-- **The predictive intervals of a calibrated run include the misfit of the model, and are wide enough with it**, except
-  for `constant` along the slope at Tschamut. But at Tschamut the misfit of points and spheres is as large as the spread
-  of the stops themselves: such intervals repeat the field and predict nothing.
+- **The predictive intervals of a calibrated run include the misfit of the model, and are therefore wide enough**,
+  except for `constant` along the slope at Tschamut. But at Tschamut the misfit of points and spheres is as large as the
+  spread of the stops themselves: such intervals repeat the spread of the field and predict nothing.
 - **Stops alone contain little information about the ground.** At Tschamut most coefficients stay nearly as uncertain as
   before the calibration. No model predicts kept-out stops clearly better than a curve without any physics. The best
-  are rocks with a shape at Authume: better by {gain:.2f} ± {doubt:.2f} (mean log density).
+  model is rocks with a shape at Authume: it is better than the curve by {gain:.2f} ± {doubt:.2f} (mean log density).
 - **A calibration on one slope may be far too sure on another.** Calibrated at Authume, the models have errors of
   {at_meadow} m at Tschamut (constant, Coulomb-limited, rigid sphere, rocks with a shape), and their 90 % intervals
   contain {held_at_meadow} of 18 stops. Calibrated at Tschamut, they have errors of {at_quarry} m at Authume, and their
-  intervals contain {held_at_quarry} of 41 stops. Values from single impacts have errors of {impacts_quarry} m at
-  Authume and {impacts_meadow} m at Tschamut.
+  intervals contain {held_at_quarry} of 41 stops. With values from single impacts, the first three of these models have
+  errors of {impacts_quarry} m at Authume and {impacts_meadow} m at Tschamut.
 - **With ranges of the library, intervals contain most stops before any calibration**: {library_quarry} of 41 along the
   slope at Authume and {library_meadow} of 18 at Tschamut. Most of these intervals have no far end. Across the slope
   they contain as few as {library_across} ([predictive
@@ -53,8 +53,8 @@ writes the page from the last measurement.
 - **Calibrated** is a sample of parameter sets from `rpf3d calibrate`, with one value for the whole site and a budget of
   one hour. `python docs/field_cases/scenes.py FOLDER` writes the scenes. 64 sets of the sample fly over the slope of
   their calibration, with 200 rocks each at Authume and 216 at Tschamut. (Rocks with a shape at Tschamut: about 72,
-  because only the rocks with the shape of their run's block count.) These lines show how well a model can fit, not how
-  well it predicts.
+  because only rocks with the shape of the block of their run are used.) These lines show how well a model can fit, not
+  how well it predicts.
 - **Kept-out stops** show how well a model predicts. The stops are divided into groups (folds). The calibration keeps
   out one group at a time, and predicts this group from the other groups. The *score* is the mean logarithm of the
   predicted density at each stop; higher is better. The *curve* is a normal distribution without physics.
@@ -67,8 +67,9 @@ writes the page from the last measurement.
   point at Authume, the run's release at Tschamut), also for rocks that are released next to it. A rock that left the
   terrain counts with its distance to the boundary. It would have gone farther.
 - **Brackets**: in a line of the field or of published values, the brackets have the 95 % interval that follows from the
-  small number of blocks (bootstrap percentiles). In a line of calibrated values or ranges, they have 5 to 95 % of the
-  parameter sets, each flown alone. This includes chance among the rocks of one set, but not chance among the blocks.
+  small number of blocks (bootstrap percentiles). In a line of calibrated values or ranges, they have the range from the
+  5th to the 95th percentile of the results of the parameter sets, each flown alone. This range includes chance among
+  the rocks of one set, but not chance among the blocks.
 - **Narrower by** compares a calibrated coefficient with its prior: 1 minus the ratio of their standard deviations.
   Below 15 % (in **bold**) the stops hardly determine the coefficient. Below 0 the calibrated coefficient is less
   certain than its prior.
@@ -155,7 +156,7 @@ on any slope. Unless the ground is slippery, the runout is too short, which is t
   of their range;
 - the mean runout at Tschamut after calibration there.
 
-It is **worse** in these figures:
+`coulomb_limited` is **worse** in these figures:
 
 - the spreads at Authume along and across the slope, the distance in x, and the number of kept-out stops that its
   intervals contain;

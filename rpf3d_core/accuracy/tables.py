@@ -126,7 +126,7 @@ def findings(prices: PriceList, target: float) -> list[str]:
         *_exactness(prices),
         *_left_out(prices),
         f"errors of this scene: {each}; {_largest(prices)}",
-        f"total up to {target:g} (the sum of the three, against the terrain as it is), cheapest: "
+        f"total up to {target:g} (sum of the three errors, relative to the full terrain), cheapest: "
         f"{_choice(cheapest(prices, target))}",
         f"`rpf3d run --accuracy {target:g}` flies {_choice(cheapest_by_events(prices, target))}",
         *_unbought(prices, target),
@@ -177,8 +177,8 @@ def _exactness(prices: PriceList) -> list[str]:
     return [
         f"events against {DIGITS} digits: the first impacts of {_rocks(first.impacts)} are off by "
         f"{first.place_median:.1e} m (median) and {first.place_max:.1e} m (largest); up to the "
-        f"{ordinal(len(prices.off_exact))}, which {_rocks(last.impacts)} had, no impact is off by more than "
-        f"{largest_off:.1e} m"
+        f"{ordinal(len(prices.off_exact))} impact, which only {_rocks(last.impacts)} had, no impact is off by more "
+        f"than {largest_off:.1e} m"
     ]
 
 

@@ -88,7 +88,7 @@ class CalibrationSpec(StrictModel):
         "{mean, sd, min, max}",
     )  # fmt: skip
     book: Mapping[str, Number] = Field(
-        default_factory=dict, description="a mapping of key paths to values of a book, for a score to compare with",
+        default_factory=dict, description="a mapping of key paths to book values, whose score is also given",
     )  # fmt: skip
     measuring_error: Number = Field(
         0.5, ge=0, description="a number >= 0 (m), the standard deviation of an observed end point, along and across"

@@ -119,7 +119,7 @@ class ObservedSpec(StrictModel):
     Stops are counted in sections of distance (m) along a direction, which is given in the axes of the input.
     """
 
-    points_file: InputFile = Field(description="the path of a file with x y z (m) first on each line")
+    points_file: InputFile = Field(description="the path of a file of points, as in sources, with or without heights")
     along: Annotated[Vector, AfterValidator(_pointing_somewhere)] = Field(
         (1.0, 0.0, 0.0), description="three numbers, the direction in which the distances of stops are measured"
     )

@@ -139,7 +139,7 @@ class SlipFrictionSpec(StrictModel):
         ..., "a number >= 0 (1/m), how fast friction grows with the slip; 3 on hard ground", "1/m", BARTELT, "C", ge=0
     )
     beta: Number = parameter(
-        ..., "a number >= 0 (1/s), how fast the counted slip decays in the air; 185 on hard ground", "1/s", BARTELT,
+        ..., "a number >= 0 (1/s), how fast the slip (a length) decays in the air; 185 on hard ground", "1/s", BARTELT,
         "C", ge=0,
     )  # fmt: skip
 

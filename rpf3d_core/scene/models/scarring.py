@@ -25,7 +25,7 @@ class SoftZoneSpec(StrictModel):
 
 
 class ScarringSpec(ModelSpec):
-    """Soft ground that a rock penetrates: depth after Gerber, drag in the scar, slippage friction on the way out."""
+    """Soft ground that a rock penetrates: depth by Gerber's formula, drag in the scar, slip friction on the way out."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.scarring:Scarring"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.scarring:scarring"
