@@ -132,13 +132,14 @@ def _set_matrix(row: Any) -> None:
 
 @kernel
 def _reduce(row: Any) -> None:
-    """Write the contact's matrix reduced to the tangents (2 x 2), by its eigenvalues.
+    """Write the eigenvalues and eigenvectors of the contact's matrix, reduced to the two tangents (2 x 2).
 
     The reduced matrix gives the tangential velocity that a tangential impulse causes, if the normal impulse changes so
     that the normal velocity stays constant (Schur complement).
 
     Columns from SCHUR on: the mean of both eigenvalues, half of their difference, cosine and sine of the angle from the
-    first tangent to the direction of the larger eigenvalue, and the coupling of the normal with both directions.
+    first tangent to the eigenvector of the larger eigenvalue, the coupling of the normal with this eigenvector, and the
+    coupling of the normal with the other eigenvector.
 
     row : the solver's row of the contact
     """

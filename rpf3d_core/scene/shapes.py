@@ -100,8 +100,8 @@ class RigidSpec(ModelSpec):
 
     accuracy: float = parameter(
         0.002, "a number above 0 (m), the distance from the ground at which contact begins", "m",
-        "measured on Authume P1: mean stops move by less than chance from 4 mm to 1 mm", "D", gt=0, le=0.1,
-        strict=True, allow_inf_nan=False,
+        "measured on the slope Authume P1: between 4 mm and 1 mm the mean stop changes by less than chance", "D",
+        gt=0, le=0.1, strict=True, allow_inf_nan=False,
     )  # fmt: skip
 
 

@@ -78,10 +78,10 @@ class Chapter(Generic[M]):
     """A whole survey, waiting or in use, with the patches that belong on top of it.
 
     whole : the waiting survey, None for the survey in use; moment : when the survey was published
-    early : patches that follow the survey but were received before the survey
-    missing : number of patches that follow the survey, were received before it and are no longer kept
+    early : patches that were published after the survey, but received before it
+    missing : number of patches as in `early` that are no longer kept; they become `lost` if the survey is used
     patches : waiting patches that were received after the survey
-    lost : number of patches that the terrain of this survey lacks
+    lost : number of patches on this survey that will not be in the terrain: dropped, refused, or received too early
     refused : later whole surveys that were refused
     """
 

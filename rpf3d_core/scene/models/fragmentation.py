@@ -14,8 +14,8 @@ class FragmentationSpec(ModelSpec):
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.fragmentation:Fragmentation"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.fragmentation:fragmentation"
     SOURCE: ClassVar[str] = (
-        "new surface: RockGIS (Matas et al. 2017 and 2020), as in its source; sizes: fractal of Perfect 1997, closed "
-        "here by volume and surface"
+        "new surface: RockGIS (Matas et al. 2017 and 2020), as in its source; sizes: fractal of Perfect 1997; here "
+        "the rock's volume and the new surface determine its parameters"
     )
     CONFIRMED: ClassVar[Confirmed] = "UNCONFIRMED"
     NOT_FOR_BODIES: ClassVar[str | None] = "no publication gives the shapes of the fragments"

@@ -77,8 +77,9 @@ class RampTurn(NamedTuple):
     """One turn of the ramp, where it crosses the N columns; every array is (N,).
 
     exists : true where the ramp exists ; face : number of the bench face that the ramp cuts
-    part : share of this bench face below the ramp (-) ; height : of the ramp, m
-    inner, outer : offsets of the ramp's edges, m ; coordinate : height as in `Design.bench_coordinate`
+    part : share of the height of this bench face that is below the ramp (-) ; height : of the ramp, m
+    inner, outer : offsets of the ramp's edges from the floor outline, m
+    coordinate : height as in `Design.bench_coordinate`
     """
 
     exists: Mask
