@@ -24,7 +24,7 @@ from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.choices import with_choices
 
 BUDGET_S = 900.0
-"""Default time (s) of a whole calibration, from reading the scene to writing the results."""
+"""Default time (s) of one call of a calibration, from reading the scene to writing the results."""
 LEAST_BUDGET_S = 10.0
 """Smallest budget (s) that may be enough: points on a small terrain, with compiled code in the cache, need as much."""
 END_S = 4.0
@@ -94,7 +94,7 @@ def deadline_after(budget: float | None) -> float:
         The budget is shorter than LEAST_BUDGET_S, or not a number.
     """
     if budget is not None and not LEAST_BUDGET_S <= budget < float("inf"):
-        raise InputError(f"--budget is {budget:g}; it must be at least {LEAST_BUDGET_S:g} (seconds for everything)")
+        raise InputError(f"--budget is {budget:g}; it must be at least {LEAST_BUDGET_S:g} (seconds for one call)")
     return time.monotonic() + (BUDGET_S if budget is None else budget)
 
 

@@ -72,7 +72,7 @@ def write_result(out: Path, scene: Scene, slope: Slope, spec: CalibrationSpec, r
 
 
 def _write_pictures(out: Path, slope: Slope, result: Result, found: Findings, values: tuple[Any, Any]) -> None:
-    """Write the three pictures; the pictures of stops are left out if no stops were observed.
+    """Write the three pictures; the pictures of stops are left out if no observed stop has a prediction.
 
     values : values of the unknowns of all sets (S, U), and of the sample of the posterior
     """
@@ -82,12 +82,12 @@ def _write_pictures(out: Path, slope: Slope, result: Result, found: Findings, va
     every, sample = values
     first = np.array(result.numbers) == 0
     write_pairs(out / "posterior.png", slope.names, every[first], sample)
-    if found.rank is None:
+    if found.rank is None or not len(found.rank):
         return
     weights = {"prior": first / first.sum(), "posterior": result.posterior.weights}
     prior, posterior = (Predicted(*_stops_of(result, share)) for share in weights.values())
     write_predicted(out / "predicted.png", slope.field.stops, prior, posterior)
-    write_coverage(out / "coverage.png", found.rank)
+    write_coverage(out / "coverage.png", found.rank, len(found.rank) + found.unpredicted)
 
 
 def _stops_of(result: Result, weights: Any) -> tuple[Any, Any]:

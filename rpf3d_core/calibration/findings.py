@@ -65,7 +65,7 @@ class Findings:
         All four scores are None if there are too few observations to keep any out.
     rank : (K, 2) predicted probability that a stop has a smaller coordinate than each observed stop, along and across.
         Each prediction is made without this observed stop, and with the measuring error alone: the stops of a run do
-        not include the misfit either. None if no observed stop has a prediction
+        not include the misfit either. None if no end points were observed; K is 0 if none has a prediction
     whole_rank : (K, 2) as `rank`, but with the misfit added to the measuring error
     misfit : m, mean error of the model over the posterior; None if there were too few end points to estimate it
     left : share (-) of the rocks of the posterior that left the terrain or did not stop
@@ -96,7 +96,7 @@ class Findings:
     all_rounds: bool = False
 
     def coverage(self) -> dict[str, Any] | None:
-        """Return the shares of kept-out blocks within 50 and 90 % predictive intervals; None if no block has any.
+        """Return the shares of kept-out blocks within 50 and 90 % predictive intervals; None without end points.
 
         A block without a prediction counts as outside its intervals. `with_misfit` has the shares for intervals that
         include the misfit of the model.
@@ -113,7 +113,7 @@ def _shares_inside(rank: FloatArray, blocks: int) -> dict[str, dict[str, float]]
 
     rank : (K, 2) of the blocks that have a prediction; blocks : number of all blocks, of which the others are outside
     """
-    inside = {percent: covered(rank, percent / 100.0) * (len(rank) / blocks) for percent in (50, 90)}
+    inside = {percent: covered(rank, percent / 100.0, blocks) for percent in (50, 90)}
     return {str(percent): {"along": float(two[0]), "across": float(two[1])} for percent, two in inside.items()}
 
 
@@ -197,8 +197,6 @@ def _ranks(slope: Slope, places: list[Stops], weights: FloatArray) -> dict[str, 
     rank = ranks(places, without, observed, np.array([slope.error]), slope.alike)
     whole = ranks(places, weights, observed, np.hypot(slope.error, slope.misfits), slope.alike)
     known = np.isfinite(rank).all(axis=1) & np.isfinite(whole).all(axis=1)
-    if not known.any():
-        return {"unpredicted": len(observed)}
     return {"rank": rank[known], "whole_rank": whole[known], "unpredicted": int((~known).sum())}
 
 

@@ -123,31 +123,24 @@ def ranks(
     errors : (M,) m, standard deviations of the difference between a simulated stop and an observed stop
     alike : (N, R) weight of each rock in the prediction for each observed block, >= 0; None if all weights are equal
     """
-    below, total = np.zeros(observed.shape), np.zeros((len(observed), 1))
+    below, total, in_all = np.zeros(observed.shape), np.zeros((len(observed), 1)), np.zeros((len(observed), 1))
     most = max(RANKED // len(stops), LEAST_RANKED)
     for number, one in enumerate(stops):
         standing = np.ones((1, len(one.place))) if alike is None else alike
         chosen = np.flatnonzero(one.deposited)[:most]
         places, of_rocks = one.place[chosen], standing[:, chosen]
-        stopped = _deposited(one, standing, of_rocks)
+        stopped = (standing @ one.deposited / np.maximum(standing.sum(axis=1), 1e-300))[:, None]
+        ranked = np.where(of_rocks.sum(axis=1, keepdims=True) > 0.0, stopped, 0.0)
         for error, share in zip(errors.tolist(), weights[:, number].T, strict=True):
             if not len(chosen) or share.max() < NEGLIGIBLE / len(stops):
                 continue
             z = (observed[:, None, :] - places[None, :, :]) / kernel_widths(places, error)
-            part = share[:, None] * stopped
+            part = share[:, None] * ranked
             below += part * _weighted_mean(_probabilities(z), of_rocks)
             total += part
-    return np.where(total > LEAST_STOPPED, below / np.maximum(total, 1e-300), np.nan)
-
-
-def _deposited(stops: Stops, standing: FloatArray, chosen: FloatArray) -> FloatArray:
-    """Return the weighted share of a set's rocks that stopped: (N, 1) for each observed block, or (1, 1) for all.
-
-    The share is 0 for a block for which all chosen rocks have the weight 0.
-    standing : (N, R) or (1, R) weights of all rocks; chosen : (N, K) or (1, K) weights of the rocks chosen for `ranks`
-    """
-    share = standing @ stops.deposited / np.maximum(standing.sum(axis=1), 1e-300)
-    return np.asarray(np.where(chosen.sum(axis=1) > 0.0, share, 0.0))[:, None]
+            in_all += share[:, None] * stopped
+    known = (in_all > LEAST_STOPPED) & (total > 0.0)
+    return np.where(known, below / np.maximum(total, 1e-300), np.nan)
 
 
 def _weighted_mean(values: FloatArray, of_rocks: FloatArray) -> FloatArray:
@@ -159,13 +152,14 @@ def _weighted_mean(values: FloatArray, of_rocks: FloatArray) -> FloatArray:
     return np.asarray((values * shares[:, :, None]).sum(axis=1))
 
 
-def covered(rank: FloatArray, share: float) -> FloatArray:
-    """Return the share (D,) of observations that lie within their predictive intervals, on each axis.
+def covered(rank: FloatArray, share: float, blocks: int) -> FloatArray:
+    """Return the share (D,) of all observed blocks that lie within their predictive intervals, on each axis.
 
-    rank : (N, D) from `ranks`; share : probability of the central predictive interval, such as 0.9 (-)
+    rank : (K, D) from `ranks`, of the blocks that have a prediction; blocks : number of all blocks, at least K
+    share : probability of the central predictive interval, such as 0.9 (-)
     """
     edge = 0.5 * (1.0 - share)
-    return np.asarray(((rank >= edge) & (rank <= 1.0 - edge)).mean(axis=0))
+    return np.asarray(((rank >= edge) & (rank <= 1.0 - edge)).sum(axis=0) / max(blocks, 1))
 
 
 def _probabilities(z: FloatArray) -> FloatArray:

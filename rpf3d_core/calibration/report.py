@@ -9,11 +9,12 @@ from rpf3d_core.calibration.folds import Score
 from rpf3d_core.calibration.verdict import MORE, VALID, advice_of, is_refused, warnings_of
 from rpf3d_core.scene.model import Scene
 
-PICTURES = {
+POSTERIOR = "posterior.png"
+OF_STOPS = {
     "predicted.png": "predicted against observed stops",
-    "posterior.png": "prior and posterior of the parameters",
     "coverage.png": "coverage of the predictive intervals on kept-out blocks",
 }
+"""Pictures that exist only if an observed stop has a prediction, with their titles."""
 
 
 def report_text(scene: Scene, found: Findings) -> str:
@@ -46,9 +47,10 @@ def _result(found: Findings) -> Iterator[str]:
     yield from _warnings(found)
     yield "## What would be needed to say more"
     yield from (f"- {sentence}" for sentence in MORE)
-    if found.rank is not None:
-        yield "\n## Pictures"
-        yield from (f"![{text}]({name})" for name, text in PICTURES.items())
+    yield "\n## Pictures"
+    yield f"![prior and posterior of the parameters]({POSTERIOR})"
+    if found.rank is not None and len(found.rank):
+        yield from (f"![{text}]({name})" for name, text in OF_STOPS.items())
 
 
 def _parameters(found: Findings) -> Iterator[str]:

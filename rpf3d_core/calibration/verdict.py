@@ -1,6 +1,7 @@
 """The conclusions from the findings of a calibration: warnings, the refusal, and the verdict in one paragraph."""
 
 import math
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -85,9 +86,9 @@ def _of_predictions(found: Findings) -> list[str]:
     sentences = [*_of_scores(found), *_of_sides(found), *_of_coverage(found)]
     if found.unpredicted:
         blocks = "1 kept-out block has" if found.unpredicted == 1 else f"{found.unpredicted} kept-out blocks have"
-        sentences.append(f"{blocks} no prediction, because hardly any simulated rock of their mass or shape stopped on "
-                         "the terrain: coverage counts them as outside their intervals; extend the terrain if the "
-                         "observed rocks may have gone there")  # fmt: skip
+        sentences.append(f"{blocks} no prediction, because hardly any simulated rock that stands for a block stopped "
+                         "on the terrain; such blocks count as outside their intervals; extend the terrain if observed "
+                         "rocks may have gone beyond it")  # fmt: skip
     if found.left >= MANY_LEFT:
         sentences.append(f"{100 * found.left:.0f} % of the simulated rocks left the terrain or did not stop; they "
                          "count as wrong; extend the terrain if the observed rocks may have gone there")  # fmt: skip
@@ -142,9 +143,12 @@ def _of_sides(found: Findings) -> list[str]:
 
 
 def _of_coverage(found: Findings) -> list[str]:
-    """Return a sentence for each direction in which 90 % intervals contain fewer blocks than chance explains."""
-    coverage, sentences = found.coverage(), list[str]()
-    if coverage is None:
+    """Return a sentence for each direction in which 90 % intervals contain fewer blocks than chance explains.
+
+    Blocks without a prediction are left out here: another sentence names them.
+    """
+    coverage, sentences = replace(found, unpredicted=0).coverage(), list[str]()
+    if coverage is None or not coverage["blocks"]:
         return sentences
     for axis in ("along", "across"):
         plain, whole = coverage["90"][axis], coverage["with_misfit"]["90"][axis]

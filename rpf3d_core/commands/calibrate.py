@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from rpf3d_core.calibration.rounds import Status
 
 BudgetOption = Annotated[
-    float | None, typer.Option(help="Seconds for this call; 900 if not given. To continue takes another budget.")
+    float | None,
+    typer.Option(help="Seconds for this call; 900 if not given. A call that continues has its own budget."),
 ]
 
 

@@ -29,7 +29,7 @@ def observations_in_words(prepared: Prepared) -> tuple[tuple[str, ...], list[str
         check_field(prepared.scene, field)
         check_stops(prepared, directions, field)
     except InputError as fault:
-        return (), [f"a run of this scene is valid, but rpf3d calibrate would refuse the scene: {fault}"]
+        return (), [f"rpf3d calibrate would refuse this scene (the exit code is for rpf3d run): {fault}"]
     warnings = [*_stops_outside(prepared), *_gates_outside(prepared, field, directions)]
     return tuple(_lines(field)), [*warnings, *field_warnings(prepared, field)]
 

@@ -69,7 +69,7 @@ def stored_normal(facets: Facets, f: int) -> Vec:
 def contains(facets: Facets, f: int, p: Vec, strictly: bool, slack: float) -> bool:
     """True if point p (m), projected onto the plane of facet f, lies in the facet.
 
-    strictly : the point must lie inside by more than `slack` (m); otherwise it may lie up to `slack` outside
+    strictly : the point must lie inside by more than `slack` (m, above 0); otherwise it may lie up to `slack` outside
 
     The box of the facet (`TIP`) decides nothing for a point that lies inside all edges by more than the slack. This
     case is the most frequent, so it leaves out the box.

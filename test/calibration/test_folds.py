@@ -137,7 +137,26 @@ def test_blocks_without_a_prediction_are_counted_apart() -> None:
     assert found["rank"].shape == found["whole_rank"].shape == (2, 2) and found["unpredicted"] == 1
     assert np.isfinite(found["rank"]).all()
     slope.alike = (kind[None, :] == np.ones((3, 1))).astype(float)
-    assert _ranks(slope, stops, np.ones((3, 1, 1))) == {"unpredicted": 3}
+    none = _ranks(slope, stops, np.ones((3, 1, 1)))
+    assert none["unpredicted"] == 3 and none["rank"].shape == none["whole_rank"].shape == (0, 2)
+
+
+def test_rocks_that_are_not_ranked_count_as_stopped() -> None:
+    """Of each of 25 shapes, 1 in 125 rocks stopped, but most of them are not among the rocks that ranks use."""
+    sets, rocks, shapes = 1000, 500, 25
+    kind, deposited = np.arange(rocks) % shapes, np.ones(rocks, dtype=bool)
+    stops = []
+    for number in range(sets):
+        kept = deposited.copy()
+        own = np.flatnonzero(kind == 0)
+        kept[own] = False
+        kept[own[-1]] = number % 6 == 0  # the last rock of the shape, behind the rocks that are ranked
+        kept[own[0]] = number % 100 == 0  # seldom the first
+        stops.append(Stops(RANDOM.normal(0.0, 1.0, (rocks, 2)), kept))
+    alike = (kind == 0).astype(float)[None]
+    stopped = np.mean([one.deposited[kind == 0].mean() for one in stops])
+    found = ranks(stops, np.full((1, sets, 1), 1.0 / sets), np.zeros((1, 2)), np.zeros(1), alike)
+    assert stopped > 5e-3 and np.isfinite(found).all()
 
 
 def test_book_values_have_the_misfit_that_the_other_folds_show() -> None:
@@ -146,11 +165,12 @@ def test_book_values_have_the_misfit_that_the_other_folds_show() -> None:
     folds = np.arange(10) % 5
     weights = misfit_weights(densities, folds, ANYWHERE)
     np.testing.assert_allclose(weights[:, 0, 1], 1.0, atol=1e-6)
-    odd = densities.copy()
-    odd[:, :2] = odd[::-1, :2]  # the kept-out stops of a fold do not decide for themselves
-    own = misfit_weights(odd[:, [0, 1]], np.array([0, 1]), ANYWHERE)
-    logs = np.log((1 - ASTRAY) * odd[:, 1] + ASTRAY * ANYWHERE)
-    np.testing.assert_allclose(own[0, 0], np.exp(logs - np.logaddexp(*logs)))
+    two = np.array([[1e-6, 0.1], [0.1, 1e-6]])  # each stop fits another misfit, and must not decide for itself
+    own = misfit_weights(two, np.array([0, 1]), ANYWHERE)
+    for kept_out, other in ((0, 1), (1, 0)):
+        logs = np.log((1 - ASTRAY) * two[:, other] + ASTRAY * ANYWHERE)
+        np.testing.assert_allclose(own[kept_out, 0], np.exp(logs - np.logaddexp(*logs)))
+    assert own[0, 0, 0] > 0.9 and own[1, 0, 1] > 0.9
     np.testing.assert_allclose(misfit_weights(densities[:1], folds, 1e-3), 1.0)
 
 
@@ -170,4 +190,4 @@ def test_an_error_of_the_model_widens_the_prediction() -> None:
 
 def test_coverage_of_even_ranks_is_the_probability_of_the_interval() -> None:
     even = (np.arange(1000) + 0.5) / 1000
-    np.testing.assert_allclose(covered(np.stack([even, np.full(1000, 0.5)], axis=1), 0.9), [0.9, 1.0], atol=2e-3)
+    np.testing.assert_allclose(covered(np.stack([even, np.full(1000, 0.5)], axis=1), 0.9, 1000), [0.9, 1.0], atol=2e-3)

@@ -70,7 +70,7 @@ def test_check_prints_them_and_what_calibrate_would_refuse(tmp_path: Path) -> No
     assert "3 observed stops" in result.output
     result = CliRunner().invoke(app, ["check", str(written(tmp_path, CALIBRATION.replace(": mass\n", ": weight\n")))])
     assert result.exit_code == 0, result.output
-    assert "a run of this scene is valid, but rpf3d calibrate would refuse the scene" in " ".join(result.output.split())
+    assert "rpf3d calibrate would refuse this scene (the exit code is for rpf3d run)" in " ".join(result.output.split())
     assert "'weight', but the header has x, y, mass" in result.output
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rpf3d_core.calibration.files import content_of
 from rpf3d_core.calibration.findings import Findings
 from rpf3d_core.calibration.folds import Score
 from rpf3d_core.calibration.verdict import warnings_of
@@ -30,7 +31,7 @@ def test_a_calibration_that_predicts_well_has_no_warning() -> None:
 
 def test_blocks_without_a_prediction_are_named() -> None:
     (one,) = warnings_of(replace(found(), unpredicted=1))
-    assert one.startswith("1 kept-out block has no prediction") and "coverage counts them as outside" in one
+    assert one.startswith("1 kept-out block has no prediction") and "count as outside their intervals" in one
     (more,) = warnings_of(replace(found(), unpredicted=3))
     assert more.startswith("3 kept-out blocks have no prediction")
 
@@ -42,7 +43,11 @@ def test_blocks_without_a_prediction_are_outside_their_intervals() -> None:
     for axis in ("along", "across"):
         assert some["90"][axis] == all_predicted["90"][axis] / 2
         assert some["with_misfit"]["50"][axis] == all_predicted["with_misfit"]["50"][axis] / 2
-    assert any("90 % intervals hold" in each for each in warnings_of(replace(found(), unpredicted=25)))
+    assert len(warnings_of(replace(found(), unpredicted=25))) == 1  # the cause is named, and no other cause
+    none = np.empty((0, 2))
+    lost = replace(found(rank=none), unpredicted=BLOCKS)
+    assert content_of(lost)["coverage"]["90"] == {"along": 0.0, "across": 0.0}
+    assert any(each.startswith(f"{BLOCKS} kept-out blocks have no prediction") for each in warnings_of(lost))
 
 
 def test_a_score_worse_than_a_curve_is_not_called_not_better() -> None:

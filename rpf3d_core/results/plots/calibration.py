@@ -117,23 +117,24 @@ def _even_rows(weights: FloatArray) -> NDArray[np.int64]:
     return np.asarray(np.searchsorted(reached, share).clip(max=len(weights) - 1))
 
 
-def write_coverage(path: Path, rank: FloatArray) -> None:
-    """Write coverage.png: how many of N observed rocks stopped within the predictive intervals of a calibration.
+def write_coverage(path: Path, rank: FloatArray, blocks: int) -> None:
+    """Write coverage.png: how many of the observed blocks stopped within the predictive intervals of a calibration.
 
-    The picture shows the share of these rocks for intervals of each probability. The rocks were kept out of the fit.
+    The picture shows the share of the blocks for intervals of each probability. The blocks were kept out of the fit.
 
-    rank : (N, 2) predicted probability that a rock stops nearer than the observed rock, along and across the slope
+    rank : (K, 2) predicted probability that a rock stops nearer than the observed block, along and across the slope
+    blocks : number of all blocks, at least K; a block without a prediction is outside all intervals
     """
     figure = Figure(figsize=(10.0, 4.6), layout="constrained")
     left, right = figure.subplots(1, 2)
     wanted = np.linspace(0.0, 1.0, 201)
-    doubt = 2.0 * np.sqrt(wanted * (1.0 - wanted) / len(rank))
+    doubt = 2.0 * np.sqrt(wanted * (1.0 - wanted) / blocks)
     left.fill_between(wanted, np.clip(wanted - doubt, 0, 1), np.clip(wanted + doubt, 0, 1), color="#dddddd",
-                      label=f"chance, {len(rank)} blocks")  # fmt: skip
+                      label=f"chance, {blocks} blocks")  # fmt: skip
     left.plot(wanted, wanted, color="0.4", linewidth=1.0)
     for axis, colour in enumerate((POSTERIOR, OBSERVED)):
         inside = 2.0 * np.abs(rank[:, axis] - 0.5)
-        left.plot(wanted, [(inside <= share).mean() for share in wanted], color=colour, label=AXES[axis])
+        left.plot(wanted, [(inside <= share).sum() / blocks for share in wanted], color=colour, label=AXES[axis])
         right.hist(rank[:, axis], bins=np.linspace(0, 1, 11).tolist(), histtype="step", color=colour, linewidth=1.8)
     right.axhline(len(rank) / 10, color="0.4", linewidth=1.0)
     label(left, "probability of the predictive interval (-)", "share of kept-out blocks inside (-)")
