@@ -71,6 +71,11 @@ ON_RIM = 0.75 * RIM
 
 The depth is smaller than RIM to allow for rounding.
 """
+PRESSED = 0.01
+"""Least share of gravity (-) that presses a flying sphere onto a plane that it touches outside the facet.
+
+If a rolling sphere touches such a plane, its acceleration presses it onto the plane by less (`_time_onto`).
+"""
 POLISHED = 1e3
 """Largest distance, in tolerances, by which the final Newton step may move a contact of a sphere."""
 
@@ -120,7 +125,7 @@ def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, b
     n : normal of the facet towards the tested side; c : m, height of the centre above the facet's plane at the start
     """
     b, a, gap = dot(n, course.v), dot(n, course.a), c - course.radius
-    near = NEAR * facets.tolerance
+    near, rim = NEAR * facets.tolerance, facets.tolerance
     if c >= 0.0 and gap <= near and contains(facets, f, course.x, False, facets.tolerance):
         t = _time_from_touch(b, a, course)
         if t == 0.0 and b * b <= GRAZING * GRAZING * dot(course.v, course.v):
@@ -129,9 +134,37 @@ def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, b
             t = min(t, falling_time(gap, b, 0.5 * a))
     else:
         t = falling_time(gap, b, 0.5 * a)
+        if abs(gap) <= near and not (t < math.inf and contains(facets, f, course_position(course, t), False, rim)):
+            t = _time_onto(facets, f, course, gap, b, a)
     if t > best.t or t == math.inf or not contains(facets, f, course_position(course, t), False, facets.tolerance):
         return best
     return _sooner(best, Touch(t=t, facet=f, approach=max(-(b + a * t), 0.0), n=n, along=ZERO, face=True))
+
+
+@kernel
+def _time_onto(facets: Facets, f: int, course: Course, gap: float, b: float, a: float) -> float:
+    """Return the time when a flying sphere that touches the plane of facet f beside the facet meets the facet; or inf.
+
+    gap : distance of the sphere from the plane (m), within NEAR tolerances of 0
+    b, a : speed (m/s) and acceleration (m/s^2) of the sphere away from the plane
+
+    A sphere that rolls fast takes off where its facet and facet f bend away from each other. At an angle of 1e-10 to
+    1e-6, it must come back to facet f within nanoseconds. But rounding may have put it just below the plane, or it may
+    reach the plane before its foot has crossed the border of facet f. Then it meets facet f at this border, unless it
+    is more than NEAR tolerances below the plane there. A sphere that rolls on another facet is not concerned: its
+    acceleration is parallel to the ground.
+    """
+    if a >= -PRESSED * course.gravity:
+        return math.inf
+    t = falling_time(max(gap, 0.0), b, 0.5 * a)
+    p, v, later = course_position(course, t), course_velocity(course, t), 0.0
+    for k in range(3):
+        _, distance = edge_distance(facets, f, k, p)
+        if distance < 0.0:
+            inward = edge_inward(facets, f, k)
+            later = max(later, falling_time(-distance, -dot(inward, v), -0.5 * dot(inward, course.a)))
+    t = t + later
+    return t if gap + (b + 0.5 * a * t) * t >= -NEAR * facets.tolerance else math.inf
 
 
 @kernel

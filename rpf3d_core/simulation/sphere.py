@@ -20,6 +20,7 @@ from rpf3d_core.detection.sphere_contact import (
 )
 from rpf3d_core.detection.swept import Swept, box_of
 from rpf3d_core.detection.touching import Against, Sweep, scan
+from rpf3d_core.effects.hooks import still_at
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.coulomb_sphere import kicked, slip_of
 from rpf3d_core.kinetics.ground import shared
@@ -28,7 +29,7 @@ from rpf3d_core.kinetics.sliding import SlideSegment
 from rpf3d_core.kinetics.sphere_ground import CRAWL, STRAIGHT, RollingSegment, SphereGround, rolling_piece
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext
-from rpf3d_core.simulation.physics import Physics, ground_of
+from rpf3d_core.simulation.physics import Physics, ground_of, rock_at
 from rpf3d_core.simulation.record import Record, note_piece, note_piece_spins
 from rpf3d_core.simulation.sphere_hold import Held, held_against, most_against, resultant
 from rpf3d_core.simulation.sphere_impacts import is_slight, strike, wedged
@@ -252,9 +253,8 @@ def _follow_piece(
     note_piece(record, state.tally, began, v, SLIDING)
     note_piece_spins(record, state.tally, began.w, w)
     tally = with_slide(state.tally, length, end, facets.tolerance, bends)
-    return State(
-        motion=end, left=over, stands=True, tally=tally, outcome=MAX_TIME if late else MOVING, passed=state.passed
-    )
+    passed = still_at(physics.effects, end, state.passed, rock_at(rock, state))
+    return State(motion=end, left=over, stands=True, tally=tally, outcome=MAX_TIME if late else MOVING, passed=passed)
 
 
 @kernel

@@ -97,13 +97,16 @@ def put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turn
 
     Around an edge or a corner, the distance of the centre differs from R by at most length^2 / 2R after one segment; on
     a facet, only by rounding errors. If no ground lies within this difference, x and n are returned unchanged.
+
+    A sphere on an edge may be RIM tolerances too low, because edges are lowered. On a facet it must not be: the edges
+    of the facet would then stop it.
     """
     near = NEAR * facets.tolerance
     gap = near + length * length / (2.0 * locator.radius)
     touch = nearest_to(locator.locator, facets, x, locator.radius + gap)
     if touch.t > locator.radius + gap:
         return x, n
-    if abs(touch.t - locator.radius) <= 1.5 * RIM * facets.tolerance:
+    if abs(touch.t - locator.radius) <= (1.5 if turns else 0.5) * RIM * facets.tolerance:
         return x, touch.n if turns else n
     back = add(x, scale(locator.radius - touch.t, touch.n))
     return back, touch.n if turns else n

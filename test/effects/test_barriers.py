@@ -7,7 +7,9 @@ import pytest
 import scenes_of_facets as made
 from obstacles_made import MASS, RADIUS, energy_of, fence, fences, rough_ground, thrown, with_effects
 from on_both_engines import BOTH, loses_energy
+from rolling_spheres import roll, spheres
 
+from rpf3d_core.materials.library import Surface
 from rpf3d_core.simulation.record import FIRST_OBSTACLE
 from rpf3d_core.values import Mode, Outcome
 
@@ -201,3 +203,15 @@ def test_numbers_of_obstacles_go_on_from_one_effect_to_the_next():
     numbers = FIRST_OBSTACLE - flights.impacts.facet[met(flights)]
     assert numbers[0] >= far.obstacles > numbers[1] >= 0
     assert flights.deposits.x[0, 0] == pytest.approx(3.0, abs=1e-9)
+
+
+@BOTH
+def test_a_sphere_that_rolls_back_to_a_net_that_it_broke_through_meets_the_net_again(engine):
+    """It rolls uphill through a net of 40 kJ, turns, and comes back with less: like a point, it is caught."""
+    slope = made.rough_grid(1, 40.0, 0.5, 0.0)
+    physics = spheres(Surface(0.0, 0.9, math.tan(math.radians(40.0)), 0.5, 0.05))
+    net = fence(slope, [(25.0, 1.0), (25.0, 39.0)], 5.0, 40e3)
+    up = (30.0, 20.0, -15.0 + 0.5 * math.hypot(1.0, 0.5) + 1e-3)
+    flights = roll(made.engine_over(engine, slope), with_effects(physics, net), 0.5, up, (-14.3, 0.0, 7.15))
+    assert flights.deposits.outcome[0] == Outcome.CAUGHT and met(flights).sum() == 2
+    np.testing.assert_allclose(flights.deposits.x[0, 0], 25.0, atol=1e-9)

@@ -1,0 +1,49 @@
+"""Spheres on facets that are almost one plane: they take off at each seam for nanoseconds, and must land again.
+
+A plane whose heights have noise of 1e-9 to 1e-5 m has angles between its facets from 1e-10 to 1e-5. Planes in float64
+look so after a rotation or a shift. The height above the plane is computed here from its equation alone.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from on_both_engines import BOTH
+from rolling_spheres import places_of, roll, spheres
+from scenes_of_facets import engine_over, rough_grid
+
+from rpf3d_core.materials.library import Surface
+from rpf3d_core.values import Outcome
+
+RADIUS, FALL = 0.5, 0.6
+"""Radius of the spheres (m), and fall of the plane per metre in plan."""
+GROUND = Surface(0.3, 0.8, 0.6, 0.05, 0.05)
+
+
+def released(random: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return positions (R, 3) m of spheres 5 cm above the plane, and their velocities (R, 3) m/s."""
+    x = np.column_stack([random.uniform(3.0, 10.0, count), random.uniform(15.0, 45.0, count), np.zeros(count)])
+    x[:, 2] = -FALL * x[:, 0] + RADIUS * math.hypot(1.0, FALL) + 0.05
+    return x, np.column_stack([random.uniform(0.0, 3.0, count), random.uniform(-2.0, 2.0, count), np.zeros(count)])
+
+
+def height_of(places: np.ndarray) -> np.ndarray:
+    """Return the height (N,) m of centres inside the plane's border above the plane through the facets."""
+    inside = ((places[:, :2] > 0.6) & (places[:, :2] < 59.4)).all(axis=1)
+    return (places[inside, 2] + FALL * places[inside, 0]) / math.hypot(1.0, FALL)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5])
+def test_no_sphere_sinks_into_the_plane(noise):
+    x, v = released(np.random.default_rng(int(1e12 * noise) + 7), 60)
+    engine = engine_over("compiled", rough_grid(20, 60.0, FALL, noise))
+    flights = roll(engine, spheres(GROUND, max_time=30.0, max_impacts=2000), RADIUS, x, v, threads=1)
+    assert np.isin(flights.deposits.outcome, [Outcome.LEFT_TERRAIN, Outcome.STOPPED]).all()
+    assert height_of(places_of(flights)).min() > RADIUS - 2.0 * noise - 1e-7
+
+
+@BOTH
+def test_both_engines_keep_a_sphere_on_the_plane(engine):
+    terrain, (x, v) = rough_grid(20, 60.0, FALL, 1e-8), released(np.random.default_rng(11), 2)
+    flights = roll(engine_over(engine, terrain), spheres(GROUND, max_time=30.0), RADIUS, x, v)
+    assert height_of(places_of(flights)).min() > RADIUS - 1e-7
