@@ -143,7 +143,7 @@ def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, b
 
 @kernel
 def _time_onto(facets: Facets, f: int, course: Course, gap: float, b: float, a: float) -> float:
-    """Return the time when a flying sphere that touches the plane of facet f beside the facet meets the facet; or inf.
+    """Return the time when a flying sphere that touches the plane of facet f, but not f, meets f; else inf.
 
     gap : distance of the sphere from the plane (m), within NEAR tolerances of 0
     b, a : speed (m/s) and acceleration (m/s^2) of the sphere away from the plane
