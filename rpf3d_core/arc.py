@@ -95,3 +95,25 @@ def fall_time(z_speed: float, height: float, gravity: float) -> float:
     if z_speed > 0.0:
         return (z_speed + root) / gravity
     return 2.0 * height / (root - z_speed) if height > 0.0 else 0.0
+
+
+@kernel
+def falling_time(c: float, b: float, a: float) -> float:
+    """Return the first time t >= 0 when c + b t + a t^2 falls through zero, as when a rock reaches a plane; else inf.
+
+    c, b, a : height (m), speed (m/s) and half the acceleration (m/s^2) of the rock above the plane
+
+    The result is the root with 2 a t + b < 0, in the form without cancellation between b and the square root.
+    """
+    if c < 0.0 and a >= 0.0:  # from below, the height can only rise through zero
+        return math.inf
+    discriminant = b * b - 4.0 * a * c
+    if discriminant < 0.0:
+        return math.inf
+    if b > 0.0:
+        return (-b - math.sqrt(discriminant)) / (2.0 * a) if a < 0.0 else math.inf
+    denominator = math.sqrt(discriminant) - b
+    if denominator == 0.0:
+        return 0.0 if c == 0.0 and a < 0.0 else math.inf
+    t = 2.0 * c / denominator
+    return t if t >= 0.0 else math.inf

@@ -19,7 +19,7 @@ Fixed rules, and not rounding errors, decide all special cases (docs/explanation
 
 import math
 
-from rpf3d_core.arc import Arc, gravity_along, position, velocity
+from rpf3d_core.arc import Arc, falling_time, gravity_along, position, velocity
 from rpf3d_core.detection.contact import GRAZING, Contact, PreviousContact
 from rpf3d_core.detection.ties import wins_tie
 from rpf3d_core.jit.dispatch import kernel, model_function
@@ -34,6 +34,7 @@ from rpf3d_core.terrain.facet_geometry import (
     leads_on,
     lies_below,
     stored_normal,
+    time_into,
 )
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec
@@ -87,28 +88,6 @@ def earlier_contact(facets: Facets, f: int, arc: Arc, left: PreviousContact, bes
 def earlier_in_flight(left: PreviousContact, facets: Facets, f: int, arc: Arc, best: Contact) -> Contact:
     """Return the earlier of two contacts of a flying rock: `best`, or the first contact with facet f."""
     return earlier_contact(facets, f, arc, left, best)
-
-
-@kernel
-def falling_time(c: float, b: float, a: float) -> float:
-    """Return the first time t >= 0 when c + b t + a t^2 falls through zero, as when a rock reaches a plane; else inf.
-
-    c, b, a : height (m), speed (m/s) and half the acceleration (m/s^2) of the rock above the plane
-
-    The result is the root with 2 a t + b < 0, in the form without cancellation between b and the square root.
-    """
-    if c < 0.0 and a >= 0.0:  # from below, the height can only rise through zero
-        return math.inf
-    discriminant = b * b - 4.0 * a * c
-    if discriminant < 0.0:
-        return math.inf
-    if b > 0.0:
-        return (-b - math.sqrt(discriminant)) / (2.0 * a) if a < 0.0 else math.inf
-    denominator = math.sqrt(discriminant) - b
-    if denominator == 0.0:
-        return 0.0 if c == 0.0 and a < 0.0 else math.inf
-    t = 2.0 * c / denominator
-    return t if t >= 0.0 else math.inf
 
 
 @kernel
@@ -328,13 +307,8 @@ def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
     crosses the edge of facet f, if it is then at most NEAR tolerances below the plane. If the arc is above the plane at
     the edge, after a bounce off the neighbouring facet, it meets facet f where it falls back onto the plane.
     """
-    p, v = position(arc, t), velocity(arc, t)
-    later = 0.0
-    for k in range(3):
-        _, distance = edge_distance(facets, f, k, p)
-        if distance < 0.0:
-            inward = edge_inward(facets, f, k)
-            later = max(later, falling_time(-distance, -dot(inward, v), 0.5 * arc.gravity * inward[2]))
+    v = velocity(arc, t)
+    later = time_into(facets, f, position(arc, t), v, (0.0, 0.0, -arc.gravity))
     if later == math.inf:
         return math.inf
     b, a = dot(n, v), -0.5 * arc.gravity * n[2]

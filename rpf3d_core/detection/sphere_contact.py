@@ -19,11 +19,19 @@ The result depends neither on the facet that the sphere has left nor on the orde
 import math
 from typing import NamedTuple
 
+from rpf3d_core.arc import falling_time
 from rpf3d_core.detection.contact import GRAZING
-from rpf3d_core.detection.narrow_phase import falling_time
 from rpf3d_core.detection.quartic import Quartic, first_fall
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.terrain.facet_geometry import NEAR, contains, corner, edge_distance, edge_inward, stored_normal
+from rpf3d_core.terrain.facet_geometry import (
+    NEAR,
+    contains,
+    corner,
+    edge_distance,
+    edge_inward,
+    stored_normal,
+    time_into,
+)
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import add, dot, norm, scale, subtract, without
@@ -125,7 +133,7 @@ def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, b
     n : normal of the facet towards the tested side; c : m, height of the centre above the facet's plane at the start
     """
     b, a, gap = dot(n, course.v), dot(n, course.a), c - course.radius
-    near, rim = NEAR * facets.tolerance, facets.tolerance
+    near = NEAR * facets.tolerance
     if c >= 0.0 and gap <= near and contains(facets, f, course.x, False, facets.tolerance):
         t = _time_from_touch(b, a, course)
         if t == 0.0 and b * b <= GRAZING * GRAZING * dot(course.v, course.v):
@@ -134,11 +142,17 @@ def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, b
             t = min(t, falling_time(gap, b, 0.5 * a))
     else:
         t = falling_time(gap, b, 0.5 * a)
-        if abs(gap) <= near and not (t < math.inf and contains(facets, f, course_position(course, t), False, rim)):
+        if abs(gap) <= near and not _is_over(facets, f, course, t):
             t = _time_onto(facets, f, course, gap, b, a)
-    if t > best.t or t == math.inf or not contains(facets, f, course_position(course, t), False, facets.tolerance):
+    if t > best.t or not _is_over(facets, f, course, t):
         return best
     return _sooner(best, Touch(t=t, facet=f, approach=max(-(b + a * t), 0.0), n=n, along=ZERO, face=True))
+
+
+@kernel
+def _is_over(facets: Facets, f: int, course: Course, t: float) -> bool:
+    """True if the foot of a sphere on the plane of facet f lies on facet f at time t (s); False if t is inf."""
+    return t < math.inf and contains(facets, f, course_position(course, t), False, facets.tolerance)
 
 
 @kernel
@@ -157,13 +171,7 @@ def _time_onto(facets: Facets, f: int, course: Course, gap: float, b: float, a: 
     if a >= -PRESSED * course.gravity:
         return math.inf
     t = falling_time(max(gap, 0.0), b, 0.5 * a)
-    p, v, later = course_position(course, t), course_velocity(course, t), 0.0
-    for k in range(3):
-        _, distance = edge_distance(facets, f, k, p)
-        if distance < 0.0:
-            inward = edge_inward(facets, f, k)
-            later = max(later, falling_time(-distance, -dot(inward, v), -0.5 * dot(inward, course.a)))
-    t = t + later
+    t = t + time_into(facets, f, course_position(course, t), course_velocity(course, t), course.a)
     return t if gap + (b + 0.5 * a * t) * t >= -NEAR * facets.tolerance else math.inf
 
 

@@ -3,8 +3,8 @@
 import math
 from typing import NamedTuple
 
+from rpf3d_core.arc import falling_time
 from rpf3d_core.detection.contact import GRAZING
-from rpf3d_core.detection.narrow_phase import falling_time
 from rpf3d_core.detection.sphere_contact import RIM, Course, Touch
 from rpf3d_core.detection.swept import Swept, stretch_end
 from rpf3d_core.jit.dispatch import kernel

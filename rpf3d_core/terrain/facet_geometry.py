@@ -2,6 +2,7 @@
 
 import math
 
+from rpf3d_core.arc import falling_time
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec
@@ -216,3 +217,19 @@ def leads_on(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float) ->
     parallel : as in `line_exit`
     """
     return line_exit(facets, f, x, direction, parallel, 0.0) > facets.tolerance
+
+
+@kernel
+def time_into(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> float:
+    """Return the time when a point, seen along the normal of facet f, has crossed all edges that it is outside of.
+
+    The result is 0 for a point inside all edges, and inf if the point never crosses one of them.
+    p, v, a : position (3,) m, velocity (3,) m/s and acceleration (3,) m/s^2 of the point
+    """
+    inside = 0.0
+    for k in range(3):
+        _, distance = edge_distance(facets, f, k, p)
+        if distance < 0.0:
+            inward = edge_inward(facets, f, k)
+            inside = max(inside, falling_time(-distance, -dot(inward, v), -0.5 * dot(inward, a)))
+    return inside
