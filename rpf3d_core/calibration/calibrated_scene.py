@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.formats.yaml import read_yaml, yaml_text
+from rpf3d_core.results.calibration_folder import CALIBRATED
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.unknowns.parameter_sets import ParameterSets, parameter_sets, write_parameter_sets
 
@@ -18,7 +19,7 @@ FEWEST_SETS, MOST_SETS = 50, 256
 """Bounds of the number of parameter sets of a sample of the posterior."""
 ROCKS_A_SET = 100
 """Least number of rocks for each set in the scene that flies the sample."""
-SAMPLE, SCENE = "posterior.parquet", "calibrated.yaml"
+SAMPLE = "posterior.parquet"
 
 
 def sample_of(names: tuple[str, ...], values: FloatArray, weights: FloatArray, seed: int) -> ParameterSets:
@@ -53,7 +54,7 @@ def write_calibrated(out: Path, scene: Scene, sample: ParameterSets, misfit: flo
         f"{len(sample)} parameter sets.\n"
         "# calibration.json says how well they are known. `rocks` is the total over all sets.\n"
     )
-    (out / SCENE).write_text(text + yaml_text({**moved, "rocks": rocks, "unknowns": unknowns}), encoding="utf-8")
+    (out / CALIBRATED).write_text(text + yaml_text({**moved, "rocks": rocks, "unknowns": unknowns}), encoding="utf-8")
 
 
 def _files_of(value: Any) -> Iterator[Path]:

@@ -15,6 +15,7 @@ from rpf3d_core.calibration.report import report_text
 from rpf3d_core.calibration.rounds import Result
 from rpf3d_core.calibration.state import RESULTS
 from rpf3d_core.calibration.verdict import gain_of, is_refused, verdict_of, warnings_of
+from rpf3d_core.results.calibration_folder import FOUND, REPORT
 from rpf3d_core.scene.calibration import CalibrationSpec
 from rpf3d_core.scene.model import Scene
 
@@ -66,9 +67,9 @@ def write_result(out: Path, scene: Scene, slope: Slope, spec: CalibrationSpec, r
         sample = replace(sample_of(slope.names, values, result.posterior.weights, scene.seed), place=slope.place)
         _write_pictures(out, slope, result, found, (values, np.asarray(sample.values)))
         write_calibrated(out, scene, sample, found.misfit)
-    (out / "report.md").write_text(report_text(scene, found), encoding="utf-8")
+    (out / REPORT).write_text(report_text(scene, found), encoding="utf-8")
     text = json.dumps(content_of(found), indent=2, allow_nan=False) + "\n"
-    (out / "calibration.json").write_text(text, encoding="utf-8")
+    (out / FOUND).write_text(text, encoding="utf-8")
 
 
 def _write_pictures(out: Path, slope: Slope, result: Result, found: Findings, values: tuple[Any, Any]) -> None:
@@ -82,12 +83,12 @@ def _write_pictures(out: Path, slope: Slope, result: Result, found: Findings, va
     every, sample = values
     first = np.array(result.numbers) == 0
     write_pairs(out / "posterior.png", slope.names, every[first], sample)
-    if found.rank is None or not len(found.rank):
+    if found.rank is None or not found.predicts_stops:
         return
     weights = {"prior": first / first.sum(), "posterior": result.posterior.weights}
     prior, posterior = (Predicted(*_stops_of(result, share)) for share in weights.values())
     write_predicted(out / "predicted.png", slope.field.stops, prior, posterior)
-    write_coverage(out / "coverage.png", found.rank, len(found.rank) + found.unpredicted)
+    write_coverage(out / "coverage.png", found.rank, found.blocks)
 
 
 def _stops_of(result: Result, weights: Any) -> tuple[Any, Any]:

@@ -95,6 +95,16 @@ class Findings:
     unpredicted: int = 0
     all_rounds: bool = False
 
+    @property
+    def blocks(self) -> int:
+        """Number of observed stops, with and without a prediction; 0 if there are too few to keep any out."""
+        return self.unpredicted + (0 if self.rank is None else len(self.rank))
+
+    @property
+    def predicts_stops(self) -> bool:
+        """True if at least one observed stop has a prediction."""
+        return self.blocks > self.unpredicted
+
     def coverage(self) -> dict[str, Any] | None:
         """Return the shares of kept-out blocks within 50 and 90 % predictive intervals; None without end points.
 
@@ -103,9 +113,8 @@ class Findings:
         """
         if self.rank is None or self.whole_rank is None:
             return None
-        blocks = len(self.rank) + self.unpredicted
-        whole = {**_shares_inside(self.whole_rank, blocks), "misfit": self.misfit}
-        return {**_shares_inside(self.rank, blocks), "blocks": blocks, "with_misfit": whole}
+        whole = {**_shares_inside(self.whole_rank, self.blocks), "misfit": self.misfit}
+        return {**_shares_inside(self.rank, self.blocks), "blocks": self.blocks, "with_misfit": whole}
 
 
 def _shares_inside(rank: FloatArray, blocks: int) -> dict[str, dict[str, float]]:

@@ -20,7 +20,7 @@ NEGLIGIBLE = 0.01
 RANKED, LEAST_RANKED = 100_000, 50
 """Rocks of all sets together from which ranks are computed, and least number of each set: more would change nothing."""
 LEAST_STOPPED = 1e-3
-"""Share (-) of the simulated rocks that stand for a block and stopped, at or below which there is no prediction."""
+"""A block has no prediction if at most this share (-) of the simulated rocks that stand for it stopped."""
 LEAST_VALUES = 3
 """Smallest number of observations from which some can be kept out."""
 
@@ -159,7 +159,7 @@ def covered(rank: FloatArray, share: float, blocks: int) -> FloatArray:
     share : probability of the central predictive interval, such as 0.9 (-)
     """
     edge = 0.5 * (1.0 - share)
-    return np.asarray(((rank >= edge) & (rank <= 1.0 - edge)).sum(axis=0) / max(blocks, 1))
+    return np.asarray(((rank >= edge) & (rank <= 1.0 - edge)).sum(axis=0) / blocks)
 
 
 def _probabilities(z: FloatArray) -> FloatArray:

@@ -49,7 +49,7 @@ def _result(found: Findings) -> Iterator[str]:
     yield from (f"- {sentence}" for sentence in MORE)
     yield "\n## Pictures"
     yield f"![prior and posterior of the parameters]({POSTERIOR})"
-    if found.rank is not None and len(found.rank):
+    if found.predicts_stops:
         yield from (f"![{text}]({name})" for name, text in OF_STOPS.items())
 
 

@@ -13,17 +13,13 @@ from numpy.typing import NDArray
 from rpf3d_core.calibration.density import Stops
 from rpf3d_core.calibration.flying import Flown
 from rpf3d_core.errors import InputError
+from rpf3d_core.results.calibration_folder import CALIBRATED, FOUND, PLAN, REPORT, STATE
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import scene_digest
 
 FloatArray = NDArray[np.float64]
 
-FOLDER, PLAN = "state", "plan.json"
-"""Names of the folder with flown sets in the folder of a calibration, and of the file with the digest of its scene."""
-RESULTS = (
-    "calibration.json", "calibrated.yaml", "posterior.parquet", "report.md", "posterior.png", "predicted.png",
-    "coverage.png",
-)  # fmt: skip
+RESULTS = (FOUND, CALIBRATED, "posterior.parquet", REPORT, "posterior.png", "predicted.png", "coverage.png")
 """Names of the files that a calibration writes."""
 VERSION = 3
 """Version of the kept files; it changes whenever the sampler or the densities change."""
@@ -51,9 +47,9 @@ def check_folder(out: Path, scene: Scene) -> None:
     InputError
         The folder contains other files, the calibration of another scene or of an earlier version, or a damaged plan.
     """
-    state = out / FOLDER
+    state = out / STATE
     names = {entry.name for entry in out.iterdir()} if out.is_dir() else set()
-    if foreign := sorted(names - {FOLDER, *RESULTS}):
+    if foreign := sorted(names - {STATE, *RESULTS}):
         raise InputError(f"{out}: holds {foreign[0]!r}, which is not part of a calibration; give a new or empty folder")
     if names and not (state / PLAN).is_file():
         raise InputError(f"{out}: holds no calibration that could be continued; give a new or empty folder")
@@ -92,7 +88,7 @@ def open_state(out: Path, scene: Scene) -> Path:
         As `check_folder`, or the folder cannot be written to.
     """
     check_folder(out, scene)
-    state = out / FOLDER
+    state = out / STATE
     try:
         state.mkdir(parents=True, exist_ok=True)
         plan = json.dumps({"program": "rpf3d", "digest": digest_of(scene)})

@@ -1,13 +1,12 @@
 """The conclusions from the findings of a calibration: warnings, the refusal, and the verdict in one paragraph."""
 
 import math
-from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
 from rpf3d_core.calibration.findings import Estimate, Findings
-from rpf3d_core.calibration.folds import Score
+from rpf3d_core.calibration.folds import Score, covered
 from rpf3d_core.calibration.sampling import FLOOR, MOST_ROUNDS
 from rpf3d_core.ensemble.two_shares import log_choose
 
@@ -147,15 +146,16 @@ def _of_coverage(found: Findings) -> list[str]:
 
     Blocks without a prediction are left out here: another sentence names them.
     """
-    coverage, sentences = replace(found, unpredicted=0).coverage(), list[str]()
-    if coverage is None or not coverage["blocks"]:
+    sentences = list[str]()
+    if found.rank is None or found.whole_rank is None or not found.predicts_stops:
         return sentences
-    for axis in ("along", "across"):
-        plain, whole = coverage["90"][axis], coverage["with_misfit"]["90"][axis]
-        if _is_too_few(plain, coverage["blocks"]):
+    blocks = len(found.rank)
+    inside = (covered(rank, 0.9, blocks).tolist() for rank in (found.rank, found.whole_rank))
+    for axis, plain, whole in zip(("along", "across"), *inside, strict=True):
+        if _is_too_few(plain, blocks):
             sentence = (f"90 % intervals hold {100 * plain:.0f} % of the kept-out blocks {axis} the slope: the model "
                         "spreads its rocks too little, or coordinates are wrong")  # fmt: skip
-            if _is_too_few(whole, coverage["blocks"]):
+            if _is_too_few(whole, blocks):
                 sentence += f"; with the misfit of the model they still hold only {100 * whole:.0f} %"
             sentences.append(sentence)
     return sentences

@@ -2,13 +2,15 @@
 
 from pathlib import Path
 
-FOUND, REPORT, CALIBRATED, PLAN = "calibration.json", "report.md", "calibrated.yaml", Path("state", "plan.json")
-"""Files in the folder of a calibration; a refused calibration has no CALIBRATED, an interrupted one only PLAN."""
+FOUND, REPORT, CALIBRATED = "calibration.json", "report.md", "calibrated.yaml"
+"""Names of files in the folder of a calibration; FOUND is written last, and a refused calibration has no CALIBRATED."""
+STATE, PLAN = "state", "plan.json"
+"""Names of the folder with flown sets in the folder of a calibration, and of the file with the digest of its scene."""
 
 
 def is_calibration(folder: Path) -> bool:
     """Return True if a folder is that of a calibration, finished or interrupted."""
-    return (folder / FOUND).is_file() or (folder / PLAN).is_file()
+    return (folder / FOUND).is_file() or (folder / STATE / PLAN).is_file()
 
 
 def words_on_calibration(folder: Path) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from rpf3d_core.hazard.benches import AREA, bench_table
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
+from rpf3d_core.results.calibration_folder import FOUND
 from rpf3d_core.results.findings import Run
 from rpf3d_core.values import Outcome
 
@@ -90,7 +91,7 @@ def _of_the_calibration(sample: Path) -> Iterator[str]:
     The warnings are read from calibration.json in the folder of the sample; if that fails, there is no sentence.
     """
     try:
-        found = json.loads((sample.parent / "calibration.json").read_text(encoding="utf-8"))
+        found = json.loads((sample.parent / FOUND).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
         return  # a sample from elsewhere
     warnings = found.get("warnings") if isinstance(found, dict) else None
