@@ -118,14 +118,7 @@ def _print_outcomes(run: "Run") -> None:
 
 def _print_benches(run: "Run") -> None:
     """Print the bench table: the shares of rocks that reached each zone and area of interest, and stopped there."""
-    from rpf3d_core.hazard.benches import (
-        bench_table,
-        left_out,
-        notes_of,
-        notes_on_unknown,
-        text_header,
-        text_rows,
-    )
+    from rpf3d_core.hazard.benches import bench_table, left_out, notes_below, text_header, text_rows
 
     benches = bench_table(run.terrain, run.maps)
     table = Table(*text_header(benches), box=None, padding=GAP, pad_edge=False)
@@ -136,7 +129,7 @@ def _print_benches(run: "Run") -> None:
         screen.print(table)
         if more := left_out(benches):
             screen.print(f"{more} more in hazard/benches.csv", style="dim", highlight=False)
-        screen.print(";\n".join([*notes_of(run.maps), *notes_on_unknown(rows)]), style="dim", highlight=False)
+        screen.print(";\n".join(notes_below(run.maps, rows)), style="dim", highlight=False)
 
 
 def _print_maps(run: "Run") -> None:

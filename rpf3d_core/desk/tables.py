@@ -3,7 +3,7 @@
 from typing import Any
 
 from rpf3d_core.desk.coefficients import drawn_elsewhere, materials_of
-from rpf3d_core.hazard.benches import bench_table, left_out, notes_of, notes_on_unknown, text_header, text_rows
+from rpf3d_core.hazard.benches import bench_table, left_out, notes_below, text_header, text_rows
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.results.overconfidence import surer_than_it_may_be
@@ -19,7 +19,7 @@ def bench_section(run: Run) -> dict[str, Any]:
     benches = bench_table(run.terrain, run.maps)
     more, rows = left_out(benches), list(text_rows(benches))
     also = [f"{more:,} more zones that rocks reached are in the report"] if more else []
-    notes = [*notes_of(run.maps), *notes_on_unknown(rows), *also]
+    notes = [*notes_below(run.maps, rows), *also]
     return {"header": list(text_header(benches)), "rows": [list(row) for row in rows], "notes": notes}
 
 

@@ -131,6 +131,11 @@ def notes_of(maps: HazardMaps) -> tuple[str, str]:
     return (TEXT_NOTE, OPEN) if maps.sets is None else (OF_SETS.format(sets=maps.sets.flown), STILL_OPEN)
 
 
+def notes_below(maps: HazardMaps, rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return all notes below the printed table; rows : from `text_rows`."""
+    return [*notes_of(maps), *notes_on_unknown(rows)]
+
+
 def notes_on_unknown(rows: Iterable[Sequence[str]]) -> list[str]:
     """Return the notes that explain unknown intervals and ends; only those that the rows of the printed table have.
 
