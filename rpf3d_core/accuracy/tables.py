@@ -85,7 +85,7 @@ def statistical_rows(prices: PriceList) -> list[Row]:
 
 
 def parametric_rows(prices: PriceList) -> list[Row]:
-    """Return the row of the unknowns, for the table of the parametric error; [] for a scene without unknowns."""
+    """Return the row of the unknowns, for the table of the parametric error. The list is empty without unknowns."""
     return [
         (
             str(line.setting["sets"]), number(line.error), number(line.more["of_shares"]),
