@@ -308,7 +308,7 @@ def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
     the edge, after a bounce off the neighbouring facet, it meets facet f where it falls back onto the plane.
     """
     v = velocity(arc, t)
-    later = time_into(facets, f, position(arc, t), v, (0.0, 0.0, -arc.gravity))
+    later = time_into(facets, f, position(arc, t), v, (0.0, 0.0, -arc.gravity), 0.0)
     if later == math.inf:
         return math.inf
     b, a = dot(n, v), -0.5 * arc.gravity * n[2]

@@ -79,11 +79,6 @@ ON_RIM = 0.75 * RIM
 
 The depth is smaller than RIM to allow for rounding.
 """
-PRESSED = 0.01
-"""Least share of gravity (-) that presses a flying sphere onto a plane that it touches outside the facet.
-
-If a rolling sphere touches such a plane, its acceleration presses it onto the plane by less (`_time_onto`).
-"""
 POLISHED = 1e3
 """Largest distance, in tolerances, by which the final Newton step may move a contact of a sphere."""
 
@@ -141,9 +136,9 @@ def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, b
         if gap < -near and b > 0.0:
             t = min(t, falling_time(gap, b, 0.5 * a))
     else:
-        t = falling_time(gap, b, 0.5 * a)
-        if abs(gap) <= near and not _is_over(facets, f, course, t):
-            t = _time_onto(facets, f, course, gap, b, a)
+        t = falling_time(max(gap, 0.0) if gap >= -near else gap, b, 0.5 * a)
+        if t < math.inf and course.a[2] == -course.gravity and not _is_over(facets, f, course, t):
+            t = _entry_time(facets, f, course, n, t)
     if t > best.t or not _is_over(facets, f, course, t):
         return best
     return _sooner(best, Touch(t=t, facet=f, approach=max(-(b + a * t), 0.0), n=n, along=ZERO, face=True))
@@ -156,23 +151,20 @@ def _is_over(facets: Facets, f: int, course: Course, t: float) -> bool:
 
 
 @kernel
-def _time_onto(facets: Facets, f: int, course: Course, gap: float, b: float, a: float) -> float:
-    """Return the time when a flying sphere that touches the plane of facet f, but not f, meets f; else inf.
+def _entry_time(facets: Facets, f: int, course: Course, n: Vec, t: float) -> float:
+    """Return the time when a flying sphere that reaches the plane of facet f outside f, at time t (s), meets f; else inf.
 
-    gap : distance of the sphere from the plane (m), within NEAR tolerances of 0
-    b, a : speed (m/s) and acceleration (m/s^2) of the sphere away from the plane
+    n : normal of the facet towards the sphere
 
     A sphere that rolls fast takes off where its facet and facet f bend away from each other. At an angle of 1e-10 to
-    1e-6, it must come back to facet f within nanoseconds. But rounding may have put it just below the plane, or it may
-    reach the plane before its foot has crossed the border of facet f. Then it meets facet f at this border, unless it
-    is more than NEAR tolerances below the plane there. A sphere that rolls on another facet is not concerned: its
-    acceleration is parallel to the ground.
+    1e-3, it must come back to facet f at once. But rounding may have put it just below the plane, or it may reach the
+    plane before its foot has crossed the border of facet f. Then it meets facet f at this border, unless it is more
+    than NEAR tolerances below the plane there. At a greater depth, it has met the edge before (RIM).
     """
-    if a >= -PRESSED * course.gravity:
-        return math.inf
-    t = falling_time(max(gap, 0.0), b, 0.5 * a)
-    t = t + time_into(facets, f, course_position(course, t), course_velocity(course, t), course.a)
-    return t if gap + (b + 0.5 * a * t) * t >= -NEAR * facets.tolerance else math.inf
+    x, v = course_position(course, t), course_velocity(course, t)
+    later = time_into(facets, f, x, v, course.a, facets.tolerance)
+    sinks = (dot(n, v) + 0.5 * dot(n, course.a) * later) * later if later < math.inf else -math.inf
+    return t + later if sinks >= -NEAR * facets.tolerance else math.inf
 
 
 @kernel

@@ -8,7 +8,8 @@ Rolling resistance acts through friction, so mu limits the resistance. If mu_r a
 moves like a rock that slides with mu, without further resistance; the reported spin is still the spin of a rolling
 sphere. The acceleration of a segment is constant. This is exact if the direction of friction is constant: straight down
 a slope, on level ground, and for a sphere that rolls without rolling friction. Otherwise the acceleration follows from
-the friction at the middle of the segment, and the segment ends before friction has turned by TURN.
+the friction at the middle of the segment, and the segment ends before friction has turned by TURN. Every segment also
+ends before the velocity has turned by TURN, because barriers, trees and gaps are looked for on its chord.
 
 Derived from rigid-body mechanics (validation reference 2.5).
 """
@@ -24,7 +25,9 @@ from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, without
 
 TURN = 1.0 / 16.0
-"""Tangent of the largest angle by which the direction of friction may turn in one segment: 3.6 degrees."""
+"""Tangent of the largest angle by which friction, or the velocity, may turn in one segment: 3.6 degrees."""
+BACK = 1e-3
+"""Distance, divided by the radius (-), within which a sphere may slow down and turn back in one segment."""
 CRAWL = 1e-2
 """Speed (m/s) below which a slip that changes its direction counts as zero.
 
@@ -83,8 +86,26 @@ def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Sur
         return _skids(v, slip, n, g_t, friction, radius)
     if STICKS * pull > friction:
         a, turn = _skidding(scale(1.0 / pull, g_t), n, g_t, friction, radius)
-        return RollingSegment(v=v, a=a, turn=turn, t=math.inf, rolls=False, stops=False, turns=False)
-    return _rolls(v, g_t, min(surface.mu_r * push, _most_resistance(v, g_t, friction)), surface.stop_speed)
+        t = _turning_time(v, a, radius)
+        return RollingSegment(v=v, a=a, turn=turn, t=t, rolls=False, stops=False, turns=t < math.inf)
+    return _rolls(v, g_t, min(surface.mu_r * push, _most_resistance(v, g_t, friction)), surface.stop_speed, radius)
+
+
+@kernel
+def _turning_time(v: Vec, a: Vec, radius: float) -> float:
+    """Return the time (s) until a velocity v, under a constant acceleration a, has turned by TURN, or is zero; else inf.
+
+    A sphere that slows down within BACK times its radius may turn by any angle: the result is inf.
+    """
+    speed, pull = norm(v), norm(a)
+    if speed * speed <= 2.0 * BACK * radius * pull:
+        return math.inf
+    along = dot(a, v) / speed
+    across = norm(without(a, scale(1.0 / speed, v)))
+    if across <= STRAIGHT * pull:
+        return -speed / along if along < 0.0 else math.inf
+    rate = across - TURN * along  # m/s^2; tan(angle) = across * t / (speed + along * t)
+    return TURN * speed / rate if rate > 0.0 else math.inf
 
 
 @kernel
@@ -111,7 +132,7 @@ def _skidding(direction: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
 
 @kernel
 def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) -> RollingSegment:
-    """Return the segment on which a sphere skids, which ends when the slip is zero or has turned by TURN.
+    """Return the segment on which a sphere skids, which ends when the slip is zero, or slip or velocity turned by TURN.
 
     friction : deceleration by friction, mu N (m/s^2)
     """
@@ -125,6 +146,7 @@ def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
         ahead = add(slip, scale(0.5 * turned, add(g_t, scale(-3.5 * friction, direction))))
         direction = scale(1.0 / norm(ahead), ahead)
     a, turn = _skidding(direction, n, g_t, friction, radius)
+    turned = min(turned, _turning_time(v, a, radius))
     return RollingSegment(
         v=v,
         a=a,
@@ -137,7 +159,7 @@ def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
 
 
 @kernel
-def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float) -> RollingSegment:
+def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float, radius: float) -> RollingSegment:
     """Return the segment on which a sphere rolls, which ends at the stop speed, at speed zero, or after a turn by TURN.
 
     resistance : rolling resistance (m/s^2)
@@ -148,9 +170,9 @@ def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float) -> RollingSeg
     if holds and speed <= lowest * (1.0 + ROLLS):
         return RollingSegment(v=v, a=ZERO, turn=ZERO, t=0.0, rolls=True, stops=True, turns=False)
     if resistance == 0.0:
-        return RollingSegment(
-            v=v, a=scale(1.0 - STICKS, g_t), turn=ZERO, t=math.inf, rolls=True, stops=False, turns=False
-        )
+        a = scale(1.0 - STICKS, g_t)
+        t = _turning_time(v, a, radius)
+        return RollingSegment(v=v, a=a, turn=ZERO, t=t, rolls=True, stops=False, turns=t < math.inf)
     across = norm(without(g_t, scale(1.0 / speed, v))) if speed > 0.0 else 0.0
     turned = TURN * speed / across if across > STRAIGHT * (pull + resistance) else math.inf
     if speed <= CRAWL and turned < math.inf and not holds:

@@ -220,16 +220,17 @@ def leads_on(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float) ->
 
 
 @kernel
-def time_into(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> float:
+def time_into(facets: Facets, f: int, p: Vec, v: Vec, a: Vec, slack: float) -> float:
     """Return the time when a point, seen along the normal of facet f, has crossed all edges that it is outside of.
 
     The result is 0 for a point inside all edges, and inf if the point never crosses one of them.
     p, v, a : position (3,) m, velocity (3,) m/s and acceleration (3,) m/s^2 of the point
+    slack : distance (m) outside an edge up to which the point counts as inside
     """
     inside = 0.0
     for k in range(3):
-        _, distance = edge_distance(facets, f, k, p)
-        if distance < 0.0:
+        squared, distance = edge_distance(facets, f, k, p)
+        if distance < 0.0 and distance * distance > slack * slack * squared:
             inward = edge_inward(facets, f, k)
             inside = max(inside, falling_time(-distance, -dot(inward, v), -0.5 * dot(inward, a)))
     return inside

@@ -9,6 +9,7 @@ from obstacles_made import MASS, RADIUS, energy_of, fence, fences, rough_ground,
 from on_both_engines import BOTH, loses_energy
 from rolling_spheres import roll, spheres
 
+from rpf3d_core.kinetics.sphere_ground import TURN
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.simulation.record import FIRST_OBSTACLE
 from rpf3d_core.values import Mode, Outcome
@@ -215,3 +216,24 @@ def test_a_sphere_that_rolls_back_to_a_net_that_it_broke_through_meets_the_net_a
     flights = roll(made.engine_over(engine, slope), with_effects(physics, net), 0.5, up, (-14.3, 0.0, 7.15))
     assert flights.deposits.outcome[0] == Outcome.CAUGHT and met(flights).sum() == 2
     np.testing.assert_allclose(flights.deposits.x[0, 0], 25.0, atol=1e-9)
+
+
+@BOTH
+@pytest.mark.parametrize("mu", [0.0, 2.0], ids=["skids without friction", "rolls"])
+@pytest.mark.parametrize("across", [0.0, 3.0])
+def test_a_sphere_that_turns_back_on_one_facet_meets_the_net_on_its_way_up(engine, mu, across):
+    """Without rolling friction, its whole way up and down again is one parabola."""
+    slope = made.rough_grid(1, 40.0, 0.5, 0.0)
+    physics = spheres(Surface(0.0, 0.9, mu, 0.0, 0.0))
+    net = fence(slope, [(25.0, 1.0), (25.0, 39.0)], 5.0, math.inf)
+    up = (30.0, 5.0, -15.0 + 0.5 * math.hypot(1.0, 0.5) + 1e-3)
+    flights = roll(made.engine_over(engine, slope), with_effects(physics, net), 0.5, up, (-15.0, across, 7.5))
+    assert flights.deposits.outcome[0] == Outcome.CAUGHT and met(flights).sum() == 1
+    np.testing.assert_allclose(flights.deposits.x[0, 0], 25.0, atol=1e-9)
+    assert flights.paths.v[-2][0] < -5.0, "uphill"
+    if mu == 0.0:  # the velocity across does not change, the velocity along has the acceleration of gravity
+        pull = 9.81 * math.sin(math.atan(0.5))
+        speed, way = 15.0 * math.hypot(1.0, 0.5), 5.0 * math.hypot(1.0, 0.5)
+        t = (speed - math.sqrt(speed * speed - 2.0 * pull * way)) / pull
+        chord = TURN / 8.0 * 0.5 * speed * speed / pull  # m, the parabola's largest distance from its chords
+        np.testing.assert_allclose(flights.deposits.x[0, 1], 5.0 + across * t, atol=chord)

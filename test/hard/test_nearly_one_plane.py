@@ -1,6 +1,6 @@
 """Spheres on facets that are almost one plane: they take off at each seam for nanoseconds, and must land again.
 
-A plane whose heights have noise of 1e-9 to 1e-5 m has angles between its facets from 1e-10 to 1e-5. Planes in float64
+A plane whose heights have noise of 1e-10 to 1e-3 m has angles between its facets from 1e-10 to 1e-3. Planes in float64
 look so after a rotation or a shift. The height above the plane is computed here from its equation alone.
 """
 
@@ -15,31 +15,42 @@ from scenes_of_facets import engine_over, rough_grid
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import Outcome
 
-RADIUS, FALL = 0.5, 0.6
-"""Radius of the spheres (m), and fall of the plane per metre in plan."""
+RADIUS, FALL, STEEP = 0.5, 0.6, 200.0
+"""Radius of the spheres (m), and falls of the slope and of the wall per metre in plan: 31 and 89.7 degrees."""
 GROUND = Surface(0.3, 0.8, 0.6, 0.05, 0.05)
 
 
-def released(random: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
+def released(random: np.random.Generator, count: int, fall: float = FALL) -> tuple[np.ndarray, np.ndarray]:
     """Return positions (R, 3) m of spheres 5 cm above the plane, and their velocities (R, 3) m/s."""
     x = np.column_stack([random.uniform(3.0, 10.0, count), random.uniform(15.0, 45.0, count), np.zeros(count)])
-    x[:, 2] = -FALL * x[:, 0] + RADIUS * math.hypot(1.0, FALL) + 0.05
+    x[:, 2] = -fall * x[:, 0] + (RADIUS + 0.05) * math.hypot(1.0, fall)
     return x, np.column_stack([random.uniform(0.0, 3.0, count), random.uniform(-2.0, 2.0, count), np.zeros(count)])
 
 
-def height_of(places: np.ndarray) -> np.ndarray:
+def height_of(places: np.ndarray, fall: float = FALL) -> np.ndarray:
     """Return the height (N,) m of centres inside the plane's border above the plane through the facets."""
     inside = ((places[:, :2] > 0.6) & (places[:, :2] < 59.4)).all(axis=1)
-    return (places[inside, 2] + FALL * places[inside, 0]) / math.hypot(1.0, FALL)
+    return (places[inside, 2] + fall * places[inside, 0]) / math.hypot(1.0, fall)
 
 
-@pytest.mark.parametrize("noise", [0.0, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5])
+@pytest.mark.parametrize("noise", [0.0, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3])
 def test_no_sphere_sinks_into_the_plane(noise):
     x, v = released(np.random.default_rng(int(1e12 * noise) + 7), 60)
     engine = engine_over("compiled", rough_grid(20, 60.0, FALL, noise))
     flights = roll(engine, spheres(GROUND, max_time=30.0, max_impacts=2000), RADIUS, x, v, threads=1)
     assert np.isin(flights.deposits.outcome, [Outcome.LEFT_TERRAIN, Outcome.STOPPED]).all()
     assert height_of(places_of(flights)).min() > RADIUS - 2.0 * noise - 1e-7
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3])
+def test_no_sphere_sinks_into_a_wall(noise):
+    """The spheres fall along the wall and bounce on it; heights have noise along the wall, STEEP times less across."""
+    x, v = released(np.random.default_rng(int(1e12 * noise) + 8), 60, STEEP)
+    v[:, 0] = -np.abs(v[:, 0])
+    engine = engine_over("compiled", rough_grid(20, 60.0, STEEP, noise))
+    flights = roll(engine, spheres(GROUND, max_time=30.0, max_impacts=2000), RADIUS, x, v, threads=1)
+    assert flights.deposits.impacts.min() > 0
+    assert height_of(places_of(flights), STEEP).min() > RADIUS - 2.0 * noise - 1e-7
 
 
 @BOTH
