@@ -152,7 +152,7 @@ def _is_over(facets: Facets, f: int, course: Course, t: float) -> bool:
 
 @kernel
 def _entry_time(facets: Facets, f: int, course: Course, n: Vec, t: float) -> float:
-    """Return the time when a flying sphere that reaches the plane of facet f outside f, at time t (s), meets f; else inf.
+    """Return the time when a flying sphere meets facet f, whose plane it reaches outside f at time t (s); else inf.
 
     n : normal of the facet towards the sphere
 

@@ -93,7 +93,7 @@ def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Sur
 
 @kernel
 def _turning_time(v: Vec, a: Vec, radius: float) -> float:
-    """Return the time (s) until a velocity v, under a constant acceleration a, has turned by TURN, or is zero; else inf.
+    """Return the time (s) until a velocity v, under a constant acceleration a, has turned by TURN or is zero; else inf.
 
     A sphere that slows down within BACK times its radius may turn by any angle: the result is inf.
     """

@@ -321,7 +321,7 @@ GUARDS = (
         SPHERES,
         "            t = _entry_time(facets, f, course, n, t)\n",
         "            pass\n",
-        "`_entry_time` (spheres): a sphere that reaches a plane outside its facet meets the facet where it comes over it",
+        "`_entry_time` (spheres): a sphere that reaches a plane outside the facet meets the facet at its edge",
         "spheres sink into the ground at a seam",
     ),
     Guard(
