@@ -99,7 +99,9 @@ def _print_run(result: "Run", times: str) -> None:
 
 
 def _print_outcomes(run: "Run") -> None:
-    """Print the number of rocks with each outcome, and the materials that use the default friction angle."""
+    """Print how many rocks ended in each outcome, with intervals, and the materials with the default friction angle."""
+    from rpf3d_core.ensemble.statistics import share_of
+    from rpf3d_core.hazard.benches import share_text, with_predictive
     from rpf3d_core.results.findings import sentence_of
     from rpf3d_core.scene.zone_materials import without_friction, words_on_friction
 
@@ -107,10 +109,10 @@ def _print_outcomes(run: "Run") -> None:
     table = Table("outcome", "rocks", "share", "meaning", box=None, padding=GAP, pad_edge=False)
     for outcome in Outcome:
         if rocks := run.totals.outcomes[outcome]:
-            share = f"{100 * rocks / run.totals.rocks:.1f} %"
+            share = share_of(rocks, run.totals.rocks)
             if sets is not None:
-                share += " ({:.0f}-{:.0f})".format(*(100 * end for end in sets.outcome(outcome)))
-            table.add_row(outcome.name.lower(), f"{rocks:,}", share, sentence_of(outcome, run.scene))
+                share = with_predictive(share, *sets.outcome(outcome))
+            table.add_row(outcome.name.lower(), f"{rocks:,}", share_text(share), sentence_of(outcome, run.scene))
     screen.print(table)
     if assumed := without_friction(run.scene, run.terrain.zones):
         screen.print(words_on_friction(assumed), highlight=False, soft_wrap=True)
@@ -171,8 +173,9 @@ def _print_convergence(run: "Run") -> None:
     target, change = run.scene.target, p95_change(run.steps)
     enough = is_enough(run.steps, target.half_width, target.p95_energy)
     screen.print(
-        f"target {'reached' if enough else 'NOT reached'}: half-width of shares {run.steps[-1].half_width:.3g} "
-        f"(target {target.half_width:g}), change of p95 energies "
-        f"{'not known yet' if change is None else f'{change:.3g}'} (target {target.p95_energy:g})",
+        f"target {'reached' if enough else 'NOT reached'}: half-width of the sampling intervals of shares "
+        f"{run.steps[-1].half_width:.3g} (target {target.half_width:g}), change of p95 energies "
+        f"{'not known yet' if change is None else f'{change:.3g}'} (target {target.p95_energy:g})"
+        + ("; more rocks do not narrow what the unknowns leave open" if run.maps.sets else ""),
         soft_wrap=True,
     )
