@@ -114,7 +114,10 @@ class TerrainSpec(StrictModel):
 
     @model_validator(mode="after")
     def _as_benches_are(self) -> Self:
-        """Refuse keys that conflict with `benches`: another upward axis, or a berm with the name of a bench zone."""
+        """Refuse keys that conflict with `benches`: `up: y`, or a berm with the same zone name as a berm of `benches`.
+
+        The zone of a berm is `berm_<name>`.
+        """
         if self.benches is None:
             return self
         if self.up != "z":
