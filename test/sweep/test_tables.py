@@ -125,7 +125,7 @@ def test_a_runout_is_unknown_if_many_rocks_left_the_terrain(folder: Path, text: 
     assert short is not None and wide is not None and left is not None
     assert left.value is not None and left.value > 0.05
     assert short.value is None and short.high is None and short.sampling_high is None
-    assert wide.value is not None and wide.high is not None
+    assert wide.value is not None
     rows = [row[1] for row in run_rows(found.cells, found.records)]
     assert rows[0] == "beyond the terrain" and rows[1] != rows[0]
     assert any("did not come to rest" in note for note in notes_of(found.cells, found.records))
