@@ -66,6 +66,18 @@ class Touch(NamedTuple):
     face: bool
 
 
+class Rim(NamedTuple):
+    """An edge or a corner of a facet.
+
+    at : (3,) m, the corner, or the first end of the edge; length : of the edge (m), 0 for a corner
+    along : (3,) unit, along the edge; zero for a corner, or an edge of length 0
+    """
+
+    at: Vec
+    along: Vec
+    length: float
+
+
 NO_TOUCH = Touch(t=math.inf, facet=-1, approach=0.0, n=(0.0, 0.0, 1.0), along=ZERO, face=False)
 RIM = 2.0
 """Depth by which edges and corners are lowered below the interior of facets, in tolerances, when a sphere meets them.
@@ -204,19 +216,27 @@ def stays_on(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> bool:
 
 
 @kernel
+def _rim_of(facets: Facets, f: int, k: int) -> Rim:
+    """Return an edge or a corner of facet f; k : 0, 1, 2 for an edge; 3, 4, 5 for corner k - 3."""
+    at = corner(facets, f, k % 3)
+    if k >= 3:
+        return Rim(at=at, along=ZERO, length=0.0)
+    edge = subtract(corner(facets, f, (k + 1) % 3), at)
+    length = norm(edge)
+    return Rim(at=at, along=scale(1.0 / length, edge) if length > 0.0 else ZERO, length=length)
+
+
+@kernel
 def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, before: float, best: Touch) -> Touch:
     """Return the earlier of two contacts of a moving sphere: `best`, or its contact with one edge or corner of facet f.
 
     k : 0, 1, 2 for an edge; 3, 4, 5 for corner k - 3
     end, before : as in `earlier_touch` (s)
     """
-    at, length, along = corner(facets, f, k % 3), 0.0, ZERO
-    if k < 3:
-        edge = subtract(corner(facets, f, (k + 1) % 3), at)
-        length = norm(edge)
-        if length == 0.0:
-            return best
-        along = scale(1.0 / length, edge)
+    rim = _rim_of(facets, f, k)
+    at, along, length = rim.at, rim.along, rim.length
+    if k < 3 and length == 0.0:
+        return best
     from_x, until, radius = subtract(course.x, at), min(before, best.t), course.radius - RIM * facets.tolerance
     p, v, a = without(from_x, along), without(course.v, along), without(course.a, along)
     distance = norm(p)
@@ -233,8 +253,10 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
         t = _time_from_rim(course, p, v, a, distance, q, end)
         if q.c0 < 0.0 and q.c1 > 0.0 and t > 0.0:
             t = min(t, first_fall(q, 0.0, end))
+        if 0.0 < t < math.inf and not _is_on(course, rim, t):
+            t = _time_on_rim(facets, course, rim, q, t, end)
     else:
-        t = _time_on_rim(facets, course, at, along, length, q, end)
+        t = _time_on_rim(facets, course, rim, q, 0.0, end)
     if not t <= best.t or t == math.inf:
         return best
     gap = without(subtract(course_position(course, t), at), along)
@@ -265,37 +287,38 @@ def _time_from_rim(course: Course, p: Vec, v: Vec, a: Vec, distance: float, q: Q
 
 
 @kernel
-def _time_on_rim(
-    facets: Facets, course: Course, at: Vec, along: Vec, length: float, q: Quartic, until: float
-) -> float:  # fmt: skip
+def _time_on_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, begin: float, until: float) -> float:
     """Return the time when a flying sphere first touches an edge or a corner; inf for never.
 
     The polynomial q, the squared distance minus the squared radius, falls through zero at most twice. The result is the
     first of these times at which the foot lies on the edge.
 
-    at : corner, or first end of the edge (m); along : (3,) unit, along the edge, else zero; length : of the edge (m)
-    until : s, end of the search
+    begin, until : s, begin and end of the search
     """
-    begin = 0.0
     for _ in range(2):
         t = first_fall(q, begin, until)
         if t == math.inf:
             return t
-        at_rim = _polished(facets, course, at, along, t)
-        foot = dot(subtract(course_position(course, at_rim), at), along)
-        if 0.0 <= foot <= length:
+        at_rim = _polished(facets, course, rim, t)
+        if _is_on(course, rim, at_rim):
             return at_rim
         begin = t
     return math.inf
 
 
 @kernel
-def _polished(facets: Facets, course: Course, at: Vec, along: Vec, t: float) -> float:
+def _is_on(course: Course, rim: Rim, t: float) -> bool:
+    """True if the foot of a sphere on the line of an edge lies on the edge at time t (s); always true for a corner."""
+    return 0.0 <= dot(subtract(course_position(course, t), rim.at), rim.along) <= rim.length
+
+
+@kernel
+def _polished(facets: Facets, course: Course, rim: Rim, t: float) -> float:
     """Return a more exact time of a contact at time t, by one Newton step with positions.
 
     The time comes from the root of a polynomial, which loses digits by rounding.
     """
-    gap, v = without(subtract(course_position(course, t), at), along), course_velocity(course, t)
+    gap, v = without(subtract(course_position(course, t), rim.at), rim.along), course_velocity(course, t)
     distance = norm(gap)
     rate = dot(gap, v) / distance if distance > 0.0 else 0.0
     if not rate < 0.0:

@@ -152,10 +152,21 @@ def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
         a=a,
         turn=turn,
         t=min(gone, turned),
-        rolls=gone <= turned and gone < math.inf,
+        rolls=gone <= turned and gone < math.inf and STICKS * norm(g_t) <= friction,
         stops=False,
         turns=turned < gone,
     )
+
+
+@kernel
+def _rolling(v: Vec, g_t: Vec, resistance: float, direction: Vec, lowest: float) -> tuple[Vec, float]:
+    """Return the acceleration (3,) m/s^2 of a rolling sphere, and the time (s) until its speed is `lowest`; else inf.
+
+    direction : (3,) unit vector against which the rolling resistance (m/s^2) acts; lowest : m/s
+    """
+    a, speed = scale(1.0 - STICKS, add(g_t, scale(-resistance, direction))), norm(v)
+    braking = -dot(a, v) / speed if speed > 0.0 else 0.0
+    return a, (speed - lowest) / braking if braking > 0.0 else math.inf
 
 
 @kernel
@@ -178,10 +189,8 @@ def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float, radius: float
     if speed <= CRAWL and turned < math.inf and not holds:
         v, speed, turned = ZERO, 0.0, math.inf
     direction = scale(1.0 / speed, v) if speed > 0.0 else scale(1.0 / pull, g_t)
-    if turned < math.inf:
-        ahead = add(v, scale(0.5 * turned * (1.0 - STICKS), add(g_t, scale(-resistance, direction))))
-        direction = scale(1.0 / norm(ahead), ahead)
-    a = scale(1.0 - STICKS, add(g_t, scale(-resistance, direction)))
-    braking = -dot(a, v) / speed if speed > 0.0 else 0.0
-    slow = (speed - lowest) / braking if braking > 0.0 else math.inf
+    a, slow = _rolling(v, g_t, resistance, direction, lowest)
+    if turned < slow:
+        ahead = add(v, scale(0.5 * turned, a))
+        a, slow = _rolling(v, g_t, resistance, scale(1.0 / norm(ahead), ahead), lowest)
     return RollingSegment(v=v, a=a, turn=ZERO, t=min(slow, turned), rolls=True, stops=False, turns=turned < slow)

@@ -6,7 +6,7 @@ from typing import Any
 from rpf3d_core.arc import Arc
 from rpf3d_core.detection.contact import PreviousContact
 from rpf3d_core.detection.terrain_pieces import contact_on_way
-from rpf3d_core.effects.hooks import felt_normal, first_obstacle
+from rpf3d_core.effects.hooks import felt_normal, first_obstacle, still_at
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rebound import rest_of_bounces
 from rpf3d_core.materials.rock_context import RockContext
@@ -85,7 +85,8 @@ def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Re
         end = Motion(t=motion.t + rest.t, x=x, v=rest.v, w=motion.w)
         note_piece(record, state.tally, motion, rest.v, SETTLING)
         tally = with_piece(state.tally, norm(way), end, facets.tolerance)
-        settled = State(motion=end, left=state.left, stands=True, tally=tally, outcome=MOVING, passed=state.passed)
+        passed = still_at(physics.effects, end, state.passed, rock_at(rock, state))
+        settled = State(motion=end, left=state.left, stands=True, tally=tally, outcome=MOVING, passed=passed)
         return stand(facets, settled, state.left, along(rest.v, n))
     if rise2 < 2.0 * g_n * settings.smallest_bounce * SETTLED:
         return stand(facets, state, state.left, along(motion.v, n))

@@ -34,8 +34,10 @@ from rpf3d_core.simulation.record import Record, note_piece, note_piece_spins
 from rpf3d_core.simulation.sphere_hold import Held, held_against, most_against, resultant
 from rpf3d_core.simulation.sphere_impacts import is_slight, strike, wedged
 from rpf3d_core.simulation.sphere_segments import (
+    CURVE,
     length_between,
     normal_between,
+    pivoted,
     put_back,
     rolling_spin,
     span_of,
@@ -62,6 +64,8 @@ BENDS = 1e-4
 
 It continues the same slide, as in `state.with_slide`.
 """
+SAME = math.cos(2.0 * CURVE)
+"""Least cosine of the angle between the normals at both ends of a segment; beyond it, the second is of other ground."""
 WALL = 0.01
 """Least share of gravity (-) that is assumed to press the sphere on a contact, in the test for a slight impact.
 
@@ -230,9 +234,13 @@ def _follow_piece(
     began = Motion(t=motion.t, x=motion.x, v=piece.v, w=motion.w)
     length = length_between(began.v, v, t)
     x, n_end = put_back(facets, locator, x, n, length, span.curved or held.contacts == 2)
+    if held.contacts == 1 and dot(n, n_end) < SAME:
+        n_end = n
     v_end = turned_to(v, n_end) if span.curved and touch.t > t else v
     rolls = piece.rolls and (whole or norm(piece.turn) == 0.0)
-    w = rolling_spin(v_end, turned, n_end, radius) if rolls and held.contacts == 1 else turned
+    w = turned
+    if rolls and held.contacts == 1:
+        v_end, w = pivoted(v_end, turned, n, n_end, radius)
     if rolls and held.contacts == 2:
         w = rolling_spin(v_end, turned, n, radius)
     end = Motion(t=motion.t + t, x=x, v=v_end, w=w if t > 0.0 else ZERO)

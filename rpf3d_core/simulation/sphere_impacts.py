@@ -19,10 +19,15 @@ from rpf3d_core.simulation.state import State, ended, with_ground, with_impact
 from rpf3d_core.simulation.sustained import STOPPED, UNRESOLVED, WEDGED
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Motion, Vec
-from rpf3d_core.vectors import add, along, dot, norm
+from rpf3d_core.vectors import add, along, dot, norm, scale
 
 LIFTS = 64
-"""Largest number of steps in which a sphere that overlaps the ground at its release is lifted."""
+"""Largest number of steps in which a sphere that overlaps the ground at its release is moved."""
+STEEP = 0.05
+"""Vertical component of the contact's normal (-) below which a sphere is moved off the ground, not lifted: 87 degrees.
+
+Along a wall, a sphere that is lifted straight up would be released far above its place, or would never be free.
+"""
 
 
 @locator_for.rule(CoulombSphere)
@@ -36,27 +41,26 @@ def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion
     """Return the motion of a sphere at its release, lifted straight up until it no longer overlaps the ground.
 
     Each step lifts the sphere until it just touches the ground point that was nearest before the step. A step never
-    lifts the sphere too far, so the steps approach the right position from below. Under an overhang there may be no
-    position without overlap; the sphere is then released where the last step ends.
+    lifts the sphere too far, so the steps approach the right position from below. A sphere at a wall, or under an
+    overhang, is moved away from the nearest ground point instead. In a narrow place there may be no position without
+    overlap; the sphere is then released where the last step ends.
     """
     x, radius = motion.x, locator.radius
     for _ in range(LIFTS):
         touch = nearest_to(locator.locator, facets, x, radius)
         if not touch.t < radius - facets.tolerance:
             break
-        x = x[0], x[1], x[2] + _lift_off(touch, radius)
+        if touch.n[2] < STEEP:
+            x = add(x, scale(radius - touch.t, touch.n))
+        else:
+            x = x[0], x[1], x[2] + _lift_off(touch, radius)
     return Motion(t=motion.t, x=x, v=motion.v, w=motion.w)
 
 
 @kernel
 def _lift_off(touch: Touch, radius: float) -> float:
-    """Return how far (m) to lift a sphere straight up so that it just touches the ground point in `touch`.
-
-    If this point is above the centre, return the depth of the overlap of sphere and ground instead.
-    """
+    """Return how far (m) to lift a sphere straight up so that it just touches the ground point in `touch`, below it."""
     up = touch.t * touch.n[2]
-    if up < 0.0:
-        return radius - touch.t
     return math.sqrt(radius * radius - (touch.t - up) * (touch.t + up)) - up
 
 

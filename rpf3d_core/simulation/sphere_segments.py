@@ -8,6 +8,7 @@ from rpf3d_core.detection.contact import GRAZING
 from rpf3d_core.detection.sphere_contact import RIM, Course, Touch
 from rpf3d_core.detection.swept import Swept, stretch_end
 from rpf3d_core.jit.dispatch import kernel
+from rpf3d_core.kinetics.rolling_moment import STICKS
 from rpf3d_core.simulation.sphere_hold import Held
 from rpf3d_core.simulation.sphere_impacts import nearest_to
 from rpf3d_core.terrain.facet_geometry import NEAR, edge_distance, edge_inward
@@ -118,6 +119,28 @@ def turned_to(v: Vec, n: Vec) -> Vec:
     flat = without(v, n)
     speed = norm(flat)
     return scale(norm(v) / speed, flat) if speed > 0.0 else flat
+
+
+@kernel
+def pivoted(v: Vec, w: Vec, n: Vec, n_end: Vec, radius: float) -> tuple[Vec, Vec]:
+    """Return velocity and spin of a sphere that has rolled on while the normal of the ground turned from n to n_end.
+
+    v : (3,) m/s, at the end, along the ground; w : (3,) rad/s, before the sphere pivots
+
+    Around an edge or a corner, the normal turns about an axis e. The spin about the normal, w_n, then becomes rolling
+    along e, and rolling along e becomes spin about the normal. If theta is the angle of the turn:
+        d v_e / d theta = 2/7 R w_n,   R d w_n / d theta = -v_e
+    The energy of both, 7/10 v_e^2 + 1/5 R^2 w_n^2 per unit of mass, stays constant. On a facet n does not turn.
+    """
+    axis, about = cross(n, n_end), dot(w, n)
+    turn, share = norm(axis), math.sqrt(STICKS)
+    if turn > 0.0:
+        e = scale(1.0 / turn, axis)
+        angle, before = share * math.atan2(turn, dot(n, n_end)), dot(v, e)
+        after = before * math.cos(angle) + share * radius * about * math.sin(angle)
+        about = about * math.cos(angle) - before / (share * radius) * math.sin(angle)
+        v = add(v, scale(after - before, e))
+    return v, add(scale(1.0 / radius, cross(n_end, v)), scale(about, n_end))
 
 
 @kernel

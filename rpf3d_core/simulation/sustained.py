@@ -203,9 +203,8 @@ def on_piece(start: Motion, end: Motion, share: float) -> Motion:
 
     start, end : motion at both ends of the segment
 
-    The squared speed changes linearly along the chord, so the energy lies between the energies at both ends. At shares
-    0 and 1 the result equals the motion at these ends, except for the spin, which is always that of `end`, and for
-    rounding errors.
+    The squared speed changes linearly along the chord, so the energy lies between the energies at both ends. The spin
+    changes linearly in time. At shares 0 and 1 the result equals the motion at these ends, except for rounding errors.
     """
     begin2, end2 = dot(start.v, start.v), dot(end.v, end.v)
     speed = math.sqrt(max(begin2 + share * (end2 - begin2), 0.0))
@@ -217,7 +216,9 @@ def on_piece(start: Motion, end: Motion, share: float) -> Motion:
     v = scale(speed / length, heading) if length > 0.0 else ZERO
     mean, whole = math.sqrt(begin2) + speed, math.sqrt(begin2) + math.sqrt(end2)
     part = share * whole / mean if mean > 0.0 else share
-    return Motion(t=start.t + min(part, 1.0) * (end.t - start.t), x=add(start.x, scale(share, way)), v=v, w=end.w)
+    part = min(part, 1.0)
+    w = add(start.w, scale(part, subtract(end.w, start.w)))
+    return Motion(t=start.t + part * (end.t - start.t), x=add(start.x, scale(share, way)), v=v, w=w)
 
 
 @kernel

@@ -237,3 +237,17 @@ def test_a_sphere_that_turns_back_on_one_facet_meets_the_net_on_its_way_up(engin
         t = (speed - math.sqrt(speed * speed - 2.0 * pull * way)) / pull
         chord = TURN / 8.0 * 0.5 * speed * speed / pull  # m, the parabola's largest distance from its chords
         np.testing.assert_allclose(flights.deposits.x[0, 1], 5.0 + across * t, atol=chord)
+
+
+@BOTH
+def test_a_rolling_sphere_has_the_spin_of_rolling_when_it_breaks_through_a_net(engine):
+    """From rest, it rolls 2 m of a facet of 100 m to a net of 1 J."""
+    slope, radius, start = made.rough_grid(1, 100.0, 0.5, 0.0), 0.5, 5.0
+    physics = spheres(Surface(0.0, 0.8, 1.0, 0.05, 0.05), max_time=100.0)
+    net = fence(slope, [(7.0, 10.0), (7.0, 90.0)], 5.0, 1.0)
+    up = math.hypot(1.0, 0.5)
+    x = (start + radius * 0.5 / up, 50.0, -0.5 * start + radius / up)
+    flights = roll(made.engine_over(engine, slope), with_effects(physics, net), radius, x)
+    (at,) = np.flatnonzero(met(flights))
+    assert flights.impacts.x[at, 0] == pytest.approx(7.0, abs=1e-9)
+    assert flights.impacts.spin_in[at] == pytest.approx(flights.impacts.speed_in[at] / radius, rel=1e-6)

@@ -171,7 +171,11 @@ def rough_slope(cell=2.0, length=150.0, width=60.0):
 
 
 def test_the_mean_runout_does_not_depend_on_the_smallest_bounce():
-    """1,000 spheres; impacts a rock grow from 32 to 101. Without a loss at impacts nearly all leave the terrain."""
+    """1,000 spheres; impacts a rock grow from 32 to 101. Without a loss at impacts nearly all leave the terrain.
+
+    Bounces that are left out lose the energy with which they would rise. At the seams of this slope some rise 1 to
+    10 mm, so the largest height shortens the mean runout by 1 %. The effect of the other heights is within the noise.
+    """
     over, rocks = engine_over("compiled", rough_slope()), 1000
     runouts = []
     for k, height in enumerate((1e-2, 1e-3, 1e-4, 1e-5)):
@@ -184,7 +188,8 @@ def test_the_mean_runout_does_not_depend_on_the_smallest_bounce():
     means = np.array([way.mean() for way in runouts])
     errors = np.array([way.std() / math.sqrt(rocks) for way in runouts])
     assert (errors / means).max() < 0.002, "the means are known to 0.2 %"
-    assert np.ptp(means) < 4.0 * math.sqrt(2.0) * errors.max()
+    assert np.ptp(means[1:]) < 4.0 * math.sqrt(2.0) * errors.max()
+    assert 0.985 * means[1:].min() < means[0] < means[1:].max()
 
 
 # --- ground that is drawn, and zones ----------------------------------------------------------------------------------
