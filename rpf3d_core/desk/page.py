@@ -19,7 +19,7 @@ NO_RESULTS = {
 }  # fmt: skip
 """Values of the page that show results, as they are without results."""
 START = {
-    "name": "", "path": "", "unsaved": False, "busy": "starting", "flying": False, "ready": False, "messages": [],
+    "name": "", "path": "", "unsaved": False, "busy": "", "flying": False, "ready": False, "messages": [],
     "sources": [], "areas": [], "materials": [], "rock": "", "listed": 0, "kind": "", "clicks": 0, "new_name": "",
     "new_rocks": 200, "new_height": 0.5, "save_path": "", "save_over": False, "report_path": "", "report_over": False,
     "layer": REACH,
@@ -152,11 +152,12 @@ def _materials(html: Any, actions: Actions) -> None:
     html.H2("Materials")
     html.Div("A number, a range such as 0.3 to 0.5 if the value is unknown, or a distribution. Empty: the default.",
              classes="quiet")  # fmt: skip
-    with html.Div(v_for="each in materials", key="each.name", classes="material"):
+    # Without v-memo, each change of the page would reset a field while the user types into it. v-memo must be on the
+    # outer loop: inside it, Vue keeps one cache for all materials, and shows the rows of one material for another.
+    with html.Div(v_for="each in materials", key="each.name", classes="material",
+                  raw_attrs=['v-memo="[listed, flying]"']):  # fmt: skip
         html.Div("{{ each.name }}", style="font-weight: 600; margin-top: 6px")
-        # Without v-memo, each change of the page would reset a field while the user types into it.
-        with html.Div(v_for="value in each.values", key="value.key", classes="row",
-                      raw_attrs=['v-memo="[listed, flying]"']):  # fmt: skip
+        with html.Div(v_for="value in each.values", key="value.key", classes="row"):
             html.Label("{{ value.key }}", classes="quiet")
             html.Input(type="text", classes="grow", value=("value.text",), disabled=("flying || !!value.fixed",),
                        raw_attrs=[':data-key="each.name + \'.\' + value.key"'],

@@ -24,6 +24,16 @@ sources:
   - {name: top, zone: bench_1, above_ground: 8, rocks: 200, velocity_spread: [9, 9, 0]}
 engine: reference
 """
+TWO_MATERIALS = """\
+terrain:
+  pit: {triangles: 6000, waste_benches: 6, ore_benches: 0, floor_radius: 120, crest_altitude: 72, spills: 2}
+materials:
+  default: {library: bedrock}
+  spill: {library: talus, normal_restitution: 0.3}
+sources:
+  - {name: top, zone: bench_1, above_ground: 8, rocks: 20000, velocity_spread: [9, 9, 0]}
+engine: reference
+"""
 
 
 @pytest.fixture
@@ -162,6 +172,50 @@ def test_what_is_refused_is_said_as_on_the_command_line_and_changes_nothing(scen
 
 
 @pytest.mark.long
+def test_each_material_has_its_own_fields(tmp_path: Path) -> None:
+    """Vue must not reuse the rows of one material for another material that has the same keys."""
+    (tmp_path / "two.yaml").write_text(TWO_MATERIALS)
+    with page_of(tmp_path / "two.yaml") as page:
+        ready(page)
+        assert fields_of(page, 0)["default.library"] == "bedrock"
+        assert fields_of(page, 1)["spill.library"] == "talus"
+        assert fields_of(page, 1)["spill.normal_restitution"] == "0.3"
+        assert all(name.startswith("spill.") for name in fields_of(page, 1))
+
+        field = page.locator('input[data-key="spill.normal_restitution"]')
+        field.fill("0.31")
+        field.press("Enter")
+        page.wait_for_selector("text=(changed, not saved)")
+        assert fields_of(page, 1)["spill.normal_restitution"] == "0.31"
+        assert fields_of(page, 0)["default.normal_restitution"] == ""
+        page.wait_for_selector("#run:enabled")
+
+        page.click("#run")
+        page.wait_for_selector("#stop:enabled")
+        assert page.locator(".material input:enabled").count() == 0
+        page.click("#stop")
+        page.wait_for_selector("#report:enabled")
+        assert page.locator(".material input:disabled").count() == 0
+
+        page.click("#save")
+        page.wait_for_selector("text=scene in ")
+        field.fill("0.3")  # not entered
+        page.locator("#layer_energy").dispatch_event("click")  # a change of the page that leaves the field focused
+        page.wait_for_selector("#layer_energy.on")
+        assert field.input_value() == "0.3"
+    made = read_scene(tmp_path / "two_desk.yaml")
+    assert made.materials["spill"].normal_restitution == 0.31
+    text = (tmp_path / "two_desk.yaml").read_text()
+    assert "default: {library: bedrock}" in text and "spill: {library: talus, normal_restitution: 0.31}" in text
+
+
+def fields_of(page: Any, number: int) -> dict[str, str]:
+    """Return the text of each field of a material, by its key on the page; number : of the material, from 0."""
+    fields = page.locator(".material").nth(number).locator("input").all()
+    return {field.get_attribute("data-key"): field.input_value() for field in fields}
+
+
+@pytest.mark.long
 def test_a_drag_turns_the_view_and_places_nothing(scene: Path) -> None:
     with page_of(scene) as page:
         ready(page)
@@ -191,9 +245,12 @@ def test_a_run_is_stopped_and_says_how_many_rocks_have_flown(scene: Path) -> Non
 def test_without_a_scene_one_is_opened_or_written_for_a_terrain_file(tmp_path: Path) -> None:
     (tmp_path / "lab.obj").write_bytes((SCENES / "bench_15m_face.obj").read_bytes())
     with page_of(cwd=tmp_path) as page:
+        page.wait_for_selector("#open_path")
+        assert page.inner_text("#busy") == ""
         page.fill("#open_path", "nothing.yaml")
         page.click("#open")
         page.wait_for_selector("text=there is no such scene file")
+        assert page.inner_text("#busy") == ""
         page.fill("#new_terrain", "lab.obj")
         page.fill("#new_folder", "site")
         page.click("#create")
