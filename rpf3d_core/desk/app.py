@@ -25,7 +25,7 @@ from rpf3d_core.desk.scene_text import (
     without_value,
 )
 from rpf3d_core.desk.shown import NO_RUN, SceneView
-from rpf3d_core.desk.tables import bench_section, progress_words, run_notes, scene_section
+from rpf3d_core.desk.tables import bench_section, outcome_section, progress_words, run_notes, scene_section
 from rpf3d_core.desk.whole_files import check_target
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.extras import library_of
@@ -239,7 +239,10 @@ class Desk:
         The results are converted here, in the simulating thread, because the run changes the results later.
         """
         shown, layer = self.shown.laid_out(run), self.state.layer
-        values = {"benches": bench_section(run), "progress": progress_words(run, last), "notes": run_notes(run)}
+        values = {
+            "benches": bench_section(run), "outcomes": outcome_section(run), "progress": progress_words(run, last),
+            "notes": run_notes(run),
+        }  # fmt: skip
 
         def show() -> None:
             if self._opened().written != self._flying:

@@ -15,7 +15,8 @@ LAYERS = ((REACH, "reach"), (ENERGY, "p95 energy"), ("", "none"))
 STILL = 5.0
 """Largest distance (pixels) that the mouse may move during a click; a longer movement turns the view."""
 NO_RESULTS = {
-    "legend": {}, "progress": "", "benches": {"header": [], "rows": [], "notes": []}, "notes": [], "has_run": False,
+    "legend": {}, "progress": "", "benches": {"header": [], "rows": [], "notes": []},
+    "outcomes": {"header": [], "rows": []}, "notes": [], "has_run": False,
 }  # fmt: skip
 """Values of the page that show results, as they are without results."""
 START = {
@@ -229,10 +230,16 @@ def _results(html: Any) -> None:
     """Add the results of the rocks flown so far."""
     with html.Div(classes="results", id="results", v_if="progress"):
         html.Div("{{ progress }}", id="progress")
-        with html.Table(id="benches"):
-            with html.Thead(), html.Tr():
-                html.Th("{{ cell }}", v_for="cell in benches.header", key="cell")
-            with html.Tbody(), html.Tr(v_for="(row, i) in benches.rows", key="i"):
-                html.Td("{{ cell }}", v_for="(cell, j) in row", key="j")
+        _table(html, "outcomes")
+        _table(html, "benches")
         html.Div("{{ note }}", v_for="(note, i) in benches.notes", key="i", classes="quiet")
         html.Div("{{ note }}", v_for="(note, i) in notes", key="'n' + i", classes="message note")
+
+
+def _table(html: Any, name: str) -> None:
+    """Add a table; name : its id, and the value of the page with its `header` and `rows`."""
+    with html.Table(id=name):
+        with html.Thead(), html.Tr():
+            html.Th("{{ cell }}", v_for=f"cell in {name}.header", key="cell")
+        with html.Tbody(), html.Tr(v_for=f"(row, i) in {name}.rows", key="i"):
+            html.Td("{{ cell }}", v_for="(cell, j) in row", key="j")
