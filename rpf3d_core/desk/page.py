@@ -126,7 +126,8 @@ def _drawing_part(html: Any, actions: Actions) -> None:
             html.Label("above ground (m)")
             html.Input(type="number", v_model_number="new_height", min="0", step="0.1", classes="grow")
         with html.Div(classes="row"):
-            html.Button("{{ 'Add (' + clicks + ' places)' }}", id="finish", classes="main", click=actions.finish)
+            html.Button("Add ({{ clicks }} {{ clicks === 1 ? 'point' : 'points' }})", id="finish", classes="main",
+                        click=actions.finish)  # fmt: skip
             html.Button("Undo click", click=actions.undo_click, disabled=("!clicks",))
             html.Button("Cancel", click=actions.cancel)
 
@@ -151,8 +152,8 @@ def _remove(html: Any, actions: Actions, key: str) -> None:
 def _materials(html: Any, actions: Actions) -> None:
     """Add the coefficients of all materials, each in a field."""
     html.H2("Materials")
-    html.Div("A number, a range such as 0.3 to 0.5 if the value is unknown, or a distribution. Empty: the default.",
-             classes="quiet")  # fmt: skip
+    html.Div("Type a number, a range such as 0.3 to 0.5 if the value is unknown, or a distribution. Leave a field "
+             "empty to use its default.", classes="quiet")  # fmt: skip
     # Without v-memo, each change of the page would reset a field while the user types into it. v-memo must be on the
     # outer loop: inside it, Vue keeps one cache for all materials, and shows the rows of one material for another.
     with html.Div(v_for="each in materials", key="each.name", classes="material",
@@ -164,7 +165,7 @@ def _materials(html: Any, actions: Actions) -> None:
                        raw_attrs=[':data-key="each.name + \'.\' + value.key"'],
                        change=(actions.edit, "[each.name, value.key, $event.target.value]"))  # fmt: skip
             html.Div("{{ value.fixed }}", v_if="value.fixed", classes="quiet")
-    html.Div("{{ rock }}; change other values in the file", classes="quiet")
+    html.Div("{{ rock }}. To change other values, edit the file.", classes="quiet")
 
 
 def _files(html: Any, actions: Actions) -> None:
@@ -172,7 +173,7 @@ def _files(html: Any, actions: Actions) -> None:
     html.H2("Save the scene")
     _file_row(html, "Save", "save_path", "save_over", actions.save, "flying")
     html.H2("Report")
-    html.Div("Needs a run of the saved scene.", classes="quiet")
+    html.Div("Save the scene and run it before you write its report.", classes="quiet")
     _file_row(html, "Report", "report_path", "report_over", actions.report, "flying || !has_run")
 
 
@@ -199,8 +200,8 @@ def _start_part(html: Any, actions: Actions) -> None:
         html.Label("new folder")
         html.Input(type="text", v_model="new_folder", classes="grow", id="new_folder", placeholder="site")
         html.Button("Create", id="create", classes="main", click=actions.create)
-    html.Div("Paths are on this machine, from the folder where the desk was started. `rpf3d new` has more options, "
-             "such as units and axes.", classes="quiet")  # fmt: skip
+    html.Div("Paths are on this machine, relative to the folder in which the desk was started. `rpf3d new` has more "
+             "options, such as units and axes.", classes="quiet")  # fmt: skip
 
 
 def _view(html: Any, window: Any, actions: Actions) -> Any:
@@ -216,7 +217,7 @@ def _view(html: Any, window: Any, actions: Actions) -> Any:
             picking_modes=("kind ? ['click'] : []",), click=(actions.click, "[$event, moved]"),
         )  # fmt: skip
         with html.Div(classes="hint", v_if="kind"):
-            html.Span("Click on the terrain: {{ clicks }} places so far. Drag turns the view.")
+            html.Span("Click on the terrain to add points: {{ clicks }} so far. Drag to turn the view.")
         with html.Div(classes="legend", v_if="legend.title", id="legend"):
             html.Div("{{ legend.title }} ({{ legend.unit }})")
             html.Div(classes="ramp")

@@ -60,7 +60,7 @@ def scene_section(scene: Scene, values: dict[str, Any]) -> dict[str, Any]:
             {"name": name, "values": [each._asdict() for each in coefficients]}
             for name, coefficients in materials_of(values, drawn_elsewhere(scene, values))
         ],
-        "rock": f"density {scene.rock.density:g} kg/m3",
+        "rock": f"Rock density {scene.rock.density:g} kg/m3",
     }
 
 

@@ -130,6 +130,6 @@ def test_a_coefficient_that_is_drawn_elsewhere_is_not_edited(desk: Desk) -> None
 def test_run_after_a_refused_edit_repeats_the_refusal_and_flies_no_rock_once(desk: Desk) -> None:
     (refusal,) = act(desk, "edit", "default", "normal_restitution", "3")
     (again,) = act(desk, "run")
-    assert again.startswith(refusal) and "no rock flies" in again and not desk.state.flying
+    assert again.startswith(refusal) and "no rock has flown" in again and not desk.state.flying
     assert act(desk, "run") == [] and desk.state.flying
     until(desk, lambda: desk.state.has_run)

@@ -76,11 +76,11 @@ def ready(page: Any, colours: int = COLOURS) -> None:
 def click_terrain(page: Any, *places: tuple[float, float]) -> None:
     """Click in the view, at shares of its width and height, and wait until each place is counted."""
     page.wait_for_selector("#finish")
-    page.wait_for_function("document.querySelector('#finish').innerText.includes('(0 places)')")
+    page.wait_for_function("document.querySelector('#finish').innerText.includes('(0 points)')")
     box = page.locator("#view").bounding_box()
     for number, (x, y) in enumerate(places, start=1):
         page.mouse.click(box["x"] + x * box["width"], box["y"] + y * box["height"])
-        page.wait_for_function(f"document.querySelector('#finish').innerText.includes('({number} places)')")
+        page.wait_for_function(f"document.querySelector('#finish').innerText.includes('({number} point')")
 
 
 def run_to_the_end(page: Any) -> str:
@@ -140,10 +140,10 @@ def test_a_user_draws_edits_runs_saves_and_writes_a_report(scene: Path) -> None:
         page.click("#report")
         page.wait_for_selector("text=save the scene first")
         page.click("#save")
-        page.wait_for_selector(f"text=scene in {scene.with_name('pit_desk.yaml')}")
+        page.wait_for_selector(f"text=scene saved in {scene.with_name('pit_desk.yaml')}")
         run_to_the_end(page)
         page.click("#report")
-        page.wait_for_selector("text=report in ")
+        page.wait_for_selector("text=report saved in ")
     made = read_scene(scene.with_name("pit_desk.yaml"))
     assert [(source.name, source.rocks) for source in made.sources] == [("top", 200), ("crest", 30)]
     assert made.sources[1].line is not None and made.has_unknowns and len(made.areas_of_interest) == 1
@@ -164,7 +164,7 @@ def test_what_is_refused_is_said_as_on_the_command_line_and_changes_nothing(scen
         page.wait_for_function("document.querySelector('[data-key=\"default.normal_restitution\"]').value === '0.45'")
         page.click("#tool_points")
         page.click("#finish")
-        page.wait_for_selector("text=click at least 1 place on the terrain")
+        page.wait_for_selector("text=click at least 1 point on the terrain")
         page.click("text=Cancel")
         page.click("text=remove")
         page.wait_for_selector("text='top' is the only source")
@@ -198,7 +198,7 @@ def test_each_material_has_its_own_fields(tmp_path: Path) -> None:
         assert page.locator(".material input:disabled").count() == 0
 
         page.click("#save")
-        page.wait_for_selector("text=scene in ")
+        page.wait_for_selector("text=scene saved in ")
         field.fill("0.3")  # not entered
         page.locator("#layer_energy").dispatch_event("click")  # a change of the page that leaves the field focused
         page.wait_for_selector("#layer_energy.on")
@@ -226,7 +226,7 @@ def test_a_drag_turns_the_view_and_places_nothing(scene: Path) -> None:
         page.mouse.move(box["x"] + 500, box["y"] + 330, steps=6)
         page.mouse.up()
         picture_that(view(page), lambda seen: changed(seen, before) > 0.02)
-        assert page.inner_text("#finish") == "Add (0 places)"
+        assert page.inner_text("#finish") == "Add (0 points)"
 
 
 @pytest.mark.long
