@@ -146,6 +146,7 @@ bench: venv
 	$(BIN)/python benchmarks/large_mesh.py
 	$(BIN)/python benchmarks/flight.py
 	$(BIN)/python benchmarks/blocks.py
+	$(BIN)/python benchmarks/blocks_in_cpp.py
 	$(BIN)/python benchmarks/ensemble.py
 	$(BIN)/python benchmarks/live_ground.py
 

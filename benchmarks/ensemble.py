@@ -2,10 +2,12 @@
 
     python benchmarks/ensemble.py [rocks]
 
-The pit has 2.33 million triangles; every map is on: raster of 1 m, facets, zones. The figures are CPU seconds of this
-process without compile time, as medians of passes in turn. The run is a process of its own, after a first run that is
-not counted. The gain of two threads is also measured for plain arithmetic and for reads of memory: no flight can gain
-more on the same machine at the same time.
+The pit has 2.33 million triangles; all maps are counted: a raster of 1 m, facets, zones. Speeds are metres of path per
+CPU second of this process, without compile time. Each is the median of several passes; the passes of all cases
+alternate. The run from the scene file is a separate process. A first run, which fills the caches, is not counted.
+
+The gain of two threads is also measured for plain arithmetic and for memory reads. It shows how much a second thread
+can gain at most on this machine at this moment.
 """
 
 import json
@@ -61,7 +63,7 @@ outputs: {pictures: %s, recording: %s}
 
 
 class Mapped:
-    """One kind of falls, flown with and without hazard maps, and the CPU and wall seconds of each pass."""
+    """One kind of fall, flown with and without hazard maps, and the CPU and wall seconds of each pass."""
 
     def __init__(self, case: Case) -> None:
         self.case = case

@@ -43,12 +43,12 @@ LONG = 20
 
 
 class Falls(NamedTuple):
-    """A kind of falls to measure: rocks released 0.5 m above a line on the ground, moving towards +x.
+    """A kind of fall to measure: rocks released 0.5 m above a line on the ground, with an initial velocity towards +x.
 
-    pit : parameters that differ from the default pit
-    line : (2, 2) x, y (m) in the pit's coordinates
-    speed : m/s
-    surface : the ground everywhere
+    pit : the parameters in which the pit differs from the default pit
+    line : (2, 2) x, y (m), ends of the line in the pit's coordinates
+    speed : m/s, at the release
+    surface : of all the ground
     """
 
     pit: dict[str, object]
@@ -73,20 +73,20 @@ def ground_of(falls: Falls, triangles: int) -> Terrain:
 
 
 def flight_of(falls: Falls, ground: str = "none") -> Flight:
-    """Return the material, settings and models of this kind of falls; ground : name of the ground model."""
+    """Return the material, settings and models of this kind of fall; ground : name of the ground model."""
     models = Models(ConstantRestitution(), GROUNDS[ground])
     return Flight(materials_of([falls.surface]), Settings(), models)
 
 
 def releases(falls: Falls, engine: Engine, terrain: Terrain, rocks: int) -> Releases:
-    """Return the releases of this kind of falls, along its line."""
+    """Return the releases of this kind of fall, along its line."""
     line = terrain.frame.points_to_local(np.array([(*point, 0.0) for point in falls.line]))
     source = Source("line", line, rocks, velocity=(falls.speed, 0.0, 0.0), line=True, above_ground=0.5)
     return releases_of([source], Rock(1000.0, 0.5), 1, engine)
 
 
 class Case:
-    """Rocks of one kind of falls over a pit, flown with the compiled engine, and the CPU seconds of each pass."""
+    """Rocks of one kind of fall over a pit, flown with the compiled engine, and the CPU seconds of each pass."""
 
     def __init__(self, falls: Falls, triangles: int, rocks: int) -> None:
         terrain = ground_of(falls, triangles)

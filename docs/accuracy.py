@@ -1,7 +1,7 @@
 """Write docs/explanation/accuracy.md and its pictures: error and time of each setting on the demo pit and at Authume.
 
 python docs/accuracy.py            (or make accuracy; takes about a minute a scene)
-python docs/accuracy.py --as-is    only the text; the last measurements stay
+python docs/accuracy.py --as-is    rewrites the text and keeps the measured figures
 """
 
 import sys
@@ -43,8 +43,8 @@ MEASURED = {
 """Sections of the page, by the name of their picture."""
 
 HEAD = """# What accuracy costs
-After this page you can choose a method, a mesh and a number of rocks by the error that each causes and the time that it
-costs.
+This page explains how to choose a method, a mesh and a number of rocks by the error that each causes and the time that
+it costs.
 
 ## How do I measure it on my own scene?
 ```
@@ -55,7 +55,7 @@ rpf3d run SCENE --out DIR --accuracy 0.05   # enough rocks to keep the error und
 `rpf3d cost` writes a *price list*: error and time of each setting. `run --accuracy` reads the price list in DIR. If
 there is none for this scene and version, `run --accuracy` measures the price list first. The rocks of `run --accuracy`
 always fly over the full terrain. `make accuracy` (`docs/accuracy.py`) measures and writes this page;
-`python docs/accuracy.py --as-is` writes only the text again.
+`python docs/accuracy.py --as-is` rewrites the text and keeps the measured figures.
 
 ## Which errors are measured?
 All errors are differences of two maps of reach probability. The **map error** is the sum over all cells of |p - q|,
@@ -102,22 +102,24 @@ what to improve next: more rocks, a finer survey, or a calibration.
 | tunnelled | share of rocks that fell through the ground |
 | shares, half-width | half the width of the widest 95 % Wilson interval of a share |
 | p95 energy, half-width | half the width of the 95 % interval of the p95 energy, divided by the p95 energy |
-| s / 1,000 rocks | seconds of one core; with ~, the time of a step was measured at a coarser setting |
+| s / 1,000 rocks | seconds of one core; ~: no step was timed here, the time per step is that of a coarser setting |
 | compiled | s / 1,000 rocks, if rpf3d's own compiled search finds the closest facet |
 
 - **Chance.** Numerical and geometric rows compare the same rocks, so they show errors far below chance. But if a
   setting moves most rocks elsewhere, the error also contains chance and is an upper limit. If a setting is too slow for
   2,000 rocks, only a half, a quarter, ... of them fly (`rocks` in `cost.json`). With so few rocks, small map errors are
   uncertain: if one of 500 rocks ends elsewhere, the map error is a few thousandths.
-- **Seconds of steps.** Every step is tested, as in the thesis, and no maps are made. For *s / 1,000 rocks*, Python
-  calls VTK as the thesis' program does, so this column compares rpf3d with a program like that of the thesis.
-  *compiled* (hollow in the picture) is the time of steps in compiled code: compared with the time of events, it shows
-  the difference of the methods. `method: {stepping: ...}` is faster than both, because it skips steps that cannot be a
-  contact. All other rows include maps.
+- **Seconds of steps.** For these times, every step is tested for contact, as in the thesis, and no maps are made. For
+  *s / 1,000 rocks*, Python calls VTK as the thesis' program does, so this column compares rpf3d with a program like
+  that of the thesis. *compiled* (hollow markers in the picture) is the time of the same steps in compiled code.
+  Compared with the time of events, it shows what the method alone costs. `method: {stepping: ...}` is faster than both,
+  because it skips steps at which no contact is possible. The times of all other rows include maps.
 - **Events** have rounding errors only. To measure these errors, the impacts are calculated again with 50 digits on the
-  facets that the rocks hit. (`test/accuracy` shows the digits, and that exact arithmetic hits no other facet.) Each
-  bounce off another facet may multiply a difference. So the map error in the row *events* comes from another test: all
-  rocks are shifted by one contact tolerance to the east. This shift is thousands of times larger than rounding.
+  facets that the rocks hit. (`test/accuracy` checks that this calculation agrees with closed forms to 45 digits, and
+  that with exact arithmetic no rock hits another facet.) A small difference between two paths may be multiplied by each
+  bounce off a new facet, so the errors of single impacts say little about the map. The map error in the row *events* is
+  therefore an upper estimate from another test: all rocks are shifted by one contact tolerance to the east. This shift
+  is thousands of times larger than rounding.
 
 ## How do I read the lines of a scene?
 - *events against 50 digits*: rounding errors of the impacts of 50 rocks. A later impact has a larger error, because
@@ -131,13 +133,13 @@ what to improve next: more rocks, a finer survey, or a calibration.
 READING = """## What follows from the tables?
 - **With steps, a ten times smaller error costs ten times more time.** If step and threshold shrink together, the error
   is proportional to the step, and the time is inversely proportional to the step (`test/accuracy` checks that the error
-  is proportional). Events need no such choice, because their error is only rounding.
-- **A threshold causes a systematic error that no step removes.** An impact is found one threshold too early. If the
-  rock hits the ground at a flat angle, the shift along the ground is several times the threshold. Below a certain step,
-  smaller steps cost more time but do not reduce the error.
+  is proportional). With events there is no step or threshold to choose, because their error is only rounding.
+- **A threshold causes a systematic error that no smaller step removes.** An impact is found one threshold too early. If
+  the rock hits the ground at a flat angle, the shift along the ground is several times the threshold. Below a certain
+  step, smaller steps cost more time but do not reduce the error.
 - **A long step loses rocks**: a rock that moves more than twice the threshold in one step can fall through the ground.
-- **Python makes steps four to twelve times slower**: compare the columns *s / 1,000 rocks* and *compiled*. The steps
-  themselves cause the rest of the difference to events.
+- **Python makes steps four to twelve times slower**: compare the columns *s / 1,000 rocks* and *compiled*. The rest of
+  the difference from events is due to the steps themselves.
 - **A raster converges to the result of another terrain** as its step shrinks. A smaller cell may even be worse, because
   the cells turn a face of 70 degrees into stairs.
 """

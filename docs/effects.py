@@ -86,7 +86,7 @@ ground: sliding
 effects: {roughness: {angle_sd_deg: 8}}
 ```
 
-## How far is a figure confirmed?
+## How well is a figure confirmed?
 | mark | meaning |
 |---|---|
 | C | read in the primary text |

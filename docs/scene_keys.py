@@ -89,7 +89,8 @@ columns; a line that begins with `#` is a comment |
 - A first line without a number is a header. It names x, y and z in any order, in small letters or capitals; other
   columns are allowed.
 - Other names of x are `east`, `easting`, `e`; of y `north`, `northing`, `n`; of z `elevation`, `elev`, `height`,
-  `altitude`, `alt`, `rl`. Each may end in `_m`, `(m)` or `[m]`. With `up: y`, only x, y and z are names.
+  `altitude`, `alt`, `rl`. Each may end in `_m`, `(m)` or `[m]`. With `up: y`, only the names
+  x, y and z are accepted.
 - A cell must be a plain number. `1,234.5` and `1,5` are refused with line and column.
 - With `above_ground`, the height may be missing: no column for it, or `[x, y]` (with `up: y`, x and z).
 """
@@ -132,14 +133,15 @@ SCENE = f"""\
 - `engine`: both engines give the same result with `method: events`. `auto` uses the engine that finishes first:
   `reference` up to {REFERENCE_ROCKS} rocks ({REFERENCE_SPHERES} with `rock.shape: sphere`) or without numba, else
   `compiled`.
-- `method`: `events` is exact; fixed steps ([`stepping`](#methodstepping)) serve for comparison.
+- `method`: `events` is exact; fixed steps ([`stepping`](#methodstepping)) are only for comparison.
 """
 BERMS = """\
 The word *berm* has two meanings in a scene. A berm of `terrain.berms` is a ridge of loose rock, the *windrow* of the
 [glossary](glossary.md). `berm` of [`terrain.benches`](#terrainbenches) is the level step between two faces.
 
-A berm of `terrain.berms` is a part of the ground. Berms are made before all other changes of the terrain. The crest of
-a berm has a constant height above the ground below. The berm slopes down to its foot on both sides and beyond its ends.
+A berm of `terrain.berms` is a part of the ground. Berms are added before the winding is corrected and before zones are
+drawn or split. The crest of a berm has a constant height above the ground below. The berm slopes down to its foot on
+both sides and beyond its ends.
 Where two berms cross, their heights are added. The facets of a berm form the zone `berm_<name>`, even inside a polygon
 of `zones`, so `materials` and the bench table can use this name. If a berm cuts a facet into parts, the first part
 keeps the number of the facet.
@@ -173,7 +175,7 @@ same probability; a file has a number on each line, and may have a header |
 - A random number depends only on the seed, the source, the number of the rock and the purpose of the number. Therefore
   it is the same on both engines.
 - A coefficient of a material is drawn for each rock and zone; with `draw: per_impact`, for each impact. The last
-  bounces, which are summed, and the slide after these bounces have the same draw.
+  bounces, which are summed, and the slide after them share one draw.
 
 ```yaml
 materials:
@@ -210,8 +212,8 @@ difference, and [a how-to](../howto/unknown-ground.md) the steps.
   [coefficients that its source leaves out](../howto/unknown-ground.md#take-ground-from-the-library).
 - The number may be a part of a distribution: `{{mean: {{prior: {{min: 0.3, max: 0.5}}}}, sd: 0.1, min: 0.1, max: 0.8}}`
   varies, and its mean is unknown.
-- A key path has the keys with dots between them. `*` stands for all keys of a mapping: `materials.*.friction` is one
-  value for all materials.
+- A key path is the keys from the outermost to the innermost, joined by dots. `*` stands for all keys of a mapping:
+  `materials.*.friction` is one value for all materials.
 - With unknowns, the rocks of a run are shared among `sets` parameter sets. Without unknowns, `sets` has no effect.
 - If a parameter has a column in `sample`, it is drawn from the sample, even if it also has a prior.
 - `rpf3d cost`, `rpf3d check` and pictures of models use the middle of each range. A
@@ -252,6 +254,8 @@ MODELS = (
 """Keys of the scene that name models or effects; the page of effects has their parameters."""
 WITHOUT_KEYS: dict[type, str] = {scene_method.MethodSpec: "`events`", model_keys.EffectsSpec: "none"}
 """The default of each part whose default has no keys."""
+BY_PLACE = {(scene_releases.SourceSpec, "rocks"): "one for each point, otherwise `1`"}
+"""Default in words of each key whose default depends on other keys; by part and key."""
 
 
 def document() -> str:
@@ -304,7 +308,7 @@ def names(title: str, text: str, part: type[BaseModel]) -> str:
 def table(title: str, part: type[BaseModel], text: str = "") -> str:
     """Return the section on a part of the scene: a text, and a table with one row per key."""
     rows = [
-        f"| `{name}` | {short(field.description or '')} | {default_of(field)} |"
+        f"| `{name}` | {short(field.description or '')} | {BY_PLACE.get((part, name)) or default_of(field)} |"
         for name, field in part.model_fields.items()
         if (part, name) != (scene_model.Scene, "path")
     ]

@@ -1,8 +1,8 @@
 """The text of docs/explanation/validation.md; most figures of models are inserted by the modules `page_*`."""
 
 HEAD = """# Validation: simulated rocks against rocks that fell
-After this page you know how far you can trust a predicted runout. The page compares simulated rocks with rocks that
-fell in field tests at three sites.
+This page explains how far you can trust a predicted runout. It compares simulated rocks with rocks that fell in field
+tests at three sites.
 
 On this page a *block* is a real rock of a field test, and a *rock* is simulated. A *stop* is the place where a block
 stopped. Four models are compared: `constant` and `coulomb_limited`, in which a rock is a point; the rigid sphere; and

@@ -34,9 +34,10 @@ DEFINITIONS = {
     "half_width": "of the widest 95 % Wilson interval of a share of an area of interest (or zone)",
     "p95_energy_half_width": "of the 95 % interval of the p95 of kinetic energy, between order statistics, over "
     "that p95",
-    "seconds_per_1000_rocks": "of one processor core; numerical: every step is looked at, VTK finds the closest facet, "
-    "called from Python (compiled: by this program's own index), nothing is counted into maps; all others with "
-    "maps; steps of all rocks times the time of one; timed is false where that is of a coarser setting",
+    "seconds_per_1000_rocks": "of one processor core; numerical: every step is tested for contact, VTK, called from "
+    "Python, finds the closest facet (compiled: this program's own index), and no maps are made; all others with maps; "
+    "number of steps of all rocks times the time per step; timed is false if no step was timed at this setting and the "
+    "time per step is that of a coarser setting",
     "seconds": "of one processor core for that many rocks",
     "rocks": "of the scene: those it flies (if auto, in the first round); of a line: those that tell its error",
     "total": "sum of the numerical, the geometric and the statistical error: a bias and an interval do not cancel; the "

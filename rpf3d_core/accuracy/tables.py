@@ -32,8 +32,8 @@ SPEND = {
 """Advice on how to reduce the largest error, by the name of the error."""
 NOTE = (
     "map error: share of all visits to cells that one map has elsewhere than the other (0 to 1); chance: the same "
-    "between maps of as many, but other, rocks; lengths are medians; seconds are those of one core, ~ where a step was "
-    "timed at a coarser setting"
+    "between maps of as many, but other, rocks; lengths are medians; seconds are those of one core; with ~, no step "
+    "was timed at this setting: the time per step is that of a coarser setting"
 )
 
 

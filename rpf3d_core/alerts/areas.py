@@ -72,7 +72,7 @@ def area_alerts(
 
 
 def worst_of(findings: Iterable[LimitFinding]) -> dict[str, LimitFinding]:
-    """Return for each area, by name, the finding with the highest alert level: this finding decides on the area."""
+    """Return for each area, by name, the finding with the highest alert level: it determines the level of the area."""
     worst: dict[str, LimitFinding] = {}
     for finding in findings:
         if finding.name not in worst or finding.level > worst[finding.name].level:

@@ -98,7 +98,7 @@ def _print_run(result: "Run", times: str) -> None:
 
 
 def _print_outcomes(run: "Run") -> None:
-    """Print the number of rocks with each outcome, and the materials that use the default friction angle."""
+    """Print how many rocks ended in each outcome, with intervals, and the materials with the default friction angle."""
     from rpf3d_core.results.outcomes import HEADER, outcome_rows
     from rpf3d_core.scene.zone_materials import without_friction, words_on_friction
 
@@ -165,8 +165,9 @@ def _print_convergence(run: "Run") -> None:
     target, change = run.scene.target, p95_change(run.steps)
     enough = is_enough(run.steps, target.half_width, target.p95_energy)
     screen.print(
-        f"target {'reached' if enough else 'NOT reached'}: half-width of shares {run.steps[-1].half_width:.3g} "
-        f"(target {target.half_width:g}), change of p95 energies "
-        f"{'not known yet' if change is None else f'{change:.3g}'} (target {target.p95_energy:g})",
+        f"target {'reached' if enough else 'NOT reached'}: half-width of the sampling intervals of shares "
+        f"{run.steps[-1].half_width:.3g} (target {target.half_width:g}), change of p95 energies "
+        f"{'not known yet' if change is None else f'{change:.3g}'} (target {target.p95_energy:g})"
+        + ("; more rocks do not narrow what the unknowns leave open" if run.maps.sets else ""),
         soft_wrap=True,
     )

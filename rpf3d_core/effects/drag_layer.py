@@ -4,7 +4,7 @@ The layer reaches from the ground up to z_height; it covers the area inside give
 
 Source: Leine et al. 2014, equations 10 and 11 (physics reference 3.3, C). RAMMS' classes, c = 250, 500 and 750 kg/s for
 open, medium and dense forest, and its height of 30 m are unconfirmed. As in the source, c is the same for all rocks, so
-the layer brakes light rocks more: their final sinking speed is m g / c. `rpf3d check` and `rpf3d run` warn if this
+the layer brakes light rocks more: their terminal velocity is m g / c. `rpf3d check` and `rpf3d run` warn if this
 speed is below 1 m/s for the lightest rock (`setup/warnings.py`). The layer contains no single trees (for trees see
 `forest`). The layer brakes flights only, not sliding or rolling rocks, and not bounces that are summed up. With a
 ground model, the runout in a forest is therefore too long.
@@ -52,9 +52,9 @@ class DragLayer(NamedTuple):
 
 
 def terminal_speed(coefficient: float, mass: float, gravity: float) -> float:
-    """Return the final speed (m/s) of a rock that sinks in the layer, m g / c, at which the force balances the weight.
+    """Return the terminal velocity (m/s) of a rock in the layer, m g / c, at which the drag balances the weight.
 
-    The program warns if this speed is too low.
+    `rpf3d check` and `rpf3d run` warn if this speed is too low.
 
     coefficient : c > 0, kg/s; mass : m, kg; gravity : g, m/s2
     """

@@ -23,13 +23,14 @@ Python takes about 20 us for one orientation; the compilation takes 6 s, once on
 def orientations_along(
     paths: Paths, piece: IntArray, elapsed: FloatArray, inside: Any, moments: FloatArray
 ) -> FloatArray:
-    """Return the orientations (S, 4) w, x, y, z of rocks within path segments, exact by their free rotation.
+    """Return the orientations (S, 4), w x y z, of rocks at S times on their path segments.
 
-    The result has the same bits whether plain Python or compiled code computes it.
+    The orientations follow from the exact solution for free rotation. The result has the same bits whether plain Python
+    or compiled code computes it.
 
     piece : (S,) row in `Paths` of the event that begins each segment, ascending; elapsed : (S,) s since this event
-    inside : (S,) True for times before the end of the segment, False for its end, where the result is the orientation
-        at the next event
+    inside : (S,) True if the time is before the end of the segment; False for the end itself, where the orientation at
+        the next event is returned
     moments : (R, 3) principal moments of each rock, ascending, in any unit of its own; by row in `Deposits`
 
     Raises

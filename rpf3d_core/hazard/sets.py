@@ -81,9 +81,9 @@ class SetFigures:
         """True if at least 39 sets have flown, which predictive intervals of 95 % need."""
         return self.flown >= ENOUGH
 
-    def outcome(self, outcome: Outcome) -> list[float]:
-        """Return the predictive interval of the share of rocks with an outcome: lower and upper end (-)."""
-        counts = np.array([float(each[outcome]) for each in self.outcomes])
+    def outcome(self, *outcomes: Outcome) -> list[float]:
+        """Return the predictive interval of the share of rocks with one of the outcomes: lower and upper end (-)."""
+        counts = np.array([float(sum(each[outcome] for outcome in outcomes)) for each in self.outcomes])
         return _ends(predictive_shares(counts[:, None], self.rocks[:, None]))
 
     def shares(self, counts: FloatArray, of: FloatArray | None = None) -> Interval:

@@ -67,7 +67,7 @@ def scene_text(found: NewScene) -> str:
 
 
 def _terrain(found: NewScene) -> Iterator[str]:
-    """Yield the lines on the terrain, with extents and reference system as comments."""
+    """Yield the scene file's lines for the terrain, with extents and reference system as comments."""
     ends = zip("xyz", found.low, found.high, strict=True)
     spans = ", ".join(f"{axis} {plain(low)} to {plain(high)}" for axis, low, high in ends)
     yield from comment(
@@ -92,7 +92,7 @@ def _terrain(found: NewScene) -> Iterator[str]:
 
 
 def _materials(found: NewScene) -> Iterator[str]:
-    """Yield the lines on materials: one library entry for all zones, and a commented line for each zone."""
+    """Yield the scene file's lines for the materials: a library entry for all zones, and a comment for each zone."""
     yield from comment(
         "CHECK: nothing in the file says what the ground is. Everything is bedrock from the library, with the range "
         "over all its sources, so intervals of the results are wide (predictive). `rpf3d materials` lists other "
@@ -112,7 +112,10 @@ def _rock() -> Iterator[str]:
 
 
 def _sources(found: NewScene) -> Iterator[str]:
-    """Yield the lines on sources: the largest crest, and others as comments; without crests, the highest point."""
+    """Yield the scene file's lines for the sources: the largest crest, and other crests as comments.
+
+    Without crests, the source is the highest point.
+    """
     if not found.crests:
         yield from comment(
             f"CHECK: no crest was found, that is, no face steeper than {STEEP:g} degrees and {LOWEST:g} m high. The "
@@ -132,7 +135,10 @@ def _sources(found: NewScene) -> Iterator[str]:
 
 
 def _crest(number: int, crest: Crest, up: str, mark: str) -> Iterator[str]:
-    """Yield the lines on a source along a crest; up : axis that points up; mark : "# " to comment the source out."""
+    """Yield the scene file's lines for a source along a crest.
+
+    number : of the crest, from 1; up : axis that points up; mark : "# " to comment the source out, otherwise ""
+    """
     points = crest.points.tolist()
     brow = f"brow at {np.median(crest.points[:, 'xyz'.index(up)]):,.0f} m"
     yield f"  {mark}- name: crest_{number}   # {crest.length:.0f} m long, {brow}, above a face of {crest.height:.0f} m"
@@ -143,7 +149,7 @@ def _crest(number: int, crest: Crest, up: str, mark: str) -> Iterator[str]:
 
 
 def _end() -> Iterator[str]:
-    """Yield the last lines: areas of interest and effects as comments, and the seed."""
+    """Yield the scene file's last lines: areas of interest and effects as comments, and the seed."""
     yield from comment("Areas of interest, such as a ramp (polygons in the coordinates of the terrain):")
     yield "# areas_of_interest:"
     yield "#   - {name: ramp, polygons: ramp.geojson}"

@@ -9,7 +9,7 @@ moves like a rock that slides with mu, without further resistance; the reported 
 sphere. The acceleration of a segment is constant. This is exact if the direction of friction is constant: straight down
 a slope, on level ground, and for a sphere that rolls without rolling friction. Otherwise the acceleration follows from
 the friction at the middle of the segment, and the segment ends before friction has turned by TURN. Every segment also
-ends before the velocity has turned by TURN, because barriers, trees and gaps are looked for on its chord.
+ends before the velocity has turned by TURN, because barriers, trees and gaps are searched for on its chord.
 
 Derived from rigid-body mechanics (validation reference 2.5).
 """

@@ -1,6 +1,7 @@
 """The result of a run: the prepared scene and what its rocks did, from which all files are written."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.totals import Totals
@@ -8,11 +9,15 @@ from rpf3d_core.hazard.convergence import Step
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.results.shown import RunCounts
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.placement import placement_warnings, source_heights
 from rpf3d_core.setup.prepared import Prepared
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport
 from rpf3d_core.terrain.obstacles import Obstacles
 from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
+
+MOST_LOOKED_AT = 500
+"""Largest number of rocks whose start height is looked at again, for a warning about sources in the air."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +54,11 @@ class Run:
     def faults(self) -> FaultReport:
         """Faults of the terrain's mesh that were found and repaired."""
         return self.prepared.faults
+
+    @cached_property
+    def placement(self) -> list[str]:
+        """Warnings about sources in the air and outlines partly off the terrain; see `setup.placement`."""
+        return placement_warnings(self.prepared, source_heights(self.prepared, MOST_LOOKED_AT))
 
     @property
     def obstacles(self) -> Obstacles:

@@ -15,11 +15,13 @@ def warnings_of_run(run: Run) -> list[str]:
 def doubts_of_run(run: Run) -> list[str]:
     """Return the warnings that weaken the figures of a run.
 
-    Their order: misplaced inputs, rocks lost to holes, faults of the terrain, the scene's settings, speeds, fragments.
+    Their order: misplaced inputs, sources in the air and outlines partly off the terrain, rocks lost to holes, faults
+    of the terrain, the scene's settings, speeds, fragments.
     """
     totals = run.totals
     return [
         *run.prepared.placing,
+        *run.placement,
         *([lost_in_words(run.maps.lost, totals.rocks)] if run.maps.lost else []),
         *run.faults.remarks,
         *warnings_of(run.scene),

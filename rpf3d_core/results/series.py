@@ -44,8 +44,13 @@ class Curve(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """One panel of the picture of a sweep: title, label of the upright axis with unit, and curves."""
+    """One panel of the picture of a sweep.
+
+    title : of the panel; axis : label of the upright axis, with the unit; curves : one for each design
+    unknown : text in place of the curves if no value is known
+    """
 
     title: str
     axis: str
     curves: Sequence[Curve]
+    unknown: str = "not known"

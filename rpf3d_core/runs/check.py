@@ -5,15 +5,13 @@ are reported for each source.
 """
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import fly_ensemble
-from rpf3d_core.ensemble.release_heights import ground_below_releases
-from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.sizes import diameter_of, mass_range
 from rpf3d_core.ensemble.stream import taken
 from rpf3d_core.hazard.benches import three_figures
@@ -23,16 +21,14 @@ from rpf3d_core.hazard.tally import BYTES_PER_CELL
 from rpf3d_core.runs.check_calibration import observations_in_words, unknowns_in_words
 from rpf3d_core.runs.check_effects import effects_called_for, idle_effects
 from rpf3d_core.runs.check_shapes import measured_sizes, shapes_in_words
-from rpf3d_core.runs.check_sources import SourceHeight, heights_of, high_above
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.zone_materials import without_friction
-from rpf3d_core.setup.coverage import covered_share
 from rpf3d_core.setup.extents import TERRAIN, Extent, input_extents
 from rpf3d_core.setup.hanging_rims import hanging_rims
 from rpf3d_core.setup.misplaced import placing_hints, placing_notes
-from rpf3d_core.setup.prepared import Prepared, check_engine, engine_for, places_of, prepare, releases_in_ranges
-from rpf3d_core.setup.rounds import rounds_of
-from rpf3d_core.setup.sources import source_outline
+from rpf3d_core.setup.placement import placement_warnings, rocks_of_sources, some_releases, source_heights
+from rpf3d_core.setup.prepared import Prepared, check_engine, engine_for, prepare
+from rpf3d_core.setup.source_heights import SourceHeight
 from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.setup.warnings import warnings_of, warnings_of_speed
 from rpf3d_core.simulation.engines import Compiled, Models, Reference, is_precompiled
@@ -42,8 +38,6 @@ from rpf3d_core.values import Outcome
 
 PILOT_ROCKS = 20
 """Number of rocks that the reference engine flies to measure the time of one rock."""
-WHOLE = 0.99
-"""An outline counts as on the terrain if at least this share (-) of its area is, because users draw roughly."""
 MOST_CHECKED = 50_000
 """Largest number of rocks whose start is checked, evenly spread over each source, so that a check takes seconds."""
 COMPILED_GAIN = 300.0
@@ -167,16 +161,11 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
     read = _terrain_after_showing(scene, show)
     by_reference = scene.model_copy(update={"engine": Reference.name})  # it needs no compiling
     prepared = prepare(by_reference, terrain_read=read)
-    engine, sources = prepared.engine, prepared.sources
-    rocks = rounds_of(scene, places_of(prepared))[0].last
-    every = -(-sum(rocks) // MOST_CHECKED)
-    releases = releases_in_ranges(prepared, [range(0, its, every) for its in rocks])
-    below = ground_below_releases(engine, releases.x)
-    heights = heights_of([source.name for source in sources], rocks, releases, below, engine)
+    heights = source_heights(prepared, MOST_CHECKED)
     maps = Maps(raster=prepared.raster, facets=len(prepared.terrain.triangles), allowed=scene.hazard.memory_gb)
     of_scene = warnings_of(scene)
-    placed = [*high_above(heights), *_unused_points(prepared, rocks), *_partly_off(prepared)]
-    rims = hanging_rims(prepared.terrain, engine)
+    placed = placement_warnings(prepared, heights)
+    rims = hanging_rims(prepared.terrain, prepared.engine)
     observed, doubts = observations_in_words(prepared)
     warnings = [*prepared.faults.remarks, *of_scene, *placed, *rims, *doubts]
     assumed = without_friction(scene, prepared.terrain.zones)
@@ -194,7 +183,7 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
         observed=observed,
         calibrated=unknowns_in_words(scene),
     )
-    return _with_pilot(report, prepared, releases, sum(rocks)) if report.fit else report
+    return _with_pilot(report, prepared) if report.fit else report
 
 
 def _terrain_after_showing(scene: Scene, show: Shown | None) -> tuple[Terrain, FaultReport]:
@@ -225,13 +214,12 @@ def _show_extents(scene: Scene, faults: FaultReport | None, show: Shown) -> None
         show(extents, list(placing_hints(extents, scene.terrain.crs, scene.terrain.up)))
 
 
-def _with_pilot(report: Check, prepared: Prepared, releases: Releases, rocks: int) -> Check:
+def _with_pilot(report: Check, prepared: Prepared) -> Check:
     """Return the report with the results of a pilot run: the time of a run, and warnings on speeds and effects.
 
     The warnings on effects are about missing effects, and about effects that change nothing.
-
-    rocks : number of rocks of the run
     """
+    releases, rocks = some_releases(prepared, MOST_CHECKED), sum(rocks_of_sources(prepared))
     chosen = np.unique(np.linspace(0, len(releases.x) - 1, PILOT_ROCKS).astype(int))
     few = taken(releases, chosen)
     began = time.perf_counter()
@@ -252,28 +240,6 @@ def _sizes(prepared: Prepared) -> Sizes:
 def _span(low: float, high: float) -> str:
     """Return the interval between two numbers as text; a single number if both ends are equal."""
     return three_figures(low) if low == high else f"{three_figures(low)}-{three_figures(high)}"
-
-
-def _unused_points(prepared: Prepared, rocks: Sequence[int]) -> Iterator[str]:
-    """Yield a warning for each source that has fewer rocks than points, so that some points are not used."""
-    for source, places, its in zip(prepared.sources, places_of(prepared), rocks, strict=True):
-        if 0 < its < places:
-            yield f"source {source.name!r} uses {its:,} of its {places:,} points, because it has no more rocks"
-
-
-def _partly_off(prepared: Prepared) -> Iterator[str]:
-    """Yield a warning for each outline of a source or an area of interest that reaches beyond the terrain.
-
-    A part over a hole counts as beyond the terrain.
-    """
-    outlines = {f"the area of interest {name!r}": area for name, area in prepared.polygons.items()}
-    for number, source in enumerate(prepared.scene.sources):
-        if source.polygon is not None:
-            outlines[f"the polygon of source {source.name!r}"] = source_outline(prepared.scene, number)
-    for name, polygons in outlines.items():
-        share = covered_share(prepared.terrain, polygons)
-        if share < WHOLE:
-            yield f"{100.0 * share:.0f} % of {name} lies on the terrain; the rest is beside it or over a hole"
 
 
 def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rocks: int) -> Cost:

@@ -41,6 +41,10 @@ def set_tally(prepared: Prepared, sets: ParameterSets, tallies: Tallies) -> SetT
     return SetTally(sets, tallies, displaced)
 
 
+LAP = 1024
+"""Approximate number of rocks that a parameter set flies before the next set flies."""
+
+
 @dataclass(eq=False)
 class Gathered:
     """Collects the results of small groups of rocks, and passes them on in blocks, which tables can write faster.
@@ -84,11 +88,12 @@ class SetFlyer:
     def fly(self, rocks: AnyRound) -> bool:
         """Fly the rocks of a round, set after set; return False if the run was stopped before all rocks had flown.
 
-        For every n, the first n sets are spread evenly over the values of the unknowns. So the sets that a stopped run
-        has flown represent all sets.
+        A round of many rocks flies in laps, so that a run that is stopped has flown rocks of all sets, unless it is
+        stopped in its first lap. For every n, the first n sets are spread evenly over the values of the unknowns. So
+        even then the sets that have flown represent all sets.
         """
         gathered = Gathered(self.sink)
-        whole = self._fly_sets(rocks, gathered)
+        whole = all(self._fly_sets(lap, gathered) for lap in rocks.laps(LAP * len(self.flights)))
         gathered.pass_on()
         return whole
 

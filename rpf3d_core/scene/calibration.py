@@ -31,12 +31,16 @@ class GateSpec(StrictModel):
     at: Number = Field(description="a number (m), the distance of the gate along `observed.along`")
     speeds: Measured = Field((), description="a list of numbers >= 0 (m/s), speeds of rocks at the gate")
     heights: Measured = Field((), description="a list of numbers >= 0 (m), heights of centres above the ground")
-    energies: Measured = Field((), description="a list of numbers >= 0 (kJ), energies of translation at the gate")
+    energies: Measured = Field((), description="a list of numbers >= 0 (kJ), translational energies at the gate")
     speed_error: Number = Field(0.0, ge=0, description="a number >= 0 (m/s), the standard deviation of an observation")
     height_error: Number = Field(0.0, ge=0, description="a number >= 0 (m), the standard deviation of an observation")
     energy_error: Number = Field(0.0, ge=0, description="a number >= 0 (kJ), the standard deviation of an observation")
-    passed: Count | None = Field(None, ge=0, description="a whole number >= 0, how many of the observed rocks passed")
-    of: Count | None = Field(None, ge=1, description="a whole number >= 1, the observed rocks; goes with passed")
+    passed: Count | None = Field(
+        None, ge=0, description="a whole number >= 0, the number of observed rocks that passed"
+    )
+    of: Count | None = Field(
+        None, ge=1, description="a whole number >= 1, the number of observed rocks; goes with passed"
+    )
 
     @model_validator(mode="after")
     def _some_data(self) -> Self:
@@ -50,9 +54,13 @@ class ShareSpec(StrictModel):
     """How many of the observed rocks stopped in, or reached, an area of interest or a section."""
 
     place: Name = Field(description="the name of an area of interest, or of a section of `observed`")
-    stopped: Count | None = Field(None, ge=0, description="a whole number >= 0, the rocks that stopped in the place")
-    reached: Count | None = Field(None, ge=0, description="a whole number >= 0, the rocks that reached the place")
-    of: Count = Field(ge=1, description="a whole number >= 1, the observed rocks")
+    stopped: Count | None = Field(
+        None, ge=0, description="a whole number >= 0, the number of observed rocks that stopped in the place"
+    )
+    reached: Count | None = Field(
+        None, ge=0, description="a whole number >= 0, the number of observed rocks that reached the place"
+    )
+    of: Count = Field(ge=1, description="a whole number >= 1, the number of observed rocks")
 
     @model_validator(mode="after")
     def _one_count(self) -> Self:
@@ -108,5 +116,7 @@ class CalibrationSpec(StrictModel):
         (), description="a list of {place, stopped or reached, of}, counts of observed rocks in areas or sections"
     )
     rocks: Count | None = Field(
-        None, ge=64, description="a whole number >= 64, the rocks of each parameter set; left out: rpf3d chooses it"
+        None,
+        ge=64,
+        description="a whole number >= 64, the number of rocks of each parameter set; left out: rpf3d chooses it",
     )

@@ -33,7 +33,7 @@ def _ascending(levels: tuple[float, ...]) -> tuple[float, ...]:
 def _table(rows: Any) -> Any:
     """Return the table of class names of a matrix unchanged, after a check that it is a list of lists of names."""
     if not isinstance(rows, list | tuple) or not all(isinstance(row, list | tuple) for row in rows):
-        raise refuse("must be a list of lists of names, a list for each band of energy, from the lowest")
+        raise refuse("must be a table of class names: one list of names per energy band, lowest first")
     for number, row in enumerate(rows, start=1):
         for name in row:
             if name is not None and not (isinstance(name, str) and name):
@@ -56,8 +56,8 @@ class MatrixSpec(StrictModel):
     probability_levels: Shares = Field(description="a list of shares above 0 and up to 1 (-), ascending")
     classes: Annotated[tuple[tuple[Name | None, ...], ...], BeforeValidator(_table)] = Field(
         description=(
-            "a list of rows, one for each band of energy from the lowest; a row has a name for each band of reach "
-            "probability from the lowest; null: no zone"
+            "a table of class names: one row per energy band, lowest first; in each row one name per band of reach "
+            "probability, lowest first; null: no zone"
         )
     )
     object_width: Number | None = Field(
@@ -96,13 +96,13 @@ class HazardSpec(StrictModel):
         95, description="50, 90, 95 or 99, the percentile of energy for the matrix"
     )
     matrix: MatrixSpec | None = Field(
-        None, description="a mapping with energy_levels_kj, probability_levels and classes, or left out for no classes"
+        None, description="a mapping with energy_levels_kj, probability_levels and classes; left out: no classes"
     )
     passage_per_metre: bool = Field(
         False,
         strict=True,
         description="true or false, whether passages per metre of width across the path are mapped; their number does "
-        "not depend on the cell",
+        "not depend on the cell size",
     )
     memory_gb: Number = Field(
         1.0, gt=0, description="a number above 0 (GB of 10^9 bytes), the largest memory of the maps"

@@ -1,8 +1,9 @@
-"""The entries of the library of ground materials, as their sources publish them; every figure is a range.
+"""The entries of the library of ground materials, as their sources publish them.
 
-A mean with a standard deviation is cut off at the bounds of the source or, without such bounds, at two standard
-deviations, within [0, 1] for restitution. Values for models of points are wrong for rocks with a shape (physics
-reference 0.5), so rocks with a shape have separate entries.
+Every figure is a range, except known values, which are plain numbers. If a source gives a mean and a standard
+deviation, the range ends at the source's bounds. If the source gives no bounds, the range ends two standard deviations
+from the mean and, for restitution, stays within [0, 1]. Values for point models are wrong for rocks with a shape
+(physics reference 0.5), so rocks with a shape have separate entries.
 """
 
 from collections.abc import Mapping
@@ -28,7 +29,7 @@ class LibraryMaterial(NamedTuple):
 
     ground : the kind of ground in words; kind : POINTS or BODIES
     ranges : by key of a material; a plain number is a known value, not an unknown
-    source : where the figures are published; confirmed : how far the figures are confirmed; note : a remark, or ""
+    source : where the figures are published; confirmed : how well the figures are confirmed; note : a remark, or ""
     """
 
     ground: str

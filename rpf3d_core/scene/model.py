@@ -93,7 +93,9 @@ class AreaSpec(StrictModel):
 class OutputSpec(StrictModel):
     """The extent of the output: the number of rocks whose paths are kept for display, and the optional files."""
 
-    trajectories: Count = Field(200, ge=0, description="a whole number of at least 0, the rocks whose paths are kept")
+    trajectories: Count = Field(
+        200, ge=0, description="a whole number of at least 0, the number of rocks whose paths are kept"
+    )
     impacts: bool = Field(True, strict=True, description="true or false, whether impacts.parquet is written")
     pictures: bool = Field(True, strict=True, description="true or false, whether maps and profiles are drawn")
     recording: bool = Field(True, strict=True, description="true or false, whether run.rrd is written")
@@ -136,7 +138,7 @@ class Scene(StrictModel):
     path: Path = Field(description="the scene file")
     terrain: TerrainSpec = Field(description="a mapping with files, pit or benches")
     zones: tuple[ZoneSpec, ...] = Field(
-        (), description="a list of {zone, polygons}, later entries win where polygons overlap"
+        (), description="a list of {zone, polygons}; where polygons overlap, the later entry applies"
     )
     materials: Mapping[str, Material] = Field(
         min_length=1, description="a mapping of zone name, pattern or `default` to a material"

@@ -119,7 +119,9 @@ class SourceSpec(StrictModel):
         "rocks fall; with `zone`",
     )  # fmt: skip
     rocks: Rocks = Field(
-        1, description=f"a whole number from 1 to {MOST_ROCKS}; left out, one for each point that is given, or one"
+        1,
+        description=f"a whole number from 1 to {MOST_ROCKS}; left out: one for each point of a source of points, "
+        "otherwise one",
     )
     diameter: Size | None = Field(
         None, description="as in `rock`, but only for this source; or give `mass` or `volume` instead"

@@ -40,7 +40,7 @@ class ShapeSpec(StrictModel):
         None, description="equant, plate, column, eota111 or eota221"
     )
     files: Annotated[tuple[InputFile, ...], Field(min_length=1)] | None = Field(
-        None, description="a list of at least one mesh file (STL, OBJ, PLY, VTP), a block in metres in each"
+        None, description="a list of at least one mesh file (STL, OBJ, PLY, VTP); each has one block, in metres"
     )
     corners: Count = Field(
         40, ge=FEWEST_CORNERS, le=MOST_CORNERS, description=f"a whole number from {FEWEST_CORNERS} to {MOST_CORNERS}, "
@@ -100,7 +100,8 @@ class RigidSpec(ModelSpec):
 
     accuracy: float = parameter(
         0.002, "a number above 0 (m), the distance from the ground at which contact begins", "m",
-        "measured on the slope Authume P1: between 4 mm and 1 mm the mean stop changes by less than chance", "D",
+        "measured on the slope Authume P1: from 4 mm to 1 mm, the mean stopping place changes by less than its random "
+        "scatter", "D",
         gt=0, le=0.1, strict=True, allow_inf_nan=False,
     )  # fmt: skip
 

@@ -76,11 +76,11 @@ class TerrainFile(StrictModel):
 
     path: InputFile = Field(description="the path of a terrain file, relative to the scene file")
     zone: Name = Field(
-        "terrain", description="the name of the zone that all facets of the file belong to, or left out for the names "
-        "of its layers or surfaces, if it has any",
+        "terrain", description="the name of the zone of all facets of the file; left out: each layer or surface of the "
+        "file is a zone with its own name, and a file without layers is the zone `terrain`",
     )  # fmt: skip
     unit: Unit | None = Field(
-        None, description=f"{', '.join(LENGTHS)}, the unit of the file's coordinates; or left out for metres"
+        None, description=f"{', '.join(LENGTHS)}, the unit of the file's coordinates; left out: metres"
     )
 
     @property
@@ -104,8 +104,8 @@ class TerrainSpec(StrictModel):
         "all berms of a wall in one layer; each surface becomes a zone, `NAME_1` the highest; left out: no split",
     )  # fmt: skip
     weld: Number = Field(1e-4, ge=0, description="a distance >= 0 (m), vertices nearer than this become one")
-    crs: Name | None = Field(None, description="the name of a coordinate reference system, such as EPSG:31287, "
-                             "or left out for the system of GeoTIFF files")  # fmt: skip
+    crs: Name | None = Field(None, description="the name of a coordinate reference system, such as EPSG:31287; "
+                             "left out: the system that the terrain files state")  # fmt: skip
 
     @model_validator(mode="after")
     def _one_origin(self) -> Self:
@@ -114,7 +114,10 @@ class TerrainSpec(StrictModel):
 
     @model_validator(mode="after")
     def _as_benches_are(self) -> Self:
-        """Refuse keys that conflict with `benches`: another upward axis, or a berm with the name of a bench zone."""
+        """Refuse keys that conflict with `benches`: `up: y`, or a berm with the same zone name as a berm of `benches`.
+
+        The zone of a berm is `berm_<name>`.
+        """
         if self.benches is None:
             return self
         if self.up != "z":

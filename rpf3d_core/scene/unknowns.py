@@ -63,7 +63,7 @@ class UnknownsSpec(StrictModel):
 
     sets: Count = Field(
         64, ge=FEWEST_SETS, le=MOST_SETS, description=f"a whole number from {FEWEST_SETS} to {MOST_SETS}, the "
-        "parameter sets; `rocks` is the total over all of them",
+        "number of parameter sets; `rocks` is the total over all of them",
     )  # fmt: skip
     priors: Mapping[str, PriorSpec] = Field(
         default_factory=dict, description="a mapping of key paths such as materials.*.friction to {min, max} or "

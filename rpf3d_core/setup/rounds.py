@@ -31,6 +31,12 @@ class Round(NamedTuple):
         """Yield the rocks of each source, in blocks that fit into memory."""
         return blocks_of(self.first, self.last)
 
+    def laps(self, most: int) -> "Iterator[Round]":
+        """Yield parts of the round with at most about `most` rocks each, which fly one after another."""
+        laps = max(1, -(-self.rocks // most))
+        ends = [_ends_of_laps(low, high, laps) for low, high in zip(self.first, self.last, strict=True)]
+        yield from (Round(first, last) for first, last in pairwise([list(its) for its in zip(*ends, strict=True)]))
+
     def dealt(self, sets: int) -> Iterator[list[IntArray]]:
         """Yield, for each parameter set, a list over the sources: the numbers (N,) of the rocks that fly with the set.
 
@@ -59,6 +65,12 @@ class EvenRound(NamedTuple):
         for block in range(blocks):
             yield [its[block::blocks] for its in self.numbers]
 
+    def laps(self, most: int) -> "Iterator[EvenRound]":
+        """Yield parts of the round with at most about `most` rocks each, which fly one after another."""
+        laps = max(1, -(-self.rocks // most))
+        for parts in zip(*(np.split(its, _ends_of_laps(0, len(its), laps)[1:-1]) for its in self.numbers), strict=True):
+            yield EvenRound(list(parts))
+
     def dealt(self, sets: int) -> Iterator[list[IntArray]]:
         """Yield, for each parameter set, a list over the sources: the numbers (N,) of the rocks that fly with the set.
 
@@ -70,6 +82,11 @@ class EvenRound(NamedTuple):
 
 
 AnyRound = Round | EvenRound
+
+
+def _ends_of_laps(low: int, high: int, laps: int) -> list[int]:
+    """Return the laps + 1 numbers that divide the rocks from `low` to before `high` into laps of equal size."""
+    return [low + lap * (high - low) // laps for lap in range(laps + 1)]
 
 
 def _by_set(rocks: IntArray, sets: int, source: int) -> list[IntArray]:

@@ -114,8 +114,8 @@ def _rolling(scene: Scene) -> Iterator[str]:
         if given is None or distribution_of(given).high <= 0.0:
             yield (
                 f"`materials.{name}.rolling_friction` is {'not given and taken as 0' if given is None else 0}: a "
-                "sphere loses no spin at impacts there and does not stop on level ground, so it rolls through the "
-                "pit; give a rolling friction (-), the tangent of the slope that just keeps a rock rolling"
+                "sphere loses no spin at impacts there and does not stop on level ground, so it may roll across "
+                "the whole pit; give a rolling friction (-), the tangent of the slope that just keeps a rock rolling"
             )
 
 

@@ -94,7 +94,9 @@ def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Re
 
 @kernel
 def _kept_off(state: State, n: Vec) -> State:
-    """Return the state of a rock that flies on, with a speed off its facet of at least SKIMMING times the whole speed.
+    """Return the state of a rock that flies on.
+
+    The speed away from the facet is raised, if necessary, to SKIMMING times the total speed.
 
     n : (3,) normal of the facet, turned towards the rock
     """

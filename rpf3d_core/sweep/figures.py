@@ -9,7 +9,7 @@ from rpf3d_core.hazard.benches import bench_table
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_files.barriers_report import barriers_section
-from rpf3d_core.values import Outcome
+from rpf3d_core.values import DEPOSITED, Outcome
 
 REACHED, STOPPED, RETAINED = "reached", "stopped", "retained"
 ENERGY, HEIGHT, RUNOUT = "energy_p95", "height_p95", "runout_p95"
@@ -52,15 +52,34 @@ def figures_of(run: Run) -> list[Figure]:
 
 def _of_run(run: Run) -> Iterator[Figure]:
     """Yield the 95th percentiles of runout, largest energy and largest height of all rocks."""
-    totals, sets = run.totals, run.maps.sets
-    samples: tuple[tuple[str, str, str, Sample], ...] = (
-        (RUNOUT, "m", "runout", totals.runout), (ENERGY, "J", "max_energy", totals.max_energy),
-        (HEIGHT, "m", "max_height", totals.max_height),
+    totals = run.totals
+    yield _without_far_ends(run, _percentile(run, (RUNOUT, "m", "runout"), totals.runout))
+    yield _percentile(run, (ENERGY, "J", "max_energy"), totals.max_energy)
+    yield _percentile(run, (HEIGHT, "m", "max_height"), totals.max_height)
+
+
+def _percentile(run: Run, what: tuple[str, str, str], sample: Sample) -> Figure:
+    """Return the 95th percentile of a quantity; what : result, unit and name of the quantity; sample : of a run."""
+    (result, unit, name), sets = what, run.maps.sets
+    predictive = UNKNOWN if sets is None else _pair(sets.percentile(name)[f"p{P95}"])
+    value = sample.summary((P95,)).get(f"p{P95}")
+    return _figure((result, "", "", unit), value, predictive, sample.interval(P95))
+
+
+def _without_far_ends(run: Run, runout: Figure) -> Figure:
+    """Return the p95 runout of the rocks at rest, without value and ends that the other rocks make unknown.
+
+    The other rocks went on, most of them beyond the terrain. If they are more than 5 % of all rocks, they determine the
+    p95 runout, which is then unknown; so is the upper end of an interval if their share may be more than 5 %.
+    """
+    rocks, others, sets = run.totals.rocks, [each for each in Outcome if each not in DEPOSITED], run.maps.sets
+    share = share_of(sum(run.totals.outcomes[each] for each in others), rocks)
+    most, few = share["interval_95"][1] if rocks else 1.0, 1.0 - P95 / 100.0
+    predicted = most if sets is None or runout.interval == SAMPLING else sets.outcome(*others)[1]
+    return runout._replace(
+        value=None if share["share"] is None or share["share"] > few else runout.value,
+        high=runout.high if predicted <= few else None, sampling_high=runout.sampling_high if most <= few else None,
     )  # fmt: skip
-    for result, unit, name, sample in samples:
-        predictive = UNKNOWN if sets is None else _pair(sets.percentile(name)[f"p{P95}"])
-        value = sample.summary((P95,)).get(f"p{P95}")
-        yield _figure((result, "", "", unit), value, predictive, sample.interval(P95))
 
 
 def _of_outcomes(run: Run) -> Iterator[Figure]:

@@ -7,9 +7,10 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.results.hazard_files.benches_csv import write_csv
 from rpf3d_core.results.series import Curve, Panel
 from rpf3d_core.sweep.cells import Cell, value_text
-from rpf3d_core.sweep.figures import PREDICTIVE, REACHED, RETAINED, STOPPED
+from rpf3d_core.sweep.figures import PREDICTIVE, REACHED, RETAINED, RUNOUT, STOPPED
 from rpf3d_core.sweep.flying import CELLS, CellRecord
 from rpf3d_core.sweep.tables import (
+    BEYOND_TERRAIN,
     CSV_COLUMNS,
     RUN_HEADER,
     RUN_RESULTS,
@@ -72,7 +73,8 @@ def panels_of(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence
     panels = [_panel(varied, cells, records, place) for place in places]
     for title, (result, scale) in zip(RUN_HEADER, RUN_RESULTS, strict=True):
         curves = _curves(varied, cells, records, (result, ("", "")), scale)
-        panels.append(Panel(title=title.partition(" (")[0], axis=title, curves=curves))
+        panel = Panel(title=title.partition(" (")[0], axis=title, curves=curves)
+        panels.append(panel._replace(unknown=BEYOND_TERRAIN) if result == RUNOUT else panel)
     return [_marked(panel) for panel in panels] if have_unknowns(cells) else panels
 
 

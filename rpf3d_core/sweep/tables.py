@@ -40,6 +40,8 @@ PREDICTIVE_NOTE = (
     "of rocks"
 )
 SAMPLING_NOTE = "the 95 % sampling interval of the number of rocks"
+BEYOND_TERRAIN = "beyond the terrain"
+RUNOUT_NOTE = f"`{BEYOND_TERRAIN}`: more than 5 % of the rocks did not come to rest; most of them left the terrain"
 SAMPLING_ONLY = "sampling only"
 """Words before a sampling interval if a cell has unknowns, because the interval does not cover the unknowns."""
 
@@ -107,8 +109,14 @@ def notes_of(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
     notes = [f"reached: of all rocks; retained: of those that came; in brackets {_on_brackets(cells, records)}"]
     notes += [COMMON.format(seed=cells[0].scene.seed)] if are_alike(cells) else []
     printed = [figure for record in records for figure in record.figures if _is_printed(figure)]
+    notes += [RUNOUT_NOTE] if any(map(is_beyond_terrain, _of_runs(records))) else []
     open_ends = any((one.sampling_low is None) != (one.sampling_high is None) for one in printed)
     return [*notes, f"`{UNKNOWN_END}`: too few rocks determine this end of an interval"] if open_ends else notes
+
+
+def is_beyond_terrain(figure: Figure) -> bool:
+    """Return True for a p95 runout that is unknown because too many rocks did not come to rest."""
+    return figure.result == RUNOUT and figure.value is None
 
 
 def place_name(place: Place) -> str:
@@ -131,6 +139,11 @@ def _on_brackets(cells: Sequence[Cell], records: Sequence[CellRecord]) -> str:
     return "; ".join([*first, *only])
 
 
+def _of_runs(records: Sequence[CellRecord]) -> Iterator[Figure]:
+    """Yield the figures of whole runs, without those of places."""
+    return (figure for record in records for figure in record.figures if not figure.kind)
+
+
 def _is_printed(figure: Figure) -> bool:
     """Return True if a figure may appear in the tables with an interval."""
     return figure.value is not None and (figure.result in (REACHED, RETAINED) or not figure.kind)
@@ -146,7 +159,7 @@ def _percent(figure: Figure | None, has_unknowns: bool) -> str:
 def _number(figure: Figure | None, scale: float, has_unknowns: bool) -> str:
     """Return a figure times a scale with its intervals, the wider first, such as `84.8 (11.2-136; 83.1-86.6)`."""
     if figure is None or figure.value is None:
-        return "-"
+        return BEYOND_TERRAIN if figure is not None and is_beyond_terrain(figure) else "-"
 
     def interval(ends: Ends) -> str:
         return "-".join(UNKNOWN_END if end is None else three_figures(scale * end) for end in ends)

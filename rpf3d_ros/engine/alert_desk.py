@@ -172,10 +172,10 @@ class AlertDesk:
         self._requests.put(Request(acknowledged=given, reply=reply))
 
     def tick(self) -> None:
-        """Ask for a decision if the last decision failed or its validity ends soon; call this regularly.
+        """Request a decision if the last one failed or its validity ends soon, unless a request is already waiting.
 
-        Do nothing if a request is waiting. Also report a decision that has waited too long for the log, because a disk
-        that hangs raises no error.
+        In any case, report a decision that is taking too long to be written to the log, because a disk that hangs
+        raises no error. Call this regularly.
         """
         since = self._writing_since
         if since is not None and since != self._hanging_since and time.monotonic() - since > LONGEST_WRITE:

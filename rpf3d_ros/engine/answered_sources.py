@@ -38,9 +38,9 @@ class AnsweredSources:
             del self._last[next(iter(self._last))]
 
     def others(self, latest: Trigger) -> list[Trigger]:
-        """Return all kept triggers except `latest`, in the order in which they were noted, without too old triggers.
+        """Return the kept triggers except `latest`, in the order in which they were noted, without those too old.
 
-        latest : the newest trigger, from whose stamp the age of the other triggers is counted
+        latest : the newest trigger; the ages of the other triggers are measured back from its stamp
         """
         return [one for one in self._last.values() if one is not latest and one.stamp_ns >= latest.stamp_ns - self._age]
 

@@ -33,11 +33,11 @@ class AlertEntries:
     def alerts(self, array: Any) -> Iterator[RecordingEntry]:
         """Yield the alert level of the site, and the states and texts of site and areas that have changed.
 
-        A lane is a coloured bar over time that shows the states of one area. The level of the site is recorded with
-        every decision, because it is a curve over time; a heartbeat that repeats a decision is not recorded. Text and
-        lane of the site are recorded if the level or the sentence changes. Text and lane of an area are recorded if a
-        level of the area changes. The lane of an area ends if the message does not contain the area, for example
-        because a machine has left.
+        A lane is a coloured bar over time that shows the states of one area, or of the site. The level of the site is
+        recorded with every decision, because it is drawn as a curve over time; a heartbeat that repeats a decision is
+        not recorded. The text and the lane of the site are recorded if the site's level or the sentence in its status
+        changes. The text and the lane of an area are recorded if a level of the area changes. The lane of an area ends
+        if the message does not contain the area, for example because a machine has left.
 
         The entries have the time of the decision or, if the message lacks this time, the stamp of the message. This
         stamp is that of the sources, so several decisions on the same sources have the same stamp.

@@ -1,4 +1,7 @@
-"""Write MCAP bags in parallel with a recording: one bag for each file; every bag can be replayed alone."""
+"""Write MCAP bags in parallel with a recording: one bag for each file of the recording.
+
+Each bag can be replayed without the others.
+"""
 
 from pathlib import Path
 
@@ -15,7 +18,7 @@ At a site with more patches between two whole surveys, later bags lack the oldes
 
 
 class IncidentBag:
-    """The bags that are written in parallel with a recording, one for each of its files; none without a prefix.
+    """The bags written in parallel with a recording: one for each file of the recording; none without a prefix.
 
     A bag that cannot be written is abandoned; the next file of the recording begins another bag.
     """

@@ -91,7 +91,7 @@ def test_two_end_points_and_a_gate_leave_the_misfit_unknown(site: Path, tmp_path
 
 
 def test_end_points_off_the_terrain(site: Path, tmp_path: Path) -> None:
-    """One is a warning with its number; if no end point is on the terrain, the file is refused."""
+    """A single one gives a warning with the number of the point; a file with no end point on the terrain is refused."""
     header, *lines = (site.parent / "stops.csv").read_text().splitlines()
     (site.parent / "off.csv").write_text("\n".join([header, *lines[:6], "700,0,0", *lines[6:]]))
     (site.parent / "away.csv").write_text("x,y,z\n700,1,0\n710,2,0\n720,3,0\n")
@@ -104,7 +104,7 @@ def test_end_points_off_the_terrain(site: Path, tmp_path: Path) -> None:
 
 
 def test_values_at_gates_carry_no_error_of_the_model(site: Path, tmp_path: Path) -> None:
-    """And a gate that no rock passed is named."""
+    """The verdict also names a gate that no rock passed."""
     out, data = tmp_path / "gate", GATE + "    - {name: far, at: 5000, speeds: [12]}\n"
     data = data.replace("gates: [{", "gates:\n    - {").replace("}]", "}")
     assert calibrated(site, out, "calibration:\n", "calibration:\n" + data).exit_code == 0

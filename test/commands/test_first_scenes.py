@@ -4,6 +4,7 @@ The terrain is a DXF in UTM coordinates with layers. Each test is a scene as a u
 """
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -106,8 +107,9 @@ def test_6_a_diameter_in_millimetres_is_noticed(pit: Path) -> None:
     assert "`rock` reaches 800 m in diameter" in printed
 
 
-def test_7_a_source_high_in_the_air_is_noticed(pit: Path) -> None:
-    printed, _ = check(scene(pit, f"points: [[{EAST}, {NORTH}, 945]]"))
+@pytest.mark.parametrize("command", [check, run])
+def test_7_a_source_high_in_the_air_is_noticed(pit: Path, command: Callable[[Path], tuple[str, str]]) -> None:
+    printed, _ = command(scene(pit, f"points: [[{EAST}, {NORTH}, 945]]"))
     assert "starts 130 m or more above the ground" in printed
 
 

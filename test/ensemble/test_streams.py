@@ -226,7 +226,8 @@ def test_rocks_double_until_the_target_is_reached_and_the_report_says_so(
     assert len(rocks) >= 3, "percentiles have to hold still over two doublings"
     assert (folder / "out" / "convergence.png").stat().st_size > 0
     said = capsys.readouterr().out
-    assert f"target reached: half-width of shares {convergence['half_width']:.3g} (target 0.03)" in said
+    reached = "target reached: half-width of the sampling intervals of shares"
+    assert f"{reached} {convergence['half_width']:.3g} (target 0.03)" in said
     low, high = told["areas_of_interest"]["middle"]["reached"]["interval_95"]
     assert 0.5 * (high - low) <= convergence["half_width"]
     assert set(convergence["steps"][-1]["places"]) == {"middle"}, "the areas of interest decide, where there are any"

@@ -140,7 +140,10 @@ def flown_at(folder: Path, origin: tuple[float, float, float], engine: str):
 
 @BOTH
 def test_a_scene_in_survey_coordinates_has_the_outcome_of_the_same_scene_at_the_origin(engine, tmp_path):
-    """5e5, 4.5e6, 1687: float64 knows such coordinates to 1e-9 m, which a few impacts on rough ground multiply."""
+    """Coordinates such as 5e5, 4.5e6 and 1687 m: float64 resolves them to 1e-9 m.
+
+    A few impacts on rough ground amplify this rounding error.
+    """
     here, there = (flown_at(tmp_path / name, at, engine) for name, at in (("here", (0.0, 0.0, 0.0)), ("there", SURVEY)))
     np.testing.assert_array_equal(there[2], here[2])
     np.testing.assert_allclose(there[0], here[0], atol=2e-9)

@@ -97,7 +97,13 @@ def test_percentiles_are_the_same_whichever_way_they_are_looked_for(monkeypatch,
 
 
 def slid(speed, friction, squares, angle=35.0, length=80.0):
-    """Maps of a rock that slides down an incline from its origin, and the acceleration (m/s^2) it slides with."""
+    """Fly a rock that slides down an incline from the origin; return the four results below.
+
+    speed : m/s, at the start; friction, angle : degrees; squares : m, side of a cell; length : m, of the incline
+
+    Results: the map cells of the rock, their raster, the acceleration along the slope (m/s^2), and the x component of
+    the unit vector down the slope.
+    """
     terrain = made.incline(angle, down=length)
     down, normal = made.down_the_slope(angle)
     low = terrain.vertices.min(axis=0)

@@ -19,7 +19,7 @@ materials: {default: {normal_restitution: 0.5, tangential_restitution: 0.8}}
 
 @pytest.fixture
 def written(tmp_path):
-    """A function that reads a scene file that has some lines more."""
+    """A function that writes a scene file, `FILE` plus the given lines, and returns the scene read from it."""
 
     def read(lines):
         path = tmp_path / "scene.yaml"
@@ -86,7 +86,7 @@ NEEDED = {
     "ground.sphere": {"rock.shape.sphere": True},
     "ground.rolling_stone": {"materials.default.rolling_friction": 0.4},
 }
-"""What a model or an effect cannot do without."""
+"""Keys that a scene needs if it names a model or an effect, with values; by the model or effect."""
 
 
 def example(field):

@@ -32,7 +32,7 @@ UNIT = re.compile(
 
 
 class Public(NamedTuple):
-    """A public function, method or class: where, its name, its node."""
+    """A public function, method or class: file and name as place:name, and its node in the syntax tree."""
 
     name: str
     node: ast.FunctionDef | ast.ClassDef
@@ -59,7 +59,10 @@ FUNCTIONS = [item for item in PUBLIC if isinstance(item.node, ast.FunctionDef)]
 
 
 def statements(tree: ast.Module) -> Iterator[ast.AST]:
-    """All statements at any depth; without their expressions, which hold no import and are most of a tree."""
+    """Yield the module and all statements in it, at any depth.
+
+    Expressions are skipped: they cannot contain an import, and they make up most of the tree.
+    """
     waiting: list[ast.AST] = [tree]
     while waiting:
         node = waiting.pop()
@@ -70,7 +73,7 @@ def statements(tree: ast.Module) -> Iterator[ast.AST]:
 
 
 def offered() -> set[str]:
-    """Names of the core that are imported from another folder than their own, as place:name."""
+    """Return the names of the core, as place:name, that files in other folders import."""
     found = set()
     for path in [*CORE, *(ROOT / "rpf3d_ros").rglob("*.py"), *(ROOT / "test").rglob("*.py")]:
         for node in statements(tree_of(path) if path in CORE else ast.parse(path.read_text())):

@@ -14,7 +14,9 @@ from rpf3d_core import cli
 from rpf3d_core.ensemble.fly import REFERENCE_ROCKS
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.tally import BYTES_PER_CELL
+from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.runs.check import COMPILE_S, PILOT_ROCKS, check_scene
+from rpf3d_core.runs.run import simulate
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.choices import chosen_scene
 
@@ -234,6 +236,8 @@ def test_an_area_of_interest_off_the_terrain_is_refused_and_one_partly_off_is_to
     assert told == "25 % of the area of interest 'ramp' lies on the terrain; the rest is beside it or over a hole"
     code, _, said = shown(monkeypatch, capsys, folder)
     assert code == 0 and said == f"rpf3d: note: {told}\n"
+    run = simulate(folder / "scene.yaml", engine="reference")
+    assert warnings_of_run(run) == [told], "a run and its report warn of it as well"
     write_square(folder, "ramp.json", 1.0, 4.0)
     assert checked(folder, SLOPE + ABOVE + area).warnings == []
 

@@ -21,11 +21,16 @@ from rpf3d_core.hazard.zones import upper_zones
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.overconfidence import surer_than_it_may_be
 from rpf3d_core.results.summary import summary
+from rpf3d_core.runs import over_sets
+from rpf3d_core.runs.fly_scene import UNCONTROLLED, RunControl, fly_scene
 from rpf3d_core.runs.parallel import fly_parts
 from rpf3d_core.runs.run import replay
 from rpf3d_core.scene.key_paths import with_values
 from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.choices import with_choices
+from rpf3d_core.setup.precompiler import Precompiler
 from rpf3d_core.setup.prepared import empty_tallies, prepare, releases_in_ranges
+from rpf3d_core.setup.rounds import AnyRound, EvenRound, Round
 from rpf3d_core.setup.unknowns import sets_of_scene
 from rpf3d_core.unknowns.dealing import set_of_rock
 from rpf3d_core.unknowns.parameter_sets import parameter_sets, read_parameter_sets, write_parameter_sets
@@ -253,3 +258,37 @@ def test_the_books_leave_open_whether_the_berm_of_one_bench_holds() -> None:
         ["benches"]["berm"]["retained"]["share"] for R_n in (0.30, 0.50)
     ]  # fmt: skip
     assert held[0] > 0.9 and held[1] < 0.5
+
+
+def test_a_stopped_run_of_many_rocks_has_flown_rocks_of_all_sets(
+    folder: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run in laps of 6 rocks for each set, stopped in its third lap, and not stopped."""
+    monkeypatch.setattr(over_sets, "LAP", 6)
+    flown: list[int] = []
+
+    def flies(control: RunControl) -> Run:
+        prepared = prepare(with_choices(scene_of(folder), ROCKS, "compiled", None))
+        return fly_scene(prepared, Precompiler(), None, control=control)
+
+    def stopped() -> bool:
+        flown.append(1)
+        return len(flown) > 2.5 * 2 * SETS  # asked before each set and before its batch
+
+    part = flies(RunControl(stop=stopped))
+    assert figures(part).rocks.min() >= 6 and part.totals.rocks < ROCKS == part.planned
+    whole = flies(UNCONTROLLED)
+    np.testing.assert_array_equal(figures(whole).rocks, figures(run).rocks)
+    np.testing.assert_array_equal(whole.maps.cells.energy.p95, run.maps.cells.energy.p95)
+    np.testing.assert_array_equal(whole.maps.reach_band.high, run.maps.reach_band.high)
+    assert summary(whole)["outcomes"] == summary(run)["outcomes"]
+
+
+@pytest.mark.parametrize("each", [Round([0, 5], [1001, 17]), EvenRound([np.arange(1001)[::-1], np.arange(5, 17)])])
+def test_laps_are_of_equal_size_and_hold_each_rock_once(each: AnyRound) -> None:
+    laps = list(each.laps(100))
+    assert {lap.rocks for lap in laps} <= {91, 92, 93, 94} and len(laps) == 11
+    for source in range(2):
+        rocks = [rock for lap in laps for dealt in lap.dealt(3) for rock in dealt[source].tolist()]
+        want = [rock for dealt in each.dealt(3) for rock in dealt[source].tolist()]
+        assert sorted(rocks) == sorted(want)

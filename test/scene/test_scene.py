@@ -35,7 +35,9 @@ NEXT_LINE = SMALL.count("\n") + 1
 A_SHARE = "a number from 0 to 1 (-),"
 PLACES = "points, points_file, line, crest, polygon, zone"
 NOT_THERE = "but there is no such file (looked for"
-ONE_A_POINT = "must be a whole number from 1 to 4000000000; left out, one for each point that is given, or one"
+ONE_A_POINT = (
+    "must be a whole number from 1 to 4000000000; left out: one for each point of a source of points, otherwise one"
+)
 SPREAD_SENTENCE = (
     "line 7: `sources[0].spread` is [1, -1, 0], but must be three numbers >= 0 (m), uniform half-widths of the position"
 )
@@ -202,7 +204,7 @@ def test_a_pit_is_read_as_the_parameters_of_the_synthetic_pit(folder: Path) -> N
         ("engine: fast", "`engine` is 'fast', but must be auto, reference or compiled"),
         ("effects: {dreg: {}}", "`effects.dreg` is not a key of a scene"),
         ("outputs: {trajectories: -1}", "`outputs.trajectories` is -1, but must be a whole number of at least 0"),
-        ("zones: 3", "`zones` is 3, but must be a list of {zone, polygons}, later entries win"),
+        ("zones: 3", "`zones` is 3, but must be a list of {zone, polygons}; where polygons overlap"),
         (
             "zones: [{zone: a, polygons: no.geojson}]",
             "`zones[0].polygons` names 'no.geojson', but there is no such file",

@@ -74,7 +74,7 @@ def test_every_percentile_of_the_maps_can_be_asked_for():
         (MATRIX.replace("30, 300", "300, 30"), "`hazard.matrix.energy_levels_kj` is [300.0, 30.0], but must rise"),
         (MATRIX.replace("[[a, a], ", "["), "has rows of 2, 2 names, but must have 3 rows of 2 names"),
         (MATRIX.replace("[a, b], ", "[a, b, c], "), "`hazard.matrix.classes` has rows of 2, 3, 2 names"),
-        (MATRIX.replace("[a, b], ", "a, "), "`hazard.matrix.classes` must be a list of lists of names"),
+        (MATRIX.replace("[a, b], ", "a, "), "`hazard.matrix.classes` must be a table of class names"),
         (MATRIX.replace("[a, b], ", "[a, 3], "), "`hazard.matrix.classes` has 3 in its row 2, but must have names"),
         ("matrix: {energy_levels_kj: [30]}", "`hazard.matrix.probability_levels` is missing; it must be a list"),
     ],

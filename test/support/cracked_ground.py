@@ -22,7 +22,10 @@ More than 1: survey coordinates round the vertices after the cut.
 
 
 def cracked(draw: Draw, whole: Terrain) -> Terrain:
-    """Return a terrain with facets cut at an edge that the neighbour does not share, up to 0.8 cracks off this edge."""
+    """Return a terrain in which some facets are cut in two, at a new vertex near a shared edge.
+
+    The neighbour across the edge is not cut, so the vertex is a T-junction, up to 0.8 crack widths off the edge.
+    """
     vertices, triangles, cut = whole.vertices.tolist(), [], set()
     facets = whole.triangles.tolist()
     sides = Counter((min(pair), max(pair)) for t in facets for pair in zip(t, t[1:] + t[:1], strict=True))
@@ -58,8 +61,8 @@ def junctions_of(terrain: Terrain) -> np.ndarray:
 def releases_at_cracks(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.ndarray]:
     """Return positions (R, 3) m and velocities (R, 3) m/s of rocks that start in a crack or on an arc that leads there.
 
-    A fifth of the rocks start in a crack, some of them at rest. A fifth move along the edge. All start on the ground or
-    above the ground. (A mesh without T-junctions has its rocks at its vertices.)
+    A fifth of the rocks start in a crack, some of them at rest. A fifth move along the edge. All start on or above the
+    ground. On a mesh without T-junctions, vertices take the place of cracks.
     """
     places, edges = _in_cracks(draw, terrain, rocks)
     random = draw.normal(size=(rocks, 3))
@@ -80,7 +83,7 @@ def releases_at_cracks(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.nda
 def _in_cracks(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.ndarray]:
     """Return places (R, 3) m between the long edge and the two short edges of T-junctions, and the long edges (R, 3) m.
 
-    A crack is as wide at a place as the triangle between these three edges.
+    The crack is the triangle between these three edges.
     """
     junctions = junctions_of(terrain)
     if not len(junctions):

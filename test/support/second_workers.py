@@ -12,7 +12,7 @@ class Clerk:
     """Writes notes into a file, prints, fails and hangs when asked."""
 
     def note(self, path: Path, words: str) -> None:
-        """Append a line with this process's number and some words to a file."""
+        """Append a line with this process's ID and some words to a file."""
         with path.open("a", encoding="utf-8") as file:
             file.write(f"{os.getpid()} {words}\n")
 
@@ -32,6 +32,6 @@ class Clerk:
         raise fault
 
     def hang(self, path: Path) -> None:
-        """Note this process's number, and work longer than anyone waits."""
+        """Append this process's ID to a file, then sleep for longer than any test waits (600 s)."""
         self.note(path, "hangs")
         time.sleep(600.0)

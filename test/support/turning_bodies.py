@@ -15,7 +15,11 @@ STEP = 0.3
 
 
 def real_bodies(n: int, seed: int):
-    """Principal moments (n, 3) kg m2 of bodies that exist, unit quaternions (n, 4), spins (n, 3) up to 20 rad/s."""
+    """Return random principal moments (n, 3) kg m2, unit quaternions (n, 4), and spins (n, 3) of up to 20 rad/s.
+
+    The moments are ascending, and those of bodies that are physically possible: no moment exceeds the sum of the other
+    two.
+    """
     rng = np.random.default_rng(seed)
     second = rng.uniform(0.05, 1.0, (n, 3))
     q = rng.normal(size=(n, 4))
@@ -26,7 +30,7 @@ def real_bodies(n: int, seed: int):
 
 
 def by_taylor(moments, q, w, t: float):
-    """Orientation (4,) and spin (3,) after t seconds: Taylor steps of order 40 with 40 digits, in whole numbers."""
+    """Return orientation (4,) and spin (3,) after t seconds, by Taylor steps of order ORDER with 40 digits."""
     fastest = float(np.sqrt(np.dot(moments, np.square(w)) / min(moments)))
     unit = 2.0 ** np.round(np.log2(fastest))  # in units of this spin all coefficients have all their digits
     steps = int(fastest * t / STEP) + 1

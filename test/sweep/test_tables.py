@@ -10,7 +10,7 @@ from sweeps import BERM, FENCE, SCENE, UNKNOWN, Here, road, written
 from rpf3d_core.sweep.figures import PREDICTIVE, SAMPLING, Figure
 from rpf3d_core.sweep.files import panels_of
 from rpf3d_core.sweep.sweep import Sweep, sweep
-from rpf3d_core.sweep.tables import notes_of, run_rows, share_rows
+from rpf3d_core.sweep.tables import figure_of, notes_of, run_rows, share_rows
 
 R_N = "materials.default.normal_restitution"
 BOTH = re.compile(r"[^()]+ \([\d.]+-[\d.]+; [\d.]+-[\d.?]+\)")
@@ -108,3 +108,25 @@ def test_a_cell_without_unknowns_next_to_one_with_them_is_marked(folder: Path) -
     known, unknown = rows_of(found, "berm_1")
     assert "sampling only" in known[3]
     assert BOTH.fullmatch(unknown[3])
+
+
+FLOOR = "terrain.benches.floor"
+
+
+@pytest.mark.parametrize(("text", "rocks"), [(SCENE, 60), (UNKNOWN, 640)], ids=["known ground", "unknown ground"])
+def test_a_runout_is_unknown_if_many_rocks_left_the_terrain(folder: Path, text: str, rocks: int) -> None:
+    """On a floor of 6 m most rocks that reach it leave the terrain; on one of 60 m none does."""
+    (folder / "road.geojson").write_text(road(12.0, 15.0))
+    text = text.replace("rocks: 60", f"rocks: {rocks}").replace("velocity: [2, 0, 0]", "velocity: [7, 0, 0]")
+    scene = written(folder, text)
+    found = sweep(scene, {FLOOR: (6, 60)}, folder / "out", Here())
+    short, wide = (figure_of(record, "runout_p95") for record in found.records)
+    left = figure_of(found.records[0], "left_terrain")
+    assert short is not None and wide is not None and left is not None
+    assert left.value is not None and left.value > 0.05
+    assert short.value is None and short.high is None and short.sampling_high is None
+    assert wide.value is not None
+    rows = [row[1] for row in run_rows(found.cells, found.records)]
+    assert rows[0] == "beyond the terrain" and rows[1] != rows[0]
+    assert any("did not come to rest" in note for note in notes_of(found.cells, found.records))
+    assert panels_of(found.varied, found.cells, found.records)[-3].unknown == "beyond the terrain"

@@ -1,4 +1,4 @@
-"""Draw convergence.png: how far the uncertainty of shares and energies has shrunk with the number of rocks."""
+"""Draw convergence.png: how the sampling uncertainty of shares and energies shrinks with the number of rocks."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from rpf3d_core.hazard.convergence import Step
 from rpf3d_core.results.plots.style import label, save
@@ -35,11 +36,15 @@ def write_convergence(path: Path, name: str, steps: Sequence[Step], target: "Tar
     fall = [steps[-1].half_width * (rocks[-1] / n) ** 0.5 for n in rocks]
     upper.plot(rocks, fall, color="0.6", linestyle=":", label="as 1 / square root of rocks")
     upper.axhline(target.half_width, color="0.3", linestyle="--", label=f"target {target.half_width:g}")
-    label(upper, "", "half-width of the 95 % interval (-)")
+    label(upper, "", "half-width of the 95 % sampling interval (-)")
     label(lower, "rocks flown", "p95 of energy (kJ)")
     upper.set(xscale="log", yscale="log")  # after `label`, which can only set plain numbers on linear axes
     upper.legend(fontsize=8)
-    upper.set_title(f"{name}: how sure the shares and energies are", loc="left")
+    for axis in (upper.xaxis, upper.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axis.set_minor_formatter(NullFormatter())
+    upper.set_title(f"{name}: what the number of rocks leaves open", loc="left")
     save(figure, path)
 
 

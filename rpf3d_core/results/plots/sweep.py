@@ -62,6 +62,8 @@ def _places_of(panels: Sequence[Panel]) -> dict[str, float]:
 def _draw(axes: Axes, panel: Panel, at: dict[str, float], key: str) -> None:
     for number, curve in enumerate(panel.curves):
         _draw_curve(axes, curve, at, number)
+    if all(value is None for curve in panel.curves for value in curve.values):
+        axes.text(0.5, 0.5, panel.unknown, transform=axes.transAxes, ha="center", va="center")
     axes.set_title(panel.title, loc="left", fontsize=10)
     axes.set_xlabel(key, fontsize=9)
     axes.set_ylabel(panel.axis, fontsize=9)

@@ -47,6 +47,6 @@ class DragLayerSpec(ModelSpec):
     )  # fmt: skip
     accuracy: Number = parameter(0.05, ACCURACY, "m", "derived in effects/air_step.py", "D", ge=1e-5, le=10)
     polygons: InputFile | None = parameter(
-        None, "the path of a GeoJSON file with polygons that the forest stands in, or left out for all of the terrain",
+        None, "the path of a GeoJSON file with polygons that the forest stands in; left out: the whole terrain",
         "-", "", "D",
     )  # fmt: skip

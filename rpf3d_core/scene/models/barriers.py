@@ -15,7 +15,7 @@ BALANCE = "energy balance, physics reference 5.1"
 
 
 class BarrierSpec(StrictModel):
-    """One net or fence: vertical panels on the ground below a line. Every rock meets an intact barrier."""
+    """One net or fence: vertical panels on the ground below a line. Every rock meets an undamaged barrier."""
 
     name: Name = Field(description="a name that no other barrier has")
     along: Along = Field(description="two or more points [x, y] (m) in plan, or the path of a GeoJSON file with lines")

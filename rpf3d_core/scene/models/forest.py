@@ -45,7 +45,7 @@ class EnergyFactors(StrictModel):
 class DeflectionSpec(StrictModel):
     """The deflection of rocks: for each kind of blow, the probabilities of 0-22.5, 22.5-67.5 and 67.5-76 degrees.
 
-    The offset of a blow decides on its kind: frontal, lateral or scratching.
+    The offset of a blow (0 head on, 1 grazing) determines its kind: frontal, lateral or scratching.
     """
 
     frontal_within: Number = parameter(
@@ -90,8 +90,8 @@ class ForestSpec(ModelSpec):
         ge=0, le=DENSEST,
     )  # fmt: skip
     within: InputFile | None = Field(
-        None, description="the path of a GeoJSON file with polygons, in which trees are placed at random; or left out "
-        "for everywhere",
+        None, description="the path of a GeoJSON file with polygons, in which trees are placed at random; left out: "
+        "everywhere",
     )  # fmt: skip
     dbh_mean_cm: Number = parameter(
         30.0, f"a number above 0 up to {THICKEST:g} (cm), mean stem diameter of randomly placed trees", "cm",

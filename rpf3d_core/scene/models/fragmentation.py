@@ -9,18 +9,24 @@ GIS = "RockGIS, defaults"
 
 
 class FragmentationSpec(ModelSpec):
-    """Rocks break at hard impacts, and the fragments fly on as separate rocks; unconfirmed by measured fragments."""
+    """Rocks break at hard impacts, and the fragments fly on as separate rocks.
+
+    Unconfirmed: not validated against measured fragments.
+    """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.fragmentation:Fragmentation"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.fragmentation:fragmentation"
     SOURCE: ClassVar[str] = (
-        "new surface: RockGIS (Matas et al. 2017 and 2020), as in its source; sizes: fractal of Perfect 1997; here "
-        "the rock's volume and the new surface determine its parameters"
+        "new surface: as in RockGIS' source code (Matas et al. 2017 and 2020); sizes: the fractal of Perfect 1997, "
+        "whose parameters rpf3d computes from the rock's volume and the new surface"
     )
     CONFIRMED: ClassVar[Confirmed] = "UNCONFIRMED"
     NOT_FOR_BODIES: ClassVar[str | None] = "no publication gives the shapes of the fragments"
 
-    surface_factor: Number = parameter(0.0031, "a number >= 0, a in A = a E^e (m2, J)", "m2/J^e", GIS, "CC", ge=0)
+    surface_factor: Number = parameter(
+        0.0031, "a number >= 0, a in A = a E^e: A is the new surface (m2), E the kinetic energy (J) of the rock's "
+        "speed away from the ground after the rebound", "m2/J^e", GIS, "CC", ge=0,
+    )  # fmt: skip
     surface_exponent: Number = parameter(0.7562, "a number from 0 to 2, e in A = a E^e", "-", GIS, "CC", ge=0, le=2)
     least_ratio: Number = parameter(
         0.7, "a number >= 0, ratio of new surface to total surface above which a rock breaks; 0.25 to 0.7 are usual in "

@@ -74,7 +74,8 @@ class PfeifferBowenSpec(ModelSpec):
         6.096, "a number above 0 (m/s), the reference slip of CRSP's friction function", "m/s", PFEIFFER, "CC", gt=0
     )
     B: Number = parameter(
-        76.2, "a number above 0 (m/s); an impact with the speed B R_n into the ground halves v_t^2 in addition",
+        76.2, "a number above 0 (m/s), the speed scale of CRSP's scaling factor: at an impact speed of B R_n into the "
+        "ground, this factor halves the energy kept along the ground, on top of the loss by slip",
         "m/s", PFEIFFER, "CC", gt=0,
     )  # fmt: skip
 
@@ -148,8 +149,8 @@ def _rising_within_limits(rows: tuple[tuple[float, float, float], ...]) -> tuple
 class AngleTableSpec(ModelSpec):
     """A lumped mass whose R_n and R_t depend on the angle between velocity and surface.
 
-    R_n may be above 1 for flat impacts. The energy gained normal to the ground is limited to the energy lost along the
-    ground, so energy never rises.
+    R_n may be above 1 for impacts at a flat angle. The energy gained normal to the ground is limited to the energy lost
+    along the ground, so energy never rises.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.angle_table:AngleTable"
@@ -162,8 +163,8 @@ class AngleTableSpec(ModelSpec):
         "", "the user's", "D", min_length=1,
     )  # fmt: skip
     law: Literal["wyllie"] | None = parameter(
-        None, "wyllie, R_n = 19.5 angle^-1.03 up to 2, and R_t of the material; instead of rows", "",
-        "Wyllie 2014, Rock Fall Engineering, figures of RockGIS", "CC",
+        None, "wyllie: R_n = 19.5 angle^-1.03, but at most 2, with R_t of the material; give either `law` or `rows`",
+        "", "Wyllie 2014, Rock Fall Engineering, figures of RockGIS", "CC",
     )  # fmt: skip
 
     @model_validator(mode="after")
@@ -196,8 +197,8 @@ class StochasticMatrixSpec(ModelSpec):
 
     v_t is the speed along the ground in the direction of motion. v_n is the speed into the ground before the impact,
     and away from the ground after the impact. R w is the radius times the spin, positive for a rolling rock. The matrix
-    [[R_t, 0, 0], [0, R_n, 0], [0, 0, 0]] is a lumped mass. If a drawn matrix leads into the ground, v_n comes from the
-    mean. Energy never rises.
+    [[R_t, 0, 0], [0, R_n, 0], [0, 0, 0]] is a lumped mass. If the drawn matrix would send the rock into the ground, v_n
+    is computed with the mean matrix instead, and is at least zero. Energy never rises.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.stochastic_matrix:StochasticMatrix"

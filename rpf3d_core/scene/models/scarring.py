@@ -13,7 +13,7 @@ BARTELT = "Bartelt et al. 2016, as used by Lu et al. 2019"
 
 
 class SoftZoneSpec(StrictModel):
-    """The values of one zone that differ from those of the other zones."""
+    """The values of one named zone or pattern that differ from the values outside `zones`."""
 
     stiffness: Number | None = Field(None, ge=1e3, description="a number of at least 1000 (Pa), or left out")
     form_drag: Number | None = Field(None, ge=0, description="a number >= 0, or left out")
@@ -50,6 +50,6 @@ class ScarringSpec(ModelSpec):
         3.0, "a number >= 0 (1/m), how fast friction grows with the slip", "1/m", BARTELT, "C", ge=0
     )
     zones: Mapping[Name, SoftZoneSpec] = parameter(
-        {}, "a mapping of zone, or pattern, to the keys with other values there; all zones that it does not name are "
-        "then hard ground", "-", "", "D",
+        {}, "a mapping of named zones or patterns to the keys whose values differ there; if `zones` is given, all "
+        "other zones are hard ground", "-", "", "D",
     )  # fmt: skip

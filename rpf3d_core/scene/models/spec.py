@@ -32,7 +32,7 @@ class ModelSpec(StrictModel):
     STOPPED : sentence on stopped rocks that replaces the usual one; for ground models
     NOT_FOR_BODIES : of an effect, why it does not act on rocks with a shape; None if it does
     REPLACED_FOR_BODIES : parameters of an effect that rocks with a shape do not have, with the key to give instead
-    SOURCE : where the model is published; CONFIRMED : how far the source is confirmed
+    SOURCE : where the model is published; CONFIRMED : how well the source is confirmed
     """
 
     PHYSICS: ClassVar[str]
@@ -76,7 +76,7 @@ def loaded(path: str) -> Any:
 def parameter(
     default: Any, description: str, unit: str, source: str, confirmed: Confirmed, **bounds: Any
 ) -> Any:  # fmt: skip
-    """Return a field of a `ModelSpec`: a value with its unit, bounds, source, and how far the source is confirmed.
+    """Return a field of a `ModelSpec`: a value with its unit, bounds, source, and how well the source is confirmed.
 
     default : `...` for a required parameter
     """

@@ -26,7 +26,7 @@ class CoulombSphereSpec(ModelSpec):
     STEPS: ClassVar[bool] = False
 
     impact_friction: float | None = parameter(
-        None, "a number >= 0 (-), mu of impacts, or left out for the tangent of the material's friction angle", "-",
+        None, "a number >= 0 (-), mu of impacts; left out: the tangent of the material's friction angle", "-",
         "Coulomb friction", "D", ge=0, strict=True, allow_inf_nan=False,
     )  # fmt: skip
     tangential_restitution: float = parameter(
@@ -59,13 +59,13 @@ class CoulombSphereSpec(ModelSpec):
 class SphereGroundSpec(ModelSpec):
     """A sphere that skids with the material's friction angle until it rolls; only with `rock.shape: sphere`.
 
-    The material's rolling_friction slows the rolling sphere; without rolling_friction, the sphere rolls through the
-    pit.
+    The material's rolling_friction slows a rolling sphere. Without rolling_friction, nothing slows a rolling sphere, so
+    it may roll across the whole pit.
     """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.sphere_ground:SphereGround"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.coulomb_sphere:sphere_ground_of"
-    SOURCE: ClassVar[str] = "rigid-body mechanics; rolling friction as of Azzoni et al. 1995"
+    SOURCE: ClassVar[str] = "rigid-body mechanics; rolling friction as in Azzoni et al. 1995"
     CONFIRMED: ClassVar[Confirmed] = "D"
     REBOUNDS: ClassVar[tuple[str, ...] | None] = (COULOMB_SPHERE,)
 

@@ -17,14 +17,16 @@ from rpf3d_core.vectors import dot, norm, subtract
 STANDS = 1e-3
 """Speed (m/s) up to which a body counts as standing."""
 STANDS_FOR, HELD_FOR, SLOW_FOR = 0.3, 2.0, 5.0
-"""Times (s) after which a body counts as stopped: if it stands, if it has moved less than the skin, if it is slow."""
+"""Times (s) after which a body counts as stopped: a body that stands, one that moved less than the skin, a slow one."""
 
 
 class Stop(IntEnum):
     """Why a body counts as stopped.
 
-    STANDS, HELD, SLOW : it stood still, stayed in one place, or was slower than the stop speed for some time
-    LEANS : it has lost all speed at an obstacle
+    STANDS : its speed was at most STANDS (1 mm/s) for STANDS_FOR (0.3 s)
+    HELD : it moved less than the skin for HELD_FOR (2 s), but may still jitter
+    SLOW : it was slower than the ground's stop speed for SLOW_FOR (5 s)
+    LEANS : it lost all its speed against an obstacle
     """
 
     NOT_STOPPED = -1

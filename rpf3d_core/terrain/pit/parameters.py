@@ -45,7 +45,7 @@ MEANINGS = {
     "face_angle_deg": "angle of bench faces from the horizontal",
     "ramp_width": "width of the haul ramp; 0: none",
     "ramp_grade": "slope of the ramp: rise over run",
-    "ramp_foot_deg": "direction of the place where the ramp leaves the floor, counter-clockwise from east",
+    "ramp_foot_deg": "where the ramp leaves the floor: direction from the pit's middle, counter-clockwise from east",
     "spills": "number of cones of loose rock on benches",
     "repose_deg": "steepest slope of these cones",
     "roughness": "standard deviation of small-scale relief; floor and ramp have a third",
@@ -70,7 +70,8 @@ class Pit:
     bench_widths : least and greatest width of the catch benches; (0, 0) makes a pit without catch benches
     face_angle_deg : of the bench faces from the horizontal, 30 to 80
     ramp_width : of the haul ramp; 0 makes a pit without a ramp; ramp_grade : rise over run (-)
-    ramp_foot_deg : where the ramp leaves the floor, counter-clockwise from east; the ramp climbs counter-clockwise
+    ramp_foot_deg : where the ramp leaves the floor: direction from the pit's middle, counter-clockwise from east; the
+        ramp climbs counter-clockwise
     spills : cones of loose rock on the benches; repose_deg : their steepest slope
     roughness : standard deviation of the small-scale relief of faces and benches, normal to the surface; the floor and
         the ramp have a third of it

@@ -1,4 +1,4 @@
-"""Which triggers the answers in force rest on."""
+"""Tests of which triggers are kept, to be answered again when the terrain or an area changes."""
 
 import numpy as np
 import pytest

@@ -59,7 +59,7 @@ def alternately_understood(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def one_misplaced(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let the last of several sources in a message be under the ground, in all messages that report the source."""
+    """Put the plan's last source under the ground in each message that reports it together with other sources."""
     dangerous = plan.truth.sources[-1:]
     topics = [topic for source in dangerous for topic in source.seen_by if topic in plan.sensors]
 
@@ -72,7 +72,10 @@ def one_misplaced(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def change_not_understood(by_patch: bool) -> Defect:
-    """Return a defect: what shows that the bank is gone is in a foreign frame, a patch or all later whole surveys."""
+    """Return a defect: the surveys that show that the bank is gone are in a foreign frame.
+
+    by_patch : True if a patch shows it, False if all later whole surveys do
+    """
 
     def defect(plan: Plan, rng: np.random.Generator) -> Plan | None:
         gone = plan.truth.bank_until

@@ -35,7 +35,7 @@ LIMITS = {"watch": 0.05, "restrict": 0.2, "evacuate": 0.5}
 """Share of rocks (-) from which on an area has a level."""
 
 HIGH = 1000.0
-"""Height (m, local frame) above everything, from which the ground is looked for."""
+"""Height (m, local frame) above everything, from which the ground is searched for."""
 
 QUANTILE = 1.959963984540054
 """Of the normal distribution, for 95 % intervals."""

@@ -1,6 +1,6 @@
-"""Compute the start heights of each source's rocks above the terrain, for the report of `rpf3d check`."""
+"""Compute the start heights of each source's rocks above the terrain."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,9 +8,6 @@ from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.simulation.engines import Engine
-
-MOST_ABOVE = 50.0
-"""A source is suspicious if all its rocks start more than this (m) above the ground; bench faces reach 30 m."""
 
 
 @dataclass(frozen=True)
@@ -55,16 +52,6 @@ def heights_of(
     """
     found = [_heights(name, rocks[i], below[releases.source == i]) for i, name in enumerate(names)]
     return [_told_apart(height, i, releases, below, engine) for i, height in enumerate(found)]
-
-
-def high_above(heights: Sequence[SourceHeight]) -> Iterator[str]:
-    """Yield a warning for each source whose rocks start higher above the ground than any bench face."""
-    for source in heights:
-        if np.isfinite(source.lowest) and source.lowest > MOST_ABOVE:
-            yield (
-                f"source {source.name!r} starts {source.lowest:,.0f} m or more above the ground; are its heights "
-                "right? `above_ground` places it on the ground"
-            )
 
 
 def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:

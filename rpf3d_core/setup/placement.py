@@ -1,0 +1,83 @@
+"""Warn about sources and outlines that can be used but look misplaced: high in the air, or partly off the terrain.
+
+`misplaced.py` compares only the extents of the inputs; this module compares the inputs with the ground itself.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from rpf3d_core.ensemble.release_heights import ground_below_releases
+from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.setup.coverage import covered_share
+from rpf3d_core.setup.prepared import Prepared, places_of, releases_in_ranges
+from rpf3d_core.setup.rounds import rounds_of
+from rpf3d_core.setup.source_heights import SourceHeight, heights_of
+from rpf3d_core.setup.sources import source_outline
+
+MOST_ABOVE = 30.0
+"""A source is suspicious if all its rocks start more than this (m) above the ground: higher than a bench face."""
+WHOLE = 0.99
+"""An outline counts as on the terrain if at least this share (-) of its area is, because users draw roughly."""
+
+
+def rocks_of_sources(prepared: Prepared) -> list[int]:
+    """Return the number of rocks of each source in the first round: all rocks, unless the scene has `rocks: auto`."""
+    return list(rounds_of(prepared.scene, places_of(prepared))[0].last)
+
+
+def some_releases(prepared: Prepared, most: int) -> Releases:
+    """Return the releases of at most about `most` rocks, evenly spread over each source."""
+    rocks = rocks_of_sources(prepared)
+    every = max(1, -(-sum(rocks) // most))
+    return releases_in_ranges(prepared, [range(0, its, every) for its in rocks])
+
+
+def source_heights(prepared: Prepared, most: int) -> list[SourceHeight]:
+    """Return the start heights of each source's rocks above the terrain.
+
+    most : as in `some_releases`
+    """
+    rocks, releases = rocks_of_sources(prepared), some_releases(prepared, most)
+    below = ground_below_releases(prepared.engine, releases.x)
+    return heights_of([source.name for source in prepared.sources], rocks, releases, below, prepared.engine)
+
+
+def placement_warnings(prepared: Prepared, heights: Sequence[SourceHeight]) -> list[str]:
+    """Return a warning for each source in the air, each source with unused points, and each outline partly off.
+
+    heights : start heights of the sources, from `source_heights`
+    """
+    return [*_high_above(heights), *_unused_points(prepared), *_partly_off(prepared)]
+
+
+def _high_above(heights: Sequence[SourceHeight]) -> Iterator[str]:
+    """Yield a warning for each source whose rocks all start higher above the ground than a bench face."""
+    for source in heights:
+        if np.isfinite(source.lowest) and source.lowest > MOST_ABOVE:
+            yield (
+                f"source {source.name!r} starts {source.lowest:,.0f} m or more above the ground; are its heights "
+                "right? `above_ground` is the height above the ground"
+            )
+
+
+def _unused_points(prepared: Prepared) -> Iterator[str]:
+    """Yield a warning for each source that has fewer rocks than points, so that some points are not used."""
+    for source, places, its in zip(prepared.sources, places_of(prepared), rocks_of_sources(prepared), strict=True):
+        if 0 < its < places:
+            yield f"source {source.name!r} uses {its:,} of its {places:,} points, because it has no more rocks"
+
+
+def _partly_off(prepared: Prepared) -> Iterator[str]:
+    """Yield a warning for each outline of a source or an area of interest that reaches beyond the terrain.
+
+    A part over a hole counts as beyond the terrain.
+    """
+    outlines = {f"the area of interest {name!r}": area for name, area in prepared.polygons.items()}
+    for number, source in enumerate(prepared.scene.sources):
+        if source.polygon is not None:
+            outlines[f"the polygon of source {source.name!r}"] = source_outline(prepared.scene, number)
+    for name, polygons in outlines.items():
+        share = covered_share(prepared.terrain, polygons)
+        if share < WHOLE:
+            yield f"{100.0 * share:.0f} % of {name} lies on the terrain; the rest is beside it or over a hole"
