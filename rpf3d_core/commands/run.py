@@ -15,7 +15,6 @@ from rpf3d_core.commands.run_times import RunTimes, words_of
 from rpf3d_core.commands.screen import GAP, end_interrupted, print_warnings, rocks_in_words, screen
 from rpf3d_core.errors import InputError
 from rpf3d_core.results.painting import painting
-from rpf3d_core.values import Outcome
 
 if TYPE_CHECKING:
     from rpf3d_core.results.findings import Run
@@ -100,19 +99,12 @@ def _print_run(result: "Run", times: str) -> None:
 
 def _print_outcomes(run: "Run") -> None:
     """Print how many rocks ended in each outcome, with intervals, and the materials with the default friction angle."""
-    from rpf3d_core.ensemble.statistics import share_of
-    from rpf3d_core.hazard.benches import share_text, with_predictive
-    from rpf3d_core.results.findings import sentence_of
+    from rpf3d_core.results.outcomes import HEADER, outcome_rows
     from rpf3d_core.scene.zone_materials import without_friction, words_on_friction
 
-    sets = run.maps.sets
-    table = Table("outcome", "rocks", "share", "meaning", box=None, padding=GAP, pad_edge=False)
-    for outcome in Outcome:
-        if rocks := run.totals.outcomes[outcome]:
-            share = share_of(rocks, run.totals.rocks)
-            if sets is not None:
-                share = with_predictive(share, *sets.outcome(outcome))
-            table.add_row(outcome.name.lower(), f"{rocks:,}", share_text(share), sentence_of(outcome, run.scene))
+    table = Table(*HEADER, box=None, padding=GAP, pad_edge=False)
+    for row in outcome_rows(run):
+        table.add_row(*row)
     screen.print(table)
     if assumed := without_friction(run.scene, run.terrain.zones):
         screen.print(words_on_friction(assumed), highlight=False, soft_wrap=True)

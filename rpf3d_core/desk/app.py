@@ -25,7 +25,7 @@ from rpf3d_core.desk.scene_text import (
     without_value,
 )
 from rpf3d_core.desk.shown import NO_RUN, SceneView
-from rpf3d_core.desk.tables import bench_section, progress_words, run_notes, scene_section
+from rpf3d_core.desk.tables import bench_section, outcome_section, progress_words, run_notes, scene_section
 from rpf3d_core.desk.whole_files import check_target
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.extras import library_of
@@ -176,7 +176,9 @@ class Desk:
         """
         refused, self._refused_edit = self._refused_edit, ""
         if refused:
-            raise InputError(f"{refused}; no rock flies, because this edit was refused: press Run to fly without it")
+            raise InputError(
+                f"{refused}; this edit was refused, so no rock has flown: press Run again to fly without the edit"
+            )
         self._flying = self._opened().written
         self.state.flying, self.state.has_run = True, False
         self.runner.fly(self._flying)
@@ -189,12 +191,12 @@ class Desk:
         self.scene = saved(self._opened(), Path(self.state.save_path), bool(self.state.save_over))
         self.state.report_path, self.state.has_run = shown_path(self.scene.report_path), False
         self._list_scene()
-        self._say(GOOD, f"scene in {self.scene.path}")
+        self._say(GOOD, f"scene saved in {self.scene.path}")
 
     def _report(self) -> None:
         scene, path = self._opened(), Path(self.state.report_path).resolve()
         if scene.unsaved:
-            raise InputError("save the scene first: a report names the scene file that its rocks were flown from")
+            raise InputError("save the scene first, because a report names the scene file of its run")
         check_target(path, bool(self.state.report_over))
         self.runner.write_report(scene.written, path)
 
@@ -239,7 +241,10 @@ class Desk:
         The results are converted here, in the simulating thread, because the run changes the results later.
         """
         shown, layer = self.shown.laid_out(run), self.state.layer
-        values = {"benches": bench_section(run), "progress": progress_words(run, last), "notes": run_notes(run)}
+        values = {
+            "benches": bench_section(run), "outcomes": outcome_section(run), "progress": progress_words(run, last),
+            "notes": run_notes(run),
+        }  # fmt: skip
 
         def show() -> None:
             if self._opened().written != self._flying:
@@ -253,7 +258,7 @@ class Desk:
         self._later(show)
 
     def _reported(self, path: Path) -> None:
-        self._say(GOOD, f"report in {path}")
+        self._say(GOOD, f"report saved in {path}")
 
     def _refused(self, text: str) -> None:
         self.state.flying = False
@@ -271,7 +276,7 @@ class Desk:
 
     def _terrain(self) -> Any:
         if self.shown.terrain is None:
-            raise InputError("the terrain is not read yet")
+            raise InputError("the terrain has not been read yet")
         return self.shown.terrain
 
     def _edited(self, edit: Callable[[str], str]) -> None:

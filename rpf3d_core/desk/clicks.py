@@ -69,8 +69,8 @@ def area_of(drawing: Drawing, frame: Frame, name: str) -> dict[str, Any]:
 def _check(drawing: Drawing, noun: str) -> None:
     least = LEAST.get(drawing.kind, 1)
     if len(drawing.points) < least:
-        places = "1 place" if least == 1 else f"{least} places"
-        raise InputError(f"the {noun} has too few places; click at least {places} on the terrain")
+        points = "1 point" if least == 1 else f"{least} points"
+        raise InputError(f"the {noun} has too few points; click at least {points} on the terrain")
 
 
 def _rounded(points: FloatArray) -> list[Sequence[float]]:

@@ -15,11 +15,12 @@ LAYERS = ((REACH, "reach"), (ENERGY, "p95 energy"), ("", "none"))
 STILL = 5.0
 """Largest distance (pixels) that the mouse may move during a click; a longer movement turns the view."""
 NO_RESULTS = {
-    "legend": {}, "progress": "", "benches": {"header": [], "rows": [], "notes": []}, "notes": [], "has_run": False,
+    "legend": {}, "progress": "", "benches": {"header": [], "rows": [], "notes": []},
+    "outcomes": {"header": [], "rows": []}, "notes": [], "has_run": False,
 }  # fmt: skip
 """Values of the page that show results, as they are without results."""
 START = {
-    "name": "", "path": "", "unsaved": False, "busy": "starting", "flying": False, "ready": False, "messages": [],
+    "name": "", "path": "", "unsaved": False, "busy": "", "flying": False, "ready": False, "messages": [],
     "sources": [], "areas": [], "materials": [], "rock": "", "listed": 0, "kind": "", "clicks": 0, "new_name": "",
     "new_rocks": 200, "new_height": 0.5, "save_path": "", "save_over": False, "report_path": "", "report_over": False,
     "layer": REACH,
@@ -125,7 +126,8 @@ def _drawing_part(html: Any, actions: Actions) -> None:
             html.Label("above ground (m)")
             html.Input(type="number", v_model_number="new_height", min="0", step="0.1", classes="grow")
         with html.Div(classes="row"):
-            html.Button("{{ 'Add (' + clicks + ' places)' }}", id="finish", classes="main", click=actions.finish)
+            html.Button("Add ({{ clicks }} {{ clicks === 1 ? 'point' : 'points' }})", id="finish", classes="main",
+                        click=actions.finish)  # fmt: skip
             html.Button("Undo click", click=actions.undo_click, disabled=("!clicks",))
             html.Button("Cancel", click=actions.cancel)
 
@@ -150,19 +152,20 @@ def _remove(html: Any, actions: Actions, key: str) -> None:
 def _materials(html: Any, actions: Actions) -> None:
     """Add the coefficients of all materials, each in a field."""
     html.H2("Materials")
-    html.Div("A number, a range such as 0.3 to 0.5 if the value is unknown, or a distribution. Empty: the default.",
-             classes="quiet")  # fmt: skip
-    with html.Div(v_for="each in materials", key="each.name", classes="material"):
+    html.Div("Type a number, a range such as 0.3 to 0.5 if the value is unknown, or a distribution. Leave a field "
+             "empty to use its default.", classes="quiet")  # fmt: skip
+    # Without v-memo, each change of the page would reset a field while the user types into it. v-memo must be on the
+    # outer loop: inside it, Vue keeps one cache for all materials, and shows the rows of one material for another.
+    with html.Div(v_for="each in materials", key="each.name", classes="material",
+                  raw_attrs=['v-memo="[listed, flying]"']):  # fmt: skip
         html.Div("{{ each.name }}", style="font-weight: 600; margin-top: 6px")
-        # Without v-memo, each change of the page would reset a field while the user types into it.
-        with html.Div(v_for="value in each.values", key="value.key", classes="row",
-                      raw_attrs=['v-memo="[listed, flying]"']):  # fmt: skip
+        with html.Div(v_for="value in each.values", key="value.key", classes="row"):
             html.Label("{{ value.key }}", classes="quiet")
             html.Input(type="text", classes="grow", value=("value.text",), disabled=("flying || !!value.fixed",),
                        raw_attrs=[':data-key="each.name + \'.\' + value.key"'],
                        change=(actions.edit, "[each.name, value.key, $event.target.value]"))  # fmt: skip
             html.Div("{{ value.fixed }}", v_if="value.fixed", classes="quiet")
-    html.Div("{{ rock }}; change other values in the file", classes="quiet")
+    html.Div("{{ rock }}. To change other values, edit the file.", classes="quiet")
 
 
 def _files(html: Any, actions: Actions) -> None:
@@ -170,7 +173,7 @@ def _files(html: Any, actions: Actions) -> None:
     html.H2("Save the scene")
     _file_row(html, "Save", "save_path", "save_over", actions.save, "flying")
     html.H2("Report")
-    html.Div("Needs a run of the saved scene.", classes="quiet")
+    html.Div("Save the scene and run it before you write its report.", classes="quiet")
     _file_row(html, "Report", "report_path", "report_over", actions.report, "flying || !has_run")
 
 
@@ -197,8 +200,8 @@ def _start_part(html: Any, actions: Actions) -> None:
         html.Label("new folder")
         html.Input(type="text", v_model="new_folder", classes="grow", id="new_folder", placeholder="site")
         html.Button("Create", id="create", classes="main", click=actions.create)
-    html.Div("Paths are on this machine, from the folder where the desk was started. `rpf3d new` has more options, "
-             "such as units and axes.", classes="quiet")  # fmt: skip
+    html.Div("Paths are on this machine, relative to the folder in which the desk was started. `rpf3d new` has more "
+             "options, such as units and axes.", classes="quiet")  # fmt: skip
 
 
 def _view(html: Any, window: Any, actions: Actions) -> Any:
@@ -214,7 +217,7 @@ def _view(html: Any, window: Any, actions: Actions) -> Any:
             picking_modes=("kind ? ['click'] : []",), click=(actions.click, "[$event, moved]"),
         )  # fmt: skip
         with html.Div(classes="hint", v_if="kind"):
-            html.Span("Click on the terrain: {{ clicks }} places so far. Drag turns the view.")
+            html.Span("Click on the terrain to add points: {{ clicks }} so far. Drag to turn the view.")
         with html.Div(classes="legend", v_if="legend.title", id="legend"):
             html.Div("{{ legend.title }} ({{ legend.unit }})")
             html.Div(classes="ramp")
@@ -228,10 +231,16 @@ def _results(html: Any) -> None:
     """Add the results of the rocks flown so far."""
     with html.Div(classes="results", id="results", v_if="progress"):
         html.Div("{{ progress }}", id="progress")
-        with html.Table(id="benches"):
-            with html.Thead(), html.Tr():
-                html.Th("{{ cell }}", v_for="cell in benches.header", key="cell")
-            with html.Tbody(), html.Tr(v_for="(row, i) in benches.rows", key="i"):
-                html.Td("{{ cell }}", v_for="(cell, j) in row", key="j")
+        _table(html, "outcomes")
+        _table(html, "benches")
         html.Div("{{ note }}", v_for="(note, i) in benches.notes", key="i", classes="quiet")
         html.Div("{{ note }}", v_for="(note, i) in notes", key="'n' + i", classes="message note")
+
+
+def _table(html: Any, name: str) -> None:
+    """Add a table; name : its id, and the value of the page with its `header` and `rows`."""
+    with html.Table(id=name):
+        with html.Thead(), html.Tr():
+            html.Th("{{ cell }}", v_for=f"cell in {name}.header", key="cell")
+        with html.Tbody(), html.Tr(v_for=f"(row, i) in {name}.rows", key="i"):
+            html.Td("{{ cell }}", v_for="(cell, j) in row", key="j")

@@ -129,7 +129,7 @@ class Runner:
             except InputError as fault:
                 self._listener.refused(str(fault))
             except Exception as fault:
-                self._listener.refused(f"an error of rpf3d: {type(fault).__name__}: {fault}")
+                self._listener.refused(f"internal error of rpf3d: {type(fault).__name__}: {fault}")
             self._listener.busy("")
 
     def _prepare(self, written: Written) -> Ready:
@@ -178,7 +178,7 @@ class Runner:
         compiled = None if self._compiled is None else self._compiled.done()
         if compiled is None and self._compiled is not None and engine_name(prepared.scene) != Reference.name:
             self._preview(prepared, self._compiled)
-            self._listener.busy("compiling, the first time; the first rocks are those of the reference engine")
+            self._listener.busy("compiling for the first run; the reference engine shows the first rocks")
             compiled = self._compiled.wait(self._stop)
         self._folder = Path(tempfile.mkdtemp(prefix=FOLDER))
         control = RunControl(first=FIRST, stop=self._stop.is_set, after_round=_not_too_often(self._listener.results))

@@ -1,6 +1,6 @@
 """Compute the arrays that the view of the desk draws: terrain, paths, hazard maps, releases and outlines."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -13,10 +13,12 @@ from rpf3d_core.ensemble.paths import displayed_rows, sample_paths
 from rpf3d_core.ensemble.releases import Source
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, reach_probability
 from rpf3d_core.report.run_files import HazardGrid
-from rpf3d_core.report.view import LIGHT, MOST_TRIANGLES, Seen, draped
+from rpf3d_core.report.view import LIGHT, MOST_TRIANGLES, Seen, draped, raised_by
 from rpf3d_core.results.findings import Run
+from rpf3d_core.terrain.draped_outlines import MARGIN, draped_outlines
 from rpf3d_core.terrain.facets import Terrain, unit_normals
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.height_image import height_image, heights_at
 
 REACH, ENERGY = "reach", "energy"
 """The two hazard maps that can be draped over the terrain: reach probability (%) and p95 energy (kJ)."""
@@ -57,13 +59,14 @@ class DrapedMap(NamedTuple):
     """A hazard map over the terrain.
 
     title, unit : for the legend; largest : value of the last colour, in `unit`; mesh : None if no cell has a value
+    raised : distance (m) of the map from the ground
     """
-
 
     title: str
     unit: str
     largest: float
     mesh: Mesh | None
+    raised: float = 0.0
 
 
 def ground_seen(terrain: Terrain) -> Seen:
@@ -102,11 +105,12 @@ def hazard_map(seen: Seen, maps: HazardMaps, kind: str) -> DrapedMap:
     if not (laid_out > 0.0).any():
         return DrapedMap(title=title, unit=unit, largest=0.0, mesh=None)
     grid = _grid(maps, laid_out)
-    corners, drawn = draped(_near(seen, grid), grid)
+    near = _near(seen, grid)
+    corners, drawn = draped(near, grid)
     largest = float(np.nanmax(laid_out))
     triangles = np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)
     mesh = Mesh(vertices=corners.reshape(-1, 3), triangles=triangles, colours=ramp_colours(drawn / largest))
-    return DrapedMap(title=title, unit=unit, largest=largest, mesh=mesh if len(corners) else None)
+    return DrapedMap(title, unit, largest, mesh if len(corners) else None, raised=raised_by(near))
 
 
 def _grid(maps: HazardMaps, laid_out: FloatArray) -> HazardGrid:
@@ -180,25 +184,38 @@ def lines_of(parts: Sequence[FloatArray]) -> Lines:
     return Lines(points=np.concatenate(parts), starts=starts)
 
 
-def outline_lines(seen: Seen, rings: Sequence[FloatArray], step: float) -> Lines:
-    """Return outlines in plan, rings (N, 2) m, as lines on the terrain; step : longest distance (m) between points."""
-    return lines_of([on_ground(seen, _refined(ring, step)) for ring in rings])
+def area_lines(seen: Seen, areas: Mapping[str, Sequence[FloatArray]]) -> Lines:
+    """Return the outlines of areas of interest as lines on the ground; areas : rings (N, 2) m in plan, by name."""
+    ground = _as_terrain(seen)
+    return lines_of([line for rings in areas.values() for line in draped_outlines(ground, rings)])
 
 
-def _refined(ring: FloatArray, step: float) -> FloatArray:
-    """Return points (M, 3) m along a ring in plan, at most `step` apart; their height is 0."""
-    parts = []
-    for a, b in pairwise(ring):
-        pieces = max(int(np.ceil(np.linalg.norm(b - a) / step)), 1)
-        parts.append(a + np.linspace(0.0, 1.0, pieces, endpoint=False)[:, None] * (b - a))
-    plan = np.concatenate([*parts, ring[-1:]])
-    return np.column_stack([plan, np.zeros(len(plan))])
+def lifted(lines: Lines, height: float) -> Lines:
+    """Return lines that are higher by a height (m)."""
+    return lines._replace(points=lines.points + np.array([0.0, 0.0, height]))
+
+
+def marks_raised(seen: Seen) -> float:
+    """Return the height (m) of marks above the ground."""
+    return MARKS_RAISED * float(np.ptp(seen.vertices[:, :2], axis=0).max())
 
 
 def on_ground(seen: Seen, points: FloatArray) -> FloatArray:
-    """Return points (N, 3) m moved to just above the height of the nearest vertex in plan, so that they can be seen."""
+    """Return points (N, 3) m moved to just above the ground, so that they can be seen.
+
+    A point without ground below or above it gets the height of the nearest vertex in plan.
+    """
+    if not len(points):
+        return points
     found, plan = points.copy(), seen.vertices[:, :2]
-    raised = MARKS_RAISED * float(np.ptp(plan, axis=0).max())
-    for row, point in enumerate(points):
-        found[row, 2] = seen.vertices[int(np.argmin(((plan - point[:2]) ** 2).sum(axis=1))), 2] + raised
+    height = heights_at(height_image(_as_terrain(seen), points[:, :2], MARGIN), points[:, :2])
+    for row in np.flatnonzero(np.isnan(height)):
+        nearest = int(np.argmin(((plan - points[row, :2]) ** 2).sum(axis=1)))
+        height[row] = seen.vertices[nearest, 2]
+    found[:, 2] = height + marks_raised(seen)
     return found
+
+
+def _as_terrain(seen: Seen) -> Terrain:
+    """Return the shown triangles as a terrain of one zone."""
+    return Terrain(seen.vertices, seen.triangles, np.zeros(len(seen.triangles), np.int32), ("ground",))

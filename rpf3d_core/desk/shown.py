@@ -11,17 +11,19 @@ from rpf3d_core.desk.shapes import (
     REACH,
     DrapedMap,
     Lines,
+    area_lines,
     downhill,
     ground_mesh,
     ground_seen,
     hazard_map,
-    outline_lines,
+    lifted,
+    marks_raised,
     path_lines,
     release_lines,
 )
 from rpf3d_core.desk.window import AREAS, CRESTS, DRAWN, GROUND, MAP, PATHS, RELEASES, THIN, Window
 from rpf3d_core.hazard.benches import three_figures
-from rpf3d_core.report.view import Seen
+from rpf3d_core.report.view import ABOVE_MAPS, Seen
 from rpf3d_core.results.findings import Run
 from rpf3d_core.setup.prepared import Prepared
 from rpf3d_core.terrain.facets import Terrain
@@ -50,6 +52,7 @@ class SceneView:
         self.terrain: Terrain | None = None
         self._seen: Seen | None = None
         self._releases: FloatArray = np.empty((0, 3))
+        self._areas = NO_LINES
         self._run = NO_RUN
 
     def show_scene(self, prepared: Prepared) -> bool:
@@ -61,9 +64,7 @@ class SceneView:
         self._releases, lines = release_lines(prepared.sources, self._seen)
         self.window.show_points(RELEASES, self._releases)
         self.window.show_lines(CRESTS, lines)
-        rings = [ring for rings in prepared.outlines.values() for ring in rings]
-        step = float(np.ptp(prepared.terrain.vertices[:, :2], axis=0).max()) / 300.0
-        self.window.show_lines(AREAS, outline_lines(self._seen, rings, step))
+        self._areas = area_lines(self._seen, prepared.outlines)
         self.show_run(NO_RUN)
         self.drape("")
         if new:
@@ -86,10 +87,20 @@ class SceneView:
         """Show a hazard map of the results; return its legend, or {} if there is no map. kind : REACH, ENERGY or ""."""
         found = self._run.maps.get(kind)
         self.window.show_mesh(MAP, None if found is None else found.mesh)
+        self._show_areas(0.0 if found is None else found.raised)
         if found is None:
             return {}
         empty = "" if found.mesh is not None else ": no values yet"
         return {"title": found.title + empty, "unit": found.unit, "largest": three_figures(found.largest)}
+
+    def _show_areas(self, map_raised: float) -> None:
+        """Show the outlines of areas above the ground and the map.
+
+        map_raised : distance (m) of the map from the ground, 0 without a map
+        """
+        if self._seen is not None:
+            height = max(marks_raised(self._seen), ABOVE_MAPS * map_raised)
+            self.window.show_lines(AREAS, lifted(self._areas, height))
 
     def show_drawing(self, drawing: Drawing) -> None:
         """Show the places that the user has clicked."""

@@ -1,4 +1,4 @@
-"""Make the tables of the desk as plain values for the page: bench table, sources, areas and materials."""
+"""Make the tables of the desk as plain values for the page: bench table, outcomes, sources, areas and materials."""
 
 from typing import Any
 
@@ -6,6 +6,7 @@ from rpf3d_core.desk.coefficients import drawn_elsewhere, materials_of
 from rpf3d_core.hazard.benches import bench_table, left_out, notes_below, text_header, text_rows
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.notes import warnings_of_run
+from rpf3d_core.results.outcomes import HEADER, outcome_rows, words_on_unstopped
 from rpf3d_core.results.overconfidence import surer_than_it_may_be
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.releases import PLACES
@@ -23,6 +24,11 @@ def bench_section(run: Run) -> dict[str, Any]:
     return {"header": list(text_header(benches)), "rows": [list(row) for row in rows], "notes": notes}
 
 
+def outcome_section(run: Run) -> dict[str, Any]:
+    """Return the table of outcomes of the rocks flown so far: `header` (texts) and `rows` (lists of texts)."""
+    return {"header": list(HEADER), "rows": [list(row) for row in outcome_rows(run)]}
+
+
 def progress_words(run: Run, last: bool = True) -> str:
     """Return the numbers of rocks flown and planned, and of impacts, as text; last : False while further rocks fly."""
     totals = run.totals
@@ -34,8 +40,15 @@ def progress_words(run: Run, last: bool = True) -> str:
 
 
 def run_notes(run: Run) -> list[str]:
-    """Return the warnings that `rpf3d run` prints, and the reasons why the results look surer than they are."""
-    return [*warnings_of_run(run), *(f"surer than it may be: {why}" for why in surer_than_it_may_be(run))]
+    """Return the warnings of a run for the page, and the reasons why the results look more certain than they are.
+
+    The first warning states how many rocks did not stop; then come those that `rpf3d run` prints.
+    """
+    unstopped = words_on_unstopped(run)
+    return [
+        *([unstopped] if unstopped else []), *warnings_of_run(run),
+        *(f"surer than it may be: {why}" for why in surer_than_it_may_be(run)),
+    ]  # fmt: skip
 
 
 def scene_section(scene: Scene, values: dict[str, Any]) -> dict[str, Any]:
@@ -47,7 +60,7 @@ def scene_section(scene: Scene, values: dict[str, Any]) -> dict[str, Any]:
             {"name": name, "values": [each._asdict() for each in coefficients]}
             for name, coefficients in materials_of(values, drawn_elsewhere(scene, values))
         ],
-        "rock": f"density {scene.rock.density:g} kg/m3",
+        "rock": f"Rock density {scene.rock.density:g} kg/m3",
     }
 
 

@@ -25,7 +25,7 @@ def check_target(path: Path, replace: bool) -> None:
     if not path.parent.is_dir():
         raise InputError(f"{path}: there is no folder {path.parent}")
     if path.exists() and not replace:
-        raise InputError(f"{path}: exists; tick `replace`, or give another name")
+        raise InputError(f"{path}: exists; tick `replace the file if it exists`, or give another name")
 
 
 @contextmanager

@@ -8,6 +8,7 @@ a recording does not need it.
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from rpf3d_core.ensemble.flights import Deposits, Flights, FloatArray, IntArray
 from rpf3d_core.ensemble.paths import PathSamples, displayed_rows, positions_at, sample_paths
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.recordings.areas import log_areas
 from rpf3d_core.recordings.blueprint import TIMELINE, blueprint
 from rpf3d_core.recordings.hazard import log_hazard
 from rpf3d_core.recordings.log_text import RecordedScene, document, outcome_line, rock_name, scene_lines, sentences_of
@@ -54,6 +56,7 @@ def write_recording(
     summary: Mapping[str, Any] | None = None,
     maps: HazardMaps | None = None,
     obstacles: Obstacles = NO_OBSTACLES,
+    areas: Mapping[str, Sequence[FloatArray]] = MappingProxyType({}),
 ) -> None:
     """Write run.rrd, the recording of a run: terrain, trajectories, moving rocks, plots, log, documents, view layout.
 
@@ -67,6 +70,8 @@ def write_recording(
         Hazard maps of the run; with them, the recording also has the hazard of the facets and the bench table.
     obstacles : Obstacles, optional
         Barriers and trees of the scene.
+    areas : mapping, optional
+        Outline rings (N, 2) m of each area of interest, local frame.
 
     Raises
     ------
@@ -88,6 +93,7 @@ def write_recording(
     recording.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     log_terrain(recording, terrain)
     log_obstacles(recording, obstacles)
+    log_areas(recording, terrain, areas)
     if maps is not None:
         log_hazard(recording, terrain, maps)
     log_trajectories(recording, samples)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.meshes import MESH_READERS
+from rpf3d_core.formats.polygons import local_plan
 from rpf3d_core.results.earlier_results import DEPOSITS, read_summary
 from rpf3d_core.results.inputs import INPUTS
 from rpf3d_core.terrain.facets import Terrain
@@ -82,6 +83,15 @@ class RunFiles(NamedTuple):
     ends: Ends
     paths: KeptPaths
     moves: FloatArray | None = None
+
+    @property
+    def areas(self) -> dict[str, list[FloatArray]]:
+        """The outlines of each area of interest, closed rings (N, 2) m in the local frame, holes included."""
+        frame = self.terrain.frame
+        return {
+            name: [local_plan(frame, np.array(ring, dtype=float)) for ring in rings]
+            for name, rings in self.inputs.get("outlines", {}).items()  # results of earlier versions have no outlines
+        }
 
     @property
     def sets(self) -> int:

@@ -1,9 +1,10 @@
-"""Make the 3D view of a report with plotly: terrain, kept paths and hazard maps.
+"""Make the 3D view of a report with plotly: terrain, kept paths, hazard maps and areas of interest.
 
 The HTML file of the report contains the script of plotly (4.8 MB), so that a report needs no network. The script is
 part of plotly's wheel.
 """
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +13,8 @@ from numpy.typing import NDArray
 from rpf3d_core.accuracy.decimated import decimated_mesh
 from rpf3d_core.report.need import needed
 from rpf3d_core.report.run_files import HazardGrid, RunFiles, read_hazard
-from rpf3d_core.terrain.facets import unit_normals
+from rpf3d_core.terrain.draped_outlines import draped_outlines
+from rpf3d_core.terrain.facets import Terrain, unit_normals
 from rpf3d_core.terrain.frame import FloatArray
 
 MOST_TRIANGLES = 300_000
@@ -32,7 +34,9 @@ PARTS, FINEST, MOST_DRAPED = (0.5, 1.0, 2.0), 0.5, 40_000
 """Largest edge of the triangles of a draped map, as shares (-) of a cell's side; smallest such edge (m); and largest
 number of triangles. The first of the shares that gives at most MOST_DRAPED triangles is used.
 """
-PATH = "#10203a"
+ABOVE_MAPS = 1.3
+"""Height of the outlines of areas above the ground, as a multiple of the distance of the hazard maps."""
+PATH, AREA = "#10203a", "#0059bf"
 MAPS = (
     ("reach_probability_high", None, "reach probability, upper end of the predictive interval", 100.0, "%"),
     ("reach_probability", None, "reach probability", 100.0, "%"),
@@ -64,7 +68,10 @@ def view_html(run: RunFiles, seen: Seen, looking: FloatArray) -> str:
         plotly is not installed.
     """
     go = needed("plotly.graph_objects")
-    traces = [_terrain(go, seen), *_hazard(go, run, seen), _paths(go, run), _releases(go, run)]
+    traces = [
+        _terrain(go, seen), *_hazard(go, run, seen), _paths(go, run), _releases(go, run),
+        *_areas(go, run, seen, looking),
+    ]  # fmt: skip
     figure = go.Figure(data=traces, layout=_layout(run, looking))
     html: str = figure.to_html(full_html=False, include_plotlyjs=False, default_height="640px", config={
         "displaylogo": False, "responsive": True,
@@ -139,8 +146,12 @@ def draped(seen: Seen, grid: HazardGrid) -> tuple[FloatArray, FloatArray]:
     known = ~np.isnan(values)
     normal = np.cross(fine[:, 1] - fine[:, 0], fine[:, 2] - fine[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    raised = max(LEAST_RAISED, RAISED * float(np.ptp(seen.vertices[:, :2], axis=0).max()))
-    return (fine + raised * normal[:, None, :])[known], values[known]
+    return (fine + raised_by(seen) * normal[:, None, :])[known], values[known]
+
+
+def raised_by(seen: Seen) -> float:
+    """Return the distance (m) of a hazard map from the ground."""
+    return max(LEAST_RAISED, RAISED * float(np.ptp(seen.vertices[:, :2], axis=0).max()))
 
 
 def _cut(grid: HazardGrid, corners: FloatArray, part: float, most: int | None = None) -> FloatArray | None:
@@ -200,6 +211,27 @@ def _releases(go: Any, run: RunFiles) -> Any:
     x, y, z = run.ends.release[some].T.astype(np.float32)
     marker = {"size": 2.5, "color": "#b3007a"}
     return go.Scatter3d(x=x, y=y, z=z, mode="markers", marker=marker, name="releases", hoverinfo="skip")
+
+
+def _areas(go: Any, run: RunFiles, seen: Seen, looking: FloatArray) -> Iterator[Any]:
+    """Yield the outline of each area of interest as a plotly line with its name, just above the hazard maps.
+
+    looking : as in `view_html`; the name is at the point that is nearest to the eye
+    """
+    ground = Terrain(seen.vertices, seen.triangles, np.zeros(len(seen.triangles), np.int32), ("ground",))
+    gap = np.full((1, 3), np.nan)
+    for name, rings in run.areas.items():
+        lines = draped_outlines(ground, rings, ABOVE_MAPS * raised_by(seen))
+        if not lines:
+            continue  # the area is far from the rocks
+        points = np.concatenate([part for line in lines for part in (line, gap)]).astype(np.float32)
+        nearest = int(np.nanargmax(points[:, :2] @ looking))
+        yield go.Scatter3d(
+            x=points[:, 0], y=points[:, 1], z=points[:, 2], mode="lines+text", line={"color": AREA, "width": 4},
+            text=[name if row == nearest else "" for row in range(len(points))], textposition="top center",
+            textfont={"color": AREA, "size": 13},
+            name=f"area {name}", connectgaps=False, hoverinfo="skip",
+        )  # fmt: skip
 
 
 def _layout(run: RunFiles, looking: FloatArray) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from rpf3d_core.results.notes import doubts_of_run, notes_of_run
 from rpf3d_core.results.overconfidence import SOME_ELSEWHERE, share_calibrated_elsewhere, surer_than_it_may_be
 from rpf3d_core.scene.key_paths import given_keys
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.areas import plan_rings
 
 if TYPE_CHECKING:
     from rpf3d_core.scene.library_entries import Range
@@ -35,7 +36,11 @@ def write_inputs(folder: Path, run: Run) -> None:
 
 
 def inputs_section(run: Run) -> dict[str, Any]:
-    """Return the scene of a run, the sources of its values, and its warnings, as plain values for JSON."""
+    """Return the scene of a run, the sources of its values, and its warnings, as plain values for JSON.
+
+    The key `outlines` has the rings of the areas of interest, in plan coordinates of the input, because the scene may
+    only name their files.
+    """
     return {
         "scene": _names_of_files(run.scene.model_dump(exclude={"path", "data_hint"})),
         "given": sorted(given_keys(run.scene)),
@@ -44,6 +49,9 @@ def inputs_section(run: Run) -> dict[str, Any]:
         "library": _library(run.scene),
         "warnings": doubts_of_run(run),
         "notes": notes_of_run(run),
+        "outlines": {
+            name: [ring.tolist() for ring in plan_rings(area)] for name, area in run.prepared.polygons.items()
+        },
         "surer_than_it_may_be": surer_than_it_may_be(run),
     }
 

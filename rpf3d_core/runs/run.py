@@ -190,5 +190,5 @@ def _recorder(run: Run) -> Callable[[Path, dict[str, Any]], None]:
     from rpf3d_core.recordings.log import write_recording  # only recordings need rerun
 
     return lambda path, facts: write_recording(
-        path, run.scene, run.terrain, run.flights, facts, run.maps, run.obstacles
+        path, run.scene, run.terrain, run.flights, facts, run.maps, run.obstacles, run.prepared.outlines
     )  # fmt: skip

@@ -41,7 +41,7 @@ PREDICTIVE_NOTE = (
 )
 SAMPLING_NOTE = "the 95 % sampling interval of the number of rocks"
 BEYOND_TERRAIN = "beyond the terrain"
-RUNOUT_NOTE = f"`{BEYOND_TERRAIN}`: more than 5 % of the rocks did not come to rest; most of them left the terrain"
+RUNOUT_NOTE = f"`{BEYOND_TERRAIN}`: more than 5 % of the rocks did not stop; most of them left the terrain"
 SAMPLING_ONLY = "sampling only"
 """Words before a sampling interval if a cell has unknowns, because the interval does not cover the unknowns."""
 
@@ -115,7 +115,7 @@ def notes_of(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
 
 
 def is_beyond_terrain(figure: Figure) -> bool:
-    """Return True for a p95 runout that is unknown because too many rocks did not come to rest."""
+    """Return True for a p95 runout that is unknown because too many rocks did not stop."""
     return figure.result == RUNOUT and figure.value is None
 
 

@@ -66,7 +66,7 @@ def test_the_last_click_can_be_taken_back_and_without_a_tool_a_click_does_nothin
     assert drawn("", (0.0, 0.0, 0.0)).points == ()
 
 
-@pytest.mark.parametrize(("kind", "least"), [(POINTS, "1 place"), (LINE, "2 places")])
+@pytest.mark.parametrize(("kind", "least"), [(POINTS, "1 point"), (LINE, "2 points")])
 def test_a_source_of_too_few_clicks_says_how_many_it_needs(kind: str, least: str) -> None:
     with pytest.raises(InputError, match=f"click at least {least} on the terrain"):
         source_of(Drawing(kind), FRAMES[0], "a", 1, 0.0)
@@ -75,5 +75,5 @@ def test_a_source_of_too_few_clicks_says_how_many_it_needs(kind: str, least: str
 def test_an_outline_that_crosses_itself_is_refused_by_its_name() -> None:
     with pytest.raises(InputError, match=r"the area 'bow' must be the corners of a polygon.*crosses itself"):
         area_of(drawn(AREA, (0, 0, 0), (4, 4, 0), (4, 0, 0), (0, 4, 0)), FRAMES[0], "bow")
-    with pytest.raises(InputError, match="at least 3 places"):
+    with pytest.raises(InputError, match="at least 3 points"):
         area_of(drawn(AREA, (0, 0, 0), (4, 4, 0)), FRAMES[0], "thin")

@@ -84,6 +84,30 @@ def test_results_go_with_the_scene_that_they_are_of(desk: Desk) -> None:
     assert desk.state.progress == ""
 
 
+def test_the_outcomes_of_all_rocks_are_shown_and_rocks_that_left_the_terrain_are_warned_of(
+    desk: Desk, tmp_path: Path
+) -> None:
+    (tmp_path / "slope.obj").write_text(SLOPE.replace("90", "24"))
+    desk.open(tmp_path / "scene.yaml")
+    act(desk, "run")
+    until(desk, lambda: desk.state.has_run)
+    header, rows = desk.state.outcomes["header"], desk.state.outcomes["rows"]
+    assert header == ["outcome", "rocks", "share", "meaning"]
+    left = {row[0]: row for row in rows}["left_terrain"]
+    assert sum(int(row[1]) for row in rows) == 160
+    assert "; " in left[2] and left[3] == "flew past the edge of the terrain"
+    assert desk.state.notes[0].startswith(f"{left[1]} of 160 rocks (")
+    assert "did not stop on the terrain" in desk.state.notes[0]
+
+
+def test_an_outcome_without_a_known_interval_says_so(desk: Desk, tmp_path: Path) -> None:
+    (tmp_path / "scene.yaml").write_text(SCENE.replace("rocks: 160", "rocks: 20"))
+    desk.open(tmp_path / "scene.yaml")
+    act(desk, "run")
+    until(desk, lambda: desk.state.has_run)
+    assert desk.state.outcomes["rows"][0][2].startswith("100 % (not known; ")
+
+
 def test_results_that_come_after_an_edit_are_not_shown(desk: Desk) -> None:
     act(desk, "run")
     wait_for(lambda: len(desk._waiting) > 2, LONGEST)
@@ -106,6 +130,6 @@ def test_a_coefficient_that_is_drawn_elsewhere_is_not_edited(desk: Desk) -> None
 def test_run_after_a_refused_edit_repeats_the_refusal_and_flies_no_rock_once(desk: Desk) -> None:
     (refusal,) = act(desk, "edit", "default", "normal_restitution", "3")
     (again,) = act(desk, "run")
-    assert again.startswith(refusal) and "no rock flies" in again and not desk.state.flying
+    assert again.startswith(refusal) and "no rock has flown" in again and not desk.state.flying
     assert act(desk, "run") == [] and desk.state.flying
     until(desk, lambda: desk.state.has_run)

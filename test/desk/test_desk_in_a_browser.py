@@ -24,6 +24,16 @@ sources:
   - {name: top, zone: bench_1, above_ground: 8, rocks: 200, velocity_spread: [9, 9, 0]}
 engine: reference
 """
+TWO_MATERIALS = """\
+terrain:
+  pit: {triangles: 6000, waste_benches: 6, ore_benches: 0, floor_radius: 120, crest_altitude: 72, spills: 2}
+materials:
+  default: {library: bedrock}
+  spill: {library: talus, normal_restitution: 0.3}
+sources:
+  - {name: top, zone: bench_1, above_ground: 8, rocks: 20000, velocity_spread: [9, 9, 0]}
+engine: reference
+"""
 
 
 @pytest.fixture
@@ -66,11 +76,11 @@ def ready(page: Any, colours: int = COLOURS) -> None:
 def click_terrain(page: Any, *places: tuple[float, float]) -> None:
     """Click in the view, at shares of its width and height, and wait until each place is counted."""
     page.wait_for_selector("#finish")
-    page.wait_for_function("document.querySelector('#finish').innerText.includes('(0 places)')")
+    page.wait_for_function("document.querySelector('#finish').innerText.includes('(0 points)')")
     box = page.locator("#view").bounding_box()
     for number, (x, y) in enumerate(places, start=1):
         page.mouse.click(box["x"] + x * box["width"], box["y"] + y * box["height"])
-        page.wait_for_function(f"document.querySelector('#finish').innerText.includes('({number} places)')")
+        page.wait_for_function(f"document.querySelector('#finish').innerText.includes('({number} point')")
 
 
 def run_to_the_end(page: Any) -> str:
@@ -130,10 +140,10 @@ def test_a_user_draws_edits_runs_saves_and_writes_a_report(scene: Path) -> None:
         page.click("#report")
         page.wait_for_selector("text=save the scene first")
         page.click("#save")
-        page.wait_for_selector(f"text=scene in {scene.with_name('pit_desk.yaml')}")
+        page.wait_for_selector(f"text=scene saved in {scene.with_name('pit_desk.yaml')}")
         run_to_the_end(page)
         page.click("#report")
-        page.wait_for_selector("text=report in ")
+        page.wait_for_selector("text=report saved in ")
     made = read_scene(scene.with_name("pit_desk.yaml"))
     assert [(source.name, source.rocks) for source in made.sources] == [("top", 200), ("crest", 30)]
     assert made.sources[1].line is not None and made.has_unknowns and len(made.areas_of_interest) == 1
@@ -154,11 +164,55 @@ def test_what_is_refused_is_said_as_on_the_command_line_and_changes_nothing(scen
         page.wait_for_function("document.querySelector('[data-key=\"default.normal_restitution\"]').value === '0.45'")
         page.click("#tool_points")
         page.click("#finish")
-        page.wait_for_selector("text=click at least 1 place on the terrain")
+        page.wait_for_selector("text=click at least 1 point on the terrain")
         page.click("text=Cancel")
         page.click("text=remove")
         page.wait_for_selector("text='top' is the only source")
         assert page.locator("#undo").is_disabled()
+
+
+@pytest.mark.long
+def test_each_material_has_its_own_fields(tmp_path: Path) -> None:
+    """Vue must not reuse the rows of one material for another material that has the same keys."""
+    (tmp_path / "two.yaml").write_text(TWO_MATERIALS)
+    with page_of(tmp_path / "two.yaml") as page:
+        ready(page)
+        assert fields_of(page, 0)["default.library"] == "bedrock"
+        assert fields_of(page, 1)["spill.library"] == "talus"
+        assert fields_of(page, 1)["spill.normal_restitution"] == "0.3"
+        assert all(name.startswith("spill.") for name in fields_of(page, 1))
+
+        field = page.locator('input[data-key="spill.normal_restitution"]')
+        field.fill("0.31")
+        field.press("Enter")
+        page.wait_for_selector("text=(changed, not saved)")
+        assert fields_of(page, 1)["spill.normal_restitution"] == "0.31"
+        assert fields_of(page, 0)["default.normal_restitution"] == ""
+        page.wait_for_selector("#run:enabled")
+
+        page.click("#run")
+        page.wait_for_selector("#stop:enabled")
+        assert page.locator(".material input:enabled").count() == 0
+        page.click("#stop")
+        page.wait_for_selector("#report:enabled")
+        assert page.locator(".material input:disabled").count() == 0
+
+        page.click("#save")
+        page.wait_for_selector("text=scene saved in ")
+        field.fill("0.3")  # not entered
+        page.locator("#layer_energy").dispatch_event("click")  # a change of the page that leaves the field focused
+        page.wait_for_selector("#layer_energy.on")
+        assert field.input_value() == "0.3"
+    made = read_scene(tmp_path / "two_desk.yaml")
+    assert made.materials["spill"].normal_restitution == 0.31
+    text = (tmp_path / "two_desk.yaml").read_text()
+    assert "default: {library: bedrock}" in text and "spill: {library: talus, normal_restitution: 0.31}" in text
+
+
+def fields_of(page: Any, number: int) -> dict[str, str]:
+    """Return the text of each field of a material, by its key on the page; number : of the material, from 0."""
+    fields = page.locator(".material").nth(number).locator("input").all()
+    return {field.get_attribute("data-key"): field.input_value() for field in fields}
 
 
 @pytest.mark.long
@@ -172,7 +226,7 @@ def test_a_drag_turns_the_view_and_places_nothing(scene: Path) -> None:
         page.mouse.move(box["x"] + 500, box["y"] + 330, steps=6)
         page.mouse.up()
         picture_that(view(page), lambda seen: changed(seen, before) > 0.02)
-        assert page.inner_text("#finish") == "Add (0 places)"
+        assert page.inner_text("#finish") == "Add (0 points)"
 
 
 @pytest.mark.long
@@ -191,9 +245,12 @@ def test_a_run_is_stopped_and_says_how_many_rocks_have_flown(scene: Path) -> Non
 def test_without_a_scene_one_is_opened_or_written_for_a_terrain_file(tmp_path: Path) -> None:
     (tmp_path / "lab.obj").write_bytes((SCENES / "bench_15m_face.obj").read_bytes())
     with page_of(cwd=tmp_path) as page:
+        page.wait_for_selector("#open_path")
+        assert page.inner_text("#busy") == ""
         page.fill("#open_path", "nothing.yaml")
         page.click("#open")
         page.wait_for_selector("text=there is no such scene file")
+        assert page.inner_text("#busy") == ""
         page.fill("#new_terrain", "lab.obj")
         page.fill("#new_folder", "site")
         page.click("#create")

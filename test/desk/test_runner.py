@@ -12,11 +12,12 @@ from waiting import wait_for
 import rpf3d_core as rpf3d
 from rpf3d_core.desk import compiling
 from rpf3d_core.desk.runner import Listener, Runner, Written
-from rpf3d_core.desk.shapes import ENERGY, REACH, ground_seen, hazard_map, path_lines
+from rpf3d_core.desk.shapes import ENERGY, REACH, area_lines, ground_seen, hazard_map, lifted, on_ground, path_lines
 from rpf3d_core.desk.tables import bench_section, progress_words
 from rpf3d_core.desk.whole_files import whole_file
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.benches import Bench, bench_table, text_rows
+from rpf3d_core.report.view import Seen
 from rpf3d_core.results.findings import Run
 
 LONGEST = 300.0
@@ -224,6 +225,19 @@ def test_one_scene_compiles_at_a_time_and_a_cancelled_scene_does_not_compile(
         first.cancel()
     assert [each.wait(threading.Event()) for each in (first, second)] == [None, None]
     assert begun == ["second"]
+
+
+def test_marks_and_outlines_have_the_height_of_their_own_place(tmp_path: Path) -> None:
+    """Not the height of the nearest vertex, which at the toe of a face may be on the crest."""
+    x, z = np.array([-40.0, -5.0, 0.0, 40.0]), np.array([15.0, 15.0, 0.0, 0.0])
+    vertices = np.array([(x[i], y, z[i]) for i in range(4) for y in (-50.0, 50.0)])
+    triangles = np.array([t for i in (0, 2, 4) for t in ((i, i + 2, i + 3), (i, i + 3, i + 1))], dtype=np.int32)
+    seen = Seen(vertices=vertices, triangles=triangles, of=len(triangles))
+    found = on_ground(seen, np.array([[-1.0, 0.0, 99.0], [1.0, 20.0, 99.0], [50.0, 50.0, 99.0]]))
+    np.testing.assert_allclose(found[:, 2], [3.1, 0.1, 0.1], atol=0.01)  # the marks are raised by 0.1 m
+    lines = area_lines(seen, {"floor": [np.array([[0.0, -40.0], [20.0, -40.0], [20.0, 40.0], [0.0, -40.0]])]})
+    assert np.abs(lines.points[:, 2]).max() < 0.01
+    assert np.allclose(lifted(lines, 2.0).points - lines.points, [0.0, 0.0, 2.0])
 
 
 def _benches(run: Run) -> list[Bench]:

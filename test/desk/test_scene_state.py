@@ -54,7 +54,7 @@ def test_a_scene_is_saved_in_a_new_file_by_default_and_runs(demo: SceneState) ->
 
 def test_an_existing_file_is_replaced_only_if_asked_and_keeps_its_permissions(demo: SceneState) -> None:
     os.chmod(demo.path, 0o640)
-    with pytest.raises(InputError, match=r"demo\.yaml: exists; tick `replace`, or give another name"):
+    with pytest.raises(InputError, match=r"demo\.yaml: exists; tick `replace the file if it exists`"):
         saved(faster(demo), demo.path, replace=False)
     assert not saved(faster(demo), demo.path, replace=True).unsaved
     assert read_scene(demo.path).stop_speed == 0.25 and demo.path.stat().st_mode & 0o777 == 0o640

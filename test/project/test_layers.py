@@ -97,7 +97,10 @@ CONFINED = {
         "rpf3d_core/imports/face_borders.py",
         *(
             f"rpf3d_core/terrain/{file}.py"
-            for file in ("zones", "cloud", "cloud_holes", "gap_around_patch", "gaps", "steep_gaps", "outer_walls")
+            for file in (
+                "zones", "cloud", "cloud_holes", "gap_around_patch", "gaps", "steep_gaps", "outer_walls",
+                "draped_outlines",
+            )
         ),
     ),
     "pydantic": ("rpf3d_core/scene/", "rpf3d_core/alerts/site"),

@@ -13,6 +13,7 @@ from rpf3d_core.ensemble.paths import positions_at, sample_paths
 from rpf3d_core.errors import InputError
 from rpf3d_core.recordings import replay as replaying
 from rpf3d_core.recordings.blueprint import point_of_view
+from rpf3d_core.recordings.hazard import LIFT
 from rpf3d_core.recordings.log import FRAMES, import_rerun, write_recording
 from rpf3d_core.recordings.log_text import frame_line
 from rpf3d_core.recordings.replay import recording_of, viewer_command
@@ -154,8 +155,21 @@ def test_barriers_are_recorded_with_their_names_and_trees_at_their_feet(tmp_path
     np.testing.assert_array_equal(trees["Points3D:positions"][0], [[3.0, 2.0, 1.0]])
 
 
-def test_a_scene_without_obstacles_has_none_in_its_recording(recording):
-    assert not {"/world/barriers", "/world/trees"} & set(recording)
+def test_areas_are_recorded_with_their_names_above_the_ground_and_its_maps(tmp_path):
+    terrain = floor()
+    low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
+    x, y = low + 0.25 * (high - low), low + 0.75 * (high - low)
+    ring = np.array([[x[0], x[1]], [y[0], x[1]], [y[0], y[1]], [x[0], y[1]], [x[0], x[1]]])
+    write_recording(tmp_path / "run.rrd", scene(tmp_path), terrain, none_thrown(), areas={"ramp": [ring]})
+    areas = read_back(tmp_path / "run.rrd")["/world/areas"]
+    assert areas["LineStrips3D:labels"] == [["ramp"]]
+    ((line,),) = areas["LineStrips3D:strips"]
+    above = np.array(line)[:, 2] - terrain.vertices[:, 2].max()
+    assert (above > 2 * LIFT * np.linalg.norm(np.ptp(terrain.vertices, axis=0))).all() and above.max() < 0.5
+
+
+def test_a_scene_without_obstacles_and_areas_has_none_in_its_recording(recording):
+    assert not {"/world/barriers", "/world/trees", "/world/areas"} & set(recording)
 
 
 def test_a_recording_passes_rerun_s_own_check(tmp_path):

@@ -5,6 +5,7 @@ import re
 import shutil
 import sys
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,11 +23,13 @@ from rpf3d_core.report.report import write_report
 from rpf3d_core.report.run_files import read_hazard, read_impacts, read_run
 from rpf3d_core.report.segments import segments_of
 from rpf3d_core.report.toe import beyond_toe
-from rpf3d_core.report.view import draped, terrain_seen
+from rpf3d_core.report.view import draped, terrain_seen, view_html
 from rpf3d_core.report.words import UNKNOWN
 from rpf3d_core.runs.run import run_scene
+from rpf3d_core.scene.model import AreaSpec
 from rpf3d_core.scene.reading import read_scene
 
+SCENES = Path(__file__).parents[2] / "config" / "scenes"
 SECTIONS = [
     "The answer", "Terrain, paths and hazard", "Critical section", "Retention of each bench", "Distance from the toe",
     "Where a fence would stand", "Inputs and where they come from", "Limits of the answer", "Sign-off",
@@ -325,6 +328,19 @@ def test_a_missing_library_is_named_with_how_to_install_it(known_ground, tmp_pat
     monkeypatch.setitem(sys.modules, "plotly.graph_objects", None)
     with pytest.raises(InputError, match="needs the library plotly"):
         report_elements(read_run(known_ground), "site")
+
+
+def test_the_view_shows_each_area_with_its_name_on_the_ground(tmp_path) -> None:
+    corners = [[9, -9], [13, -9], [13, 9], [9, 9]]
+    scene = read_scene(SCENES / "bench_15m.yaml")
+    area = AreaSpec(name="berm", polygons=corners)
+    run_scene(scene.model_copy(update={"areas_of_interest": (area,)}), tmp_path / "run", 64, "reference")
+    run = read_run(tmp_path / "run")
+    assert set(map(tuple, run.inputs["outlines"]["berm"][0])) == set(map(tuple, corners))
+    html = view_html(run, terrain_seen(run), np.array([1.0, 0.0]))
+    assert '"name":"area berm"' in html and html.count('"berm"') == 1
+    del run.inputs["outlines"]  # as an earlier version wrote it
+    assert '"name":"area berm"' not in view_html(run, terrain_seen(run), np.array([1.0, 0.0]))
 
 
 def test_a_large_terrain_is_reduced_for_the_view_and_lies_where_it_lay(known_ground, monkeypatch) -> None:

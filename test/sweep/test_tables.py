@@ -128,5 +128,5 @@ def test_a_runout_is_unknown_if_many_rocks_left_the_terrain(folder: Path, text: 
     assert wide.value is not None
     rows = [row[1] for row in run_rows(found.cells, found.records)]
     assert rows[0] == "beyond the terrain" and rows[1] != rows[0]
-    assert any("did not come to rest" in note for note in notes_of(found.cells, found.records))
+    assert any("did not stop" in note for note in notes_of(found.cells, found.records))
     assert panels_of(found.varied, found.cells, found.records)[-3].unknown == "beyond the terrain"

@@ -1,0 +1,41 @@
+"""The table of outcomes of a run as text, for the screen and the desk."""
+
+from rpf3d_core.ensemble.statistics import share_of
+from rpf3d_core.hazard.benches import SHORT, in_percent, share_text, with_predictive
+from rpf3d_core.results.findings import Run, sentence_of
+from rpf3d_core.values import DEPOSITED, Outcome
+
+HEADER = ("outcome", "rocks", "share", "meaning")
+FLIES_ON = Outcome.FRAGMENTED
+"""Outcome of a rock whose fragments fly on and have their own outcomes."""
+
+
+def outcome_rows(run: Run) -> list[tuple[str, ...]]:
+    """Return a row with the cells of HEADER for each outcome that occurred.
+
+    Shares have intervals as in the bench table: `88.2 % (87-89)`, or with parameter sets `88.2 % (81-94; 87-89)`.
+    """
+    found = [(outcome, rocks) for outcome in Outcome if (rocks := run.totals.outcomes[outcome])]
+    return [
+        (outcome.name.lower(), f"{rocks:,}", _share(run, outcome, rocks), sentence_of(outcome, run.scene))
+        for outcome, rocks in found
+    ]
+
+
+def _share(run: Run, outcome: Outcome, rocks: int) -> str:
+    """Return the share of rocks with an outcome as text; rocks : number of rocks with it."""
+    share, sets = share_of(rocks, run.totals.rocks), run.maps.sets
+    return share_text(share if sets is None else with_predictive(share, *sets.outcome(outcome)))
+
+
+def words_on_unstopped(run: Run) -> str:
+    """Return a warning with the number of rocks that did not stop on the terrain; "" if all stopped.
+
+    Broken rocks do not count, because their fragments are counted.
+    """
+    totals = run.totals
+    rocks = sum(totals.outcomes[each] for each in Outcome if each not in DEPOSITED and each != FLIES_ON)
+    if not rocks:
+        return ""
+    return (f"{rocks:,} of {totals.rocks:,} rocks ({in_percent(rocks / totals.rocks, SHORT)} %) did not stop on the "
+            "terrain: they count in no share of stopped rocks")  # fmt: skip
