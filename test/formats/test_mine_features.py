@@ -47,8 +47,18 @@ def test_one_of_several_layers_is_chosen_by_its_kind_and_two_of_a_kind_are_refus
     with pytest.raises(InputError, match=r"no layer of points; it has walls \(Polygon\), road \(LineString\)"):
         read_points(path)
     write_vector(path, [OTHER], layer="dumps")
-    with pytest.raises(InputError, match=r"several layers of polygons: walls, dumps; .*rpf3d import layer a\.gpkg --kind polygon"):
+    command = r"rpf3d import layer a\.gpkg --kind polygon --layer walls"
+    with pytest.raises(InputError, match=f"several layers of polygons: walls, dumps; .*{command}"):
         read_polygons(path)
+
+
+def test_a_file_of_another_format_is_refused_with_the_formats_that_are_read(tmp_path):
+    (tmp_path / "ramp.csv").write_text("x,y\n1,2\n")
+    sentence = r"ramp\.csv: polygons are not read from \.csv files; save them as GeoJSON .*shp"
+    with pytest.raises(InputError, match=sentence):
+        read_polygons(tmp_path / "ramp.csv")
+    (tmp_path / "ramp.csv").write_text('{"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 9], [0, 0]]]}')
+    assert read_polygons(tmp_path / "ramp.csv").area == 40.5
 
 
 @vector

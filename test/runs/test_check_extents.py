@@ -192,6 +192,24 @@ def test_high_terrain_in_any_unit_does_not_lie_on_its_side(metres):
     assert not any("swapped" in hint for hint in placing_hints([extent], None, "z"))
 
 
+@pytest.mark.parametrize(
+    ("more", "key"),
+    [
+        ("areas_of_interest: [{name: ramp, polygons: ramp.csv}]", r"line 7: `areas_of_interest\[0\]\.polygons`"),
+        ("zones: [{zone: ramp, polygons: ramp.csv}]", r"line 7: `zones\[0\]\.polygons`"),
+        ("  - {name: b, above_ground: 1, line: ramp.csv}", r"line 7: `sources\[1\]\.line`"),
+        ("  - {name: b, polygon: ramp.csv}", r"line 7: `sources\[1\]\.polygon`"),
+    ],
+)
+def test_a_file_of_a_wrong_format_is_refused_by_its_key_before_the_terrain_is_read(folder, more, key):
+    (folder / "ramp.csv").write_text("x,y\n457000,7654000\n")
+    (folder / "pit.xml").write_text("no mesh")
+    text = SCENE.format(terrain="pit.xml", point=[*MIDDLE, 0]).replace("[{name: top", "\n  - {name: top")
+    (folder / "scene.yaml").write_text(with_models(text.replace("1.0}]", "1.0}\n") + more + "\n"))
+    with pytest.raises(InputError, match=key + " names a file that cannot be used: .*not read from .csv files"):
+        check_scene(read_scene(folder / "scene.yaml"))
+
+
 def test_a_missing_reference_system_warns_and_never_refuses(folder):
     pytest.importorskip("ezdxf", reason="ezdxf is not installed: it is in the extra `test`")
     write_dxf(folder / "pit.dxf", SITE, TRIANGLES)
