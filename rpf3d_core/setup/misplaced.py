@@ -59,6 +59,15 @@ def placing_notes(scene: Scene, faults: FaultReport, others: Sequence[Extent]) -
     return tuple(notes)
 
 
+def is_misread(scene: Scene, faults: FaultReport) -> bool:
+    """True if the terrain is larger than any slope, or lies on its side: its unit or its axes are then misread.
+
+    faults : the report on the mesh of the terrain
+    """
+    terrain, up = terrain_extent(scene, faults), scene.terrain.up
+    return _is_on_its_side(terrain, up) or _is_too_large(terrain, up)
+
+
 def placing_hints(extents: Sequence[Extent], crs: str | None, up: str) -> Iterator[str]:
     """Yield sentences on wrong-looking coordinates of the terrain, and on inputs that look misplaced.
 
@@ -99,21 +108,31 @@ def _looks_like_degrees(box: Box) -> bool:
 def _terrain_hints(terrain: Extent, crs: str | None, up: str) -> Iterator[str]:
     """Yield sentences on a terrain with implausible coordinates: degrees, wrong unit, swapped axes."""
     low, high = _plan(terrain, up)
-    width = float((high - low).max())
-    relief = float((terrain.high - terrain.low)[2 if up == "z" else 1])
+    width, relief = _size(terrain, up)
     if _is_on_its_side(terrain, up):
         yield _on_its_side_in_words(terrain, up)
     elif _looks_like_degrees((low, high)) and width < 1.0 and relief > 20.0 * width:
         yield "the terrain looks as if it were in degrees (longitude, latitude); export it in metres, such as in UTM"
-    elif relief > MOST_RELIEF or width > MOST_WIDTH:
+    elif _is_too_large(terrain, up):
         yield (
             f"the terrain is {plain(round(width))} m wide and {plain(round(relief))} m high, more than any slope: is "
-            "it in mm or feet? Give its file `unit: mm` or `unit: ft`"
+            "it in mm or feet? Give its file `unit: mm` or `unit: ft` (`rpf3d new`: --unit mm)"
         )
     if up == "z" and _is_northing_first((low, high)):
         yield "x of the terrain looks like a northing and y like an easting: are x and y swapped?"
     if crs is None and terrain.file is not None and max(abs(low).max(), abs(high).max()) > SURVEY:
         yield "the terrain states no coordinate reference system; name it as `terrain.crs`, such as EPSG:32719"
+
+
+def _size(terrain: Extent, up: str) -> tuple[float, float]:
+    """Return the larger width (m) of a terrain in plan, and its height difference (m)."""
+    low, high = _plan(terrain, up)
+    return float((high - low).max()), float((terrain.high - terrain.low)[2 if up == "z" else 1])
+
+
+def _is_too_large(terrain: Extent, up: str) -> bool:
+    width, relief = _size(terrain, up)
+    return relief > MOST_RELIEF or width > MOST_WIDTH
 
 
 def _is_on_its_side(terrain: Extent, up: str) -> bool:
