@@ -125,7 +125,8 @@ def _drawing_part(html: Any, actions: Actions) -> None:
             html.Label("above ground (m)")
             html.Input(type="number", v_model_number="new_height", min="0", step="0.1", classes="grow")
         with html.Div(classes="row"):
-            html.Button("{{ 'Add (' + clicks + ' places)' }}", id="finish", classes="main", click=actions.finish)
+            add = "{{ 'Add (' + clicks + (clicks == 1 ? ' place)' : ' places)') }}"
+            html.Button(add, id="finish", classes="main", click=actions.finish)
             html.Button("Undo click", click=actions.undo_click, disabled=("!clicks",))
             html.Button("Cancel", click=actions.cancel)
 
@@ -214,7 +215,8 @@ def _view(html: Any, window: Any, actions: Actions) -> Any:
             picking_modes=("kind ? ['click'] : []",), click=(actions.click, "[$event, moved]"),
         )  # fmt: skip
         with html.Div(classes="hint", v_if="kind"):
-            html.Span("Click on the terrain: {{ clicks }} places so far. Drag turns the view.")
+            places = "{{ clicks }} {{ clicks == 1 ? 'place' : 'places' }}"
+            html.Span(f"Click on the terrain: {places} so far. Drag turns the view.")
         with html.Div(classes="legend", v_if="legend.title", id="legend"):
             html.Div("{{ legend.title }} ({{ legend.unit }})")
             html.Div(classes="ramp")
