@@ -32,8 +32,8 @@ def import_layer(
     Raises
     ------
     InputError
-        The file is missing or refused, `end` is given but the reference system of the file is unknown, or `out` exists or is not
-        a .geojson file.
+        The file is missing or refused, `end` is given but the reference system of the file is unknown, or `out` exists
+        or is not a .geojson file.
     """
     if out.suffix.lower() != ".geojson" or out.exists():
         raise InputError(f"{out}: must be the path of a new .geojson file")
