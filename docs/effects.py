@@ -95,8 +95,8 @@ effects: {roughness: {angle_sd_deg: 8}}
 | D | derived, or checked from first principles |
 | UNCONFIRMED | general knowledge: check it before you base a decision on it |
 
-If a parameter has only a mark, its source is the source of the model. "Physics reference" is the project's collection
-of notes on the literature; it is not part of this repository.
+If a parameter has only a mark, its source is the source of the model. Files with polygons or lines may have any format
+of [file formats](formats.md#areas-lines-and-points).
 
 ## What does each cost?
 *Time* is the CPU time to simulate the rocks, divided by the CPU time with the defaults (`coulomb_limited`,

@@ -55,7 +55,7 @@ sources: [{name: west, line: [[-570, -10, 0], [-570, 40, 0]], above_ground: 1, v
 SOURCES = """\
 Without `rocks`, a source of points has one rock for each point; every other source has one rock. Rocks are assigned to
 points in turn. They start evenly along a line, and evenly over the inclined surface of a polygon or zone (not over its
-area in plan). `rpf3d check` prints how much of a polygon is on the terrain.
+area in plan). `rpf3d check` prints how much of a polygon is on the terrain, if part of it is not.
 
 With `above_ground`, points may be `[x, y]` (with `up: y`: `[x, z]`), and `line` may be a file with one or more lines
 (`.geojson .gpkg .shp .dxf .str`). Rocks are spread over the length of all lines of the file.
@@ -149,7 +149,9 @@ keeps the number of the facet.
 Example: `berms: [{name: haul_road, along: [[0, 0], [120, 40]], height: 2, width: 6, crest: 1}]`
 """
 AREAS = """\
-An area of interest outside the terrain is refused. `rpf3d check` prints how much of an area is on the terrain.
+An area of interest outside the terrain is refused. If part of an area is outside, `rpf3d check` prints how much of the
+area is on the terrain. Files with polygons or lines, here and elsewhere, are GeoJSON, GeoPackage, Shapefile, DXF or
+Surpac strings: [file formats](formats.md#areas-lines-and-points).
 """
 HAZARD = """\
 [outputs.md](outputs.md#hazard) explains the maps and has an example.
@@ -172,6 +174,8 @@ for volumes of rocks the exponent is 0.4 to 0.6 |
 same probability; a file has a number on each line, and may have a header |
 | `{measured: blocks.csv, column: diameter_m}` | the same, from the column of a table with that name in its header |
 
+- If the header of measured sizes states a unit, such as `length (mm)`, `diameter_cm` or `mass (t)`, the sizes are
+  converted to m, kg or m3. Without a unit they are read in m, kg or m3. `rpf3d check` prints the unit.
 - A random number depends only on the seed, the source, the number of the rock and the purpose of the number. Therefore
   it is the same on both engines.
 - A coefficient of a material is drawn for each rock and zone; with `draw: per_impact`, for each impact. The last

@@ -12,19 +12,29 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.formats.features import features_of
 from rpf3d_core.formats.points import COLUMN_NAMES, GEOJSON, NUMBER, OTHERS, UNIT, Row, rows_of, text_of
 from rpf3d_core.formats.polygons import geometries
+from rpf3d_core.formats.units import unit_of_column
 
 FloatArray = NDArray[np.float64]
 
+MASS = "mass_column"
+"""Key of the column whose numbers are masses."""
+
 
 class Cell(NamedTuple):
-    """The content of a column for one end point; place : where the cell is in the file, for messages."""
+    """The content of a column for one end point.
+
+    place : where the cell is in the file, for messages; name : of the column in the header; "" without one
+    """
 
     place: str
     content: Any
+    name: str = ""
 
 
 def column_of(path: Path, column: int | str, key: str) -> FloatArray:
     """Return the numbers (N,) in a column of a file of N points, each above 0.
+
+    Masses are in kg; a header that states another unit, such as `mass (t)`, converts them.
 
     Parameters
     ----------
@@ -34,7 +44,8 @@ def column_of(path: Path, column: int | str, key: str) -> FloatArray:
     Raises
     ------
     InputError
-        The file has no such column, the column is that of a coordinate, or a cell is not a number above 0.
+        The file has no such column, the column is that of a coordinate, a cell is not a number above 0, or the header
+        of masses states a unit of another quantity.
     """
     suffix = path.suffix.lower()
     if suffix in OTHERS:
@@ -45,7 +56,16 @@ def column_of(path: Path, column: int | str, key: str) -> FloatArray:
         if not 0.0 < _number(cell.content) < np.inf:
             raise InputError(f"{path}, {cell.place}: `calibration.{key}` must be a number above 0, but is "
                              f"{cell.content!r}")  # fmt: skip
-    return np.array([_number(cell.content) for cell in cells])
+    factor = _factor(path, cells[0].name, key) if cells and key == MASS else 1.0
+    return factor * np.array([_number(cell.content) for cell in cells])
+
+
+def _factor(path: Path, name: str, key: str) -> float:
+    """Return the unit (kg) that the name of a column of masses states; 1 without a unit."""
+    unit = unit_of_column(name)
+    if unit is not None and unit.quantity != "mass":
+        raise InputError(f"{path}: `calibration.{key}` is {name!r}, by its name in {unit.name}, but must be masses")
+    return 1.0 if unit is None else unit.factor
 
 
 def _number(content: Any) -> float:
@@ -64,7 +84,8 @@ def _cells(path: Path, column: int | str, key: str) -> Iterator[Cell]:
     place = _place_of(path, header, column, key) if header else _place_without_names(path, rows, column, key)
     for row in rows if header is None else rows[1:]:
         content = row.cells[place] if place < len(row.cells) else ""
-        yield Cell(f"line {row.line}, column {place + 1}", content)
+        name = header.cells[place] if header is not None and place < len(header.cells) else ""
+        yield Cell(f"line {row.line}, column {place + 1}", content, name)
 
 
 def _place_without_names(path: Path, rows: list[Row], column: int | str, key: str) -> int:
@@ -106,4 +127,4 @@ def _properties(path: Path, column: int | str, key: str) -> Iterator[Cell]:
         value = properties.get(column) if isinstance(properties, dict) else None
         for geometry in geometries(path, feature, ("Point", "MultiPoint")):
             points = 1 if geometry["type"] == "Point" else len(geometry["coordinates"])
-            yield from [Cell(f"feature {number}, property {column!r}", value)] * points
+            yield from [Cell(f"feature {number}, property {column!r}", value, column)] * points

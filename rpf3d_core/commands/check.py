@@ -75,5 +75,5 @@ def _describe_cost(cost: "Cost") -> str:
     seconds = "less than 0.1 s" if cost.fly_s < 0.1 else f"about {float(f'{cost.fly_s:.2g}'):,.12g} s"
     rocks = f"{'at most ' if cost.auto else ''}{rocks_in_words(cost.rocks)}"
     fly = f"{seconds} to fly {rocks} with the {cost.engine} engine"
-    compiling = f", and up to {cost.compile_s:.0f} s to compile, the first time" if cost.compile_s else ""
+    compiling = f", and some {cost.compile_s:.0f} s to compile, the first time" if cost.compile_s else ""
     return f"{fly}{compiling} (from a pilot of {rocks_in_words(cost.pilot)}: {cost.impacts:.1f} impacts each)"

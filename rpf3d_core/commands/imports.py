@@ -70,7 +70,7 @@ def layer(
     if kind not in TYPES:
         raise InputError(f"--kind is {kind!r}; it must be one of {', '.join(TYPES)}")
     count = import_layer(file, out, kind, layer, begin, end)  # type: ignore[arg-type]
-    typer.echo(f"{count:,} geometries in {out}" + f", in {end}" * bool(end))
+    typer.echo(f"{count:,} {'geometry' if count == 1 else 'geometries'} in {out}" + f", in {end}" * bool(end))
 
 
 def _numbers(text: str) -> tuple[int, ...]:

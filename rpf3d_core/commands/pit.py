@@ -13,7 +13,7 @@ def pit(
     triangles: Annotated[int, typer.Option(help="How many triangles, within 3 %.")] = 150_000,
     seed: Annotated[int, typer.Option(help="Seed of roughness, spills and relief.")] = 1,
 ) -> None:
-    """Write a synthetic open pit modelled on the thesis' Arturo mine."""
+    """Write a synthetic open pit modelled on the Arturo mine in the thesis of B. Peik (2020)."""
     from rpf3d_core.results.mesh_writer import check_mesh_path, write_mesh
     from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 

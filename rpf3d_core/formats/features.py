@@ -11,6 +11,8 @@ from rpf3d_core.errors import InputError
 
 FEATURE_EXTENSIONS = (".geojson", ".json", ".gpkg", ".shp", ".dxf", ".str")
 """Extensions of the files of polygons and lines that are read; a file with another extension is read as GeoJSON."""
+FORMATS = "GeoJSON (.geojson, .json), GeoPackage (.gpkg), Shapefile (.shp), DXF (.dxf) or Surpac strings (.str)"
+"""The formats of these files, for messages."""
 
 
 def features_of(path: Path, family: str) -> Any:
@@ -32,13 +34,16 @@ def features_of(path: Path, family: str) -> Any:
         return _collection(_dxf(path, family))
     if extension == ".str":
         return _collection(_strings(path, family))
-    return _geojson(path)
+    return _geojson(path, family)
 
 
-def _geojson(path: Path) -> Any:
+def _geojson(path: Path, family: str) -> Any:
     try:
         return json.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError) as fault:
+        if path.suffix.lower() not in FEATURE_EXTENSIONS:
+            kind = f"{path.suffix} files" if path.suffix else "files without an extension"
+            raise InputError(f"{path}: {family}s are not read from {kind}; save them as {FORMATS}") from fault
         raise InputError(f"{path}: cannot be read as GeoJSON ({fault})") from fault
 
 

@@ -7,26 +7,33 @@ from typing import NamedTuple
 import numpy as np
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.formats.points import NUMBER, Row, rows_of, text_of
+from rpf3d_core.formats.points import NUMBER, Row, decimal_comma, rows_of, text_of
+from rpf3d_core.formats.units import TableUnit, unit_of_column
 from rpf3d_core.terrain.frame import FloatArray
 
 
 class NumberColumn(NamedTuple):
-    """A column of numbers in a file. values : (N,) in the file's own unit; name : from the header, None without one."""
+    """A column of numbers in a file.
+
+    values : (N,) in m, kg or m3 if the header states a unit, else in the file's own unit
+    name : from the header, None without one; unit : that the header states, None without one
+    """
 
     values: FloatArray
     name: str | None
+    unit: TableUnit | None = None
 
 
 def read_numbers(path: Path, column: str | None = None) -> FloatArray:
-    """Return the numbers (N,) of a file, N >= 1, in its own unit; arguments and errors are as in `read_column`."""
+    """Return the numbers (N,) of a file, N >= 1; arguments, unit and errors are as in `read_column`."""
     return read_column(path, column).values
 
 
 def read_column(path: Path, column: str | None = None) -> NumberColumn:
     """Return a column of numbers of a file, with its name.
 
-    Empty lines, and comments after `#`, are skipped; a first line without a number is a header.
+    Empty lines, and comments after `#`, are skipped; a first line without a number is a header. If the header states
+    a unit, such as `length (mm)`, the numbers are converted to m, kg or m3.
 
     column : name of the column in the header; None if each line has one number
 
@@ -43,9 +50,15 @@ def read_column(path: Path, column: str | None = None) -> NumberColumn:
     if not rows:
         raise InputError(f"{path}: holds no number; each line must have one")
     if column is None:
-        return NumberColumn(np.array([_number(path, row, header) for row in rows]), " ".join(header).strip() or None)
+        return _in_si([_number(path, row, header) for row in rows], " ".join(header).strip() or None)
     place = _place(path, header, column)
-    return NumberColumn(np.array([_cell(path, row, place, column) for row in rows]), column)
+    return _in_si([_cell(path, row, place, column) for row in rows], column)
+
+
+def _in_si(numbers: list[float], name: str | None) -> NumberColumn:
+    """Return a column with its numbers converted by the unit that its name states."""
+    unit = unit_of_column(name or "")
+    return NumberColumn(np.array(numbers) * (1.0 if unit is None else unit.factor), name, unit)
 
 
 def _place(path: Path, header: list[str], column: str) -> int:
@@ -63,6 +76,7 @@ def _cell(path: Path, row: Row, place: int, column: str) -> float:
     if not NUMBER.fullmatch(text) or not math.isfinite(float(text)):
         raise InputError(
             f"{path}, line {row.line}: the column {column!r} must be one plain, finite number, but is {text[:60]!r}"
+            f"{decimal_comma(text)}"
         )
     return float(text)
 
@@ -74,5 +88,6 @@ def _number(path: Path, row: Row, header: list[str]) -> float:
         found = f"{len(cells)} cells ({', '.join(cells)})" if len(cells) != 1 else repr(cells[0])
         named = [name for name in header if name]
         advice = f"; name one of the columns {', '.join(named)} as `column`" if len(named) > 1 else ""
+        advice = advice or (decimal_comma(cells[0]) if len(cells) == 1 else "")
         raise InputError(f"{path}, line {row.line}: must be one plain, finite number, but is {found[:60]}{advice}")
     return float(cells[0])

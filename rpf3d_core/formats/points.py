@@ -41,6 +41,10 @@ REMARK = re.compile(r"\s#.*")
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
+SPREADSHEETS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+"""First bytes of .xlsx and .ods files (a zip archive), and of .xls files."""
+
+
 class Row(NamedTuple):
     """The cells of one line of a text or CSV file; `line` is counted from 1, for messages."""
 
@@ -80,9 +84,22 @@ def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
 def text_of(path: Path) -> str:
     """Return the text of a file, without a byte order mark; raise an `InputError` if it cannot be read."""
     try:
+        with path.open("rb") as file:
+            begin = file.read(max(map(len, SPREADSHEETS)))
+        if begin.startswith(SPREADSHEETS):
+            raise InputError(f"{path}: is a spreadsheet, such as of Excel; save it as CSV, and name that file")
         return path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as fault:
+    except UnicodeDecodeError as fault:
+        raise InputError(f"{path}: cannot be read as text ({fault}); save it as UTF-8 (in Excel: CSV UTF-8)") from fault
+    except OSError as fault:
         raise InputError(f"{path}: cannot be read as text ({fault})") from fault
+
+
+def decimal_comma(text: str) -> str:
+    """Return advice for a cell with a decimal comma, such as "0,97", as the end of a message; "" for other cells."""
+    with_point = text.replace(",", ".")
+    is_number = text.count(",") == 1 and NUMBER.fullmatch(with_point)
+    return f"; write {with_point}, if the comma is a decimal comma" if is_number else ""
 
 
 def _some(path: Path, points: list[tuple[float, ...]]) -> FloatArray:
@@ -210,7 +227,7 @@ def _point(path: Path, row: Row, columns: dict[str, int], header: Sequence[str] 
             must = "" if header else "; without a header the first columns must be x y z"
             raise InputError(
                 f"{path}, line {row.line}, column {column + 1}{named}: {axis} must be a plain, finite number, but "
-                f"{found}{must}"
+                f"{found}{must}{decimal_comma(cell)}"
             )
         point[axis] = float(cell)
     return tuple(point.values())

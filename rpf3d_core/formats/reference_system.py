@@ -42,7 +42,8 @@ def why_unusable(name: str) -> str | None:
     try:
         system = _named(name)
     except CRSError:
-        return f"is {name!r}, which is no known coordinate reference system; give one such as EPSG:31287"
+        advice = f"did you mean EPSG:{name.strip()}?" if name.strip().isdecimal() else "give one such as EPSG:31287"
+        return f"is {name!r}, which is no known coordinate reference system; {advice}"
     if system.is_geographic:
         return f"is {name!r}, which is in degrees; the terrain is in metres, and so must it be"
     return None

@@ -44,7 +44,11 @@ def facet_count(surface: FileMesh) -> int:
     return len(surface.points) // 3 if surface.triangles is None else len(surface.triangles)
 
 
-def usable(path: Path, surface: FileMesh, metres: float = 1.0, remedy: str = "coordinates are metres") -> FileMesh:
+FAR_AWAY = "coordinates are metres"
+"""Advice in the error about points that are too far from the origin, if the user cannot give a unit."""
+
+
+def usable(path: Path, surface: FileMesh, metres: float = 1.0, remedy: str = FAR_AWAY) -> FileMesh:
     """Check the content of a mesh file, and return it without the points that no facet uses.
 
     metres : length of the unit of the points (m)
@@ -99,9 +103,10 @@ def _refuse_wrong_points(path: Path, surface: FileMesh, farthest: float, remedy:
     corners = wrong if surface.triangles is None else wrong[surface.triangles]
     facets = np.flatnonzero(corners.reshape(-1, 3).any(axis=1))
     if np.isfinite(surface.points).all():
-        fault, right = f"{FARTHEST:,.0f} m or more away from the origin", remedy
+        fault, right = f"{FARTHEST:,.0f} m or more from the origin", remedy
     else:
         fault, right = "NaN or infinite", "every coordinate must be a finite number"
+    of = f"{len(facets):,} of {facet_count(surface):,} facets"
     raise TerrainError(
-        f"{path}: facet number {facets[0]} (from 0) has a vertex that is {fault}, as {len(facets)} in all; {right}"
+        f"{path}: facet number {facets[0]} (from 0) has a vertex that is {fault} ({of} have one); {right}"
     )

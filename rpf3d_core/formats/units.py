@@ -1,4 +1,7 @@
-"""Units of length of terrain files, by the key that a scene uses for a file's unit."""
+"""Units of length of terrain files, by the key that a scene uses for a file's unit; units in the headers of tables."""
+
+import re
+from typing import NamedTuple
 
 METRE = "m"
 
@@ -8,3 +11,44 @@ LENGTHS = {
     "us_ft": ("US survey feet", 1200.0 / 3937.0), "mi": ("miles", 1609.344),
 }  # fmt: skip
 """Name and length (m) of each unit, by key (BIPM, The International System of Units, 2019; NIST SP 811 for feet)."""
+
+SI = {"length": "m", "mass": "kg", "volume": "m3"}
+"""Unit in which a scene gives each quantity."""
+_TABLE_UNITS = {
+    "length": {key: length for key, (_, length) in LENGTHS.items() if key not in ("us_ft", "mi")},
+    "mass": {"kg": 1.0, "g": 0.001, "t": 1000.0, "lb": 0.45359237},
+    "volume": {"m3": 1.0, "dm3": 0.001, "cm3": 1e-6, "mm3": 1e-9, "ft3": 0.3048**3, "l": 0.001},
+}
+"""Units that headers of tables state, as multiples of the unit in `SI`, by quantity (NIST SP 811)."""
+_SPELT_OUT = {
+    "metres": "m", "meters": "m", "millimetres": "mm", "millimeters": "mm", "centimetres": "cm", "centimeters": "cm",
+    "inch": "in", "inches": "in", "foot": "ft", "feet": "ft", "kilograms": "kg", "grams": "g", "tonnes": "t",
+    "pounds": "lb", "lbs": "lb", "litres": "l", "liters": "l",
+}  # fmt: skip
+_IN_BRACKETS, _SUFFIX = re.compile(r"[(\[]\s*([^()\[\]]+?)\s*[)\]]\s*$"), re.compile(r"(_|,\s*|\s)([a-z]+3?)$")
+_NO_SUFFIX, _NO_WORD = ("l",), ("l", "g", "t", "in")
+"""Units that are not read after an underscore, and units that are not read after a blank: they may be other words."""
+
+
+class TableUnit(NamedTuple):
+    """A unit that the header of a column states, such as `mm`.
+
+    quantity : key of `SI`; factor : size of the unit in the unit of `SI`
+    """
+
+    name: str
+    quantity: str
+    factor: float
+
+
+def unit_of_column(header: str) -> TableUnit | None:
+    """Return the unit that the name of a column states, such as `length (mm)` or `mass_t`; None if it states none."""
+    lower = header.strip().lower()
+    lower = lower.replace("³", "3").replace("^3", "3")
+    bracket, suffix = _IN_BRACKETS.search(lower), _SUFFIX.search(lower)
+    word = bracket[1] if bracket else suffix[2] if suffix else ""
+    name = _SPELT_OUT.get(word, word)
+    if suffix and not bracket and word in (_NO_SUFFIX if suffix[1] == "_" else _NO_WORD):
+        return None
+    found = ((quantity, units[name]) for quantity, units in _TABLE_UNITS.items() if name in units)
+    return next((TableUnit(name, *each) for each in found), None)

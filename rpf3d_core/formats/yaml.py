@@ -169,6 +169,18 @@ def read_yaml(path: Path, kind: str = "scene") -> Document:
     return parse_yaml(_text(path, kind), path, kind)
 
 
+def place_in_file(path: Path, key: KeyPath) -> str:
+    """Return the file and line of a key, as the beginning of a message: "scene.yaml, line 6".
+
+    The result is the path alone if the file cannot be read or does not have the key.
+    """
+    try:
+        line = read_yaml(path).lines.get(key)
+    except SceneError:
+        line = None
+    return str(path) if line is None else f"{path}, line {line}"
+
+
 def parse_yaml(text: str, path: Path, kind: str = "scene") -> Document:
     """Parse the text of a YAML file with one document, like `read_yaml`; messages name `path` as the file."""
     try:

@@ -32,11 +32,13 @@ def import_layer(
     Raises
     ------
     InputError
-        The file is refused, `end` is given but the reference system of the file is unknown, or `out` exists or is not
-        a .geojson file.
+        The file is missing or refused, `end` is given but the reference system of the file is unknown, or `out` exists
+        or is not a .geojson file.
     """
     if out.suffix.lower() != ".geojson" or out.exists():
         raise InputError(f"{out}: must be the path of a new .geojson file")
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file")
     found = _read(path, kind, layer)
     begin = begin or stated_reference_system(path)
     if end is not None and begin is None:

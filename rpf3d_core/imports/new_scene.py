@@ -8,14 +8,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rpf3d_core.errors import InputError, SceneError
+from rpf3d_core.formats.reference_system import why_unusable
 from rpf3d_core.formats.units import METRE
 from rpf3d_core.imports.crests import Crest, crests_of, listed
-from rpf3d_core.imports.folder import new_folder
+from rpf3d_core.imports.folder import check_new_folder, new_folder
 from rpf3d_core.imports.new_scene_text import SCHEMA, NewScene, ZoneFound, scene_text
+from rpf3d_core.imports.scene_text import counted
 from rpf3d_core.scene.listings.json_schema import scene_schema
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene, scene_of_values
-from rpf3d_core.setup.misplaced import placing_notes
+from rpf3d_core.setup.misplaced import is_misread, placing_notes
 from rpf3d_core.setup.split_zones import words_on_parts
 from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.terrain.facets import Terrain, area_vectors
@@ -59,7 +62,8 @@ def write_new_scene(folder: Path, terrain_file: Path, choice: FileChoice) -> New
     InputError
         The folder is not empty or cannot be written, or the terrain file is refused.
     """
-    scene = _bare_scene(terrain_file.resolve(), choice)
+    check_new_folder(folder)
+    scene = _bare_scene(terrain_file, choice)
     terrain, faults = read_terrain(scene)
     edges = edges_of(terrain.triangles, len(terrain.vertices))
     parts = parts_by_height(terrain, edges) if len(terrain.zones) > 1 else []
@@ -79,24 +83,41 @@ def write_new_scene(folder: Path, terrain_file: Path, choice: FileChoice) -> New
 
 
 def _bare_scene(path: Path, choice: FileChoice) -> Scene:
-    """Return a scene that only serves to read the terrain file; material and source of the scene are placeholders."""
+    """Return a scene that only serves to read the terrain file; material and source of the scene are placeholders.
+
+    Raises
+    ------
+    InputError
+        The file is missing, or the reference system cannot be used; the message names the option of `rpf3d new`.
+    """
+    if not path.is_file():
+        raise InputError(f"--terrain is {str(path)!r}, but there is no such file")
+    if choice.crs is not None and (why := why_unusable(choice.crs)):
+        raise InputError(f"--crs {why}")
+    path = path.resolve()
     file: dict[str, Any] = {"path": path} if choice.unit == METRE else {"path": path, "unit": choice.unit}
     terrain = {"files": (file,), "up": choice.up} | ({} if choice.crs is None else {"crs": choice.crs})
-    return scene_of_values({
+    values = {
         "terrain": terrain, "materials": {"default": {"normal_restitution": 0.5, "tangential_restitution": 0.5}},
         "sources": ({"name": "none", "points": ((0.0, 0.0, 0.0),)},),
-    }, path)  # fmt: skip
+    }  # fmt: skip
+    try:
+        return scene_of_values(values, path)
+    except SceneError as fault:
+        raise InputError(str(fault).replace("parameter `terrain.crs`", "--crs")) from None
 
 
 def _found(scene: Scene, terrain: Terrain, faults: FaultReport, choice: FileChoice) -> NewScene:
     """Return the content of the terrain file, for the text of the scene."""
     points = terrain.frame.points_to_input(terrain.vertices)
     crs = choice.crs or next(iter(scene.terrain.crs_of_files().values()), None)
+    misread = is_misread(scene, faults)
+    crests = [] if misread else [_in_input(terrain, crest) for crest in listed(crests_of(terrain), MOST_CRESTS)]
     return NewScene(
         path="", choice_up=choice.up, unit=choice.unit, crs=crs, crs_is_stated=choice.crs is None,
         triangles=len(terrain.triangles), holes=faults.holes, low=points.min(axis=0).tolist(),
         high=points.max(axis=0).tolist(), zones=_zones(terrain),
-        crests=[_in_input(terrain, crest) for crest in listed(crests_of(terrain), MOST_CRESTS)],
+        crests=crests, misread=misread,
         highest=points[int(np.argmax(terrain.vertices[:, 2]))].tolist(),
     )  # fmt: skip
 
@@ -125,11 +146,14 @@ def _in_input(terrain: Terrain, crest: Crest) -> Crest:
 def _sentences(found: NewScene) -> list[str]:
     """Return sentences for the screen on the content of the terrain file: triangles, holes, zones and crests."""
     zones = ", ".join(zone.name for zone in found.zones[:12]) + (", ..." if len(found.zones) > 12 else "")
-    if not found.crests:
+    if found.misread:
+        crests = "no crest searched, because the unit or the axes look wrong: see the first note"
+    elif not found.crests:
         crests = "no crest found: the source is a guess, so place it yourself"
     else:
         first = found.crests[0]
-        crests = (f"{len(found.crests)} crest candidates; the source is the first, {first.length:.0f} m long above a "
-                  f"face of {first.height:.0f} m")  # fmt: skip
+        crests = (f"{counted(len(found.crests), 'crest candidate')}; the source is the first, {first.length:.0f} m "
+                  f"long above a face of {first.height:.0f} m")  # fmt: skip
     split = [f"split by height, numbered from the top: {', '.join(found.split)}"] if found.split else []
-    return [f"{found.triangles:,} triangles, {found.holes:,} holes", f"zones: {zones}", *split, crests]
+    size = f"{counted(found.triangles, 'triangle')}, {counted(found.holes, 'hole')}"
+    return [size, f"zones: {zones}", *split, crests]

@@ -9,7 +9,7 @@ import numpy as np
 
 from rpf3d_core.formats.units import METRE
 from rpf3d_core.imports.crests import OVER, Crest
-from rpf3d_core.imports.scene_text import comment
+from rpf3d_core.imports.scene_text import comment, counted
 from rpf3d_core.setup.coverage import plain
 from rpf3d_core.terrain.faces import LOWEST, STEEP
 
@@ -39,6 +39,7 @@ class NewScene(NamedTuple):
     low, high : (3,) m, smallest and largest coordinates; highest : (3,) m, the highest point
     crests : with points in the input's coordinates
     split : zones of the file that consist of separate surfaces at different heights; `zones` has each surface as a zone
+    misread : True if the unit or the axes look wrong, so that no crests were searched
     """
 
     path: str
@@ -54,6 +55,7 @@ class NewScene(NamedTuple):
     crests: Sequence[Crest]
     highest: Sequence[float]
     split: Sequence[str] = ()
+    misread: bool = False
 
 
 def scene_text(found: NewScene) -> str:
@@ -71,7 +73,7 @@ def _terrain(found: NewScene) -> Iterator[str]:
     ends = zip("xyz", found.low, found.high, strict=True)
     spans = ", ".join(f"{axis} {plain(low)} to {plain(high)}" for axis, low, high in ends)
     yield from comment(
-        f"Found: {found.triangles:,} triangles, {found.holes:,} holes. Extents (m): {spans}.",
+        f"Found: {counted(found.triangles, 'triangle')}, {counted(found.holes, 'hole')}. Extents (m): {spans}.",
         "CHECK: compare the extents with your survey. They show a wrong unit or swapped axes.",
     )
     yield "terrain:"
@@ -117,18 +119,20 @@ def _sources(found: NewScene) -> Iterator[str]:
     Without crests, the source is the highest point.
     """
     if not found.crests:
+        why = f"no crest was found, that is, no face steeper than {STEEP:g} degrees and {LOWEST:g} m high"
+        if found.misread:
+            why = "the unit or the axes of the file look wrong, so no crest was searched: correct them first"
         yield from comment(
-            f"CHECK: no crest was found, that is, no face steeper than {STEEP:g} degrees and {LOWEST:g} m high. The "
-            "source is the highest point of the terrain. Place it where rocks are released."
+            f"CHECK: {why}. The source is the highest point of the terrain. Place it where rocks are released."
         )
         yield "sources:"
         yield f"  - {{name: highest, points: [{_point(found.highest)}], above_ground: 0.5, rocks: {SETS * EACH}}}"
         return
     yield from comment(
-        f"CHECK: {len(found.crests)} crest candidates, where flat ground ends above a face steeper than {STEEP:g} "
-        f"degrees. Each lies {OVER:g} m over the brow, so that rocks fall and do not rest behind it. The largest is "
-        "the source; of many crests the largest and the highest are listed. A mesh does not show where rocks are "
-        "released: choose yours; remove the # of others.")  # fmt: skip
+        f"CHECK: {counted(len(found.crests), 'crest candidate')}, where flat ground ends above a face steeper than "
+        f"{STEEP:g} degrees. Each lies {OVER:g} m over the brow, so that rocks fall and do not rest behind it. The "
+        "largest is the source; of many crests the largest and the highest are listed. A mesh does not show where "
+        "rocks are released: choose yours; remove the # of others.")  # fmt: skip
     yield "sources:"
     for number, crest in enumerate(found.crests, start=1):
         yield from _crest(number, crest, found.choice_up, "" if number == 1 else "# ")

@@ -1,5 +1,6 @@
 """Write the report of a run: one HTML file with a rotatable 3D view, and a PDF."""
 
+import os
 from pathlib import Path
 
 from rpf3d_core.errors import InputError
@@ -23,6 +24,8 @@ def write_report(folder: Path, out: Path, pdf: Path | None = None, site: str = "
     """
     if pdf is not None and pdf.resolve() == out.resolve():
         raise InputError(f"{out}: is named for both the HTML report and the PDF; give --pdf another file")
+    for path in filter(None, (out, pdf)):
+        _check_writable(path)
     run = read_run(folder)
     name = site or Path(run.summary["scene"]["file"]).stem
     title, elements = f"Rockfall report: {name}", report_elements(run, name)
@@ -32,3 +35,12 @@ def write_report(folder: Path, out: Path, pdf: Path | None = None, site: str = "
         raise InputError(f"{out}: could not be written ({fault.strerror or fault})") from fault
     if pdf is not None:
         write_pdf(pdf, title, elements)
+
+
+def _check_writable(path: Path) -> None:
+    """Refuse the path of an output file that cannot be written, before the report is made."""
+    folder = path.resolve().parent
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; give the path of a file")
+    if not folder.is_dir() or not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"{path}: could not be written, because {folder} is not a folder that may be written to")

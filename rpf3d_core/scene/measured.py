@@ -1,11 +1,13 @@
 """Sizes of rocks in a scene: a number, a distribution, or a list of measured sizes."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
 from pydantic import Discriminator, Field, SerializerFunctionWrapHandler, Tag, model_serializer, model_validator
 
 from rpf3d_core.formats.numbers import read_column, read_numbers
+from rpf3d_core.formats.units import SI
 from rpf3d_core.materials.distributions import Distribution, Measured
 from rpf3d_core.scene.draws import MEASURED, Draw, distribution_of, drawn
 from rpf3d_core.scene.values import InputFile, Name, Number, StrictModel, refuse
@@ -54,6 +56,18 @@ class MeasuredList(StrictModel):
             return Measured(values=np.sort(np.array(self.measured).astype(float)))
         return Measured(values=np.sort(read_numbers(self.measured, self.column)))
 
+    def check_unit(self, measure: str) -> None:
+        """Refuse a column whose header states the unit of another quantity, such as kg for a diameter.
+
+        measure : the key of the sizes: `diameter`, `mass` or `volume`
+        """
+        if isinstance(self.measured, tuple):
+            return
+        found, quantity = read_column(self.measured, self.column), "length" if measure == "diameter" else measure
+        if found.unit is not None and found.unit.quantity != quantity:
+            raise refuse(f"has sizes in {found.unit.name}, by the name of the column {found.name!r}, but must be in "
+                         f"{SI[quantity]} or another unit of {quantity}", measure)  # fmt: skip
+
     def describe(self, measure: str, unit: str) -> str:
         """Return a sentence with file, column, unit, number and range of the sizes; "" if the sizes are not in a file.
 
@@ -63,6 +77,8 @@ class MeasuredList(StrictModel):
             return ""
         found = read_column(self.measured, self.column)
         column = f"column {found.name!r}" if found.name else "the only column"
+        if found.unit is not None and found.unit.name != unit:
+            unit = f"{found.unit.name} and converted to {unit}"
         low, high = float(found.values.min()), float(found.values.max())
         return (f"{measure}: {column} of {self.measured.name}, read in {unit}: {len(found.values):,} values from "
                 f"{low:g} to {high:g}")  # fmt: skip
@@ -72,6 +88,14 @@ if TYPE_CHECKING:
     Size = float | Draw | MeasuredList
 else:
     Size = drawn("", further={MEASURED: MeasuredList}, gt=0)
+
+
+def check_units(spec: StrictModel, measures: Sequence[str]) -> None:
+    """Refuse files of sizes of a section whose columns state the unit of another quantity; measures : keys of sizes."""
+    for measure in measures:
+        size = getattr(spec, measure)
+        if isinstance(size, MeasuredList):
+            size.check_unit(measure)
 
 
 def sizes_from(value: float | Draw | MeasuredList) -> Distribution | Measured:

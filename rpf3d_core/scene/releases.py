@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, ModelWrapValidatorHandler, model_va
 
 from rpf3d_core.formats.points import read_points
 from rpf3d_core.scene.draws import Speed, distribution_of
-from rpf3d_core.scene.measured import Size
+from rpf3d_core.scene.measured import Size, check_units
 from rpf3d_core.scene.shapes import ShapeSpec, shape_values
 from rpf3d_core.scene.values import (
     MOST_ROCKS,
@@ -77,6 +77,7 @@ class RockSpec(StrictModel):
     def _one_size(self) -> Self:
         if not self.has_own_size:
             exactly_one(self, *SIZES)
+        check_units(self, SIZES)
         return self
 
     @property
@@ -101,7 +102,8 @@ class SourceSpec(StrictModel):
     name: Name = Field(description="a name that no other source has")
     points: tuple[Vector, ...] | None = Field(None, min_length=1, description="a list of points [x, y, z] (m)")
     points_file: InputFile | None = Field(
-        None, description="the path of a file of points: x y z (m) on each line, a CSV with a header, or GeoJSON"
+        None, description="the path of a file of points: x y z (m) on each line, a CSV with a header, GeoJSON, "
+        "GeoPackage, Shapefile, DXF or Surpac strings"
     )
     line: Track | None = Field(
         None, description="two or more points [x, y, z] (m), or the path of a file with lines and `above_ground`"
@@ -111,7 +113,7 @@ class SourceSpec(StrictModel):
         "upper edge of this face",
     )  # fmt: skip
     polygon: Outline | None = Field(
-        None, description="three or more corners [x, y] (m) in plan, or the path of a GeoJSON file with polygons"
+        None, description="three or more corners [x, y] (m) in plan, or the path of a file with polygons"
     )
     zone: Name | None = Field(None, description="the name, or a pattern, of zones that rocks fall from")
     steeper_than_deg: Number | None = Field(
@@ -167,6 +169,7 @@ class SourceSpec(StrictModel):
     def _one_size(self) -> Self:
         if self.size_key is not None:
             exactly_one(self, *SIZES)
+        check_units(self, SIZES)
         return self
 
     @property

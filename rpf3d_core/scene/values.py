@@ -105,7 +105,7 @@ else:
         Annotated[InputFile, Tag("[file]")] | Annotated[Places, Tag("[corners]")],
         Discriminator(lambda value: "[file]" if isinstance(value, str | Path) else "[corners]"),
     ]
-"""A line in plan, as written in a scene: its corners, or the path of a GeoJSON file with lines."""
+"""A line in plan, as written in a scene: its corners, or the path of a file with lines."""
 
 if TYPE_CHECKING:
     Track = Path | tuple[Vector, ...]

@@ -5,6 +5,7 @@ from difflib import get_close_matches
 from fnmatch import fnmatchcase
 
 from rpf3d_core.errors import SceneError
+from rpf3d_core.formats.yaml import place_in_file
 from rpf3d_core.scene.material import POINT_KEYS, Material
 from rpf3d_core.scene.model import Scene
 
@@ -38,9 +39,9 @@ def name_of_material(scene: Scene, zone: str) -> str:
     name = zone if zone in scene.materials else whole if whole in scene.materials else next(fitting, "default")
     if name in scene.materials:
         return name
-    known = ", ".join(scene.materials)
+    known, place = ", ".join(scene.materials), place_in_file(scene.path, ("materials",))
     raise SceneError(
-        f"{scene.path}: no material for the zone {zone!r}; materials has {known}: add {zone!r} or `default`"
+        f"{place}: no material for the zone {zone!r}; materials has {known}: add {zone!r} or `default`"
     )
 
 
@@ -106,4 +107,5 @@ def check_materials(scene: Scene, zones: Sequence[str]) -> None:
         near = get_close_matches(name, zones, n=1)
         shown = ", ".join(zones[:MOST_NAMED]) + (", ..." if len(zones) > MOST_NAMED else "")
         advice = f"did you mean {near[0]!r}?" if near else f"the zones are {shown}; correct it, or remove it"
-        raise SceneError(f"{scene.path}: `materials.{name}` fits no zone of the terrain; {advice}")
+        place = place_in_file(scene.path, ("materials", name))
+        raise SceneError(f"{place}: `materials.{name}` fits no zone of the terrain; {advice}")

@@ -1,6 +1,7 @@
 """Read the areas of interest of a scene, and check that they lie on the terrain."""
 
 from collections.abc import Mapping
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.formats.polygons import local_plan, polygon_of, read_polygons
 from rpf3d_core.scene.model import AreaSpec, Scene
 from rpf3d_core.setup.coverage import extents, lies_off
+from rpf3d_core.setup.file_keys import named_by_key
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray, Frame
 
@@ -25,7 +27,12 @@ def read_areas(scene: Scene) -> dict[str, MultiPolygon]:
 
     Errors are as in `read_polygons`. Overlapping polygons of one area are united, so the overlap lies inside the area.
     """
-    return {area.name: _united(area_polygons(area)) for area in scene.areas_of_interest}
+    areas = {}
+    for number, area in enumerate(scene.areas_of_interest):
+        key = ("areas_of_interest", number, "polygons")
+        with named_by_key(scene, *key) if isinstance(area.polygons, Path) else nullcontext():
+            areas[area.name] = _united(area_polygons(area))
+    return areas
 
 
 def area_polygons(area: AreaSpec) -> MultiPolygon:

@@ -11,13 +11,13 @@ import shapely
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.points import read_points
 from rpf3d_core.formats.polygons import read_polygons
-from rpf3d_core.formats.polylines import lines_along
+from rpf3d_core.formats.polylines import lines_along, read_lines
 from rpf3d_core.formats.reference_system import stated_reference_system
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.releases import SourceSpec, source_points
 from rpf3d_core.setup.areas import area_polygons
 from rpf3d_core.setup.coverage import plain
-from rpf3d_core.setup.sources import crest_points, line_points, source_outline
+from rpf3d_core.setup.sources import crest_points, source_outline
 from rpf3d_core.setup.terrain import surfaces_in_metres
 from rpf3d_core.terrain.frame import FloatArray, Up
 from rpf3d_core.terrain.mesh.faults import FaultReport
@@ -32,6 +32,9 @@ class Extent(NamedTuple):
     name : of the input, such as "source west"; low, high : (3,) m, NaN along an axis without coordinates
     file : the file of the input; None if the scene has the coordinates
     crs : the input's own coordinate reference system; None if the input states none
+    kind : of the input's geometries: "polygon", "line" or "point", as in `rpf3d import layer`
+    above_ground : height (m) over the ground at which rocks start, whatever their coordinates are; None for none
+    up : the axis that points up in the input
     """
 
     name: str
@@ -39,19 +42,25 @@ class Extent(NamedTuple):
     high: FloatArray
     file: Path | None = None
     crs: str | None = None
+    kind: str = "point"
+    above_ground: float | None = None
+    up: Up = "z"
 
     def describe(self, system: str | None) -> str:
         """Return extent and reference system as one line of text, with plain decimals.
 
         system : the reference system of the terrain, which also holds for coordinates in the scene file
         """
-        spans = [
-            f"{axis} {plain(low)} .. {plain(high)}"
-            for axis, low, high in zip("xyz", self.low.tolist(), self.high.tolist(), strict=True)
-            if not np.isnan(low)
-        ]
+        axes = zip("xyz", self.low.tolist(), self.high.tolist(), strict=True)
+        spans = filter(None, (self._span(axis, low, high) for axis, low, high in axes))
         crs = self.crs or (NOT_STATED if self.file is not None or self.name == TERRAIN else system or NOT_STATED)
         return f"{'  '.join(spans)}  ({crs})"
+
+    def _span(self, axis: str, low: float, high: float) -> str:
+        """Return the extent along an axis as text; "" if the input has no coordinates along this axis."""
+        if axis == self.up and self.above_ground is not None:
+            return f"{axis} on the ground" + f" + {self.above_ground:g} m" * (self.above_ground > 0.0)
+        return "" if np.isnan(low) else f"{axis} {plain(low)} .. {plain(high)}"
 
 
 def input_extents(scene: Scene, faults: FaultReport | None) -> list[Extent]:
@@ -92,24 +101,27 @@ def _extent_of_files(scene: Scene) -> Extent | None:
 def _sources(scene: Scene) -> Iterator[Extent | None]:
     for number, spec in enumerate(scene.sources):
         name = f"source {spec.name}"
-        try:
+        found = None
+        with suppress(InputError):
             if spec.polygon is not None:
                 file = spec.polygon if isinstance(spec.polygon, Path) else None
-                yield _in_plan(name, shapely.get_coordinates(source_outline(scene, number)), scene.terrain.up, file)
+                found = _in_plan(name, shapely.get_coordinates(source_outline(scene, number)), scene.terrain.up, file)
+            elif isinstance(spec.line, Path):
+                lines = np.concatenate(read_lines(spec.line))
+                found = _in_plan(name, lines, scene.terrain.up, spec.line, "line")
             elif spec.zone is None:
-                points = _source_points(spec, scene)
-                file = spec.points_file or (spec.line if isinstance(spec.line, Path) else None)
-                yield _extent(name, [points], file, None if file is None else stated_reference_system(file))
-        except InputError:
-            continue
+                file = spec.points_file
+                crs = None if file is None else stated_reference_system(file)
+                found = _extent(name, [_source_points(spec, scene)], file, crs)
+        # The points of a crest already have the height of the brow.
+        above = spec.above_ground if spec.crest is None else None
+        yield None if found is None else found._replace(above_ground=above, up=scene.terrain.up)
 
 
 def _source_points(spec: SourceSpec, scene: Scene) -> FloatArray:
     up, benches = scene.terrain.up, scene.terrain.benches
     if spec.crest is not None and benches is not None:
         return crest_points(spec, benches)
-    if isinstance(spec.line, Path):
-        return line_points(spec.line, up)
     return source_points(spec, up) if spec.points_file else np.array(spec.points or spec.line, dtype=float)
 
 
@@ -128,7 +140,8 @@ def _lines(scene: Scene) -> Iterator[Extent | None]:
     for berm in scene.terrain.berms:
         file = berm.along if isinstance(berm.along, Path) else None
         try:
-            yield _in_plan(f"berm {berm.name}", np.concatenate(lines_along(berm.along)), scene.terrain.up, file)
+            lines = np.concatenate(lines_along(berm.along))
+            yield _in_plan(f"berm {berm.name}", lines, scene.terrain.up, file, "line")
         except InputError:
             continue
 
@@ -145,11 +158,12 @@ def _observed(scene: Scene) -> Iterator[Extent | None]:
             return
 
 
-def _in_plan(name: str, plan: FloatArray, up: Up, file: Path | None) -> Extent | None:
-    """Return the extent of places (N, 2) m in plan, which are x y, or x z where y is up."""
+def _in_plan(name: str, plan: FloatArray, up: Up, file: Path | None, kind: str = "polygon") -> Extent | None:
+    """Return the extent of places (N, 2) m in plan, which are x y, or x z where y is up; kind : as in `Extent`."""
     missing = np.full(len(plan), np.nan)
     columns = (plan[:, 0], plan[:, 1], missing) if up == "z" else (plan[:, 0], missing, plan[:, 1])
-    return _extent(name, [np.stack(columns, axis=1)], file, None if file is None else stated_reference_system(file))
+    extent = _extent(name, [np.stack(columns, axis=1)], file, None if file is None else stated_reference_system(file))
+    return None if extent is None else extent._replace(kind=kind)
 
 
 def _extent(name: str, parts: Sequence[FloatArray], file: Path | None, crs: str | None) -> Extent | None:

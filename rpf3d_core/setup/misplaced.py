@@ -1,6 +1,6 @@
 """Guess why an input of a scene does not lie on the terrain, or why coordinates look wrong, from their extents."""
 
-import math
+import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -28,6 +28,11 @@ The deepest open pit is 1,200 m deep; the highest mountain faces have 4,000 m.
 """
 EASTINGS, LEAST_NORTHING = (100_000.0, 900_000.0), 1_000_000.0
 """Range of UTM eastings (m), and a northing (m) that no easting reaches."""
+HIGHEST, NO_HEIGHT = 9_000.0, 30_000.0
+"""Height (m) that no terrain reaches, and a number that is no height, neither in metres nor in feet.
+
+Mount Everest is 8,849 m or 29,032 ft high.
+"""
 NEARLY_ALL = 0.95
 """Smallest share (-) of facets that were turned over for which the terrain may be mirrored."""
 WGS84 = "EPSG:4326"
@@ -44,13 +49,23 @@ def placing_notes(scene: Scene, faults: FaultReport, others: Sequence[Extent]) -
     terrain = terrain_extent(scene, faults)
     up = scene.terrain.up
     notes = list(placing_hints([terrain, *others], scene.terrain.crs, up))
-    if _is_turned_over(faults) and not _are_axes_known(terrain, others, up):
+    is_explained = _is_on_its_side(terrain, up) or _are_axes_known(terrain, others, up)
+    if _is_turned_over(faults) and not is_explained:
         notes.append(
             f"{faults.flipped_facets:,} of {faults.triangles:,} triangles faced down and were turned over: either the "
             "file lists their corners clockwise, which is harmless, or the terrain is mirrored, as by swapped axes; "
             "compare it with a map"
         )
     return tuple(notes)
+
+
+def is_misread(scene: Scene, faults: FaultReport) -> bool:
+    """True if the terrain is larger than any slope, or lies on its side: its unit or its axes are then misread.
+
+    faults : the report on the mesh of the terrain
+    """
+    terrain, up = terrain_extent(scene, faults), scene.terrain.up
+    return _is_on_its_side(terrain, up) or _is_too_large(terrain, up)
 
 
 def placing_hints(extents: Sequence[Extent], crs: str | None, up: str) -> Iterator[str]:
@@ -64,7 +79,11 @@ def placing_hints(extents: Sequence[Extent], crs: str | None, up: str) -> Iterat
     terrain, others = extents[0], extents[1:]
     yield from _terrain_hints(terrain, crs, up)
     yield from _unknown_systems(terrain, others, crs)
+    if _is_on_its_side(terrain, up):
+        return  # no input fits such a plan
     for other in others:
+        if _is_in_another_system(other, crs):
+            continue  # `refuse_other_systems` offers the transformation
         if not _overlaps(_plan(other, up), _plan(terrain, up)):
             yield from _off_the_terrain(other, terrain, crs, up)
         elif up == "z" and not np.isnan(other.low[2]) and _is_upside_down(other, terrain):
@@ -89,19 +108,57 @@ def _looks_like_degrees(box: Box) -> bool:
 def _terrain_hints(terrain: Extent, crs: str | None, up: str) -> Iterator[str]:
     """Yield sentences on a terrain with implausible coordinates: degrees, wrong unit, swapped axes."""
     low, high = _plan(terrain, up)
-    width = float((high - low).max())
-    relief = float((terrain.high - terrain.low)[2 if up == "z" else 1])
-    if _looks_like_degrees((low, high)) and width < 1.0 and relief > 20.0 * width:
+    width, relief = _size(terrain, up)
+    if _is_on_its_side(terrain, up):
+        yield _on_its_side_in_words(terrain, up)
+    elif _looks_like_degrees((low, high)) and width < 1.0 and relief > 20.0 * width:
         yield "the terrain looks as if it were in degrees (longitude, latitude); export it in metres, such as in UTM"
-    elif relief > MOST_RELIEF or width > MOST_WIDTH:
+    elif _is_too_large(terrain, up):
         yield (
             f"the terrain is {plain(round(width))} m wide and {plain(round(relief))} m high, more than any slope: is "
-            "it in mm or feet? Give its file `unit: mm` or `unit: ft`"
+            "it in mm or feet? Give its file `unit: mm` or `unit: ft` (`rpf3d new`: --unit mm)"
         )
     if up == "z" and _is_northing_first((low, high)):
         yield "x of the terrain looks like a northing and y like an easting: are x and y swapped?"
     if crs is None and terrain.file is not None and max(abs(low).max(), abs(high).max()) > SURVEY:
         yield "the terrain states no coordinate reference system; name it as `terrain.crs`, such as EPSG:32719"
+
+
+def _size(terrain: Extent, up: str) -> tuple[float, float]:
+    """Return the larger width (m) of a terrain in plan, and its height difference (m)."""
+    low, high = _plan(terrain, up)
+    return float((high - low).max()), float((terrain.high - terrain.low)[2 if up == "z" else 1])
+
+
+def _is_too_large(terrain: Extent, up: str) -> bool:
+    width, relief = _size(terrain, up)
+    return relief > MOST_RELIEF or width > MOST_WIDTH
+
+
+def _is_on_its_side(terrain: Extent, up: str) -> bool:
+    """True if the heights of a terrain can only be northings or eastings, and the other axis (y or z) has heights."""
+    height, other = (2, 1) if up == "z" else (1, 2)
+    largest = np.maximum(np.abs(terrain.low), np.abs(terrain.high))
+    relief = float(terrain.high[other] - terrain.low[other])
+    width = float((terrain.high - terrain.low)[[0, height]].max())
+    is_survey = largest[0] > SURVEY and largest[height] > NO_HEIGHT
+    return bool(is_survey and largest[other] < HIGHEST and relief <= MOST_RELIEF and width <= MOST_WIDTH)
+
+
+def _on_its_side_in_words(terrain: Extent, up: str) -> str:
+    """Return a sentence on a terrain whose heights are northings, with the key that turns the terrain up."""
+    height, other = ("z", "y") if up == "z" else ("y", "z")
+    low, high = (plain(float(corner["xyz".index(height)])) for corner in (terrain.low, terrain.high))
+    sentence = (
+        f"{height} of the terrain is {low} to {high} m, which is no height, and {other} looks like heights: are y and "
+        f"z swapped? Give the terrain `up: {other}` (`rpf3d new`: --up {other})"
+    )
+    if other == "z" or terrain.high[2] < 0.0:
+        return sentence
+    return (
+        f"{sentence}. Then z points south; here z looks like a northing, so maps would be mirrored; "
+        "it is better to export the file with z up"
+    )
 
 
 def _is_northing_first(box: Box) -> bool:
@@ -203,10 +260,19 @@ def transforming(other: Extent, begin: str, end: str) -> str:
 
     begin : reference system of the file; end : reference system to which the file is transformed
     """
-    kind = "line" if other.name.startswith("berm ") else "polygon" if math.isnan(other.low[2]) else "point"
-    file = other.file.name if other.file else ""
-    name = f"{other.file.stem if other.file else other.name}_{end.rpartition(':')[2]}.geojson"
-    return f"rpf3d import layer {file} --kind {kind} --from {begin} --to {end} --out {name}"
+    file = other.file or Path(other.name)
+    code = end.rpartition(":")[2]
+    out = file.with_name(f"{file.stem}_{code if code.isalnum() else 'transformed'}.geojson")
+    return (
+        f"rpf3d import layer {_in_a_command(file)} --kind {other.kind} --from {shlex.quote(begin)} "
+        f"--to {shlex.quote(end)} --out {_in_a_command(out)}"
+    )
+
+
+def _in_a_command(path: Path) -> str:
+    """Return a path as a word of a command in the current folder: relative if the file is below this folder."""
+    here = Path.cwd()
+    return shlex.quote(str(path.relative_to(here) if path.is_relative_to(here) else path))
 
 
 def _is_upside_down(other: Extent, terrain: Extent) -> bool:
@@ -229,11 +295,18 @@ def refuse_other_systems(extents: Sequence[Extent], crs: str | None) -> None:
         A file is in another reference system; the message has the command that transforms it.
     """
     for other in extents:
-        if crs is None or other.crs is None or other.name == TERRAIN or are_same(other.crs, crs):
-            continue
-        if is_in_degrees(other.crs) and not _looks_like_degrees(_plan(other, "z")):
-            continue
-        raise InputError(
-            f"{other.file}: {other.name} is in {other.crs}, and the terrain in {crs}; transform it: "
-            f"{transforming(other, other.crs, crs)}"
-        )
+        if crs is not None and other.crs is not None and _is_in_another_system(other, crs):
+            raise InputError(
+                f"{other.file}: {other.name} is in {other.crs}, and the terrain in {crs}; transform it: "
+                f"{transforming(other, other.crs, crs)}"
+            )
+
+
+def _is_in_another_system(other: Extent, crs: str | None) -> bool:
+    """True if a file states another reference system than the terrain, and the file's coordinates fit its statement.
+
+    crs : reference system of the terrain; None if unknown
+    """
+    if crs is None or other.crs is None or other.name == TERRAIN or are_same(other.crs, crs):
+        return False
+    return not is_in_degrees(other.crs) or _looks_like_degrees(_plan(other, "z"))

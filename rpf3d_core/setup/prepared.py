@@ -16,6 +16,7 @@ from rpf3d_core.ensemble.sizes import AnyRock, mass_range
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.points import read_points
+from rpf3d_core.formats.polygons import read_polygons
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Binning, Scales
 from rpf3d_core.hazard.maps import Raster
@@ -35,6 +36,7 @@ from rpf3d_core.setup.areas import area_outlines, read_areas
 from rpf3d_core.setup.builders.hazard import empty_barriers, memory_of_bins, scales_over
 from rpf3d_core.setup.cells import least_cell
 from rpf3d_core.setup.extents import other_extents
+from rpf3d_core.setup.file_keys import named_by_key
 from rpf3d_core.setup.misplaced import placing_notes, refuse_other_systems
 from rpf3d_core.setup.named import models_of, obstacles_of
 from rpf3d_core.setup.observed import position_along
@@ -139,6 +141,9 @@ def read_companions(scene: Scene) -> dict[str, MultiPolygon]:
     """
     read_source_files(scene)
     areas = read_areas(scene)
+    for number, zone in enumerate(scene.zones):
+        with named_by_key(scene, "zones", number, "polygons"):
+            read_polygons(zone.polygons)
     if scene.observed is not None:
         read_points(scene.observed.points_file, scene.terrain.up, heights=False)
     return areas

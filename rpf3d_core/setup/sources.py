@@ -15,11 +15,13 @@ from rpf3d_core.ensemble.throws import Throw
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.polygons import local_plan, plan_triangles, polygon_of, read_polygons
 from rpf3d_core.formats.polylines import read_lines
+from rpf3d_core.formats.yaml import place_in_file
 from rpf3d_core.scene.draws import distribution_of
 from rpf3d_core.scene.measured import sizes_from
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.releases import SIZES, RockSpec, SourceSpec, source_points
 from rpf3d_core.setup.coverage import extents
+from rpf3d_core.setup.file_keys import named_by_key
 from rpf3d_core.terrain.benches.parameters import Benches
 from rpf3d_core.terrain.benches.slope import brow_of
 from rpf3d_core.terrain.clipping import areas_of, facets_within, normals_of
@@ -57,7 +59,8 @@ def read_source_files(scene: Scene) -> None:
         elif spec.polygon:
             source_outline(scene, number)
         elif isinstance(spec.line, Path):
-            read_lines(spec.line)
+            with named_by_key(scene, "sources", number, "line"):
+                read_lines(spec.line)
 
 
 def rock_of(spec: RockSpec) -> Rock | DrawnRock:
@@ -220,15 +223,14 @@ def source_outline(scene: Scene, number: int) -> MultiPolygon:
     polygon = scene.sources[number].polygon
     if isinstance(polygon, tuple):
         return polygon_of(polygon)
-    try:
+    with named_by_key(scene, "sources", number, "polygon"):
         return read_polygons(polygon)  # type: ignore[arg-type]
-    except InputError as fault:
-        raise _refused(scene, number, "polygon", f"names a file that cannot be used: {fault}") from fault
 
 
 def _refused(scene: Scene, number: int, key: str, sentence: str) -> InputError:
     """Return the error for a wrong value of a source; the message names the key."""
-    return InputError(f"{scene.path}: `sources[{number}].{key}` {sentence}")
+    place = place_in_file(scene.path, ("sources", number, key))
+    return InputError(f"{place}: `sources[{number}].{key}` {sentence}")
 
 
 def _vector(values: Any) -> Vec:

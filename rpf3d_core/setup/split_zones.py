@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from rpf3d_core.errors import TerrainError
+from rpf3d_core.formats.yaml import place_in_file
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.edges import Edges
@@ -35,7 +36,7 @@ def split_zones(terrain: Terrain, scene: Scene, edges: Edges) -> tuple[Terrain, 
 
 def _wanted(terrain: Terrain, scene: Scene, found: Sequence[ZoneParts], name: str) -> ZoneParts:
     """Return the parts of a zone that the scene asks to split; errors are as in `split_zones`."""
-    where = f"{scene.path}: `terrain.split` names the zone {name!r}, "
+    where = f"{place_in_file(scene.path, ('terrain', 'split'))}: `terrain.split` names the zone {name!r}, "
     if name not in terrain.zones:
         raise TerrainError(f"{where}which the terrain does not have; its zones are {', '.join(terrain.zones)}")
     parts = next((parts for parts in found if parts.zone == name), None)

@@ -32,8 +32,8 @@ from rpf3d_core.terrain.zones import centroids_in_plan, covered, with_zone
 BLOCK = 2**14
 """Number of points that are rotated at a time, so that they stay in the processor's cache."""
 
-IN_MILLIMETRES = "is the file in millimetres? give it `unit: mm` (`rpf3d new`: --unit mm)"
-"""Advice in the error about a terrain that is too far from the origin."""
+IN_MILLIMETRES = "is the file in millimetres? Give it `unit: mm` (`rpf3d new`: --unit mm)"
+"""Advice in the error about a terrain that is too far from the origin in metres."""
 
 
 def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
@@ -79,7 +79,19 @@ def read_surface(path: Path, unit: str | None = None) -> FileMesh:
         known = f"; known are {', '.join([*MESH_READERS, *DEM_EXTENSIONS])}"
         advice = f"; {EXPORTS[extension]}" if extension in EXPORTS else ""
         raise TerrainError(f"{path}: {extension or 'no extension'} is no known terrain format{advice}{known}")
-    return usable(path, read_whole(path, reader), LENGTHS[unit or METRE][1], IN_MILLIMETRES)
+    surface = read_whole(path, reader)
+    return usable(path, surface, LENGTHS[unit or METRE][1], _remedy_of_distance(surface, unit or METRE))
+
+
+def _remedy_of_distance(surface: FileMesh, unit: str) -> str:
+    """Return advice for the error about a terrain that is too far from the origin.
+
+    unit : key of the unit in which the scene reads the file
+    """
+    if surface.unit and surface.unit != unit:
+        name, key = LENGTHS[surface.unit][0], surface.unit
+        return f"the file states that it is in {name}: give it `unit: {key}` (`rpf3d new`: --unit {key})"
+    return IN_MILLIMETRES if unit == METRE else f"the file is read in {LENGTHS[unit][0]}: is this its unit?"
 
 
 def _extension(path: Path) -> str:
@@ -132,7 +144,8 @@ def _remarks(file: TerrainFile, surface: FileMesh) -> Iterator[str]:
         name, used = LENGTHS[surface.unit][0], LENGTHS[file.unit or METRE][0]
         yield (
             f"{file.path.name}: states that it is in {name}, and is read in {used}; templates often have a wrong unit, "
-            f"so compare the extents: if it is in {name}, give the file `unit: {surface.unit}`"
+            f"so compare the extents: if it is in {name}, give the file `unit: {surface.unit}` (`rpf3d new`: --unit "
+            f"{surface.unit})"
         )
 
 

@@ -29,6 +29,17 @@ def geojson(*masses: object) -> str:
     return json.dumps({"type": "FeatureCollection", "features": features})
 
 
+def test_masses_are_converted_by_the_unit_in_the_header(tmp_path: Path) -> None:
+    tonnes = points(tmp_path, BEFORE.replace("mass", "mass (t)"))
+    for column in ("mass (t)", 2):
+        np.testing.assert_allclose(column_of(tonnes, column, "mass_column"), [5e5, 7.005e5])
+    in_json = points(tmp_path, geojson(2, 3).replace('"mass"', '"mass_t"'), "stops.geojson")
+    np.testing.assert_allclose(column_of(in_json, "mass_t", "mass_column"), [2000.0, 3000.0])
+    wide = points(tmp_path, BEFORE.replace("mass", "width (m)"))
+    with pytest.raises(InputError, match=r"`calibration\.mass_column` is 'width \(m\)', by its name in m"):
+        column_of(wide, "width (m)", "mass_column")
+
+
 @pytest.mark.parametrize(
     ("text", "column"),
     [(BEFORE, 2), (BEFORE, "mass"), (NO_HEADER, 4), (WITHOUT_Z, "mass"), (WITHOUT_Z, 3), (BLANKS, 3)],

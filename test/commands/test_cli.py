@@ -70,7 +70,7 @@ BAD_SCENES = [
     ("slope.stl", "infinite.stl", "infinite.stl: facet number 3 (from 0) has a vertex that is NaN or infinite"),
     ("1.2, 9]", "1.2, -9]", "source 'top': rock 0 at (1.300, 1.200, -9.000) is 10.5 m under the ground; raise it"),
     ("[1.3, 1.2", "[130, 1.2", "source 'top': rock 0 at (130.000, 1.200, 9.000) is off the terrain"),
-    ("zone: rock", "zone: sand", "scene.yaml: no material for the zone 'sand'"),
+    ("zone: rock", "zone: sand", "scene.yaml, line 4: no material for the zone 'sand'"),
     ("ground: sliding", "effects: {dreg: {}}", "scene.yaml, line 8: `effects.dreg` is not a key of a scene"),
     ("terrain:", "terrain: [", "scene.yaml, line 3: not valid YAML"),
 ]

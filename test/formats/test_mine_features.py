@@ -1,5 +1,6 @@
 """Areas, lines and points from GeoPackage, Shapefile, DXF and Surpac strings, for zones, berms and sources."""
 
+import os
 import sqlite3
 
 import numpy as np
@@ -9,6 +10,9 @@ from mine_files import write_surpac, write_vector
 from terrain_files import grid
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.formats.apart import read_apart
+from rpf3d_core.formats.mine import vector_files
+from rpf3d_core.formats.mine.vector_files import vector_crs
 from rpf3d_core.formats.points import read_points
 from rpf3d_core.formats.polygons import read_polygons
 from rpf3d_core.formats.polylines import read_lines
@@ -43,8 +47,43 @@ def test_one_of_several_layers_is_chosen_by_its_kind_and_two_of_a_kind_are_refus
     with pytest.raises(InputError, match=r"no layer of points; it has walls \(Polygon\), road \(LineString\)"):
         read_points(path)
     write_vector(path, [OTHER], layer="dumps")
-    with pytest.raises(InputError, match=r"several layers of polygons: walls, dumps; .*rpf3d import layer a\.gpkg"):
+    command = r"rpf3d import layer a\.gpkg --kind polygon --layer walls"
+    with pytest.raises(InputError, match=f"several layers of polygons: walls, dumps; .*{command}"):
         read_polygons(path)
+
+
+def test_a_file_of_another_format_is_refused_with_the_formats_that_are_read(tmp_path):
+    (tmp_path / "ramp.csv").write_text("x,y\n1,2\n")
+    sentence = r"ramp\.csv: polygons are not read from \.csv files; save them as GeoJSON .*shp"
+    with pytest.raises(InputError, match=sentence):
+        read_polygons(tmp_path / "ramp.csv")
+    (tmp_path / "ramp.csv").write_text('{"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 9], [0, 0]]]}')
+    assert read_polygons(tmp_path / "ramp.csv").area == 40.5
+
+
+@vector
+def test_a_file_is_read_once_by_a_process_until_it_changes(tmp_path, name, monkeypatch):
+    pytest.importorskip("pyogrio", reason=VECTOR)
+    path = write_vector(tmp_path / name, [SQUARE])
+    started = []
+    monkeypatch.setattr(vector_files, "read_apart", lambda *words: started.append(words) or read_apart(*words))
+    for _ in range(3):
+        assert read_polygons(path).equals(shapely.MultiPolygon([SQUARE]))
+        assert vector_crs(path) == "EPSG:32719"
+    assert len(started) == 1
+    os.utime(path, ns=(1, 1))
+    assert read_polygons(path).equals(shapely.MultiPolygon([SQUARE])) and len(started) == 2
+    monkeypatch.setattr(vector_files, "MOST_KEPT", 0)
+    os.utime(path, ns=(2, 2))
+    assert read_polygons(path) == read_polygons(path) and len(started) == 4, "too large to be kept"
+
+
+def test_another_reference_system_of_a_shapefile_is_noticed(tmp_path):
+    pytest.importorskip("pyogrio", reason=VECTOR)
+    path = write_vector(tmp_path / "a.shp", [SQUARE])
+    assert read_polygons(path) and vector_crs(path) == "EPSG:32719"
+    (tmp_path / "a.prj").unlink()
+    assert vector_crs(path) is None
 
 
 def test_a_layer_that_is_computed_is_refused_because_it_may_never_end(tmp_path):

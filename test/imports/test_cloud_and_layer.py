@@ -3,12 +3,14 @@
 import json
 import math
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
 from mine_files import EAST, NORTH, write_las, write_vector
 from terrain_files import scene_of
+from typer.testing import CliRunner
 
 from rpf3d_core import cli
 from rpf3d_core.errors import InputError
@@ -100,3 +102,17 @@ def test_a_layer_of_a_geopackage_is_written_with_its_reference_system(tmp_path):
     assert stated_reference_system(path) == stated_reference_system(tmp_path / "dumps.geojson") == "EPSG:32719"
     with pytest.raises(InputError, match="has no layer 'roads'; it has walls"):
         import_layer(path, tmp_path / "c.geojson", layer="roads")
+
+
+@pytest.mark.parametrize("name", ["gone.shp", "gone.gpkg", "gone.geojson"])
+def test_a_missing_file_of_areas_is_refused_in_one_sentence(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="there is no such file"):
+        import_layer(tmp_path / name, tmp_path / "out.geojson")
+
+
+@pytest.mark.parametrize(("count", "told"), [(1, "1 geometry in "), (2, "2 geometries in ")])
+def test_the_command_counts_the_geometries(tmp_path: Path, count: int, told: str) -> None:
+    area = {"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 9], [0, 0]]]}
+    (tmp_path / "a.geojson").write_text(json.dumps({"type": "GeometryCollection", "geometries": [area] * count}))
+    words = ["import", "layer", str(tmp_path / "a.geojson"), "--out", str(tmp_path / "b.geojson")]
+    assert CliRunner().invoke(cli.app, words).output.startswith(told)

@@ -16,7 +16,7 @@ from rpf3d_core import simulate
 from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.yaml import read_yaml
-from rpf3d_core.imports import crests
+from rpf3d_core.imports import crests, new_scene
 from rpf3d_core.imports.crests import OVER, _on_the_brow, crests_of
 from rpf3d_core.imports.new_scene import FileChoice, write_new_scene
 from rpf3d_core.scene.listings.json_schema import scene_schema
@@ -179,6 +179,39 @@ def test_coordinates_of_seven_digits_in_millimetres_are_read_only_as_told(told: 
     assert high == pytest.approx([450_060.0, 7_450_020.0, 2_000.0 + HEIGHT], abs=1e-3)
 
 
+@pytest.mark.parametrize("units", [4, 6])
+def test_a_drawing_that_is_too_far_away_is_refused_with_the_unit_that_it_states(units: int, tmp_path: Path) -> None:
+    vertices, triangles = surveyed()
+    pit = write_dxf(tmp_path / "pit.dxf", 1000.0 * at_site(vertices), triangles)
+    header = f"  0\nSECTION\n  2\nHEADER\n  9\n$INSUNITS\n 70\n{units}\n  0\nENDSEC\n"
+    pit.write_text(header + pit.read_text())
+    with pytest.raises(InputError) as refused:
+        write_new_scene(tmp_path / "new", pit, FileChoice())
+    count = f"({len(triangles):,} of {len(triangles):,} facets have one)"
+    told = {4: "the file states that it is in millimetres: give", 6: "is the file in millimetres? Give"}[units]
+    assert f"or more from the origin {count}; {told} it `unit: mm` (`rpf3d new`: --unit mm)" in str(refused.value)
+    with pytest.raises(InputError, match="the file is read in kilometres: is this its unit"):
+        write_new_scene(tmp_path / "new", write_obj(tmp_path / "a.obj", at_site(vertices), triangles),
+                        FileChoice(unit="km"))  # fmt: skip
+
+
+@pytest.mark.parametrize("case", ["mm", "on its side"])
+def test_crests_are_not_searched_on_a_terrain_that_is_misread(case: str, tmp_path: Path, monkeypatch) -> None:
+    vertices, triangles = surveyed()
+    points = 1000.0 * vertices if case == "mm" else at_site(vertices)[:, [0, 2, 1]]
+    monkeypatch.setattr(new_scene, "crests_of", lambda terrain: pytest.fail("crests were searched"))
+    found = write_new_scene(tmp_path / "new", write_obj(tmp_path / "pit.obj", points, triangles), FileChoice())
+    assert any("no crest searched, because the unit or the axes look wrong" in told for told in found.sentences)
+    assert ("`unit: mm`" if case == "mm" else "`up: y` (`rpf3d new`: --up y)") in found.warnings[0]
+    assert "so no crest was searched: correct them first" in " ".join(found.path.read_text().replace("#", "").split())
+
+
+def test_a_folder_with_files_is_refused_before_the_terrain_is_read(tmp_path: Path) -> None:
+    (tmp_path / "pit.obj").write_text("no mesh")
+    with pytest.raises(InputError, match="is not empty"):
+        write_new_scene(tmp_path, tmp_path / "pit.obj", FileChoice())
+
+
 def test_the_area_of_a_zone_is_that_of_its_facets(tmp_path: Path) -> None:
     vertices, triangles = surveyed()
     written = write_new_scene(tmp_path / "new", write_obj(tmp_path / "pit.obj", vertices, triangles), FileChoice())
@@ -264,7 +297,10 @@ def test_a_folder_with_files_is_not_touched(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--terrain", "no.obj"], "no.obj"),
+        (["--terrain", "no.obj"], "--terrain is 'no.obj', but there is no such file"),
+        (["--terrain", "pit.obj", "--crs", "32719"], "--crs is '32719', which is no known coordinate reference system; "
+         "did you mean EPSG:32719?"),
+        (["--terrain", "pit.obj", "--crs", "EPSG:4326"], "--crs is 'EPSG:4326', which is in degrees"),
         (["--terrain", "pit.00t"], "export the triangulation from Vulcan as DXF"),
         (["--terrain", "pit.obj", "--up", "x"], "--up is 'x'; it must be y or z"),
         (["--terrain", "pit.obj", "--unit", "feet"], "--unit is 'feet'; it must be one of mm, "),
@@ -287,6 +323,6 @@ def test_the_command_says_what_was_found_and_what_comes_next(tmp_path: Path) -> 
     write_obj(tmp_path / "pit.obj", vertices, triangles)
     done = CliRunner().invoke(app, ["new", str(tmp_path / "site"), "--terrain", str(tmp_path / "pit.obj")])
     assert done.exit_code == 0, done.output
-    assert "1 crest candidate" in done.output and "above a face of 15 m" in done.output
+    assert "1 crest candidate; " in done.output and "above a face of 15 m" in done.output
     scene = tmp_path / "site" / "scene.yaml"
     assert f"next: rpf3d check {scene}\nthen: rpf3d run {scene} --out OUT\n" in done.output

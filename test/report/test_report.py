@@ -351,3 +351,12 @@ def test_a_large_terrain_is_reduced_for_the_view_and_lies_where_it_lay(known_gro
     assert less.of == len(whole.triangles) and len(less.triangles) <= 1.05 * len(whole.triangles) / 2
     assert less.vertices.min(axis=0) == pytest.approx(whole.vertices.min(axis=0), abs=3.0)
     assert less.vertices.max(axis=0) == pytest.approx(whole.vertices.max(axis=0), abs=3.0)
+
+
+@pytest.mark.parametrize("wrong", ["out", "pdf"])
+def test_an_output_that_cannot_be_written_is_refused_before_the_result_is_read(tmp_path, wrong) -> None:
+    places = {"out": tmp_path / "r.html", "pdf": tmp_path / "r.pdf"} | {wrong: tmp_path / "nowhere" / "r"}
+    with pytest.raises(InputError, match=r"nowhere is not a folder that may be written to"):
+        write_report(tmp_path / "no result", **places)
+    with pytest.raises(InputError, match="is a folder; give the path of a file"):
+        write_report(tmp_path / "no result", **places | {wrong: tmp_path})

@@ -1,16 +1,21 @@
 """`rpf3d check` prints where every input lies before it refuses, and says what looks wrong with coordinates."""
 
 import json
+import shlex
 from pathlib import Path
 
 import numpy as np
 import pytest
 from mine_files import EAST, NORTH, at_site, write_dxf, write_landxml, write_vector
 from terrain_files import grid, with_models, write_binary_stl
+from typer.testing import CliRunner
 
+from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
 from rpf3d_core.runs.check import Check, check_scene
 from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.extents import Extent
+from rpf3d_core.setup.misplaced import placing_hints
 
 VERTICES, TRIANGLES = grid(9, 11, 2.0)
 SITE = at_site(VERTICES)
@@ -65,7 +70,7 @@ def test_the_extents_of_a_sound_scene_are_plain_decimals_with_their_reference_sy
     low, high = SITE[:, 2].min(), SITE[:, 2].max()
     assert shown == {
         "terrain": f"x 457000 .. 457020  y 7654000 .. 7654016  z {low:g} .. {high:g}  (EPSG:32719)",
-        "source top": "x 457010 .. 457010  y 7654008 .. 7654008  z 0 .. 0  (EPSG:32719)",
+        "source top": "x 457010 .. 457010  y 7654008 .. 7654008  z on the ground + 1 m  (EPSG:32719)",
         "area ramp": "x 457003 .. 457005  y 7654003.25 .. 7654005.25  (CRS not stated)",
     }
     assert (hints, refusal) == ([], "")
@@ -99,11 +104,12 @@ def test_areas_in_degrees_are_recognized_and_the_transformation_is_offered(folde
     assert "area ramp" in shown
     (told,) = hints
     assert "longitude and latitude" in told and "transformed to EPSG:32719 it lies on it" in told
-    command = "rpf3d import layer ramp.geojson --kind polygon --from EPSG:4326 --to EPSG:32719 --out ramp_32719.geojson"
-    assert command in told
+    command = f"--kind polygon --from EPSG:4326 --to EPSG:32719 --out {folder / 'ramp_32719.geojson'}"
+    assert f"rpf3d import layer {folder / 'ramp.geojson'} {command}" in told
     stated = area(folder, corners, crs={"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::4326"}})
-    _, _, refusal, _ = seen(folder, "pit.xml", [*MIDDLE, 0], stated)
+    _, hints, refusal, _ = seen(folder, "pit.xml", [*MIDDLE, 0], stated)
     assert "area ramp is in EPSG:4326, and the terrain in EPSG:32719; transform it: rpf3d import layer" in refusal
+    assert hints == [], "once is enough"
 
 
 def test_a_file_in_another_zone_of_utm_is_refused_although_it_overlaps(folder):
@@ -115,6 +121,93 @@ def test_a_file_in_another_zone_of_utm_is_refused_although_it_overlaps(folder):
     shown, _, refusal, _ = seen(folder, "pit.xml", [*MIDDLE, 0], named)
     assert shown["area ramp"].endswith("(EPSG:32718)")
     assert "area ramp is in EPSG:32718, and the terrain in EPSG:32719" in refusal
+
+
+@pytest.mark.parametrize("kind", ["line", "polygon", "point"])
+def test_the_command_that_transforms_the_file_of_a_source_works_in_any_folder(folder, kind, monkeypatch):
+    pytest.importorskip("pyogrio", reason="pyogrio is not installed: it is in the extra `mine`")
+    import shapely
+
+    corners = box(EAST + 3, NORTH + 3)
+    shape = {
+        "line": shapely.LineString(corners), "polygon": shapely.Polygon(corners), "point": shapely.Point(corners[0])
+    }[kind]  # fmt: skip
+    (folder / "my sources").mkdir()
+    write_vector(folder / "my sources" / "crest.shp", [shapely.force_3d(shape, 810.0)], crs="EPSG:32718")
+    key = {"point": "points_file"}.get(kind, kind)
+    text = SCENE.format(terrain="pit.xml", point=[0, 0]).replace("points: [[0, 0]]", f"{key}: my sources/crest.shp")
+    (folder / "scene.yaml").write_text(with_models(text))
+    for here in (folder, folder / "my sources", folder.parent):
+        monkeypatch.chdir(here)
+        with pytest.raises(InputError, match="transform it: ") as refused:
+            check_scene(read_scene(folder / "scene.yaml"))
+        command = shlex.split(str(refused.value).split("transform it: rpf3d ")[1])
+        done = CliRunner().invoke(app, command)
+        assert done.exit_code == 0, done.exception
+        (folder / "my sources" / "crest_32719.geojson").unlink()
+
+
+def test_a_line_of_a_file_has_no_heights_because_its_rocks_start_on_the_ground(folder):
+    line = {"type": "LineString", "coordinates": [[*MIDDLE, 2480.0], [MIDDLE[0] + 2.0, MIDDLE[1], 2480.0]]}
+    (folder / "crest.geojson").write_text(json.dumps(line))
+    text = SCENE.format(terrain="pit.xml", point=[0, 0]).replace("points: [[0, 0]]", "line: crest.geojson")
+    shown = {}
+    for height, ending in (("1.0", "z on the ground + 1 m  (CRS"), ("0", "z on the ground  (CRS")):
+        (folder / "scene.yaml").write_text(with_models(text.replace("above_ground: 1.0", f"above_ground: {height}")))
+        check_scene(
+            read_scene(folder / "scene.yaml"), lambda found, _: shown.update({e.name: e.describe(None) for e in found})
+        )
+        assert shown["source top"] == f"x 457010 .. 457012  y 7654008 .. 7654008  {ending} not stated)"
+
+
+def test_the_height_of_a_source_is_shown_on_the_axis_that_points_up(folder):
+    turned = VERTICES[:, [0, 2, 1]] * [1.0, 1.0, -1.0]
+    write_binary_stl(folder / "yup.stl", turned[TRIANGLES])
+    shown, *_ = seen(folder, "yup.stl}]\n  up: y #", [10.0, 0.0, -8.0])
+    assert shown["source top"] == "x 10 .. 10  y on the ground + 1 m  z -8 .. -8  (CRS not stated)"
+
+
+@pytest.mark.parametrize("south", [False, True])
+def test_a_terrain_on_its_side_is_noticed_and_the_axis_that_points_up_is_named(folder, south):
+    sign = -1.0 if south else 1.0
+    write_landxml(folder / "side.xml", SITE[:, [0, 2, 1]] * [1.0, 1.0, sign], TRIANGLES)
+    _, hints, _, _ = seen(folder, "side.xml", [*MIDDLE, 0])
+    (told,) = hints
+    assert "of the terrain is" in told and "are y and z swapped? Give the terrain `up: y`" in told
+    assert ("maps would be mirrored" in told) is not south
+    (folder / "scene.yaml").write_text(
+        (folder / "scene.yaml").read_text().replace("side.xml}]", "pit.xml}]\n  up: y").replace("0.0]", "0]")
+    )
+    found: list[str] = []
+    with pytest.raises(InputError):
+        check_scene(read_scene(folder / "scene.yaml"), lambda _, hints: found.extend(hints))
+    assert "Give the terrain `up: z`" in found[0] and "mirrored" not in found[0]
+
+
+@pytest.mark.parametrize("metres", [1.0, 0.3048, 0.001])
+def test_high_terrain_in_any_unit_does_not_lie_on_its_side(metres):
+    """Climax in Colorado has heights of 11,300 ft; a strip of a few metres at 4,500 m has heights of 4.5e6 mm."""
+    low, high = np.array([3000.0, 2000.0, 3500.0]) / metres, np.array([3500.0, 2300.0, 4500.0]) / metres
+    extent = Extent("terrain", low, high, Path("pit.dxf"))
+    assert not any("swapped" in hint for hint in placing_hints([extent], None, "z"))
+
+
+@pytest.mark.parametrize(
+    ("more", "key"),
+    [
+        ("areas_of_interest: [{name: ramp, polygons: ramp.csv}]", r"line 7: `areas_of_interest\[0\]\.polygons`"),
+        ("zones: [{zone: ramp, polygons: ramp.csv}]", r"line 7: `zones\[0\]\.polygons`"),
+        ("  - {name: b, above_ground: 1, line: ramp.csv}", r"line 7: `sources\[1\]\.line`"),
+        ("  - {name: b, polygon: ramp.csv}", r"line 7: `sources\[1\]\.polygon`"),
+    ],
+)
+def test_a_file_of_a_wrong_format_is_refused_by_its_key_before_the_terrain_is_read(folder, more, key):
+    (folder / "ramp.csv").write_text("x,y\n457000,7654000\n")
+    (folder / "pit.xml").write_text("no mesh")
+    text = SCENE.format(terrain="pit.xml", point=[*MIDDLE, 0]).replace("[{name: top", "\n  - {name: top")
+    (folder / "scene.yaml").write_text(with_models(text.replace("1.0}]", "1.0}\n") + more + "\n"))
+    with pytest.raises(InputError, match=key + " names a file that cannot be used: .*not read from .csv files"):
+        check_scene(read_scene(folder / "scene.yaml"))
 
 
 def test_a_missing_reference_system_warns_and_never_refuses(folder):

@@ -11,6 +11,8 @@ from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.numbers import read_numbers
 from rpf3d_core.runs.check import check_scene
+from rpf3d_core.runs.check_shapes import measured_sizes
+from rpf3d_core.scene.measured import sizes_from
 from rpf3d_core.scene.reading import read_scene, scene_digest
 
 SCENE = """\
@@ -69,6 +71,7 @@ def test_the_digest_follows_the_content_of_the_file(tmp_path: Path) -> None:
         ("1\nnan\n", "line 2: must be one plain, finite number, but is 'nan'"),
         ("1\n1e999\n", "line 2: must be one plain, finite number"),
         ("1 2\n", "line 1: must be one plain, finite number, but is 2 cells (1, 2)"),
+        ("mass\n0,97\n", "write 0.97, if the comma is a decimal comma"),
     ],
 )
 def test_a_file_that_is_no_list_is_refused_by_its_line(tmp_path: Path, content: str, sentence: str) -> None:
@@ -78,6 +81,52 @@ def test_a_file_that_is_no_list_is_refused_by_its_line(tmp_path: Path, content: 
     assert sentence in str(caught.value)
     with pytest.raises(InputError, match="rock"):
         read_scene(written(tmp_path, "mass: {measured: sizes.csv}"))
+
+
+@pytest.mark.parametrize("begin", [b"PK\x03\x04\x14", b"\xd0\xcf\x11\xe0\xa1", b"PK\x03\x04"])
+def test_a_spreadsheet_is_refused_with_what_to_do(tmp_path: Path, begin: bytes) -> None:
+    (tmp_path / "blocks.xlsx").write_bytes(begin)
+    with pytest.raises(InputError, match=r"blocks\.xlsx: is a spreadsheet, such as of Excel; save it as CSV"):
+        read_scene(written(tmp_path, "mass: {measured: blocks.xlsx}"))
+
+
+def test_a_text_in_another_encoding_is_refused_with_what_to_do(tmp_path: Path) -> None:
+    (tmp_path / "blocks.csv").write_bytes("Länge (m)\n0.5\n".encode("latin-1"))
+    with pytest.raises(InputError, match=r"cannot be read as text .*; save it as UTF-8"):
+        read_scene(written(tmp_path, "diameter: {measured: blocks.csv}"))
+
+
+@pytest.mark.parametrize(
+    ("measure", "header", "factor"),
+    [
+        ("diameter", "length (mm)", 0.001), ("diameter", "d [cm]", 0.01), ("diameter", "d_mm", 0.001),
+        ("diameter", "Diameter, mm", 0.001), ("diameter", "width ( Inches )", 0.0254), ("diameter", "a (m)", 1.0),
+        ("diameter", "d_max", 1.0), ("diameter", "axis (a)", 1.0), ("diameter", "block_l", 1.0),
+        ("mass", "m (t)", 1000.0), ("mass", "mass_t", 1000.0), ("mass", "kg", 1.0),
+        ("volume", "V (dm³)", 0.001), ("volume", "volume_m3", 1.0),
+    ],
+)  # fmt: skip
+def test_a_unit_in_the_header_converts_the_sizes(tmp_path: Path, measure: str, header: str, factor: float) -> None:
+    (tmp_path / "blocks.csv").write_text(f'number;"{header}"\n1;200\n2;50\n')
+    scene = read_scene(written(tmp_path, f'{measure}: {{measured: blocks.csv, column: "{header}"}}'))
+    assert sizes_from(getattr(scene.rock, measure)).values.tolist() == pytest.approx([50.0 * factor, 200.0 * factor])
+    (told,) = measured_sizes(scene)
+    assert ("converted to" in told) is (factor != 1.0), told
+
+
+@pytest.mark.parametrize(
+    ("size", "sentence"),
+    [
+        ("mass: {measured: blocks.csv}", r"line 3: `rock\.mass` has sizes in mm, by the name of the column 'a \(mm\)', "
+         "but must be in kg or another unit of mass"),
+        ("diameter: 1}\nsources: [{name: top, crest: 1, volume: {measured: blocks.csv}}]\n#",
+         r"`sources\[0\]\.volume`"),
+    ],
+)  # fmt: skip
+def test_a_unit_of_another_quantity_is_refused(tmp_path: Path, size: str, sentence: str) -> None:
+    (tmp_path / "blocks.csv").write_text("a (mm)\n200\n")
+    with pytest.raises(InputError, match=sentence):
+        read_scene(written(tmp_path, size))
 
 
 def test_a_size_of_zero_in_a_file_is_refused(tmp_path: Path) -> None:

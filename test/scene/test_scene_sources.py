@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -117,7 +118,7 @@ def test_the_steep_facets_of_a_zone_are_a_source(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_an_area_without_facets_is_refused_with_what_there_is(tmp_path: Path, source: str, sentence: str) -> None:
     (tmp_path / "empty.geojson").write_text('{"type": "FeatureCollection", "features": []}')
-    assert refusal(tmp_path, source).startswith(f"scene.yaml: {sentence}")
+    assert re.match(rf"scene\.yaml, line \d+: {re.escape(sentence)}", refusal(tmp_path, source))
 
 
 @pytest.mark.parametrize(("up", "north"), [("z", [0, 1, 0]), ("y", [0, 0, -1])])

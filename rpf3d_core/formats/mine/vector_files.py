@@ -1,6 +1,11 @@
-"""Read polygons, lines and points of GeoPackages and Shapefiles with pyogrio (GDAL), in a separate process."""
+"""Read polygons, lines and points of GeoPackages and Shapefiles with pyogrio (GDAL), in a separate process.
+
+A command needs the content of a file several times, and a separate process takes 0.4 s to start. So what was read is
+kept until the file changes.
+"""
 
 import json
+import shlex
 import sqlite3
 from pathlib import Path
 from typing import Any
@@ -12,11 +17,21 @@ from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.formats.apart import Arrays, read_apart
 from rpf3d_core.formats.mine.need import needed
 
+State = tuple[tuple[int, int] | None, ...]
+"""Time of the last change (ns) and size (bytes) of a file and of each companion; None for a missing file."""
+
 VECTOR_EXTENSIONS = (".gpkg", ".shp")
 MOST_FEATURES = 1_000_000
 """Largest number of features of a file that is read."""
 FAMILIES = {"polygon": "polygons", "line": "lines", "point": "points"}
 """Plural of each kind of geometry, for messages."""
+MOST_KEPT = 2**24
+"""Largest content (bytes) of a layer that is kept after it was read."""
+COMPANIONS = {".shp": (".shx", ".prj", ".dbf", ".cpg"), ".gpkg": (".gpkg-wal",)}
+"""Extensions of the files that belong to a file of each kind, and that may change without it."""
+
+_kept: dict[tuple[Path, str, str], tuple[State, Arrays]] = {}
+"""What was read of each file: its state then, and the arrays, by path, family and layer."""
 
 
 def read_vector(path: Path, family: str, layer: str = "") -> list[dict[str, Any]]:
@@ -31,7 +46,7 @@ def read_vector(path: Path, family: str, layer: str = "") -> list[dict[str, Any]
         The library is missing, the file is damaged or has no such layer, or `layer` is "" and several layers fit.
     """
     needed(path, "pyogrio")
-    arrays = read_apart(path, "rpf3d_core.formats.mine.vector_files:vector_arrays", family, layer)
+    arrays = _arrays(path, family, layer)
     content, ends = arrays["content"].tobytes(), np.cumsum(arrays["lengths"]).tolist()
     parts = [content[begin:end] for begin, end in zip([0, *ends[:-1]], ends, strict=True)]
     found = np.asarray(shapely.from_wkb(parts), dtype=object)
@@ -43,35 +58,70 @@ def vector_crs(path: Path) -> str | None:
     """Return the coordinate reference system that a file states; None if it states none, or cannot be read."""
     try:
         needed(path, "pyogrio")
-        return str(read_apart(path, "rpf3d_core.formats.mine.vector_files:vector_system")["crs"]) or None
+        state = _state(path)
+        known = (arrays for (file, *_), (then, arrays) in list(_kept.items()) if file == path and then == state)
+        arrays = next(known, None) or read_apart(path, "rpf3d_core.formats.mine.vector_files:vector_system")
+        return str(arrays["crs"]) or None
     except TerrainError:
         return None
+
+
+def _arrays(path: Path, family: str, layer: str) -> Arrays:
+    """Return the arrays of `vector_arrays`, read in a separate process unless the file was read before."""
+    state, key = _state(path), (path, family, layer)
+    then, arrays = _kept.get(key, ((), {}))
+    if then == state:
+        return arrays
+    arrays = read_apart(path, "rpf3d_core.formats.mine.vector_files:vector_arrays", family, layer)
+    _kept.pop(key, None)
+    if arrays["content"].nbytes <= MOST_KEPT:
+        _kept[key] = state, arrays
+    return arrays
+
+
+def _state(path: Path) -> State:
+    """Return the state of a file and of its companions, which changes if the content changes."""
+    found: list[tuple[int, int] | None] = []
+    for file in (path, *(path.with_suffix(end) for end in COMPANIONS.get(path.suffix.lower(), ()))):
+        try:
+            known = file.stat()
+            found.append((known.st_mtime_ns, known.st_size))
+        except OSError:
+            found.append(None)
+    return tuple(found)
 
 
 def vector_system(path: Path) -> Arrays:
     """Return the array `crs`, read in this process: the reference system of a file's first layer; "" if it has none."""
     pyogrio = needed(path, "pyogrio")
     try:
-        first = str(pyogrio.list_layers(path)[0][0])
-        return {"crs": str(pyogrio.read_info(path, layer=first)["crs"] or "")}
+        return {"crs": _system(path, pyogrio, pyogrio.list_layers(path).tolist())}
     except Exception as fault:
         raise TerrainError(f"{path}: cannot be read ({fault})") from fault
+
+
+def _system(path: Path, pyogrio: Any, layers: list[list[Any]]) -> str:
+    """Return the reference system of a file's first layer; "" if it has none; layers : as in `_layer`."""
+    return str(pyogrio.read_info(path, layer=str(layers[0][0]))["crs"] or "")
 
 
 def vector_arrays(path: Path, family: str, layer: str = "") -> Arrays:
     """Return the geometries of a layer as arrays, read in this process; arguments are as in `read_vector`.
 
-    `content` has the bytes of all geometries in WKB, one after another; `lengths` (N,) has their sizes (bytes).
+    `content` has the bytes of all geometries in WKB, one after another; `lengths` (N,) has their sizes (bytes); `crs`
+    is as in `vector_system`.
     """
     pyogrio = needed(path, "pyogrio")
     try:
-        name = _layer(path, pyogrio.list_layers(path).tolist(), family, layer)
+        layers = pyogrio.list_layers(path).tolist()
+        name = _layer(path, layers, family, layer)
         if path.suffix.lower() == ".gpkg":
             _refuse_computed(path, name)
         count = int(pyogrio.read_info(path, layer=name, force_feature_count=True)["features"])
         if count > MOST_FEATURES:
             raise TerrainError(f"{path}: layer {name!r} has {count:,} features, more than {MOST_FEATURES:,}; cut it")
         geometries = pyogrio.raw.read(path, layer=name, columns=[])[2]
+        system = _system(path, pyogrio, layers)
     except (InputError, MemoryError):
         raise
     except Exception as fault:
@@ -79,7 +129,7 @@ def vector_arrays(path: Path, family: str, layer: str = "") -> Arrays:
         raise TerrainError(f"{path}: cannot be read as a {kind} ({fault})".replace("\n", " ")) from fault
     parts = [part for part in geometries if part is not None]
     lengths = np.array([len(part) for part in parts], np.int64)
-    return {"content": np.frombuffer(b"".join(parts), np.uint8), "lengths": lengths}
+    return {"content": np.frombuffer(b"".join(parts), np.uint8), "lengths": lengths, "crs": system}
 
 
 def _layer(path: Path, layers: list[list[Any]], family: str, wanted: str) -> str:
@@ -98,7 +148,8 @@ def _layer(path: Path, layers: list[list[Any]], family: str, wanted: str) -> str
         raise TerrainError(f"{path}: has no layer of {FAMILIES[family]}; it has {_listed(layers) or 'no layers'}")
     raise TerrainError(
         f"{path}: has several layers of {FAMILIES[family]}: {', '.join(fitting)}; write one to a file of its own: "
-        f"rpf3d import layer {path.name} --layer {fitting[0]} --out {fitting[0]}.geojson"
+        f"rpf3d import layer {shlex.quote(path.name)} --kind {family} --layer {shlex.quote(fitting[0])} "
+        f"--out {shlex.quote(fitting[0] + '.geojson')}"
     )
 
 

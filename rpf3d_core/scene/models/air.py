@@ -16,7 +16,7 @@ class DragSpec(ModelSpec):
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.drag:Drag"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.drag:drag"
-    SOURCE: ClassVar[str] = "quadratic drag; density as in stnParabel's guide (physics reference 6.1)"
+    SOURCE: ClassVar[str] = "quadratic drag; density as in stnParabel's guide"
     CONFIRMED: ClassVar[Confirmed] = "C"
 
     coefficient: Number = parameter(
@@ -34,7 +34,7 @@ class DragLayerSpec(ModelSpec):
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.drag_layer:DragLayer"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.drag_layer:drag_layer"
-    SOURCE: ClassVar[str] = "Leine et al. 2014, equations 10 and 11 (physics reference 3.3)"
+    SOURCE: ClassVar[str] = "Leine et al. 2014, equations 10 and 11"
     CONFIRMED: ClassVar[Confirmed] = "C"
 
     coefficient: Number = parameter(
@@ -47,6 +47,6 @@ class DragLayerSpec(ModelSpec):
     )  # fmt: skip
     accuracy: Number = parameter(0.05, ACCURACY, "m", "derived in effects/air_step.py", "D", ge=1e-5, le=10)
     polygons: InputFile | None = parameter(
-        None, "the path of a GeoJSON file with polygons that the forest stands in; left out: the whole terrain",
+        None, "the path of a file with polygons that the forest stands in; left out: the whole terrain",
         "-", "", "D",
     )  # fmt: skip

@@ -11,14 +11,14 @@ HIGHEST = 100.0
 """Largest height (m) of a barrier that a scene may have; the highest nets are 10 m high."""
 STRONGEST = 1e6
 """Largest energy (kJ) that a barrier of a scene may have; the strongest nets are tested with 10,000 kJ."""
-BALANCE = "energy balance, physics reference 5.1"
+BALANCE = "energy balance"
 
 
 class BarrierSpec(StrictModel):
     """One net or fence: vertical panels on the ground below a line. Every rock meets an undamaged barrier."""
 
     name: Name = Field(description="a name that no other barrier has")
-    along: Along = Field(description="two or more points [x, y] (m) in plan, or the path of a GeoJSON file with lines")
+    along: Along = Field(description="two or more points [x, y] (m) in plan, or the path of a file with lines")
     height: Number = parameter(
         ..., f"a number from 0 to {HIGHEST:g} (m), vertical above the ground below", "m", BALANCE, "C", ge=0, le=HIGHEST
     )
@@ -47,7 +47,7 @@ class BarriersSpec(ModelSpec):
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.barriers:Barriers"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.barriers:barriers_of"
     OBSTACLES: ClassVar[str | None] = "rpf3d_core.setup.builders.barriers:barriers_as_obstacles"
-    SOURCE: ClassVar[str] = "physics reference 5.1: rule of RocFall, Rockyfor3D and RockGIS"
+    SOURCE: ClassVar[str] = "the rule of RocFall, Rockyfor3D and RockGIS"
     CONFIRMED: ClassVar[Confirmed] = "CC"
 
     panels: Annotated[tuple[BarrierSpec, ...], AfterValidator(no_two_alike)] = Field(

@@ -24,7 +24,7 @@ def _all_there(chances: tuple[float, float, float]) -> tuple[float, float, float
 
 
 Classes = Annotated[Chances, AfterValidator(_all_there)]
-ASIDE = "Rockyfor3D's fall directions, physics reference 1.9"
+ASIDE = "Rockyfor3D's fall directions"
 CLASSES = (0.72, 0.24, 0.04)
 
 
@@ -79,7 +79,7 @@ class ForestSpec(ModelSpec):
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.forest:Forest"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.forest:forest_of"
     OBSTACLES: ClassVar[str | None] = "rpf3d_core.setup.builders.forest:forest_as_obstacles"
-    SOURCE: ClassVar[str] = "Dorren and Berger 2006, physics reference 4.1"
+    SOURCE: ClassVar[str] = "Dorren and Berger 2006"
     CONFIRMED: ClassVar[Confirmed] = "UNCONFIRMED"
 
     file: InputFile | None = Field(
@@ -90,7 +90,7 @@ class ForestSpec(ModelSpec):
         ge=0, le=DENSEST,
     )  # fmt: skip
     within: InputFile | None = Field(
-        None, description="the path of a GeoJSON file with polygons, in which trees are placed at random; left out: "
+        None, description="the path of a file with polygons, in which trees are placed at random; left out: "
         "everywhere",
     )  # fmt: skip
     dbh_mean_cm: Number = parameter(

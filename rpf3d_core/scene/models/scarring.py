@@ -29,7 +29,7 @@ class ScarringSpec(ModelSpec):
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.scarring:Scarring"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.scarring:scarring"
-    SOURCE: ClassVar[str] = "Lu et al. 2019; Gerber 2019; Leine et al. 2014 (physics reference 3.1 and 3.4)"
+    SOURCE: ClassVar[str] = "Lu et al. 2019; Gerber 2019; Leine et al. 2014"
     CONFIRMED: ClassVar[Confirmed] = "C"
     REPLACED_FOR_BODIES: ClassVar[Mapping[str, str]] = dict.fromkeys(
         ("mu_min", "mu_max", "kappa"), "`slip_friction` of the material"
