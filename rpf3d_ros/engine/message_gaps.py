@@ -16,7 +16,7 @@ class Numbered(NamedTuple):
 
     number : number that the publisher gave the message, counted from 1; None if the middleware has no numbers
     received_ns : when the message was received, before it waited to be read (ns since the epoch)
-    publisher : identifies the publisher; the same for all if the publishers cannot be told apart
+    publisher : identifies the publisher; the same for all if the publishers cannot be distinguished
     """
 
     number: int | None

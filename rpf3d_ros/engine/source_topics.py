@@ -35,7 +35,7 @@ class SourceTopics:
     def miss(self, topic: str, now_ns: int) -> None:
         """Note that messages of a topic were lost before they could be read; now_ns : present time (ns).
 
-        They may have reported danger at any wall, so a later message does not tell what they reported. The loss is a
+        They may have reported danger at any wall, so a later message does not make up for them. The loss is a
         fault until their sources would be too old.
         """
         self._missed[topic] = max(now_ns, self._missed.get(topic, now_ns))
@@ -106,7 +106,7 @@ class SourceTopics:
     def _missing(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
         """Return a fault for each topic with lost messages whose sources would not be too old yet."""
         return tuple(
-            f"messages of sources on {topic} were lost {span(max(now_ns - missed_ns, 0))} ago, before they could be read"
+            f"messages on {topic} were lost {span(max(now_ns - missed_ns, 0))} ago, before they could be read"
             for topic, missed_ns in self._missed.items()
             if missed_ns >= oldest_ns
         )

@@ -43,7 +43,7 @@ class WatchedTerrain:
         if not late:
             return ()
         return (
-            f"the terrain changed {span(max(late))} ago, and the sources of {len(late)} regions are not answered over it "
+            f"the terrain changed {span(max(late))} ago, and sources of {len(late)} regions are not answered over it "
             f"(at most {self._longest_s:g} s are allowed): they are answered when their sensors report them again",
         )
 

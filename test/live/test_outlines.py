@@ -5,8 +5,8 @@ from alert_evidence import NOW, S, area, evidence
 from watched_road import ON_THE_SLOPE, ROAD, last_answer, slope, standing_over
 
 from rpf3d_core.alerts.evidence import Outdated
-from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live import outlines
+from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.outlines import WatchedOutlines, outline_digest
 from rpf3d_core.live.scene import live_scene
 from rpf3d_core.live.standing import stand_on

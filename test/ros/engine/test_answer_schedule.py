@@ -20,7 +20,7 @@ def schedule():
     made = AnswerSchedule(WaitingSources(50.0, 10), AnsweredSources(30.0, 40))
     for stamp in range(WALLS):
         here = over_the_wall(1, stamp_ns=stamp)
-        made.submit(trigger_of(here.positions + [1000.0 * stamp, 0.0, 0.0], here.velocities, None, stamp))
+        made.submit(trigger_of(here.positions * (1.0 + 100.0 * stamp), here.velocities, None, stamp))
     answer(made, WALLS)
     return made
 

@@ -25,14 +25,14 @@ def test_a_new_publisher_begins_again_and_loses_nothing():
     assert lost(gaps, 7, 8, 1, 2, 2, 3) == [0] * 6
 
 
-def test_publishers_that_can_be_told_apart_are_counted_apart():
+def test_publishers_are_counted_apart():
     gaps = MessageGaps(DEPTH)
     assert lost(gaps, 1, publisher="a") + lost(gaps, 1, 2, publisher="b") + lost(gaps, 2, publisher="a") == [0] * 4
     assert lost(gaps, 5, publisher="b") + lost(gaps, 3, publisher="a") == [2, 0]
 
 
 def test_a_first_message_behind_a_full_queue_has_lost_others_before_it():
-    """Its number alone does not tell: the node may have subscribed after the earlier messages were published."""
+    """Its number alone does not show it: the node may have subscribed after the earlier messages were published."""
     assert lost(MessageGaps(DEPTH), 9, 10, 11, 12) == [0, 0, 1, 0]
     assert lost(MessageGaps(DEPTH), 1, 2, 3, 4) == [0] * 4, "none was before it"
     gaps = MessageGaps(DEPTH)
