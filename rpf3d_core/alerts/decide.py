@@ -219,8 +219,9 @@ def _valid_until(
 ) -> int:
     """Return until when (ns) the mine may rely on the decision: `valid_s` from now, at most until evidence is too old.
 
-    The age of the evidence does not matter for a decision with faults. An answer with too few rocks does not extend the
-    validity of the previous decision.
+    The age of the evidence does not matter for a decision with faults. Otherwise the decision ends when any part of the
+    evidence becomes too old, or when a sensor becomes silent for too long (`complete_until_ns`). An answer with too few
+    rocks does not extend the validity of the previous decision.
 
     worst : for each area, by name, the answer's finding with the highest level; small : True if too few rocks flew
     """
@@ -232,6 +233,8 @@ def _valid_until(
         evidence.terrain_stamp_ns + ns_of(thresholds.evidence.terrain_max_age_s),
     )
     until = min(until, *fresh, *places_end_ns(previous, worst, evidence, thresholds, small))
+    if evidence.complete_until_ns:
+        until = min(until, max(evidence.complete_until_ns, now_ns))
     return min(until, previous.valid_until_ns) if small and previous is not None else until
 
 

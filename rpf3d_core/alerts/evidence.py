@@ -108,6 +108,9 @@ class Evidence(NamedTuple):
     unfinished : number of rocks whose flight was cut off (`unfinished_of`)
     outdated : areas that have moved and are not yet at their new place in the answers to all sources
     notes : sentences that the reader of the alert must know, but that are no reason not to believe the evidence
+    complete_until_ns : time (ns) at which the program that combined the evidence would add a fault if it received
+        nothing new, because a sensor would then be silent for too long, or an answer too old for the present terrain;
+        0 if there is no such time
     """
 
     result: int
@@ -125,6 +128,7 @@ class Evidence(NamedTuple):
     unfinished: int = 0
     outdated: tuple[Outdated, ...] = ()
     notes: tuple[str, ...] = ()
+    complete_until_ns: int = 0
 
 
 def areas_of(maps: HazardMaps) -> tuple[AreaEvidence, ...]:

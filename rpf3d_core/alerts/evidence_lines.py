@@ -14,6 +14,9 @@ OVER_SETS = ("energy_high", "energy_sets", "first_arrival_low_s")
 
 DEFAULTS = AreaEvidence._field_defaults
 
+LEFT_OUT = ("notes", "complete_until_ns")
+"""Fields of the evidence that are not logged if they are empty or 0."""
+
 SAME_IF_LEFT_OUT = ("energy_high", "first_arrival_low")
 """Fields of the origins that are not logged if they are None: `energy` or `first_arrival` then applies instead."""
 
@@ -25,7 +28,7 @@ def evidence_content(evidence: Evidence) -> dict[str, Any]:
         "areas": [_area_evidence_content(area) for area in evidence.areas],
         "outdated": [outdated._asdict() for outdated in evidence.outdated],
     }
-    return {name: value for name, value in content.items() if value or name != "notes"}
+    return {name: value for name, value in content.items() if value or name not in LEFT_OUT}
 
 
 def _area_evidence_content(area: AreaEvidence) -> dict[str, Any]:

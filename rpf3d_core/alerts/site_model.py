@@ -129,6 +129,11 @@ class EvidenceSpec(StrictModel):
         description="a number >= 0 (s), how long an area that was moved may be judged at its former place; longer is a "
         "fault",
     )
+    changed_terrain_s: Seconds = Field(
+        5.0,
+        description="a number >= 0 (s), how long an answer over the former terrain may count after the terrain has "
+        "changed; longer is a fault",
+    )
     interval: Literal["predictive", "sampling"] = Field(
         "predictive",
         description="predictive or sampling: which figures are compared where the scene has unknowns; the predictive "

@@ -1,19 +1,21 @@
 """The present outline of each area of interest, and which evidence was made for a former outline of an area."""
 
 import hashlib
+import threading
+from bisect import bisect_right
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import pairwise
-from typing import NamedTuple
+from itertools import chain
 
 import numpy as np
 
 from rpf3d_core.alerts.evidence import Evidence, Outdated
 from rpf3d_core.terrain.frame import FloatArray
 
-REMEMBERED = 100
-"""Largest number of outlines remembered for each area.
+REMEMBERED = 10_000
+"""Largest number of former digests that are remembered for each area, and for the terrain.
 
-A forgotten outline counts as replaced at the time when the oldest remembered outline began.
+A forgotten digest counts as replaced when the watch began, which is a fault at once in place of a fault never.
 """
 
 
@@ -26,39 +28,85 @@ def outline_digest(rings: Iterable[FloatArray]) -> str:
     return digest.hexdigest()
 
 
-class KnownOutline(NamedTuple):
-    """An outline of an area: its digest, and the time (ns) since when it is watched."""
+class DigestHistory:
+    """The present and the former digests of a thing that changes, such as the outline of an area or the terrain."""
 
-    digest: str
-    since_ns: int
+    def __init__(self, digest: str, now_ns: int) -> None:
+        """Watch a digest from now (ns) on."""
+        self._digests, self._since_ns = [digest], [now_ns]
+        self._counts = Counter(self._digests)
+        self._began_ns = now_ns
+
+    @property
+    def present(self) -> str:
+        """The present digest."""
+        return self._digests[-1]
+
+    @property
+    def since_ns(self) -> int:
+        """Time (ns) since when the present digest is watched."""
+        return self._since_ns[-1]
+
+    def watch(self, digest: str, now_ns: int) -> None:
+        """Watch a digest from now (ns) on; do nothing if it is the present digest."""
+        if digest == self.present:
+            return
+        self._digests.append(digest)
+        self._since_ns.append(now_ns)
+        self._counts[digest] += 1
+        if len(self._digests) > REMEMBERED:
+            del self._since_ns[0]
+            forgotten = self._digests.pop(0)
+            self._counts[forgotten] -= 1
+            if not self._counts[forgotten]:
+                del self._counts[forgotten]
+
+    def replaced_ns(self, digest: str, made_ns: int) -> int | None:
+        """Return when (ns) a digest was replaced; None if it is the present digest.
+
+        If the digest was present several times, the last time that began before `made_ns` counts. So evidence is not
+        younger than its rocks, however often a thing goes to and fro. A digest that is not known counts as replaced
+        when the watch began.
+
+        made_ns : when (ns) the evidence with this digest was made
+        """
+        if digest == self.present:
+            return None
+        if digest not in self._counts:
+            return self._began_ns
+        place = bisect_right(self._since_ns, made_ns)
+        nearest = chain(reversed(range(place)), range(place, len(self._digests)))
+        return next(self._since_ns[index + 1] for index in nearest if self._digests[index] == digest)
 
 
 class WatchedOutlines:
-    """The outlines of all watched areas: the present and the former outlines of each."""
+    """The outlines of all watched areas: the present and the former outlines of each. Any thread may call."""
 
     def __init__(self) -> None:
-        self._known: dict[str, list[KnownOutline]] = {}
+        self._known: dict[str, DigestHistory] = {}
+        self._lock = threading.Lock()
 
     def watch(self, digests: Mapping[str, str], now_ns: int) -> None:
         """Watch these areas, and no others, from now (ns) on; an outline that is watched already keeps its time.
 
         digests : for each area, by name, the digest of its outline
         """
-        known = {name: self._known.get(name, []) for name in digests}
-        for name, digest in digests.items():
-            if not known[name] or known[name][-1].digest != digest:
-                known[name] = [*known[name], KnownOutline(digest, now_ns)][-REMEMBERED:]
-        self._known = known
+        with self._lock:
+            self._known = {
+                name: self._known.get(name) or DigestHistory(digest, now_ns) for name, digest in digests.items()
+            }
+            for name, digest in digests.items():
+                self._known[name].watch(digest, now_ns)
 
     def restart(self, now_ns: int) -> None:
         """Forget all former outlines, and watch the present outlines from now (ns) on: earlier times are not valid."""
-        present = {name: known[-1].digest for name, known in self._known.items()}
-        self._known = {}
-        self.watch(present, now_ns)
+        with self._lock:
+            self._known = {name: DigestHistory(known.present, now_ns) for name, known in self._known.items()}
 
     def described(self, evidence: Evidence) -> Evidence:
         """Return the evidence with `outlined_ns` set for each area: since when its present outline is watched."""
-        since = {name: known[-1].since_ns for name, known in self._known.items()}
+        with self._lock:
+            since = {name: known.since_ns for name, known in self._known.items()}
         return evidence._replace(
             areas=tuple(area._replace(outlined_ns=since.get(area.name, 0)) for area in evidence.areas)
         )
@@ -70,22 +118,11 @@ class WatchedOutlines:
             answer is a separate fault
         """
         found: dict[str, int] = {}
-        for part in parts:
-            shown = {area.name: area.outline for area in part.areas}
-            for name in self._known if shown else ():
-                since_ns = self._replaced_ns(name, shown.get(name, ""))
-                if since_ns is not None:
-                    found[name] = min(since_ns, found.get(name, since_ns))
+        with self._lock:
+            for part in parts:
+                shown = {area.name: area.outline for area in part.areas}
+                for name, known in self._known.items() if shown else ():
+                    since_ns = known.replaced_ns(shown.get(name, ""), part.at_ns)
+                    if since_ns is not None:
+                        found[name] = min(since_ns, found.get(name, since_ns))
         return tuple(Outdated(name=name, since_ns=since_ns) for name, since_ns in found.items())
-
-    def _replaced_ns(self, name: str, digest: str) -> int | None:
-        """Return when (ns) an outline of an area was replaced; None if the outline is the present one.
-
-        digest : digest of the outline, "" if the evidence lacks the area. For an outline that is not remembered, the
-            result is the time from which the oldest remembered outline has been watched
-        """
-        known = self._known[name]
-        if known[-1].digest == digest:
-            return None
-        replaced = [after.since_ns for before, after in pairwise(known) if before.digest == digest]
-        return replaced[-1] if replaced else known[0].since_ns

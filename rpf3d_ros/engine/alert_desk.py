@@ -7,6 +7,7 @@ without an error delays the alert; after a second the delay is reported and the 
 import queue
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -41,6 +42,9 @@ If half of the validity is shorter than this time, the next decision is made aft
 
 LONGEST_WRITE = 1.0
 """Time (s) that a decision may take to reach the disk; after this time the alarm sounds without the decision."""
+
+MOST_UNDECIDED = 2
+"""Number of answers that may wait for their decision, including the answer that is being decided on."""
 
 CLOSING = None
 """Request that ends the thread of the alert desk."""
@@ -79,8 +83,9 @@ class Request:
         last message of their topic count
     acknowledged : an acknowledgement, whose name and reason are not checked yet
     reply : called with True and a sentence if the request succeeded, or with False and the reason
-    is_changed : True to decide again because the standing faults or the outlines have changed
-    outlines : digest of the present outline of each area of interest, or None if no outline has changed
+    is_changed : True to decide again because the standing faults have changed
+    is_moved : True to decide again on the evidence, if there is any, because an outline or the terrain has changed
+    missed, missed_ns : topic of sources whose messages were lost before they could be read, and when (ns)
     """
 
     region: Hashable = None
@@ -91,11 +96,33 @@ class Request:
     acknowledged: Acknowledgement | None = None
     reply: Reply | None = None
     is_changed: bool = False
-    outlines: Mapping[str, str] | None = None
+    is_moved: bool = False
+    missed: str = ""
+    missed_ns: int = 0
+
+    @property
+    def decides(self) -> bool:
+        """True if a decision follows, on all evidence and standing faults of its time."""
+        return self.evidence is not None or bool(self.faults or self.missed) or self.is_changed
+
+    def is_covered_by(self, later: "Request") -> bool:
+        """True if the decision on a later request takes into account all that this request brings.
+
+        So new evidence does not wait for one decision for each outline of a moving machine.
+        """
+        return (self in (TICK, CHANGED, MOVED) and later.decides) or (self in (TICK, MOVED) and later.is_moved)
+
+    @property
+    def is_unanswered(self) -> bool:
+        """True if the evidence has no answer: it is a fault, and raises no level."""
+        return self.evidence is not None and not self.evidence.areas
 
 
 CHANGED = Request(is_changed=True)
 """A request to decide again, because the standing faults have changed."""
+
+MOVED = Request(is_moved=True)
+"""A request to decide again on the evidence, because the outline of an area or the terrain has changed."""
 
 TICK = Request()
 """A request without new evidence: the alert desk only checks whether the validity of the last decision ends soon."""
@@ -117,12 +144,14 @@ class AlertDesk:
     ) -> None:  # fmt: skip
         self._thresholds, self._log, self._now, self._listener = thresholds, log, now, listener
         self.alert: Alert | None = log.last_alert if log is not None else None
-        self._evidence = RegionEvidence(thresholds.evidence.sources_max_age_s, expected, has_sensors)
-        self._outlines: Mapping[str, str] = {}
+        self._evidence = RegionEvidence(thresholds.evidence, expected, has_sensors)
+        self._present: tuple[Mapping[str, str], str | None] = ({}, None)
         self._watching = threading.Lock()
         self._writing_since: float | None = None
         self._hanging_since: float | None = None
         self._requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
+        self._undecided: deque[float] = deque()  # when the evidence without a decision was received (s, steady clock)
+        self._served = threading.Condition()
         self._closed = self._failed = self._clock_ran = self._owed = False
         self.standing = StandingFaults(lambda: self._requests.put(CHANGED))
         self._thread = threading.Thread(target=self._run, name="rpf3d alerts", daemon=True)
@@ -133,18 +162,38 @@ class AlertDesk:
 
         Evidence without sources applies to all regions of its topic.
         """
-        self._requests.put(Request(region=region, evidence=evidence, topic=topic))
+        with self._served:
+            self._undecided.append(time.monotonic())
+            self._requests.put(Request(region=region, evidence=evidence, topic=topic))
 
-    def watch(self, outlines: Callable[[], Mapping[str, str]]) -> None:
-        """Watch areas of interest at their present places; evidence for a former place is then outdated.
+    def wait_for_room(self, seconds: float) -> bool:
+        """Wait at most `seconds` until hardly any evidence waits for a decision; return True if so, or if closed.
 
-        outlines : returns the digest of the present outline of each area, by name. Any thread may call this method.
+        If the disk is slow, the thread that flies rocks must wait: each answer has a decision of its own, because a
+        later answer may hide its danger, so the decisions would fall behind the answers.
         """
-        with self._watching:  # otherwise an older state could be put after a newer one
-            present = outlines()
-            if present != self._outlines:
-                self._outlines = present
-                self._requests.put(Request(outlines=present, is_changed=True))
+        with self._served:
+            return self._served.wait_for(lambda: len(self._undecided) < MOST_UNDECIDED or self._closed, seconds)
+
+    def miss(self, topic: str, at_ns: int) -> None:
+        """Report that messages of a topic of sources were lost before they could be read; at_ns : present time (ns)."""
+        self._requests.put(Request(missed=topic, missed_ns=at_ns))
+
+    def watch(self, outlines: Callable[[], Mapping[str, str]], terrain: Callable[[], str] | None = None) -> None:
+        """Watch areas and terrain as they are now; evidence for a former place or terrain is then outdated.
+
+        The change counts from now on, also if many requests wait. Any thread may call this method.
+
+        outlines : returns the digest of the present outline of each area, by name
+        terrain : returns the digest of the present terrain, "" without terrain; None if the terrain is not watched
+        """
+        with self._watching:  # otherwise an older state could be noted after a newer one
+            present = outlines(), terrain() if terrain is not None else None
+            if present == self._present:
+                return
+            self._present = present
+            self._evidence.watch(*present, self._now())
+            self._requests.put(MOVED)
 
     def forget(self, why: str, reply: Reply | None = None) -> None:
         """Ask to forget all evidence; until every topic has published again, the state is unknown because of `why`.
@@ -174,16 +223,22 @@ class AlertDesk:
     def tick(self) -> None:
         """Request a decision if the last one failed or its validity ends soon, unless a request is already waiting.
 
-        In any case, report a decision that is taking too long to be written to the log, because a disk that hangs
-        raises no error. Call this regularly.
+        In any case, report a decision that is taking too long to be written to the log, and evidence that has waited
+        too long for its decision, because a disk that is slow or hangs raises no error. Call this regularly.
         """
-        since = self._writing_since
+        since = self._waiting_since()
         if since is not None and since != self._hanging_since and time.monotonic() - since > LONGEST_WRITE:
             self._hanging_since = since
-            if self._writing_since == since:  # still the same decision
+            if self._waiting_since() == since:  # still the same decision
                 self._listener.unwritten()
         if self._requests.empty() and (self._failed or self._is_over(self._now())):
             self._requests.put(Request(faults=FORGOTTEN, is_error=True) if self._failed else TICK)
+
+    def _waiting_since(self) -> float | None:
+        """Return since when (s, steady clock) the oldest evidence or decision waits; None if nothing waits."""
+        with self._served:
+            since = [*list(self._undecided)[:1], *([] if self._writing_since is None else [self._writing_since])]
+        return min(since, default=None)
 
     def close(self, timeout: float) -> bool:
         """Stop deciding; wait at most `timeout` (s). Return True if the thread has ended and the log is closed.
@@ -203,28 +258,49 @@ class AlertDesk:
                 self._log.close()
 
     def _serve_requests(self) -> None:
-        while (request := self._requests.get()) is not CLOSING and not self._closed:
+        waiting: deque[Request | None] = deque()
+        while True:
+            while not (waiting and self._requests.empty()):
+                waiting.append(self._requests.get())
+            request = waiting.popleft()
+            if request is CLOSING or self._closed:
+                return
+            if any(later is not CLOSING and request.is_covered_by(later) for later in waiting):
+                continue
             try:
-                self._serve(request)
+                self._serve(request, waiting[0] if waiting else None)
             except Exception as error:
                 self._evidence.lose()
                 self._failed = True
                 report_error(self._listener.undecided, error)
+            finally:
+                self._note_served(request)
 
-    def _serve(self, request: Request) -> None:
+    def _note_served(self, request: Request) -> None:
+        if request.evidence is not None:
+            with self._served:
+                self._undecided.popleft()
+                self._served.notify_all()
+
+    def _serve(self, request: Request, following: Request | None) -> None:
+        """Serve a request; following : the next request if it waits already, else None."""
         now, self._failed = self._now(), False
         if request.faults:
             self._evidence.lose() if request.is_error else self._evidence.forget(now)
-        if request.outlines is not None and not self._evidence.watch(request.outlines, now):
-            return
+        if request.missed:
+            self._evidence.miss(request.missed, request.missed_ns)
         if request.evidence is not None:
             self._evidence.note(request.region, request.topic, request.evidence)
+        if request.is_moved and not len(self._evidence):
+            return
+        if request.is_unanswered and following is not None and following.is_unanswered:
+            return  # one decision contains the faults of both
         self._clock_ran = self._clock_ran or now > 0  # a clock that went back to 0 counts as running
         if not self._clock_ran:
             self._wait_for_clock(request)
         elif request.acknowledged is not None:
             self._acknowledge(request, now)
-        elif request.evidence is not None or request.faults or request.is_changed or self._is_over(now):
+        elif request.decides or request.is_moved or self._is_over(now):
             self._decide(now, None)
             if request.reply is not None:
                 request.reply((True, request.faults))

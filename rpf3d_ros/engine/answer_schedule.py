@@ -9,8 +9,9 @@ class AnswerSchedule:
     """The order in which triggers (the sources of one message each) are answered.
 
     The refinement of an answer, that is its later stages, ends when a new trigger arrives, or when the terrain or the
-    areas change. After such a change, the last trigger of each region is answered again, the newest trigger last. If a
-    trigger of another wall has interrupted a refinement, this refinement is completed afterwards.
+    areas change. After such a change, the last trigger of each region is answered again, the newest trigger last. If
+    changes come faster than the answers, the triggers take turns, so that none waits for ever. If a trigger of another
+    wall has interrupted a refinement, this refinement is completed afterwards.
 
     The flyer (`Flyer`, the thread that flies rocks) holds its lock while a method is called, except for `progress` and
     `finish`, which only its own thread calls.
@@ -71,8 +72,8 @@ class AnswerSchedule:
         The latest trigger is returned again if the terrain or the areas have changed, or if another trigger was
         answered after it.
         """
-        if self._outdated and self._latest is not None:
-            self._again, self._outdated = self._answered.others(self._latest), False
+        if self._outdated:  # before the first trigger is taken, there is nothing to answer again
+            self._again, self._outdated = [] if self._latest is None else self._in_turn(self._latest), False
         finishing, trigger = False, self._sources.take()
         if trigger is not None:
             self._answered.note(self._sources.region_of(trigger), trigger)
@@ -118,10 +119,16 @@ class AnswerSchedule:
         others = self._answered.others(self._latest)
         return next((each for each in self._interrupted if any(each is one for one in others)), None)
 
-    def _next_again(self) -> Trigger | None:
-        """Return the next of the older triggers to answer again; None without one.
+    def _in_turn(self, latest: Trigger) -> list[Trigger]:
+        """Return all triggers to answer again: those that still wait since an earlier change first."""
+        every = [*self._answered.others(latest), latest]
+        return [*self._again, *(trigger for trigger in every if not any(trigger is each for each in self._again))]
 
-        A trigger is skipped if a newer trigger of its region has replaced it.
+    def _next_again(self) -> Trigger | None:
+        """Return the next of the triggers to answer again; None without one.
+
+        A trigger is skipped if a newer trigger of its region has replaced it, or if it is too old.
         """
-        self._again = [trigger for trigger in self._again if self._answered.holds(trigger)]
+        kept = [] if self._latest is None else [*self._answered.others(self._latest), self._latest]
+        self._again = [trigger for trigger in self._again if any(trigger is each for each in kept)]
         return self._again.pop(0) if self._again else None

@@ -132,6 +132,12 @@ class Flyer:
             return standing.digests_with(areas)
         return {name: outline_digest(rings) for name, rings in areas.items()}
 
+    @property
+    def terrain_digest(self) -> str:
+        """The digest of the terrain in use; "" without terrain."""
+        standing = self.standing
+        return "" if standing is None else standing.ground.digest
+
     def _live_areas(self) -> Outlines:
         return {name: rings for outlines in self._areas.values() for name, rings in outlines.items()}
 

@@ -25,7 +25,8 @@ from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 from rpf3d_ros.engine.in_order import InOrder
-from rpf3d_ros.interface.qos import OVERRIDABLE
+from rpf3d_ros.engine.message_gaps import MessageGaps, Numbered
+from rpf3d_ros.interface.qos import OVERRIDABLE, depth_of
 from rpf3d_ros.messages.refusals import report_error
 from rpf3d_ros.messages.terrain_messages import Buffer
 
@@ -40,6 +41,9 @@ STAYS_BUSY = 10.0
 
 AFTER_ERROR = 1.0
 """Time (s) until the next check after rcl has reported an error."""
+
+NOT_NUMBERED = 2**64 - 1
+"""Number of a message if the middleware has no numbers (RMW_MESSAGE_INFO_SEQUENCE_NUMBER_UNSUPPORTED)."""
 
 OK, NOTHING_THERE = 0, 401
 """Return codes of rcl (RCL_RET_OK, RCL_RET_SUBSCRIPTION_TAKE_FAILED in rcl/types.h)."""
@@ -63,9 +67,13 @@ class _Serialized(ctypes.Structure):
 
 
 class _Info(ctypes.Structure):
-    """The structure rmw_message_info_t for ctypes: the fields up to the time of publication, and room for the rest."""
+    """The structure rmw_message_info_t for ctypes, with room for later fields."""
 
-    _fields_ = (("published_ns", ctypes.c_int64), ("rest", ctypes.c_int64 * 31))
+    _fields_ = (
+        ("published_ns", ctypes.c_int64), ("received_ns", ctypes.c_int64), ("number", ctypes.c_uint64),
+        ("reception", ctypes.c_uint64), ("implementation", ctypes.c_void_p), ("publisher", ctypes.c_uint8 * 16),
+        ("rest", ctypes.c_int64 * 25),
+    )  # fmt: skip
 
 
 class _Sentence(ctypes.Structure):
@@ -121,12 +129,22 @@ class LargeTopic(NamedTuple):
     """A topic of large messages, and the function that receives them.
 
     kind : a message class; take : called with the CDR bytes of each message and its time of publication (ns)
+    lost : called before `take` if messages were lost before this message: with their number, and the time (ns) of
+        publication of this message; None if only the last message matters
     """
 
     kind: Any
     name: str
     take: Callable[[Buffer, int], None]
     qos: QoSProfile
+    lost: Callable[[int, int], None] | None = None
+
+
+class TakenMessage(NamedTuple):
+    """The CDR bytes of a message, and the number of messages that were lost before it."""
+
+    data: Buffer
+    lost: int = 0
 
 
 class LargeMessages:
@@ -186,7 +204,7 @@ class LargeMessages:
             if messages:
                 busy_until = time.monotonic() + STAYS_BUSY
             for message in messages:
-                self._hand_on(self._topics[message.queue], message.content, message.at_ns)
+                self._hand_on(self._topics[message.queue], message.content.data, message.at_ns, message.content.lost)
             if any(isinstance(error, InvalidHandle) for error in self._order.errors):  # the node is being destroyed
                 return
             self._report(self._order.errors)
@@ -197,9 +215,14 @@ class LargeMessages:
         """Take a message from the executor, with the message information of rclpy."""
         self._hand_on(topic, data, info["source_timestamp"])
 
-    def _hand_on(self, topic: LargeTopic, content: Buffer, published_ns: int) -> None:
-        """Pass a message to its callback, and report the message if the callback raises. Other messages continue."""
+    def _hand_on(self, topic: LargeTopic, content: Buffer, published_ns: int, lost: int = 0) -> None:
+        """Pass a message to its callback, and report the message if the callback raises. Other messages continue.
+
+        lost : number of messages that were lost before this message
+        """
         try:
+            if lost and topic.lost is not None:
+                topic.lost(lost, published_ns)
             topic.take(content, published_ns)
         except Exception as error:
             if self._node.context.ok():  # otherwise a signal has shut the context down
@@ -222,11 +245,12 @@ class _Queue:
 
     def __init__(self, subscription: Any, rcl: _Rcl, closed: threading.Event) -> None:
         self._handle, self._rcl, self._closed = subscription.handle, rcl, closed
+        self._gaps = MessageGaps(depth_of(subscription.qos_profile))
         self._info = _Info()
         self._message = _Serialized(allocator=rcl.allocator())
 
-    def take(self) -> tuple[int, Buffer] | None:
-        """Return the publication time (ns) and bytes of the next message; None if there is none or after closing."""
+    def take(self) -> tuple[int, TakenMessage] | None:
+        """Return the publication time (ns) and the next message; None if there is none or after closing."""
         if self._closed.is_set():
             return None
         rcl, message, info = self._rcl, self._message, self._info
@@ -236,13 +260,19 @@ class _Queue:
             return None
         self._message = _Serialized(allocator=rcl.allocator())
         if code == OK:
-            return info.published_ns, _viewed(message, rcl)
+            lost = self._gaps.lost_before(_numbered(info), time.time_ns())
+            return info.published_ns, TakenMessage(_viewed(message, rcl), lost)
         rcl.free(ctypes.byref(message))
         why = rcl.error().text.decode(errors="replace")
         rcl.reset_error()
         if code != NOTHING_THERE:
             raise RuntimeError(f"messages cannot be taken: rcl says {code}, {why}")
         return None
+
+
+def _numbered(info: _Info) -> Numbered:
+    number = None if info.number == NOT_NUMBERED else info.number
+    return Numbered(number=number, received_ns=info.received_ns, publisher=bytes(info.publisher))
 
 
 def _viewed(message: _Serialized, rcl: _Rcl) -> memoryview:

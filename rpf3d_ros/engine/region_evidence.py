@@ -4,9 +4,11 @@ from collections.abc import Hashable, Mapping, Sequence
 from typing import NamedTuple
 
 from rpf3d_core.alerts.evidence import Evidence
+from rpf3d_core.alerts.site_model import EvidenceSpec
 from rpf3d_core.live.evidence import together
 from rpf3d_core.live.outlines import WatchedOutlines
 from rpf3d_ros.engine.source_topics import BY_HAND, SourceTopics
+from rpf3d_ros.engine.watched_terrain import WatchedTerrain
 from rpf3d_ros.messages.stamps import SECOND
 
 
@@ -40,12 +42,13 @@ class TopicEvidence(NamedTuple):
 class RegionEvidence:
     """The last evidence of each region, that is of each wall, and the topics that have reported."""
 
-    def __init__(self, max_age_s: float, expected: Sequence[str] = (), has_sensors: bool = False) -> None:
+    def __init__(self, terms: EvidenceSpec, expected: Sequence[str] = (), has_sensors: bool = False) -> None:
         """Begin without evidence.
 
-        max_age_s : age (s) beyond which evidence is stale; expected, has_sensors : as in `SourceTopics`
+        terms : the conditions of the site for evidence; expected, has_sensors : as in `SourceTopics`
         """
-        self._max_age_ns = int(max_age_s * SECOND)
+        self._max_age_ns = int(terms.sources_max_age_s * SECOND)
+        self._ground = WatchedTerrain(terms.changed_terrain_s)
         self._evidence: dict[Hashable, TopicEvidence] = {}
         self._newest_at_ns = 0
         self._topics, self._outlines = SourceTopics(expected, has_sensors), WatchedOutlines()
@@ -67,13 +70,23 @@ class RegionEvidence:
             others = {wall: kept.with_faults_of(new) for wall, kept in seen.items()}
         self._evidence = {**others, region: new}
 
-    def watch(self, outlines: Mapping[str, str], now_ns: int) -> bool:
-        """Watch exactly these areas from now (ns) on; return True if there is evidence, which must be judged again.
+    def watch(self, outlines: Mapping[str, str], terrain: str | None, now_ns: int) -> None:
+        """Watch exactly these areas, over this terrain, from now (ns) on. Any thread may call this method.
 
         outlines : for each area, by name, the digest of its outline
+        terrain : digest of the terrain, "" without terrain; None if the terrain is not watched
         """
         self._outlines.watch(outlines, now_ns)
-        return bool(self._evidence)
+        if terrain is not None:
+            self._ground.watch(terrain, now_ns)
+
+    def miss(self, topic: str, now_ns: int) -> None:
+        """Note that messages of a topic were lost before they could be read; now_ns : present time (ns)."""
+        self._topics.miss(topic, now_ns)
+
+    def __len__(self) -> int:
+        """Return the number of regions with evidence."""
+        return len(self._evidence)
 
     def fresh(self, now_ns: int) -> Evidence | None:
         """Return the evidence of all regions, combined into one for a decision; None if there is no evidence.
@@ -81,7 +94,8 @@ class RegionEvidence:
         Stale evidence is left out, because the radar may have reported later that the rocks are at other places. If the
         radar has reported nothing later, its silence is a fault. If all evidence is stale, the newest evidence counts.
         Evidence without sources counts only if no other evidence has sources. `outdated` of the result lists each area
-        whose present outline is missing in the evidence of a region.
+        whose present outline is missing in the evidence of a region. `faults` of the result also names silent topics,
+        lost messages, and answers over the former terrain.
         """
         if not self._evidence:
             return None
@@ -90,16 +104,25 @@ class RegionEvidence:
         parts = [kept.evidence for kept in self._evidence.values()]
         parts = [part for part in parts if part.sources] or parts
         known = self._outlines.described(together(parts))
-        faults = (*known.faults, *self._topics.silent(oldest, now_ns))
+        faults = (*known.faults, *self._topics.silent(oldest, now_ns), *self._ground.faults(parts, now_ns))
         # The newest evidence may have been dropped, but its time of arrival also applies to the remaining evidence.
         at_ns, outdated = max(known.at_ns, self._newest_at_ns), self._outlines.outdated(parts)
-        return known._replace(at_ns=at_ns, faults=faults, outdated=outdated)
+        return known._replace(
+            at_ns=at_ns, faults=faults, outdated=outdated, complete_until_ns=self._complete_until_ns(parts)
+        )
+
+    def _complete_until_ns(self, parts: Sequence[Evidence]) -> int:
+        """Return the time (ns) at which a topic falls silent, or an answer is too old for the terrain; 0 if none."""
+        first_ns = self._topics.oldest_ns
+        silent_ns = [] if first_ns is None else [first_ns + self._max_age_ns]
+        return min([*silent_ns, *self._ground.ends_ns(parts)], default=0)
 
     def forget(self, now_ns: int) -> None:
         """Forget all evidence and stamps, because times from before now (ns) are invalid; topics must publish again."""
         self._clear()
         self._topics.forget()
         self._outlines.restart(now_ns)
+        self._ground.restart(now_ns)
 
     def lose(self) -> None:
         """Forget all evidence because of an error of the program: every topic must publish again.

@@ -29,7 +29,16 @@ class SourceTopics:
         self._expected, self._has_sensors = tuple(expected), has_sensors
         self._last: dict[str, int] = {}
         self._heard: dict[str, int] = {}  # topics from before all was forgotten: a message counts only after this stamp
+        self._missed: dict[str, int] = {}  # when messages of a topic were lost on their way (ns)
         self._lost_click: int | None = None
+
+    def miss(self, topic: str, now_ns: int) -> None:
+        """Note that messages of a topic were lost before they could be read; now_ns : present time (ns).
+
+        They may have reported danger at any wall, so a later message does not make up for them. The loss is a
+        fault until their sources would be too old.
+        """
+        self._missed[topic] = max(now_ns, self._missed.get(topic, now_ns))
 
     def note(self, topic: str, stamp_ns: int) -> None:
         """Note the stamp (ns) of a message, with or without sources; do nothing for topic `clicked_point`.
@@ -42,8 +51,8 @@ class SourceTopics:
     def silent(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
         """Return a sentence for each silent topic: its last message is too old, or an expected message never came.
 
-        The result also has a sentence for a clicked source that was lost by an error, and a sentence if the node has
-        sensors but has received messages of topic `clicked_point` only.
+        The result also has a sentence for each topic with lost messages, a sentence for a clicked source that was lost
+        by an error, and a sentence if the node has sensors but has received messages of topic `clicked_point` only.
 
         oldest_ns : stamp (ns) before which a message is too old; now_ns : present time (ns)
         """
@@ -61,9 +70,15 @@ class SourceTopics:
                 f"nothing has been heard of sources on {topic} since stamps were forgotten; {REMOVED}"
                 for topic in again
             ),
+            *self._missing(oldest_ns, now_ns),
             *self._click_lost(oldest_ns, now_ns),
             *((ONLY_CLICKS,) if self._has_sensors and not (self._last or never or again) else ()),
         )
+
+    @property
+    def oldest_ns(self) -> int | None:
+        """Stamp (ns) of the topic that has published longest ago, and will be silent first; None without topics."""
+        return min(self._last.values(), default=None)
 
     def forget(self) -> None:
         """Forget all stamps, because the stamps are invalid or the node was not subscribed meanwhile.
@@ -72,6 +87,7 @@ class SourceTopics:
         """
         self._heard = dict.fromkeys((*self._heard, *self._last), ANY_STAMP)
         self._last.clear()
+        self._missed.clear()
         self._lost_click = None
 
     def lose(self, click_ns: int | None = None) -> None:
@@ -86,6 +102,14 @@ class SourceTopics:
         self._heard.update(self._last)
         self._last.clear()
         self._lost_click = self._lost_click if click_ns is None else click_ns
+
+    def _missing(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
+        """Return a fault for each topic with lost messages whose sources would not be too old yet."""
+        return tuple(
+            f"messages on {topic} were lost {span(max(now_ns - missed_ns, 0))} ago, before they could be read"
+            for topic, missed_ns in self._missed.items()
+            if missed_ns >= oldest_ns
+        )
 
     def _click_lost(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
         """Return the fault of a clicked source that was lost by an error; empty if the source would be too old now."""

@@ -51,6 +51,9 @@ After this time, a terrain that is not yet in use is lost, as after a `kill -9`.
 WRITING = 1.0
 """Time (s) after COMPUTING in which the made decisions and the terrain in use must reach the disk."""
 
+ROOM_WITHIN = 0.1
+"""Time (s) between two checks whether the simulator is being closed, while an answer waits for its decision."""
+
 LAST_FAULT = 0.5
 """Time (s) for which deactivation waits until the last fault is published; after that, only the alarm is published."""
 
@@ -74,6 +77,7 @@ class Station:
 
     def __init__(self, configuration: StationConfiguration, outlets: Outlets) -> None:
         """Start the threads; no sources are answered before `activate`."""
+        self._closing = False
         self._configuration, self._outlets = configuration, outlets
         parameters, scene = configuration.parameters, configuration.scene
         self.sources = WaitingSources(parameters.region_size, parameters.waiting_sources)
@@ -145,6 +149,7 @@ class Station:
 
         Threads that have not ended are abandoned: their results and reports are discarded.
         """
+        self._closing = True
         self.terrain.close()
         ended = _all_end((self.flyer, self.builder), COMPUTING)
         ended &= _all_end([each for each in (self.desk, self._configuration.store) if each is not None], WRITING)
@@ -233,7 +238,7 @@ class Station:
 
     def answered(self, answer: Answer) -> None:
         """Publish an answer, and ask for an alert decision on it."""
-        self._watch_areas()
+        self._watch_present()
         if self.desk is not None:
             evidence = evidence_of_answer(answer, self._circumstances())
             self.desk.decide_on(self.region_of(answer.trigger), evidence, answer.trigger.topic)
@@ -243,6 +248,8 @@ class Station:
         well = "every rock has an outcome" if answer.sources else "watched, nothing seen"
         level, sentence = (WARN, "; ".join(warnings)) if warnings else (OK, well)
         self._outlets.health.set("run", level, sentence, figures_of(answer))
+        while self.desk is not None and not self._closing and not self.desk.wait_for_room(ROOM_WITHIN):
+            pass  # the disk is slow: no rocks fly until the decisions have followed
 
     def unanswerable(self, trigger: Trigger, why: str) -> None:
         """Report why a trigger has no answer; the missing answer is a fault of the alert."""
@@ -285,7 +292,7 @@ class Station:
         self._outlets.health.set("terrain", OK, what, values)
         self._report_terrain()
         self.report_waiting()
-        self._watch_areas()
+        self._watch_present()
 
     def terrain_refused(self, why: str) -> None:
         """Report in the diagnostics why a survey is not used; an outdated terrain is a fault of the alert."""
@@ -295,11 +302,16 @@ class Station:
     def set_areas(self, topic: str, outlines: Outlines) -> None:
         """Replace the areas of interest of a topic, map frame; evidence for their former places is outdated."""
         self.flyer.set_areas(topic, outlines)
-        self._watch_areas()
+        self._watch_present()
 
-    def _watch_areas(self) -> None:
+    def _watch_present(self) -> None:
         if self.desk is not None:
-            self.desk.watch(lambda: self.flyer.outlines)
+            self.desk.watch(lambda: self.flyer.outlines, lambda: self.flyer.terrain_digest)
+
+    def input_lost(self, topic: str, at_ns: int) -> None:
+        """Report a fault because messages of sources were lost before they could be read; at_ns : present time (ns)."""
+        if self.desk is not None:
+            self.desk.miss(topic, at_ns)
 
     def input_refused(self, topic: str, why: str) -> None:
         """Report a fault of a topic because a message of sources or areas was refused; `input_understood` ends it."""

@@ -142,19 +142,21 @@ class WaitingTerrain(Generic[M]):
             whys = (each.refused[-1].why or NO_REASON for each in reversed(self._chapters) if each.refused)
             return next(whys, "")
 
-    def refuse(self, kind: str, published_ns: int = 0, why: str = "") -> None:
-        """Note that a message was refused before it was queued.
+    def refuse(self, kind: str, published_ns: int = 0, why: str = "", count: int = 1) -> None:
+        """Note that messages were refused, or lost, before they were queued.
 
-        kind : "whole" or "patch"; published_ns : time of publication of the message (ns), 0 if it is not known
-        why : the reason, for a whole survey
+        kind : "whole" or "patch"; published_ns : time of publication of the message (ns), 0 if it is not known; of lost
+            patches, a time after their publication
+        why : the reason, for a whole survey; count : number of patches
         """
         with self._changed:
             if kind == "whole":
                 self._chapters[-1].refused.append(RefusedSurvey(published_ns=published_ns, why=why))
                 return
-            self._chapters[-1].lost += 1
+            self._chapters[-1].lost += count
             moment = Moment(published_ns)  # a survey that was published before, and arrives later, lacks the patch, too
-            self._received.append(ReceivedPatch(patch=None, moment=moment, at=time.monotonic()))
+            missing = ReceivedPatch[M](patch=None, moment=moment, at=time.monotonic())
+            self._received.extend([missing] * min(count, REMEMBERED))
 
     def lacks(self, patches: int, why_refused: str, known_ns: int = 0) -> None:
         """Note the faults of the restored terrain from before a restart: missing patches, and why a survey was refused.

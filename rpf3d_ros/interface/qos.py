@@ -1,7 +1,7 @@
 """Quality of service of each kind of topic; a launch file may override it (`qos_overrides`)."""
 
 from rclpy.duration import Duration
-from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from rpf3d_ros.interface.recorded_topics import EVENT, RESULT, STATE, TERRAIN
@@ -30,6 +30,18 @@ RESULTS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durabili
 
 EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
 """Quality of service of events, which are sources and diagnostics: a late subscriber must not receive old events."""
+
+
+SOURCES = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
+"""Quality of service of the simulator for sources, of which no message may be overwritten by a later one.
+
+A sensor may report its walls one after the other without a pause. The queue takes memory only for messages that wait.
+"""
+
+
+def depth_of(qos: QoSProfile) -> int:
+    """Return the number of messages that wait in a subscription before the oldest is deleted; 0 if none is deleted."""
+    return 0 if qos.history == HistoryPolicy.KEEP_ALL else qos.depth
 
 
 OVERRIDABLE = QoSOverridingOptions.with_default_policies()

@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -20,13 +20,14 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros.engine.builder import Arrival
 from rpf3d_ros.engine.large_messages import LargeMessages, LargeTopic
+from rpf3d_ros.engine.message_gaps import MessageGaps, Numbered
 from rpf3d_ros.engine.source_topics import BY_HAND
 from rpf3d_ros.engine.stamp_guards import StampGuards
 from rpf3d_ros.engine.station import Station
 from rpf3d_ros.engine.waiting_terrain import Moment, QueueFull
 from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.interface.parameters import SimulatorParameters
-from rpf3d_ros.interface.qos import EVENTS, OVERRIDABLE, terrain_qos
+from rpf3d_ros.interface.qos import EVENTS, OVERRIDABLE, SOURCES, depth_of, terrain_qos
 from rpf3d_ros.interface.transforms import AREAS_STAY, MESH_HAS_NO_STAMP, InputFrames, TransformLookup
 from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA, rings_of_equipment, rings_of_polygon
 from rpf3d_ros.messages.health import ERROR, OK, WARN
@@ -69,21 +70,24 @@ class Inputs:
         frames = InputFrames(parameters.frame, transforms, parameters.transforms_max_age_s)
         self._frames = FramesOnArrival(frames, is_patient=transforms is not None)
         self.guards = StampGuards(parameters.most_ahead)
-        self._refused, self._counting = 0, threading.Lock()
+        self._refused, self._lost, self._counting = 0, 0, threading.Lock()
         self._middleware = ""
+        self._gaps: dict[str, MessageGaps] = {}
         terrain = terrain_qos(parameters.terrain_durability)
         many = QoSProfile(depth=parameters.waiting_patches, reliability=EVENTS.reliability)
         self._events = SubscriptionEventCallbacks(incompatible_qos=lambda _: self.publishers.look_soon())
         sensors = parameters.sensors
         self._subscriptions = {
-            **{topic: self._subscribe(PoseArray, topic, self.on_poses) for topic in sensors.poses},
-            **{topic: self._subscribe(PointCloud2, topic, self.on_cloud) for topic in sensors.clouds},
-            BY_HAND: self._subscribe(PointStamped, "clicked_point", self.on_point),
+            **{topic: self._subscribe_sensor(PoseArray, topic, self.on_poses) for topic in sensors.poses},
+            **{topic: self._subscribe_sensor(PointCloud2, topic, self.on_cloud) for topic in sensors.clouds},
+            BY_HAND: self._subscribe(PointStamped, "clicked_point", self.on_point, SOURCES),
             "areas/polygon": self._subscribe(PolygonStamped, "areas/polygon", self.on_polygon),
             "areas/equipment": self._subscribe(PoseArray, "areas/equipment", self.on_equipment),
-        }
+        }  # of areas, as of whole surveys, only the last message counts: it replaces all earlier ones
+        for topic in (*sensors.poses, *sensors.clouds):
+            self._gaps[topic] = MessageGaps(depth_of(self._subscriptions[topic].qos_profile))
         surveys = (
-            LargeTopic(kind=PointCloud2, name="terrain/update", take=self.on_update, qos=many),
+            LargeTopic(kind=PointCloud2, name="terrain/update", take=self.on_update, qos=many, lost=self._lose_patches),
             LargeTopic(kind=PointCloud2, name="terrain/points", take=self.on_points, qos=terrain),
             LargeTopic(kind=Mesh, name="terrain/mesh", take=self.on_mesh, qos=terrain),
         )
@@ -120,6 +124,22 @@ class Inputs:
             self._station.terrain_refused(self._middleware)
         self._station.report_fault("middleware", f"terrain cannot be received: {why}" if why else "")
         self._middleware = why
+
+    def _lose_patches(self, count: int, before_ns: int) -> None:
+        """Report patches that were lost before they could be read: the terrain lacks them.
+
+        count : number of patches; before_ns : when a later patch was published (ns)
+        """
+        self._station.terrain.refuse("patch", before_ns, count=count)
+        self._report_lost("terrain/update", count)
+        self._station.terrain_refused(f"{count} patches were lost before they could be read")
+
+    def _report_lost(self, topic: str, count: int) -> None:
+        with self._counting:
+            self._lost += count
+            lost = self._lost
+        sentence = f"{count} messages on {topic} were lost before they could be read"
+        self._health.set(part_of(topic), WARN, sentence, {"lost": str(lost)})
 
     def _refuse_after_error(self, topic: str, published_ns: int, error: BaseException) -> None:
         """Refuse a terrain message because an unforeseen error occurred while it was checked or queued."""
@@ -186,11 +206,29 @@ class Inputs:
     def _now(self) -> int:
         return int(self._node.get_clock().now().nanoseconds)
 
-    def _subscribe(self, kind: Any, topic: str, callback: Callable[[str, Any], None]) -> Any:
+    def _subscribe_sensor(self, kind: Any, topic: str, callback: Callable[[str, Any], None]) -> Any:
+        """Subscribe to a topic of a sensor, of which no message may be lost without a fault."""
+
+        def take(_: str, message: Any, info: Mapping[str, Any]) -> None:
+            self._check_gaps(topic, message.header, info)
+            callback(topic, message)
+
+        return self._subscribe(kind, topic, take, SOURCES)
+
+    def _subscribe(self, kind: Any, topic: str, callback: Callable[..., None], qos: QoSProfile = EVENTS) -> Any:
         return self._node.create_subscription(
-            kind, topic, partial(callback, topic), EVENTS, event_callbacks=self._events,
+            kind, topic, partial(callback, topic), qos, event_callbacks=self._events,
             qos_overriding_options=OVERRIDABLE,
         )  # fmt: skip
+
+    def _check_gaps(self, topic: str, header: Header, info: Mapping[str, Any]) -> None:
+        """Report a fault if messages of a sensor were lost before this message; info : message information of rclpy."""
+        message = Numbered(number=info["publication_sequence_number"], received_ns=info["received_timestamp"])
+        lost = self._gaps[topic].lost_before(message, time.time_ns())
+        if lost:
+            self._notice_jump()
+            self._report_lost(topic, lost)
+            self._station.input_lost(topic, self._now() or nanoseconds(header.stamp))  # the clock may not run yet
 
     def _whole(self, cloud: PointCloud2, published_ns: int) -> None:
         arrival = self._arrival(cloud)

@@ -5,8 +5,9 @@ from alert_evidence import NOW, S, area, evidence
 from watched_road import ON_THE_SLOPE, ROAD, last_answer, slope, standing_over
 
 from rpf3d_core.alerts.evidence import Outdated
+from rpf3d_core.live import outlines
 from rpf3d_core.live.ground import Workshop
-from rpf3d_core.live.outlines import REMEMBERED, WatchedOutlines, outline_digest
+from rpf3d_core.live.outlines import WatchedOutlines, outline_digest
 from rpf3d_core.live.scene import live_scene
 from rpf3d_core.live.standing import stand_on
 from rpf3d_core.live.survey import GridSurvey
@@ -37,7 +38,9 @@ def test_evidence_for_the_present_outline_is_not_outdated_and_for_a_former_one_s
     watched.watch({"ramp": A}, NOW + 4 * S)
     assert watched.outdated([of_ramp(A)]) == (), "the area came back"
     watched.watch({"ramp": B}, NOW + 5 * S)
-    assert watched.outdated([of_ramp(A)]) == (Outdated("ramp", NOW + 5 * S),), "the last time counts"
+    made_since = of_ramp(A)._replace(at_ns=NOW + 4 * S)
+    assert watched.outdated([made_since]) == (Outdated("ramp", NOW + 5 * S),), "answered after the area came back"
+    assert watched.outdated([of_ramp(A)]) == (Outdated("ramp", NOW + S),), "nobody has answered since"
 
 
 def test_evidence_without_a_new_area_is_outdated_since_the_area_is_watched():
@@ -50,11 +53,21 @@ def test_evidence_without_a_new_area_is_outdated_since_the_area_is_watched():
     assert watched.outdated([of_ramp(A)]) == ()
 
 
-def test_an_outline_that_is_forgotten_was_replaced_long_ago_and_a_new_clock_begins_again():
+def test_evidence_for_a_former_place_grows_old_however_often_the_area_moves():
+    """Formerly the evidence was never older than the last 100 outlines: one second for a machine at 100 Hz."""
+    watched, answered = WatchedOutlines(), of_ramp(f"{0:064x}")
+    for message in range(1000):
+        watched.watch({"ramp": f"{message:064x}"}, NOW + message * S // 100)
+    assert watched.outdated([answered]) == (Outdated("ramp", NOW + S // 100),)
+
+
+def test_an_outline_that_is_forgotten_was_replaced_when_the_watch_began_and_a_new_clock_begins_again(monkeypatch):
+    monkeypatch.setattr(outlines, "REMEMBERED", 10)
     watched = WatchedOutlines()
-    for second in range(2 * REMEMBERED):
-        watched.watch({"ramp": f"{second:064x}"}, NOW + second * S)
-    assert watched.outdated([of_ramp("0" * 64)]) == (Outdated("ramp", NOW + REMEMBERED * S),)
+    for second in range(30):
+        watched.watch({"ramp": f"{second % 25:064x}"}, NOW + second * S)
+    assert watched.outdated([of_ramp(f"{19:064x}")]) == (Outdated("ramp", NOW),)
+    assert watched.outdated([of_ramp(f"{20:064x}")]) == (Outdated("ramp", NOW + 21 * S),)
     watched.restart(5)
     assert watched.outdated([of_ramp(A)]) == (Outdated("ramp", 5),)
     assert watched.described(of_ramp(A)).areas[0].outlined_ns == 5

@@ -573,3 +573,103 @@ def test_where_the_log_keeps_the_last_fault_waiting_the_alarm_is_the_last_word(m
     outlets.alerts.sound_alarm.assert_called_once_with()
     decisions.decided(decide(None, evidence(), site(), NOW), evidence())
     outlets.alerts.publish.assert_not_called()
+
+
+def test_a_decision_is_valid_until_the_first_topic_would_be_silent_whichever_has_sources():
+    """Formerly only the stamps of sources counted: a topic that saw nothing was missed too late."""
+    reports, clock = DeskReports(), Clock()
+    desk = AlertDesk(site().model_copy(update={"valid_s": 120.0}), None, clock, reports)
+    try:
+        desk.decide_on("nobody", nothing_seen(NOW), OTHER)
+        clock.now = NOW + 27 * S
+        desk.decide_on("wall", evidence(now=clock.now), RADAR)
+        alert = decided(reports, 2)
+        assert (alert.level, alert.valid_until_ns) == (Level.NORMAL, NOW + 30 * S)
+        clock.now = NOW + 30 * S + 1
+        desk.tick()
+        assert f"nothing has been heard of sources on {OTHER}" in decided(reports, 3).faults[0]
+    finally:
+        assert desk.close(PATIENCE)
+
+
+def test_lost_messages_are_a_fault_until_what_they_reported_would_be_too_old_whatever_is_understood(desk):
+    desk, reports, clock = desk
+    desk.decide_on("wall", evidence(), RADAR)
+    assert decided(reports, 1).level == Level.NORMAL
+    desk.miss(RADAR, NOW)
+    assert decided(reports, 2).faults == (f"messages on {RADAR} were lost 0.000 s ago, before they could be read",)
+    clock.now = NOW + 30 * S
+    desk.decide_on("wall", evidence(now=clock.now), RADAR)
+    assert f"on {RADAR} were lost 30.000 s ago" in decided(reports, 3).faults[0]
+    clock.now += 1
+    desk.decide_on("wall", evidence(now=clock.now), RADAR)
+    assert decided(reports, 4).faults == ()
+
+
+def test_new_evidence_waits_for_no_more_than_one_decision_however_often_areas_moved_before(desk):
+    """Formerly each outline of a moving machine had a decision on the disk before the danger was decided on."""
+    desk, reports, _ = desk
+    desk.watch(lambda: {"ramp": "0"})
+    desk.decide_on("wall", evidence(area(0, outline="0")), RADAR)
+    decided(reports, 1)
+    reports.hold.clear()
+    desk.watch(lambda: {"ramp": "1"})
+    wait(lambda: reports.reached == 2)
+    for outline in range(2, 100):
+        desk.watch(lambda outline=outline: {"ramp": str(outline)})
+        desk.standing.report("inputs", f"message {outline} was refused")
+    desk.decide_on("wall", evidence(area(5000, outline="99")), RADAR)
+    for outline in range(100, 200):
+        desk.watch(lambda outline=outline: {"ramp": str(outline)})
+    reports.hold.set()
+    wait(lambda: len(reports.alerts) >= 3)
+    assert reports.alerts[2].evident == Level.EVACUATE
+    time.sleep(0.1)
+    assert len(reports.alerts) == 4, "one more, on the last outline"
+
+
+def test_each_answer_has_a_decision_of_its_own_because_a_later_one_may_hide_its_danger(desk):
+    desk, reports, _ = desk
+    reports.hold.clear()
+    desk.decide_on("wall", evidence(area(0)), RADAR)
+    wait(lambda: reports.reached == 1)
+    desk.decide_on("wall", evidence(area(5000)), RADAR)
+    desk.decide_on("wall", evidence(area(0)), RADAR)
+    reports.hold.set()
+    wait(lambda: len(reports.alerts) == 3)
+    assert [alert.held for alert in reports.alerts] == [Level.NORMAL, Level.EVACUATE, Level.EVACUATE]
+
+
+def test_sources_without_an_answer_are_one_decision_however_many_they_are(desk):
+    desk, reports, _ = desk
+    reports.hold.clear()
+    desk.decide_on("wall", evidence(area(0)), RADAR)
+    wait(lambda: reports.reached == 1)
+    for number in range(100):
+        desk.decide_on(number, evidence()._replace(areas=(), faults=(f"no answer to {number}",)), RADAR)
+    reports.hold.set()
+    wait(lambda: len(reports.alerts) == 2)
+    time.sleep(0.1)
+    assert len(reports.alerts) == 2
+    assert {f"no answer to {number}" for number in range(100)} <= set(reports.alerts[1].faults)
+
+
+def test_who_flies_rocks_can_wait_until_the_decisions_have_followed(desk):
+    desk, reports, _ = desk
+    reports.hold.clear()
+    desk.decide_on("wall", evidence(area(0)), RADAR)
+    assert desk.wait_for_room(PATIENCE)
+    desk.decide_on("wall", evidence(area(0)), RADAR)
+    assert not desk.wait_for_room(0.05)
+    reports.hold.set()
+    assert desk.wait_for_room(PATIENCE)
+
+
+def test_evidence_that_waits_for_its_decision_for_long_is_told_of_too(desk, monkeypatch):
+    """Each decision is written quickly enough, but several are written before this one."""
+    monkeypatch.setattr(alert_desk, "LONGEST_WRITE", 0.05)
+    desk, reports, _ = desk
+    reports.hold.clear()
+    desk.decide_on("wall", evidence(area(5000)), RADAR)
+    wait(lambda: desk.tick() or reports.hangs)
+    assert not reports.alerts

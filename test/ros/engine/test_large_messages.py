@@ -25,6 +25,8 @@ MANY = 40
 DEEP = QoSProfile(depth=1000)
 PATIENCE = 60.0
 """Seconds until something is given up that takes milliseconds."""
+ARRIVES = 1.0
+"""Seconds in which small messages arrive; if it takes longer, fewer are overwritten."""
 STAYS = 60.0
 """MB that may stay after them: the middleware's own history and buffers."""
 
@@ -258,3 +260,34 @@ def test_a_publisher_whose_durability_does_not_fit_is_warned_of(node, capfd):
 def test_messages_are_the_same_where_every_byte_is(one, other, same):
     assert same_bytes(memoryview(one), other) is same
     assert same_bytes(b"", b"")
+
+
+def test_messages_that_were_overwritten_are_counted_for_each_publisher_also_its_first(node):
+    read, lost, busy, free = [], [], threading.Event(), threading.Event()
+
+    def take(data, published_ns):
+        read.append(len(data))
+        busy.set()
+        free.wait(PATIENCE)
+
+    topic = LargeTopic(Mesh, "patches", take, QoSProfile(depth=3), lambda count, at_ns: lost.append(count))
+    some = LargeMessages(node, [topic], fail, fail)
+    first, second = (node.create_publisher(Mesh, "patches", DEEP) for _ in range(2))
+    wait(lambda: first.get_subscription_count() and second.get_subscription_count())
+    first.publish(mesh(10))
+    wait(busy.is_set)
+    for _ in range(20):
+        first.publish(mesh(20))
+    time.sleep(ARRIVES)
+    free.set()
+    wait(lambda: sum(lost) + len(read) == 21)
+    free.clear(), busy.clear()
+    first.publish(mesh(10))
+    wait(busy.is_set)
+    for _ in range(20):
+        second.publish(mesh(20))  # its first messages: the node does not know how many there were
+    time.sleep(ARRIVES)
+    free.set()
+    wait(lambda: len(lost) == 2)
+    some.close()
+    assert lost[1] == 1

@@ -12,7 +12,15 @@ from never_green.messages import SECOND, TERRAIN, bytes_of, message_of
 from never_green.narrow import NARROW
 from never_green.oracle import LEVELS, LIMITS, SCENE, SPREAD, Oracle
 from never_green.plan import END, TICK, ClockRule, Plan, Send, Speaker, TrueSource
-from never_green.stories import MAX_AGE, MOVED_AREA, RESURVEYED, SENSORS, TERRAIN_MAX_AGE, plan_of
+from never_green.stories import (
+    CHANGED_TERRAIN,
+    MAX_AGE,
+    MOVED_AREA,
+    RESURVEYED,
+    SENSORS,
+    TERRAIN_MAX_AGE,
+    plan_of,
+)
 from never_green.watcher import Watcher
 from rclpy.qos import qos_profile_sensor_data
 
@@ -110,7 +118,7 @@ def site_values(limits: str, has_machines: bool) -> dict[str, Any]:
     names = ("live_area", *(("equipment",) if has_machines else ()))
     terms = {"sources_max_age_s": MAX_AGE, "terrain_max_age_s": TERRAIN_MAX_AGE, "clock_tolerance_s": 0.5,
              "fewest_rocks": 80, "most_unfinished": 0.1, "cluster_m": 0.0,
-             "moved_area_s": MOVED_AREA}  # fmt: skip
+             "moved_area_s": MOVED_AREA, "changed_terrain_s": CHANGED_TERRAIN}  # fmt: skip
     areas = {name: {word: {"reach_probability": LIMITS[word]} for word in words} for name in names}
     return {"site": "pit", "valid_s": 2.0, "alarm_from": limits, "evidence": terms, "areas": areas}
 

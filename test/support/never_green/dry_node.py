@@ -4,6 +4,7 @@ All code is that of the node, except rclpy's subscriptions, publishers, clock an
 diagnostics. The threads of the station run; after each message the campaign waits until all of them wait for work.
 """
 
+import inspect
 import itertools
 import threading
 import time
@@ -94,7 +95,13 @@ class DryRosNode:
         self.context = SimpleNamespace(ok=lambda: True)
 
     def create_subscription(self, kind: Any, topic: str, callback: Callable[..., None], qos: Any, **_: Any) -> Any:
-        self.take[topic] = callback
+        counts = len(inspect.signature(callback).parameters) > 1  # the callback wants the message information, too
+        numbers, now_ns = itertools.count(1), self._now_ns
+
+        def take(message: Any) -> None:
+            callback(message, {"publication_sequence_number": next(numbers), "received_timestamp": now_ns()})
+
+        self.take[topic] = take if counts else callback
         return SimpleNamespace(qos_profile=qos)
 
     def destroy_subscription(self, subscription: Any) -> None:
@@ -139,7 +146,7 @@ class DryNode:
     ) -> None:  # fmt: skip
         """Start the threads and subscribe; now_ns : the node's clock; steady : a steady clock (s)."""
         self._patches = ExitStack()
-        clock = SimpleNamespace(monotonic=steady, sleep=time.sleep)
+        clock = SimpleNamespace(monotonic=steady, sleep=time.sleep, time_ns=now_ns)
         for module in WITH_TIME:
             if hasattr(module, "time"):
                 self._patches.enter_context(patch.object(module, "time", clock))

@@ -19,6 +19,9 @@ MAX_AGE, TERRAIN_MAX_AGE = 5.0, 12.0
 MOVED_AREA = 1.0
 """Time (s) for which an area that was moved may be judged at its former place (the site file)."""
 
+CHANGED_TERRAIN = 1.0
+"""Time (s) for which an answer over the former terrain may count (the site file)."""
+
 STORIES = ("steady", "appears", "bank", "area", "machine", "clicked", "patched", "quiet")
 """What happens: a dangerous source from the begin, or later; the bank is removed; the area grows; a machine drives
 below a source; a person clicks a source; the bank is removed while other patches go on; nothing dangerous."""

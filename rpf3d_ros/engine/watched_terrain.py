@@ -1,0 +1,64 @@
+"""Notice answers over a former terrain that count for too long after the terrain has changed."""
+
+import threading
+from collections.abc import Sequence
+
+from rpf3d_core.alerts.evidence import Evidence
+from rpf3d_core.alerts.time_units import ns_of, span
+from rpf3d_core.live.outlines import DigestHistory
+
+
+class WatchedTerrain:
+    """The present terrain and its former states. Any thread may call.
+
+    After a change, the sources of each region are answered again, unless there are too many regions or the answers take
+    too long. The evidence of a region over the former terrain may then lack danger on the present terrain.
+    """
+
+    def __init__(self, longest_s: float) -> None:
+        """Begin without terrain; longest_s : time (s) for which an answer counts after its terrain was replaced."""
+        self._longest_s, self._longest_ns = longest_s, ns_of(longest_s)
+        self._known: DigestHistory | None = None
+        self._lock = threading.Lock()
+
+    def watch(self, digest: str, now_ns: int) -> None:
+        """Watch a terrain from now (ns) on; digest : digest of the terrain, "" without terrain."""
+        with self._lock:
+            if self._known is None:
+                self._known = DigestHistory(digest, now_ns)
+            self._known.watch(digest, now_ns)
+
+    def restart(self, now_ns: int) -> None:
+        """Forget all former terrains, and watch the present one from now (ns) on: earlier times are not valid."""
+        with self._lock:
+            self._known = None if self._known is None else DigestHistory(self._known.present, now_ns)
+
+    def faults(self, parts: Sequence[Evidence], now_ns: int) -> tuple[str, ...]:
+        """Return the fault of answers over a former terrain that count for too long; empty if there are none.
+
+        parts : the evidence of each region; now_ns : present time (ns)
+        """
+        ages = [now_ns - since_ns for since_ns in self._replaced_ns(parts)]
+        late = [age for age in ages if age >= self._longest_ns]
+        if not late:
+            return ()
+        return (
+            f"the terrain changed {span(max(late))} ago, and sources of {len(late)} regions are not answered over it "
+            f"(at most {self._longest_s:g} s are allowed): they are answered when their sensors report them again",
+        )
+
+    def ends_ns(self, parts: Sequence[Evidence]) -> list[int]:
+        """Return the times (ns) at which answers over a former terrain become a fault; parts as in `faults`."""
+        return [since_ns + self._longest_ns for since_ns in self._replaced_ns(parts)]
+
+    def _replaced_ns(self, parts: Sequence[Evidence]) -> list[int]:
+        """Return when (ns) the terrain of each answer over a former terrain was replaced.
+
+        Evidence without areas is skipped: its sources have no answer, which is a separate fault.
+        """
+        with self._lock:
+            if self._known is None:
+                return []
+            answered = [part for part in parts if part.areas]
+            replaced = [self._known.replaced_ns(part.terrain_digest, part.at_ns) for part in answered]
+        return [since_ns for since_ns in replaced if since_ns is not None]

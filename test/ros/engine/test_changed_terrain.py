@@ -1,0 +1,101 @@
+"""Answers over the former terrain are a fault after the stated time: on a node without a network."""
+
+from dataclasses import replace
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+import numpy as np
+from alert_evidence import NOW, S, area, evidence
+from never_green import combination, pit
+from never_green.combination import Run, configuration_of
+from never_green.plan import Plan, Send, Speaker, Truth
+from never_green.stories import RADAR_A, patch_send, survey
+
+from rpf3d_ros.engine.watched_terrain import WatchedTerrain
+
+REMOVED = 2.0
+"""Time (s) at which the bank that shelters the road is removed."""
+
+TRUTH = Truth(
+    sources=(), bank_until=REMOVED, areas=(pit.outline(pit.SHELTERED_ROAD),) * 2, area_since=0.0
+)  # fmt: skip
+TOPICS = (RADAR_A, "terrain/points", "terrain/update", "areas/polygon")
+PLAN = Plan(
+    truth=TRUTH, sends=(), speakers=tuple(Speaker(topic=topic, number=0) for topic in TOPICS), sensors=(RADAR_A,),
+    limits="restrict", expects=True,
+)  # fmt: skip
+BEHIND_THE_BANK = pit.placed(10.0, 60.0, 31.0)
+OTHERS = 5
+"""Number of harmless walls; with the one behind the bank, more than the node answers again after a change."""
+
+
+@pytest.fixture
+def run(monkeypatch):
+    """A node that keeps the sources of four walls, over the pit with its bank, and watches the road behind the bank."""
+
+    def configured(plan):
+        before = configuration_of(plan)
+        return replace(before, parameters=replace(before.parameters, waiting_sources=1, region_size=5.0))
+
+    monkeypatch.setattr(combination, "configuration_of", configured)
+    started = Run(PLAN)
+    started.deliver(Send(sent=0.1, at=0.1, topic="terrain/points", kind="grid", places=survey(TRUTH, 0.1)))
+    road = pit.outline(pit.SHELTERED_ROAD)
+    started.deliver(Send(sent=0.2, at=0.2, topic="areas/polygon", kind="polygon", places=road))
+    yield started
+    started.node.close()
+
+
+def report(run, at, *places):
+    """Let the radar report each place in a message of its own."""
+    for number, place in enumerate(places):
+        sent = at + 0.05 * number
+        run.deliver(Send(sent=sent, at=sent, topic=RADAR_A, kind="poses", places=place[None]))
+
+
+def shown_at(run, at):
+    """What is shown at a time (s), after the node's timer has gone on until then."""
+    for tick in np.arange(run.at + 0.25, at + 0.01, 0.25).tolist():
+        run.at = tick
+        run.node.tick()
+    return run.watcher.shown(run.at)
+
+
+def remove_the_bank(run):
+    run.deliver(patch_send(TRUTH, REMOVED, ((32.0, 48.0), (40.0, 80.0))))
+
+
+def test_a_wall_that_is_not_answered_over_the_changed_terrain_is_a_fault_until_its_sensor_reports_it_again(run):
+    harmless = [pit.placed(60.0, 10.0 + 10.0 * number, 0.5) for number in range(OTHERS)]
+    report(run, 0.5, BEHIND_THE_BANK, *harmless)
+    assert shown_at(run, REMOVED) == "normal"
+    remove_the_bank(run)
+    assert shown_at(run, REMOVED + 0.5) == "normal", "the time for the answers"
+    assert shown_at(run, REMOVED + 1.5) == "fault"
+    faults = run.node.station.desk.alert.faults
+    assert any(fault.startswith("the terrain changed") for fault in faults), faults
+    report(run, run.at + 0.1, BEHIND_THE_BANK, *harmless)
+    assert shown_at(run, run.at + 0.5) == "restrict"
+    assert run.node.station.desk.alert.faults == ()
+
+
+def test_where_every_wall_is_answered_again_a_changed_terrain_is_no_fault(run):
+    report(run, 0.5, BEHIND_THE_BANK)
+    assert shown_at(run, REMOVED) == "normal"
+    remove_the_bank(run)
+    assert run.watcher.shown(run.at) == "restrict"
+    assert shown_at(run, REMOVED + 2.0) == "restrict" and run.node.station.desk.alert.faults == ()
+
+
+def test_an_answer_is_late_from_the_first_change_of_its_terrain_on():
+    watched, answer = WatchedTerrain(1.0), evidence(area(0), terrain_digest="a")
+    for second, digest in enumerate("abc"):
+        watched.watch(digest, NOW + second * S)
+    assert watched.ends_ns([answer]) == [NOW + 2 * S]
+    assert not watched.faults([answer], NOW + 2 * S - 1) and watched.faults([answer], NOW + 2 * S)
+    assert watched.ends_ns([evidence(area(0), terrain_digest="c")]) == []
+    assert watched.ends_ns([answer._replace(areas=())]) == [], "its sources have no answer: that is a fault of its own"
+    watched.restart(NOW + 9 * S)
+    assert watched.ends_ns([answer]) == [NOW + 10 * S]

@@ -1,0 +1,44 @@
+"""Messages that were lost before they could be read: gaps in the numbers of their publishers."""
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from rpf3d_ros.engine.message_gaps import MessageGaps, Numbered
+
+DEPTH = 3
+NOW = 1_000
+
+
+def lost(gaps, *numbers, received=NOW, publisher=""):
+    """How many messages were lost before each message, as the gaps report it."""
+    return [gaps.lost_before(Numbered(number, received, publisher), NOW) for number in numbers]
+
+
+def test_messages_that_were_overwritten_are_counted_when_the_next_is_read():
+    gaps = MessageGaps(DEPTH)
+    assert lost(gaps, 1, 2, 11, 12, 14) == [0, 0, 8, 0, 1]
+
+
+def test_a_new_publisher_begins_again_and_loses_nothing():
+    gaps = MessageGaps(100)
+    assert lost(gaps, 7, 8, 1, 2, 2, 3) == [0] * 6
+
+
+def test_publishers_are_counted_apart():
+    gaps = MessageGaps(DEPTH)
+    assert lost(gaps, 1, publisher="a") + lost(gaps, 1, 2, publisher="b") + lost(gaps, 2, publisher="a") == [0] * 4
+    assert lost(gaps, 5, publisher="b") + lost(gaps, 3, publisher="a") == [2, 0]
+
+
+def test_a_first_message_behind_a_full_queue_has_lost_others_before_it():
+    """Its number alone does not show it: the node may have subscribed after the earlier messages were published."""
+    assert lost(MessageGaps(DEPTH), 9, 10, 11, 12) == [0, 0, 1, 0]
+    assert lost(MessageGaps(DEPTH), 1, 2, 3, 4) == [0] * 4, "none was before it"
+    gaps = MessageGaps(DEPTH)
+    assert lost(gaps, 9, 10) + lost(gaps, 11, 12, received=NOW + 1) == [0] * 4, "the queue had room"
+    assert lost(MessageGaps(0), *range(9, 99)) == [0] * 90, "nothing is overwritten in this queue"
+
+
+def test_without_numbers_nothing_is_known():
+    assert lost(MessageGaps(DEPTH), None, None) == [0, 0]

@@ -1,0 +1,89 @@
+"""Messages that come faster than the simulator reads them: none is overwritten without a fault."""
+
+import signal
+import time
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from geometry_msgs.msg import PoseArray
+from live_peer import ON_THE_SLOPE, cloud, poses, ramp, with_alerts
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import PointCloud2
+
+DEEP = QoSProfile(depth=1000)
+"""Quality of service of a publisher that itself overwrites nothing in these tests, unless it must."""
+
+HARMLESS = (57.0, 55.0, 1.0)
+"""A source (m) on the floor, in another region than the slope."""
+
+OLDEST = 6
+"""Seconds after which sources are stale."""
+
+EVERY = 0.3
+"""Seconds between two messages of a sensor that publishes regularly."""
+
+
+@pytest.fixture
+def mine(stage):
+    """A peer of a simulator with the level normal; the simulator's process is `mine.process`."""
+    peer = stage.live_peer()
+    for topic, kind in (("sources", PoseArray), ("terrain/update", PointCloud2)):
+        peer.node.destroy_publisher(peer.publishers[topic])
+        peer.publishers[topic] = peer.node.create_publisher(kind, topic, DEEP)
+    peer.node.destroy_publisher(peer.publishers.pop("source_cloud"))  # otherwise it is a sensor that says nothing
+    peer.process = stage.node("simulator_node", **with_alerts(stage.folder, oldest=OLDEST))
+    peer.wait_for_simulator()
+    peer.wait_for_sentence("active")
+    peer.stand_on_ramp()
+    peer.watch_toe()
+    see_until(peer, lambda: newest(peer).startswith("normal: "), "the level normal")
+    return peer
+
+
+def see_until(peer, found, what):
+    """Let the sensor see the harmless source again and again until something has happened."""
+    sent = [0.0]
+
+    def look():
+        if time.monotonic() - sent[0] > EVERY:
+            peer.send("sources", poses([HARMLESS], peer.now()))
+            sent[0] = time.monotonic()
+        return found()
+
+    return peer.wait(look, what)
+
+
+def newest(peer):
+    """The sentence of the newest alert."""
+    return peer.alerts[-1].status[0].message if peer.alerts else ""
+
+
+def test_of_many_messages_without_a_pause_the_first_is_decided_on(mine):
+    stamp = mine.now()
+    mine.send("sources", poses([ON_THE_SLOPE], stamp))
+    for _ in range(200):
+        mine.send("sources", poses([HARMLESS], stamp))
+    mine.wait_for_alert("evacuate")
+
+
+def test_sources_that_were_overwritten_are_a_fault_until_they_would_be_too_old(mine):
+    before = len(mine.alerts)
+    mine.process.send_signal(signal.SIGSTOP)
+    for _ in range(3 * DEEP.depth):
+        mine.send("sources", poses([HARMLESS], mine.now()))
+    mine.process.send_signal(signal.SIGCONT)
+    mine.wait_for_alert("fault", before, "messages on sources were lost")
+    mine.wait_for_sentence("messages on sources were lost before they could be read")
+    see_until(mine, lambda: newest(mine).startswith("normal: "), "the fault to end")
+
+
+def test_patches_that_were_overwritten_are_missing_until_the_next_whole_survey(mine):
+    mine.process.send_signal(signal.SIGSTOP)
+    for _ in range(300):
+        mine.send("terrain/update", cloud(ramp()[:5, :5], mine.now()))
+    mine.process.send_signal(signal.SIGCONT)
+    see_until(mine, lambda: "patches are not in the terrain" in newest(mine), "the fault of the patches")
+    mine.stand_on_ramp()
+    see_until(mine, lambda: newest(mine).startswith("normal: "), "the fault to end")
