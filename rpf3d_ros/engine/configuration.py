@@ -13,6 +13,7 @@ from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged
 from rpf3d_core.alerts.site import read_site
 from rpf3d_core.alerts.site_model import Thresholds
+from rpf3d_core.alerts.witness import Witness
 from rpf3d_core.errors import InputError
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.live.answers import warm_answers
@@ -214,12 +215,14 @@ def _restored(
 def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:
     """Open the decision log; return the log, and the problems that were found in it, "" without problems.
 
-    If the log cannot be opened, return None and the reason; alerts also work without a log.
+    If the log cannot be opened, return None and the reason. Alerts also work without a log, but it is then unknown
+    which level was held before, and the next start must know that decisions are missing in the log.
     """
     folder = parameters.decision_log or str(Path(parameters.site_file).parent / DECISIONS)
     try:
         log = DecisionLog(folder, version())
     except NotLogged as fault:
+        Witness(Path(folder)).unlog()
         return None, str(fault)
     return log, "; ".join(log.problems)
 
