@@ -249,8 +249,16 @@ class AlarmBridgeParameters:
     stale_after: float = parameter(
         3.0, "time (s) without a message of alerts or alarm after which the contact opens", 0.1, 3600.0
     )
+    clock_offset_s: float = parameter(
+        1.0,
+        "time (s) by which the clock of the bridge may differ from that of the simulator; with an alert that is older or "
+        "newer, the contact opens",
+        0.0, 3600.0,
+    )  # fmt: skip
     contact_file: str = parameter(
-        "", "file that replaces a dry contact: closed while it has the word closed and the node locks it; empty: none"
+        "",
+        "file that replaces a dry contact: closed while it has the word closed, the node locks it, and its valid_until "
+        "has not passed; empty: none",
     )
     contact_port: int = parameter(0, "port on loopback of the TCP contact; 0: none", 0, 65_535)
 
