@@ -273,6 +273,8 @@ class DecisionLog:
             return f"{self.folder}: the last lines of the log are damaged"
         if newest > self._number:
             return f"{self.folder}: {file_name(newest)} is missing"
+        if self._witness.is_there and not self._state.exists and not tails:
+            return f"{self.folder}: a log was begun there earlier, and is gone"
         if self._state.is_damaged or (self._witness.is_there and not self._state.exists):
             return f"{self.folder}: a log was begun there, and its file {STATE} is missing or damaged"
         return ""

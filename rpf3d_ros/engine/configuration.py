@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import shapely
 
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged
@@ -20,15 +21,17 @@ from rpf3d_core.live.answers import warm_answers
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.scene import live_scene
-from rpf3d_core.live.standing import PreparedTerrain, stand_after, stand_on
+from rpf3d_core.live.standing import OF_THE_MAP, PreparedTerrain, stand_after, stand_on
 from rpf3d_core.live.store import Store, read_last
 from rpf3d_core.live.survey import GridSurvey
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.areas import read_areas
 from rpf3d_core.simulation.engines import Reference
 from rpf3d_ros.engine.terrain_faults import TerrainBefore
 from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA
+from rpf3d_ros.messages.map_frame import FARTHEST
 from rpf3d_ros.messages.stamps import SECOND
 
 WARM_SIDE, WARM_STEP = 60, 2.0
@@ -84,6 +87,7 @@ def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], 
     """
     scene = live_scene(given)
     _check_names(scene)
+    _check_places(scene)
     thresholds = read_site(parameters.site_file) if parameters.site_file else None
     if thresholds is not None:
         _check_rocks(scene, thresholds)
@@ -122,6 +126,17 @@ def _check_names(scene: Scene) -> None:
             raise InputError(
                 f"areas_of_interest of the scene has {area.name}, which is the name of areas that come on a topic: "
                 f"choose another than {' and '.join(LIVE_AREAS)}"
+            )
+
+
+def _check_places(scene: Scene) -> None:
+    """Raise InputError if an area of the scene lies too far from the origin of the map, as survey coordinates do."""
+    for name, polygons in read_areas(scene).items():
+        farthest = float(np.abs(shapely.get_coordinates(polygons)).max())
+        if farthest > FARTHEST:
+            raise InputError(
+                f"{scene.path}: the area of interest {name!r} has coordinates up to {farthest:.0f} m, but must be in "
+                f"{OF_THE_MAP}, and at most {FARTHEST:.0f} m from its origin: subtract map_origin from its corners"
             )
 
 

@@ -32,7 +32,8 @@ class SourceTopics:
     def __init__(self, expected: Sequence[str] = (), has_sensors: bool = False, heard: Sequence[str] = ()) -> None:
         self._expected, self._has_sensors = tuple(expected), has_sensors
         self._last: dict[str, int] = {}
-        self._heard = dict.fromkeys(heard, ANY_STAMP)  # topics from before all was forgotten: a message counts only after this stamp
+        # Topics from before a restart, or before all was forgotten: a message counts only after this stamp.
+        self._heard = dict.fromkeys(heard, ANY_STAMP)
         self._lost_click: int | None = None
 
     @property

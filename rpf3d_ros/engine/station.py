@@ -35,8 +35,8 @@ from rpf3d_ros.engine.source_topics import BY_HAND
 from rpf3d_ros.engine.terrain_faults import TerrainLack, lack_of
 from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
-from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA
 from rpf3d_ros.messages.answer_content import figures_of, warnings_of
+from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA
 from rpf3d_ros.messages.health import ERROR, OK, WARN
 from rpf3d_ros.messages.refusals import TAKEN_UP
 from rpf3d_ros.messages.stamps import SECOND, stamp_of
@@ -140,10 +140,10 @@ class Station:
     def _remember_refusals(self) -> None:
         """Continue with the refused messages from before the start, except of topics that the node has no more."""
         sensors = self._configuration.parameters.sensors
-        topics = (*sensors.poses, *sensors.clouds, BY_HAND, *AREA_TOPICS)
+        topics, now = (*sensors.poses, *sensors.clouds, BY_HAND, *AREA_TOPICS), time.monotonic()
         for topic, why in self._memory.get("refused", {}).items():
             if topic in topics:
-                self._refused_inputs.refused(topic, why, time.monotonic())
+                self._refused_inputs.refused(topic, why, at=now)
 
     def _inputs_to_remember(self) -> dict[str, Any]:
         """Return the refused messages and the topics with areas, for the next start; called by the alert desk."""

@@ -251,8 +251,8 @@ class AlarmBridgeParameters:
     )
     clock_offset_s: float = parameter(
         1.0,
-        "time (s) by which the clock of the bridge may differ from that of the simulator; with an alert that is older or "
-        "newer, the contact opens",
+        "time (s) by which the clock of the bridge may differ from that of the simulator; an alert that is older or "
+        "newer opens the contact",
         0.0, 3600.0,
     )  # fmt: skip
     contact_file: str = parameter(
@@ -288,8 +288,8 @@ def values_of(node: Node, kind: type[P]) -> P:
 class ParameterLock:
     """Refuses changes of parameters while the node is configured, because its configuration uses one set of values.
 
-    `use_sim_time` is locked, too, because with another clock all stamps and ages would mean something else. rclpy's other
-    parameters are read-only or have no effect on decisions.
+    `use_sim_time` is locked, too, because with another clock all stamps and ages would mean something else. The other
+    parameters of rclpy are read-only, or have no effect on decisions.
     """
 
     def __init__(self, node: Node, free: Sequence[str] = (), is_forever: bool = False) -> None:

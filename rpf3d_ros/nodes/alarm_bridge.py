@@ -7,8 +7,8 @@ import contextlib
 import queue
 import threading
 import time
-from pathlib import Path
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray

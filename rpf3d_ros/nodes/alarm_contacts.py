@@ -34,7 +34,7 @@ REPEAT = 0.5
 
 
 class Wanted:
-    """The state that the bridge wants a contact to have; closed only if the bridge has said so recently."""
+    """The state that the bridge wants a contact to have; closed only if the bridge has wanted that recently."""
 
     def __init__(self) -> None:
         self.changed = threading.Condition()
@@ -68,9 +68,9 @@ class Wanted:
 class FileContact:
     """A dry contact that other programs read from a file: closed while this process holds the file's lock.
 
-    The first line of the file is the word `open` or `closed`, the last line `valid_until` and a time (s since 1970, UTC).
-    A reader must also require that this time has not passed, and is at most VALID ahead: a process that is stopped, or
-    that hangs, keeps its lock. The system releases the lock when the process ends, also after `kill -9`.
+    The first line of the file is the word `open` or `closed`, the last line `valid_until` and a time (s since 1970,
+    UTC). A reader must also require that this time has not passed, and is at most VALID ahead: a process that is
+    stopped, or that hangs, keeps its lock. The system releases the lock when the process ends, also after `kill -9`.
     """
 
     def __init__(self, path: Path) -> None:
@@ -155,7 +155,7 @@ def is_closed(path: Path) -> bool:
 
 
 def _says_closed(content: bytes) -> bool:
-    """True if the content of a contact file says `closed`, and the end of its validity is neither past nor far ahead."""
+    """True if the content of a contact file is `closed`, and the end of its validity is neither past nor far ahead."""
     _, _, until = content.partition(UNTIL)
     try:
         left = float(until) - time.time()
