@@ -296,6 +296,7 @@ class DecisionLog:
         if torn:
             self.problems = (*self.problems, f"{path}: the last line is torn, {len(torn)} bytes, kept as {aside.name}")
             facts = {"bytes": len(torn), "of": hashlib.sha256(torn).hexdigest(), "kept_as": aside.name}
+            facts |= {"damaged": True} if tail.doubtful else {}
             self._append([("torn", facts)], None)
 
 

@@ -64,6 +64,10 @@ class Surveyed(Protocol):
         """Time stamp (ns) of the whole survey, from which the age of the terrain follows."""
 
     @property
+    def patches(self) -> int:
+        """Number of patches since the terrain was built from a whole survey."""
+
+    @property
     def changed(self) -> Changed | None:
         """Where the last patch changed the terrain; None if the terrain was built from a whole survey."""
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import shapely
 
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged
@@ -26,7 +25,7 @@ from rpf3d_core.live.store import Store, read_last
 from rpf3d_core.live.survey import GridSurvey
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.setup.areas import read_areas
+from rpf3d_core.setup.areas import plan_rings, read_areas
 from rpf3d_core.simulation.engines import Reference
 from rpf3d_ros.engine.terrain_faults import TerrainBefore
 from rpf3d_ros.interface.parameters import SimulatorParameters
@@ -132,7 +131,7 @@ def _check_names(scene: Scene) -> None:
 def _check_places(scene: Scene) -> None:
     """Raise InputError if an area of the scene lies too far from the origin of the map, as survey coordinates do."""
     for name, polygons in read_areas(scene).items():
-        farthest = float(np.abs(shapely.get_coordinates(polygons)).max())
+        farthest = max(float(np.abs(ring).max()) for ring in plan_rings(polygons))
         if farthest > FARTHEST:
             raise InputError(
                 f"{scene.path}: the area of interest {name!r} has coordinates up to {farthest:.0f} m, but must be in "

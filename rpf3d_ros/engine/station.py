@@ -113,6 +113,17 @@ class Station:
         else:
             outlets.health.set("terrain", WARN, configuration.standing_report or "no terrain yet")
 
+    def _patches_not_restored(self, unread: int) -> int:
+        """Return how many patches the terrain in use had before the start, and the restored terrain has not.
+
+        Without a store these are all patches; with a store, those that were not written before the node was killed.
+
+        unread : number of stored patches that cannot be read
+        """
+        standing = self._configuration.standing
+        restored = standing.ground.patches if standing is not None else 0
+        return max(int(self._memory.get("patches", 0)) - restored - unread, 0)
+
     def _desk_of(self, configuration: StationConfiguration, thresholds: Thresholds) -> AlertDesk:
         """Return the alert desk, which continues from the decisions and topics before the start."""
         sensors, log = configuration.parameters.sensors, configuration.log
@@ -146,8 +157,13 @@ class Station:
                 self._refused_inputs.refused(topic, why, at=now)
 
     def _inputs_to_remember(self) -> dict[str, Any]:
-        """Return the refused messages and the topics with areas, for the next start; called by the alert desk."""
-        return {"refused": self._refused_inputs.reasons, "areas": list(self._areas.topics)}
+        """Return what must survive a restart, apart from topics of sources; called on the thread of the alert desk.
+
+        These are the refused messages, the topics with areas, and the number of patches in the terrain in use.
+        """
+        standing = self.flyer.standing
+        patches = standing.ground.patches if standing is not None else self._memory.get("patches", 0)
+        return {"refused": self._refused_inputs.reasons, "areas": list(self._areas.topics), "patches": patches}
 
     def _note_terrain_before(self) -> None:
         """Note the patches that the restored terrain contains, and the number of patches that it lacks.
@@ -156,7 +172,8 @@ class Station:
         """
         alert, before = self.desk.alert if self.desk is not None else None, self._configuration.before
         lack = lack_of(alert.faults if alert is not None else ())
-        self.terrain.lacks(lack.patches + before.unread, lack.why_refused or before.unreadable, before.read_ns)
+        patches = lack.patches + before.unread + self._patches_not_restored(before.unread)
+        self.terrain.lacks(patches, lack.why_refused or before.unreadable, before.read_ns)
         self.terrain.holds(before.patches_ns)
 
     def activate(self) -> None:

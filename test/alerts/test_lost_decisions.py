@@ -137,6 +137,15 @@ def test_of_a_log_that_was_damaged_or_deleted_the_level_is_unknown_until_a_perso
         assert log.unknown == ""
 
 
+def test_an_audit_finds_lines_that_were_damaged_at_the_end_and_set_aside(folder: Path) -> None:
+    with DecisionLog(folder, "0.1.0") as log:
+        log_one(log, CALM)
+        log_one(log, DANGER, 1)
+    zeros_at_the_end(folder)
+    DecisionLog(folder, "0.1.0").close()
+    assert any("damaged lines" in finding for finding in audit_log(folder).findings)
+
+
 def test_a_log_of_an_older_version_has_neither_file_and_is_continued(folder: Path) -> None:
     with DecisionLog(folder, "0.1.0") as log:
         log_one(log, DANGER)

@@ -13,17 +13,18 @@ import numpy as np
 from never_green import combination, pit
 from never_green.combination import Run, configuration_of
 from never_green.plan import Plan, Send, Speaker, Truth
-from never_green.stories import RADAR_A, RADAR_B, survey
+from never_green.stories import RADAR_A, RADAR_B, patch_send, survey
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.site_model import AcknowledgeSpec, Thresholds
 from rpf3d_ros.engine.configuration import _log_of
+from rpf3d_ros.engine.terrain_faults import TerrainBefore
 from rpf3d_ros.engine.unknown_before import ADVICE, UnknownBefore
 from rpf3d_ros.messages.stamps import SECOND
 
 TRUTH = Truth(sources=(), bank_until=np.inf, areas=(pit.outline(pit.ROAD),) * 2, area_since=0.0)
-TOPICS = (RADAR_A, RADAR_B, "terrain/points", "areas/polygon", "areas/equipment")
+TOPICS = (RADAR_A, RADAR_B, "terrain/points", "terrain/update", "areas/polygon", "areas/equipment")
 PLAN = Plan(
     truth=TRUTH, sends=(), speakers=tuple(Speaker(topic=topic, number=0) for topic in TOPICS),
     sensors=(RADAR_A, RADAR_B), limits="restrict", expects=False,
@@ -32,6 +33,7 @@ WHOLE = Send(sent=0.1, at=0.1, topic="terrain/points", kind="grid", places=surve
 ROAD = Send(sent=0.2, at=0.2, topic="areas/polygon", kind="polygon", places=pit.outline(pit.ROAD))
 QUIET = Send(sent=0.3, at=0.3, topic=RADAR_A, kind="poses", places=np.empty((0, 3)))
 DANGER = QUIET._replace(places=pit.placed(10.0, 20.0, 31.0)[None])
+PATCH = patch_send(TRUTH, 0.4, ((16.0, 24.0), (8.0, 24.0)))
 MACHINE = Send(sent=0.2, at=0.2, topic="areas/equipment", kind="poses", places=pit.placed(48.0, 20.0, 0.0)[None])
 
 
@@ -47,15 +49,17 @@ class Mine:
         parameters = replace(made.parameters, decision_log=str(self.folder), site_file=str(self.folder))
         log, fault = _log_of(parameters)
         thresholds = made.thresholds if self.thresholds is None else self.thresholds
-        return replace(made, log=log, log_fault=fault, thresholds=thresholds)
+        before = TerrainBefore(read_ns=round((1e9 + self.at + 0.05) * SECOND))
+        return replace(made, log=log, log_fault=fault, thresholds=thresholds, before=before)
 
-    def restart(self):
+    def restart(self, has_survey=True):
         """Kill the node, if there is one, and start it. As after a kill, nothing is decided between."""
         if self.run is not None:
             self.run.node.station.close()
             self.run.node._patches.close()
         self.run = Run(PLAN)
-        self.send(WHOLE)
+        if has_survey:
+            self.send(WHOLE)
 
     def send(self, *sends):
         """Send messages; return the last alert."""
@@ -174,6 +178,18 @@ def test_a_refused_message_stays_a_fault_while_the_node_is_not_active(mine):
     mine.run.node.station.activate()
     mine.run.node.settle()
     assert any("was refused" in fault for fault in mine.send(ROAD, QUIET).faults)
+
+
+def test_a_patch_that_no_store_has_is_missing_after_a_restart_until_the_next_whole_survey(mine):
+    assert mine.send(ROAD, QUIET, PATCH, QUIET).faults == ()
+    for _ in range(2):
+        mine.restart(has_survey=False)
+        mine.run.deliver(WHOLE._replace(at=mine.at))  # latched, from before the patch
+        faults = mine.send(ROAD, QUIET).faults
+        assert len(faults) == 1 and "1 patches are not in the terrain" in faults[0]
+    assert mine.send(WHOLE, QUIET).faults == ()
+    mine.restart()
+    assert mine.send(ROAD, QUIET).faults == ()
 
 
 def test_one_sensor_is_not_enough_to_acknowledge_what_another_had_seen_before_a_restart(mine):
