@@ -194,6 +194,8 @@ class _AuditState:
         elif kind == "torn":
             kept = content.get("kept_as")
             self.audit.notes.append(f"{place}: a torn line was found when the log was opened again, kept as {kept}")
+            if content.get("damaged"):
+                self.blame(f"{place}: the bytes in {kept} are damaged lines, and the decisions in them are missing")
         elif kind == "refused":
             self.audit.refused += 1
         elif kind != "file":

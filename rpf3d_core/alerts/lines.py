@@ -110,6 +110,14 @@ def decision_of(content: dict[str, Any]) -> Decision:
         raise Unreadable(f"this version does not understand the decision: {error}") from None
 
 
+def alert_of(content: dict[str, Any]) -> Alert:
+    """Return an alert from the values that `alert_content` wrote. Raises Unreadable as `decision_of` does."""
+    try:
+        return _alert(content)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise Unreadable(f"this version does not understand the alert: {error}") from None
+
+
 def alert_content(alert: Alert) -> dict[str, Any]:
     """Return an alert as plain values for the log or for JSON, with alert levels as words."""
     given = alert.acknowledgement

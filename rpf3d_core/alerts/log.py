@@ -3,6 +3,9 @@
 A log is a folder of numbered files. Each line contains the hash of the previous line, also from one file to the next,
 so a changed or missing line is found. Each decision is logged with all inputs of `decide`, so `rpf3d audit` can repeat
 the decision.
+
+A state file (`state_file`) in the folder has what the lines cannot have: the last decision while the disk is full, and
+what the node received before (`memory`). A file next to the folder (`witness`) shows that a log was begun.
 """
 
 import fcntl
@@ -13,7 +16,17 @@ from types import TracebackType
 from typing import Any, Self
 
 from rpf3d_core.alerts.levels import Acknowledgement, Alert
-from rpf3d_core.alerts.lines import BEGINNING, FORMAT, Decision, Unreadable, decision_content, decision_of, line_of
+from rpf3d_core.alerts.lines import (
+    BEGINNING,
+    FORMAT,
+    Decision,
+    Unreadable,
+    alert_content,
+    alert_of,
+    decision_content,
+    decision_of,
+    line_of,
+)
 from rpf3d_core.alerts.log_files import (
     NotLogged,
     Tail,
@@ -26,6 +39,9 @@ from rpf3d_core.alerts.log_files import (
 )
 from rpf3d_core.alerts.site import site_digest, site_text
 from rpf3d_core.alerts.site_model import Thresholds
+from rpf3d_core.alerts.state_file import NAME as STATE
+from rpf3d_core.alerts.state_file import StateFile
+from rpf3d_core.alerts.witness import Witness
 
 LARGEST_BYTES = 16 * 1024 * 1024
 """Size (bytes) at which a log file is full, and the next line begins a new file: some thousand decisions."""
@@ -35,8 +51,12 @@ class DecisionLog:
     """The decision log in a folder, open for one writer.
 
     head : hash (64 hex digits) of the last line; if a user notes the hash elsewhere, an audit finds removed last lines
-    last_alert : the last decision in the log, from which a restarted node must continue; None if there is none
+    last_alert : the last decision, from which a restarted node must continue; None if there is none
     problems : sentences about problems found on opening, such as an incomplete line; empty if there were none
+    unknown : why a higher level may have been held than `last_alert` has; "" if `last_alert` is certain. The reason
+        stays, also after a restart, until `settle` is called
+    memory : what the node had received at its last decision before the log was opened, as plain values
+    missing : number of decisions that are not in the log, found on opening
     """
 
     def __init__(self, folder: str | Path, version: str, largest_bytes: int = LARGEST_BYTES) -> None:
@@ -51,6 +71,10 @@ class DecisionLog:
         self.head = BEGINNING
         self.last_alert: Alert | None = None
         self.problems: tuple[str, ...] = ()
+        self.unknown, self.missing = "", 0
+        self.memory: dict[str, Any] = {}
+        self._state: StateFile | None = None
+        self._witness = Witness(self.folder)
         self._next, self._lost, self._site = 0, 0, ""
         self._file, self._number, self._size, self._lock = -1, 0, 0, -1
         try:
@@ -71,26 +95,41 @@ class DecisionLog:
             if descriptor >= 0:
                 os.close(descriptor)
         self._file, self._lock = -1, -1
+        if self._state is not None:
+            self._state.close()
 
-    def decided(self, decision: Decision, thresholds: Thresholds) -> str:
+    def decided(self, decision: Decision, thresholds: Thresholds, memory: dict[str, Any] | None = None) -> str:
         """Append a decision and return the hash of its line.
 
         The thresholds are written before the decision, unless they equal the last thresholds in the file.
+
+        memory : what the node has received, as plain values that a restarted node needs; None if nothing has changed
 
         Raises
         ------
         NotLogged
             The decision is not on disk. The next decision in the log states the number of missing decisions before it.
         """
+        if memory is not None and memory != self._facts.get("memory"):
+            self._keep(memory=memory)
         lost = {"lost": self._lost} if self._lost else {}
         content = {"version": self.version, "site": site_digest(thresholds), **lost, **decision_content(decision)}
         try:
             self._append([("decision", content)], thresholds)
         except (OSError, TypeError, ValueError) as error:  # TypeError, ValueError: JSON cannot express a value
-            self._lost += 1
+            self._lost, self.last_alert = self._lost + 1, decision.alert
+            self._keep(lost=self._lost, next=self._next, alert=_content(decision.alert))
             raise _not_logged(self.folder, error) from error
         self._lost, self.last_alert = 0, decision.alert
+        if self._facts.get("lost") or self._facts.get("file") != self._number:
+            self._keep(lost=0, alert=None, file=self._number)
         return self.head
+
+    def settle(self) -> None:
+        """Note that a person has acknowledged that a higher level may have been held: it is not unknown any more."""
+        self.unknown = ""
+        self._keep(unknown="")
+        self._witness.settle()
 
     def refused(self, given: Acknowledgement, because: str) -> str:
         """Log an acknowledgement that was refused before any decision, and return the hash of its line.
@@ -105,6 +144,18 @@ class DecisionLog:
         except OSError as error:
             raise _not_logged(self.folder, error) from error
         return self.head
+
+    @property
+    def _facts(self) -> dict[str, Any]:
+        return {} if self._state is None else self._state.facts
+
+    def _keep(self, **facts: Any) -> None:
+        """Replace some facts of the state file; if that fails, a restarted node must not trust the log."""
+        assert self._state is not None
+        try:
+            self._state.write({**self._facts, **facts})
+        except (OSError, TypeError, ValueError):
+            self._witness.unlog()
 
     def _append(self, lines: list[tuple[str, dict[str, Any]]], thresholds: Thresholds | None) -> None:
         """Write all lines to disk, or none. Raises OSError if the lines are not on disk.
@@ -149,21 +200,25 @@ class DecisionLog:
         self.folder.mkdir(parents=True, exist_ok=True)
         self._lock = os.open(self.folder, os.O_RDONLY | os.O_DIRECTORY)
         fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        self._state = StateFile(self.folder)
         files = files_in(self.folder)
         self._number = files[-1][0] if files else 0
         tails = [(path, tail) for path, tail in _ends(files)]
         self._go_on_from([tail for _, tail in tails])
+        self._judge([tail for _, tail in tails])
         if not tails:
             return
         path, tail = tails[0]
         if tail.broken:
             why = "lines in it are not as they were written; it stays as it is, and the log goes on in a new file"
-            self.problems = (f"{path}: {why}",)
+            self.problems = (*self.problems, f"{path}: {why}")
             return
         self._resume(path, tail)
 
     def _go_on_from(self, tails: list[Tail]) -> None:
         """Set number, hash and alert from the last lines, so that the log continues after them.
+
+        If decisions are missing after the last line, the last of them is in the state file.
 
         tails : the states of the last log files, newest first
         """
@@ -173,8 +228,56 @@ class DecisionLog:
         decision = next((tail.decision for tail in tails if tail.decision is not None), None)
         try:
             self.last_alert = None if decision is None else decision_of(decision).alert
+            is_newer = decision is None or decision["n"] < int(self._facts.get("next", 0))
+            if self._facts.get("lost") and is_newer:
+                self._lost = self.missing = int(self._facts["lost"])
+                self.last_alert = alert_of(self._facts["alert"])
         except Unreadable as error:
             self.problems = (*self.problems, f"{self.folder}: the last decision is not known: {error}")
+            self.unknown = self.problems[-1]
+        if self.missing:
+            self.problems = (*self.problems, f"{self.folder}: the last {self.missing} decisions are not in the log")
+
+    def _judge(self, tails: list[Tail]) -> None:
+        """Set `unknown` and `memory`, and keep them on disk before the log is repaired.
+
+        tails : the states of the last log files, newest first
+
+        Raises OSError if the state file of a new log cannot be written.
+        """
+        assert self._state is not None
+        self.memory = dict(self._facts.get("memory") or {})
+        self.unknown = self.unknown or self._why_unknown(tails) or str(self._facts.get("unknown", ""))
+        if not self._state.exists:
+            self._state.write({"unknown": self.unknown, "file": self._number, "memory": {}, "lost": 0, "alert": None})
+        try:
+            self._witness.begin()
+        except OSError as error:
+            if not tails:
+                self.unknown = self.unknown or f"a first start cannot be told from a lost log: {error}"
+        if self.unknown != self._facts.get("unknown", ""):
+            self._keep(unknown=self.unknown)
+        if self.unknown and self.unknown not in self.problems:
+            self.problems = (*self.problems, self.unknown)
+
+    def _why_unknown(self, tails: list[Tail]) -> str:
+        """Return why decisions may have been made that the log does not have; "" if there is no sign of such decisions.
+
+        A log of an older version has neither a state file nor a witness.
+        """
+        assert self._state is not None
+        newest = int(self._facts.get("file", 0))
+        if self._witness.is_unlogged:
+            return f"{self.folder}: decisions were made that are not in the log"
+        if any(tail.doubtful for tail in tails):
+            return f"{self.folder}: the last lines of the log are damaged"
+        if newest > self._number:
+            return f"{self.folder}: {file_name(newest)} is missing"
+        if self._witness.is_there and not self._state.exists and not tails:
+            return f"{self.folder}: a log was begun there earlier, and is gone"
+        if self._state.is_damaged or (self._witness.is_there and not self._state.exists):
+            return f"{self.folder}: a log was begun there, and its file {STATE} is missing or damaged"
+        return ""
 
     def _resume(self, path: Path, tail: Tail) -> None:
         """Continue in the last log file; an incomplete line at its end is moved into a separate file."""
@@ -193,7 +296,16 @@ class DecisionLog:
         if torn:
             self.problems = (*self.problems, f"{path}: the last line is torn, {len(torn)} bytes, kept as {aside.name}")
             facts = {"bytes": len(torn), "of": hashlib.sha256(torn).hexdigest(), "kept_as": aside.name}
+            facts |= {"damaged": True} if tail.doubtful else {}
             self._append([("torn", facts)], None)
+
+
+def _content(alert: Alert) -> dict[str, Any] | None:
+    """Return an alert as plain values; None if that is impossible, because an alert must be published in any case."""
+    try:
+        return alert_content(alert)
+    except (AttributeError, TypeError, KeyError):
+        return None
 
 
 def _ends(files: list[tuple[int, Path]]) -> list[tuple[Path, Tail]]:

@@ -8,6 +8,9 @@ from rpf3d_core.alerts.lines import content_of
 
 STEM, ENDING = "decisions-", ".jsonl"
 
+OPENING = b'{"kind":'
+"""First bytes of each line."""
+
 
 class NotLogged(OSError):
     """A decision is not in the log on disk, for the reason in the message; it is valid and must still be published."""
@@ -20,6 +23,8 @@ class Tail(NamedTuple):
     last : the last sound line, None if the file has no sound line
     decision : the last sound line with a decision; site : digest of the last thresholds in the file
     broken : True if a line before the last sound line was changed
+    doubtful : True if a later decision may have been damaged. A line whose writing was interrupted is not meant: its
+        decision was never published
     """
 
     end: int
@@ -28,6 +33,7 @@ class Tail(NamedTuple):
     decision: dict[str, Any] | None
     site: str | None
     broken: bool
+    doubtful: bool = False
 
 
 def file_name(number: int) -> str:
@@ -43,18 +49,28 @@ def files_in(folder: Path) -> list[tuple[int, Path]]:
 
 def tail_of(path: Path) -> Tail:
     """Read a log file and return its state: where the last line with a correct hash ends, and the last decision."""
-    last, decision, site, broken, end, seen = None, None, None, False, 0, 0
+    last, decision, site, broken, end, seen, doubtful = None, None, None, False, 0, 0, False
     with path.open("rb") as file:
         for raw in file:
             seen += len(raw)
             content = content_of(raw)
             if content is None:
+                doubtful = doubtful or not _was_interrupted(raw)
                 continue
+            doubtful = doubtful and content["kind"] != "decision"
             broken = broken or end != seen - len(raw)
             last, end = content, seen
             decision = content if content["kind"] == "decision" else decision
             site = content.get("digest") if content["kind"] == "site" else site
-    return Tail(end=end, size=seen, last=last, decision=decision, site=site, broken=broken)
+    return Tail(end=end, size=seen, last=last, decision=decision, site=site, broken=broken, doubtful=doubtful)
+
+
+def _was_interrupted(raw: bytes) -> bool:
+    """True if the bytes are the beginning of a line whose writing was interrupted, so that it was never published.
+
+    Zeros or other bytes show that the disk has damaged what was written.
+    """
+    return raw[: len(OPENING)] == OPENING[: len(raw)] and not raw.endswith(b"\n") and b"\0" not in raw
 
 
 def write_whole(descriptor: int, data: bytes, size: int) -> None:

@@ -64,8 +64,16 @@ class Surveyed(Protocol):
         """Time stamp (ns) of the whole survey, from which the age of the terrain follows."""
 
     @property
+    def patches(self) -> int:
+        """Number of patches since the terrain was built from a whole survey."""
+
+    @property
     def changed(self) -> Changed | None:
         """Where the last patch changed the terrain; None if the terrain was built from a whole survey."""
+
+
+OF_THE_MAP = "the map frame (x y): map_origin is not applied to areas_of_interest of a live scene"
+"""Coordinates of the scene's areas of interest over live terrain, for messages."""
 
 
 @dataclass(eq=False)
@@ -171,7 +179,7 @@ def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
     terrain, engine, facets = ground.terrain, ground.engine, ground.facets
     (flight, sets), raster = _flights(scene, terrain), scene_raster(scene, terrain, (facets.low, facets.high))
     areas, compiled = read_areas(scene), isinstance(engine, Compiled)
-    outlines = area_outlines(scene, terrain, areas)
+    outlines = area_outlines(scene, terrain, areas, OF_THE_MAP)
     locator = engine.locator if isinstance(engine, Compiled) else bucket_locator(ground.facets)
     walked = ground_over(ground.facets, locator, raster)
     rock, zones, spins = rock_of(scene.rock), len(terrain.zones), spins_of(flight.models)

@@ -47,12 +47,17 @@ def _united(polygons: MultiPolygon) -> MultiPolygon:
     return union if isinstance(union, MultiPolygon) else MultiPolygon([union])
 
 
+OF_THE_INPUT = "the plan coordinates of the terrain's own input (x y, or x z where y is up)"
+"""Coordinates of the areas of interest of a run."""
+
+
 def area_outlines(
-    scene: Scene, terrain: Terrain, areas: Mapping[str, MultiPolygon]
+    scene: Scene, terrain: Terrain, areas: Mapping[str, MultiPolygon], coordinates: str = OF_THE_INPUT
 ) -> dict[str, list[FloatArray]]:  # fmt: skip
     """Return the outlines (N, 2) m of each area of interest, in the local frame.
 
     areas : polygons from `read_areas`; refused if no part of an area lies on the terrain
+    coordinates : in which coordinates the areas must be, for messages
 
     Raises
     ------
@@ -64,8 +69,8 @@ def area_outlines(
             where = extents(terrain, shapely.get_coordinates(areas[spec.name]))
             file = spec.polygons if isinstance(spec.polygons, Path) else scene.path
             raise InputError(
-                f"{file}: the area of interest {spec.name!r} lies off the terrain: {where}; it must be in the "
-                "plan coordinates of the terrain's own input (x y, or x z where y is up)"
+                f"{file}: the area of interest {spec.name!r} lies off the terrain: {where}; it must be in "
+                f"{coordinates}"
             )
     return {name: local_outlines(terrain.frame, area) for name, area in areas.items()}
 

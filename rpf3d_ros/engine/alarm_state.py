@@ -1,5 +1,6 @@
 """Decide whether the contact of an alarm bridge may be closed: only on fresh, valid and agreeing alerts."""
 
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from rpf3d_ros.messages.alert_reading import ReceivedLevel
@@ -7,40 +8,56 @@ from rpf3d_ros.messages.stamps import SECOND, nanoseconds_of_text
 
 NOTHING_YET = "no alert has been received yet"
 
+CLOCK_OFFSET = 1.0
+"""Time (s) by which the clocks of simulator and bridge may differ, if the site names no other."""
+
 
 class HeardAlert(NamedTuple):
     """The alert of the site in one message of `alerts`.
 
-    sequence : number of the publication; left_s : time (s) for which the alert was valid when it was published
+    sequence : number of the publication; run : identifies the run of the simulator, "" if an older version published
+    stamp_ns, until_ns : time of the publication, and end of validity (ns, by the simulator's clock)
     is_alarm : True if the alert sounds the alarm; level : level as a word
     """
 
     sequence: int
-    left_s: float
+    stamp_ns: int
+    until_ns: int
     is_alarm: bool
     level: str
+    run: str = ""
+
+    @property
+    def left_s(self) -> float:
+        """Time (s) for which the alert was valid when it was published."""
+        return (self.until_ns - self.stamp_ns) / SECOND
 
 
 class AlarmState:
     """The last messages of `alarm` and `alerts`, and whether the relay contact of the alarm bridge may be closed.
 
     stale_s : age (s) above which a message is stale. All times of arrival are of a steady clock.
+    offset_s : time (s) by which the clocks of simulator and bridge may differ
 
     The contact may be closed only while all of these conditions hold:
 
+    - each topic has one publisher, and both publishers are of the same node
     - at least two alerts have arrived since the start, and since the publisher was last lost: since its last missed
       deadline, its death, or an alert that was not understood
-    - the last messages of both topics are not stale, and the last alert is still valid
-    - the last alert has a higher sequence number than the alert before
+    - the last messages of both topics are not stale, and the last alert is still valid: by the time since its arrival,
+      and by the clock of the bridge
+    - for `stale_s`, all alerts came from one run of the simulator, with rising sequence numbers
     - neither topic has the alarm on, and the level is not `fault`
     """
 
-    def __init__(self, stale_s: float) -> None:
-        self._stale = stale_s
+    def __init__(self, stale_s: float, offset_s: float = CLOCK_OFFSET) -> None:
+        self._stale, self._offset_ns = stale_s, int(offset_s * SECOND)
         self._alarm: tuple[bool, float] | None = None
         self._alert: tuple[HeardAlert, float] | None = None
-        self._before: int | None = None
-        self._lost = ""
+        self._newest: HeardAlert | None = None
+        self._is_second = False
+        self._disorder_at: float | None = None
+        self._lost = self._several = ""
 
     def note_alarm(self, sounds: bool, at: float) -> None:
         """Note a message of `alarm` that arrived at a time (s)."""
@@ -48,33 +65,66 @@ class AlarmState:
 
     def note_alert(self, alert: HeardAlert, at: float) -> None:
         """Note a message of `alerts` that arrived at a time (s)."""
-        self._before = None if self._alert is None else self._alert[0].sequence
-        self._alert, self._lost = (alert, at), ""
+        newest = self._newest
+        if newest is not None and (alert.run != newest.run or alert.sequence <= newest.sequence):
+            self._disorder_at = at
+        self._is_second = self._alert is not None
+        self._alert, self._newest, self._lost = (alert, at), alert, ""
 
     def note_lost(self, why: str) -> None:
         """Note that the publisher is lost; the contact stays open until two more alerts have arrived.
 
         why : the reason, such as a missed deadline
         """
-        self._lost, self._alert, self._before = why, None, None
+        self._lost, self._alert, self._is_second = why, None, False
 
-    def why_open(self, now: float) -> str:
-        """Return why the contact must be open at a time (s); "" if it may be closed."""
-        if self._lost:
-            return self._lost
+    def note_publishers(self, nodes: Mapping[str, Sequence[str]]) -> None:
+        """Note the present publishers; nodes : for each of the two topics, the names of its publishers' nodes."""
+        for topic, names in nodes.items():
+            if len(names) > 1:
+                self._several = f"{len(names)} programs publish {topic} ({', '.join(sorted(names))}): stop all but one"
+                return
+        different = sorted({name for names in nodes.values() for name in names})
+        self._several = f"alarm and alerts come from different nodes: {', '.join(different)}" if different[1:] else ""
+
+    def why_open(self, now: float, clock_ns: int) -> str:
+        """Return why the contact must be open; "" if it may be closed.
+
+        now : present time (s, steady clock); clock_ns : present time (ns) of the clock that the simulator's stamps have
+        """
+        if self._several or self._lost:
+            return self._several or self._lost
         if self._alarm is None or self._alert is None:
             return NOTHING_YET
         (sounds, alarm_at), (alert, at) = self._alarm, self._alert
         age = now - min(alarm_at, at)
         if age > self._stale:
             return f"nothing has been received for {age:.1f} s, at most {self._stale:g} s are allowed"
-        if now - at > alert.left_s:
-            return "the last alert is no longer valid"
-        if self._before is None or alert.sequence <= self._before:
-            return "two publications in a row have not been received, or they are repeated, or of two programs"
-        if sounds or alert.is_alarm:
+        if wrong := self._not_valid(alert, now - at, clock_ns) or self._disorder(now):
+            return wrong
+        if alert.is_alarm:
             return f"the alarm sounds, the level is {alert.level}"
+        if sounds:
+            return "the alarm sounds"
         return f"the level is {alert.level}" if alert.level == "fault" else ""
+
+    def _not_valid(self, alert: HeardAlert, since_s: float, clock_ns: int) -> str:
+        """Return why the last alert is not valid now; since_s : time (s) since its arrival."""
+        if since_s > alert.left_s:
+            return "the last alert is no longer valid"
+        past, ahead = clock_ns - alert.until_ns, alert.stamp_ns - clock_ns
+        if past > self._offset_ns:
+            return f"by the clock of this bridge, the last alert was valid until {past / SECOND:.1f} s ago"
+        if ahead > self._offset_ns:
+            return f"by the clock of this bridge, the last alert was published {ahead / SECOND:.1f} s in the future"
+        return ""
+
+    def _disorder(self, now: float) -> str:
+        if not self._is_second:
+            return "two publications in a row have not been received"
+        if self._disorder_at is not None and now - self._disorder_at < self._stale:
+            return "alerts are repeated, or of two programs, or the simulator was started again"
+        return ""
 
 
 def heard_alert(alerts: list[ReceivedLevel]) -> HeardAlert | None:
@@ -87,5 +137,7 @@ def heard_alert(alerts: list[ReceivedLevel]) -> HeardAlert | None:
         return None
     if not (sequence.isascii() and sequence.isdigit() and len(sequence) <= 18):
         return None
-    left = (until - stamp) / SECOND
-    return HeardAlert(sequence=int(sequence), left_s=left, is_alarm=alarm == "true", level=site.state)
+    return HeardAlert(
+        sequence=int(sequence), stamp_ns=stamp, until_ns=until, is_alarm=alarm == "true", level=site.state,
+        run=values.get("run", ""),
+    )  # fmt: skip

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
+from typing import Any, Protocol
 
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.evidence import Evidence
@@ -23,6 +23,7 @@ from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.errors import InputError
 from rpf3d_ros.engine.region_evidence import RegionEvidence
 from rpf3d_ros.engine.standing_faults import StandingFaults
+from rpf3d_ros.engine.unknown_before import UnknownBefore
 from rpf3d_ros.messages.refusals import report_error
 from rpf3d_ros.messages.stamps import SECOND
 
@@ -136,15 +137,20 @@ class AlertDesk:
     standing : the faults that every decision contains until their cause has ended
     expected : topics of sources that must publish
     has_sensors : True if the node also has topics of sensors; False if its only topic of sources is `clicked_point`
+    heard : topics of sources that had published before the start, and must publish again
+    unknown : why a higher level may have been held before the start; a fault until it is acknowledged. "" if known
+    remembered : returns what the node has received apart from sources, as plain values, for the next start
     """
 
     def __init__(
         self, thresholds: Thresholds, log: DecisionLog | None, now: Callable[[], int], listener: DecisionListener,
-        expected: Sequence[str] = (), has_sensors: bool = False,
+        expected: Sequence[str] = (), has_sensors: bool = False, heard: Sequence[str] = (), unknown: str = "",
+        remembered: Callable[[], Mapping[str, Any]] = dict,
     ) -> None:  # fmt: skip
         self._thresholds, self._log, self._now, self._listener = thresholds, log, now, listener
         self.alert: Alert | None = log.last_alert if log is not None else None
-        self._evidence = RegionEvidence(thresholds.evidence, expected, has_sensors)
+        self._evidence = RegionEvidence(thresholds.evidence, expected, has_sensors, heard)
+        self._unknown, self._remembered = UnknownBefore(unknown, thresholds.acknowledge), remembered
         self._present: tuple[Mapping[str, str], str | None] = ({}, None)
         self._watching = threading.Lock()
         self._writing_since: float | None = None
@@ -323,23 +329,42 @@ class AlertDesk:
             if self._log is not None:
                 self._try_to_log(partial(self._log.refused, said._replace(at_ns=now), str(refusal)))
         else:
-            alert = self._decide(now, given)
-            result = (not alert.void, alert.void or f"the level is {alert.level.word}")
+            result = self._decide_with(given, now)
         if request.reply is not None:
             request.reply(result)
+
+    def _decide_with(self, given: Acknowledgement, now: int) -> tuple[bool, str]:
+        """Decide with an acknowledgement; return True and the level, or False and why the acknowledgement is void.
+
+        If it is unknown which level was held before the start, the acknowledgement may end this fault, but then it does
+        not also lower a held level.
+        """
+        if not self._unknown.sentences:
+            alert = self._decide(now, given)
+            return not alert.void, alert.void or f"the level is {alert.level.word}"
+        evidence = self._evidence.fresh(now)
+        others = decide(self.alert, evidence, self._thresholds, now, None, self.standing.sentences).faults
+        self._decide(now, given)  # the log has the acknowledgement, and the fault until now
+        if why := self._unknown.acknowledged(given.by, now, others):
+            return False, why
+        if self._log is not None:
+            self._log.settle()
+        alert = self._decide(now, None)
+        return True, f"the level before the start is no longer a fault; the level is {alert.level.word}"
 
     def _decide(self, now: int, given: Acknowledgement | None) -> Alert:
         if self._owed:
             self._owed = False
             self._listener.held_up("")
-        evidence, reported = self._evidence.fresh(now), self.standing.sentences
+        evidence, reported = self._evidence.fresh(now), (*self._unknown.sentences, *self.standing.sentences)
         alert = decide(self.alert, evidence, self._thresholds, now, given, reported)
         if self._log is not None:
             decision = Decision(
                 previous=self.alert, evidence=evidence, acknowledgement=given, now_ns=now, alert=alert,
                 reported=reported,
             )  # fmt: skip
-            self._try_to_log(partial(self._log.decided, decision, self._thresholds))
+            memory = {**self._remembered(), "heard": list(self._evidence.heard)}
+            self._try_to_log(partial(self._log.decided, decision, self._thresholds, memory))
         self.alert = alert
         self._listener.decided(alert, evidence)
         return alert

@@ -13,21 +13,24 @@ from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged
 from rpf3d_core.alerts.site import read_site
 from rpf3d_core.alerts.site_model import Thresholds
+from rpf3d_core.alerts.witness import Witness
 from rpf3d_core.errors import InputError
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.live.answers import warm_answers
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.scene import live_scene
-from rpf3d_core.live.standing import PreparedTerrain, stand_after, stand_on
+from rpf3d_core.live.standing import OF_THE_MAP, PreparedTerrain, stand_after, stand_on
 from rpf3d_core.live.store import Store, read_last
 from rpf3d_core.live.survey import GridSurvey
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.areas import plan_rings, read_areas
 from rpf3d_core.simulation.engines import Reference
 from rpf3d_ros.engine.terrain_faults import TerrainBefore
 from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA
+from rpf3d_ros.messages.map_frame import FARTHEST
 from rpf3d_ros.messages.stamps import SECOND
 
 WARM_SIDE, WARM_STEP = 60, 2.0
@@ -83,6 +86,7 @@ def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], 
     """
     scene = live_scene(given)
     _check_names(scene)
+    _check_places(scene)
     thresholds = read_site(parameters.site_file) if parameters.site_file else None
     if thresholds is not None:
         _check_rocks(scene, thresholds)
@@ -121,6 +125,17 @@ def _check_names(scene: Scene) -> None:
             raise InputError(
                 f"areas_of_interest of the scene has {area.name}, which is the name of areas that come on a topic: "
                 f"choose another than {' and '.join(LIVE_AREAS)}"
+            )
+
+
+def _check_places(scene: Scene) -> None:
+    """Raise InputError if an area of the scene lies too far from the origin of the map, as survey coordinates do."""
+    for name, polygons in read_areas(scene).items():
+        farthest = max(float(np.abs(ring).max()) for ring in plan_rings(polygons))
+        if farthest > FARTHEST:
+            raise InputError(
+                f"{scene.path}: the area of interest {name!r} has coordinates up to {farthest:.0f} m, but must be in "
+                f"{OF_THE_MAP}, and at most {FARTHEST:.0f} m from its origin: subtract map_origin from its corners"
             )
 
 
@@ -214,12 +229,14 @@ def _restored(
 def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:
     """Open the decision log; return the log, and the problems that were found in it, "" without problems.
 
-    If the log cannot be opened, return None and the reason; alerts also work without a log.
+    If the log cannot be opened, return None and the reason. Alerts also work without a log, but it is then unknown
+    which level was held before, and the next start must know that decisions are missing in the log.
     """
     folder = parameters.decision_log or str(Path(parameters.site_file).parent / DECISIONS)
     try:
         log = DecisionLog(folder, version())
     except NotLogged as fault:
+        Witness(Path(folder)).unlog()
         return None, str(fault)
     return log, "; ".join(log.problems)
 

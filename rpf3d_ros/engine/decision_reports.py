@@ -6,7 +6,7 @@ from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.levels import Alert, Level
 from rpf3d_ros.engine.alert_desk import LONGEST_WRITE
 from rpf3d_ros.engine.outlets import Outlets
-from rpf3d_ros.messages.health import ERROR, OK
+from rpf3d_ros.messages.health import ERROR, OK, WARN
 
 
 class DecisionReports:
@@ -17,6 +17,12 @@ class DecisionReports:
         self._outlets, self._map_frame = outlets, map_frame
         self._level: Level | None = None
         self._is_silent = False
+        self._before, self._missing = "", False
+
+    def begin(self, problems: str) -> None:
+        """Report problems of the log that were found at the start; problems : sentences."""
+        self._before = problems
+        self._outlets.health.set("decision log", ERROR, problems)
 
     def resume(self) -> None:
         """Publish decisions again after `end_with_alarm`."""
@@ -58,5 +64,16 @@ class DecisionReports:
         self._outlets.health.set("run", ERROR, f"no decision: {type(error).__name__}: {error}")
 
     def logged(self, fault: str) -> None:
-        """Report why the last decision is not on disk; fault : the reason, "" if the decision is on disk."""
-        self._outlets.health.set("decision log", ERROR if fault else OK, fault or "every decision is on disk")
+        """Report why the last decision is not on disk; fault : the reason, "" if the decision is on disk.
+
+        The report also states problems of earlier decisions, because an audit finds them.
+        """
+        if fault:
+            self._missing = True
+            self._outlets.health.set("decision log", ERROR, fault)
+        elif self._before or self._missing:
+            lacking = "the log lacks decisions since the start" if self._missing else ""
+            earlier = "; ".join(filter(None, (self._before, lacking)))
+            self._outlets.health.set("decision log", WARN, f"decisions are on disk now; earlier: {earlier}")
+        else:
+            self._outlets.health.set("decision log", OK, "every decision is on disk")

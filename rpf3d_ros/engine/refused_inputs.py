@@ -2,7 +2,8 @@
 
 The fault of a topic stands until a later message of the topic is understood. While a topic has several publishers, the
 fault stays, because it is unknown which publisher sent the understood message. If the last refused message of a topic
-is longer ago than sources may be old, an acknowledgement ends the fault of the topic.
+is longer ago than sources may be old, an acknowledgement ends the fault of the topic. Neither a restart nor a node that
+is not active for some time ends it.
 """
 
 from collections.abc import Callable
@@ -23,7 +24,7 @@ class Refusal(NamedTuple):
 
 
 class RefusedInputs:
-    """The topics whose last message was refused. Only one thread may call.
+    """The topics whose last message was refused. Only one thread may call the methods.
 
     report : called with the cause and the sentence of each fault; an empty sentence ends the fault
     """
@@ -42,12 +43,14 @@ class RefusedInputs:
 
     def refused(self, topic: str, why: str, at: float) -> None:
         """Note that a message of a topic was refused at a time (s)."""
-        self._refused[topic] = Refusal(why=why, at=at)
+        self._refused = {**self._refused, topic: Refusal(why=why, at=at)}
         self._persons = {}
-        self._report(
-            CAUSE.format(topic),
-            f"a message on {topic} was refused ({why}): publish a message on {topic} that can be used",
-        )
+        self._tell(topic, why)
+
+    def repeat(self) -> None:
+        """Report all faults, because they could not be reported before."""
+        for topic, why in self.reasons.items():
+            self._tell(topic, why)
 
     def understood(self, topic: str, speakers: Callable[[], int]) -> None:
         """End the fault of a topic, because a message of the topic was understood and the topic has one publisher.
@@ -77,11 +80,18 @@ class RefusedInputs:
             self._end(topic)
         return silent
 
-    def clear(self) -> None:
-        """End all faults, because the node is no longer subscribed."""
-        for topic in tuple(self._refused):
-            self._end(topic)
+    @property
+    def reasons(self) -> dict[str, str]:
+        """Why the last message of each topic with a fault was refused, by topic. Any thread may call."""
+        return {topic: refusal.why for topic, refusal in self._refused.items()}
+
+    def _tell(self, topic: str, why: str) -> None:
+        self._report(
+            CAUSE.format(topic),
+            f"a message on {topic} was refused ({why}): publish a message on {topic} that can be used",
+        )
 
     def _end(self, topic: str) -> None:
-        if self._refused.pop(topic, None) is not None:
+        if topic in self._refused:
+            self._refused = {each: refusal for each, refusal in self._refused.items() if each != topic}
             self._report(CAUSE.format(topic), "")

@@ -42,16 +42,23 @@ class TopicEvidence(NamedTuple):
 class RegionEvidence:
     """The last evidence of each region, that is of each wall, and the topics that have reported."""
 
-    def __init__(self, terms: EvidenceSpec, expected: Sequence[str] = (), has_sensors: bool = False) -> None:
+    def __init__(
+        self, terms: EvidenceSpec, expected: Sequence[str] = (), has_sensors: bool = False, heard: Sequence[str] = ()
+    ) -> None:
         """Begin without evidence.
 
-        terms : the conditions of the site for evidence; expected, has_sensors : as in `SourceTopics`
+        terms : the conditions of the site for evidence; expected, has_sensors, heard : as in `SourceTopics`
         """
         self._max_age_ns = int(terms.sources_max_age_s * SECOND)
         self._ground = WatchedTerrain(terms.changed_terrain_s)
         self._evidence: dict[Hashable, TopicEvidence] = {}
         self._newest_at_ns = 0
-        self._topics, self._outlines = SourceTopics(expected, has_sensors), WatchedOutlines()
+        self._topics, self._outlines = SourceTopics(expected, has_sensors, heard), WatchedOutlines()
+
+    @property
+    def heard(self) -> tuple[str, ...]:
+        """The topics of sensors that have published, also before a restart, sorted."""
+        return self._topics.heard
 
     def note(self, region: Hashable, topic: str, evidence: Evidence) -> None:
         """Keep the evidence of a region, unless newer evidence of the region is already kept.

@@ -10,6 +10,9 @@ BY_HAND = "clicked_point"
 REMOVED = "if its sensor was removed: clean up the node, remove the topic from its parameters, and configure the node"
 """Advice in the fault of a silent topic: how a person ends the fault if the sensor will not publish again."""
 
+OPTIONAL = "start its publisher, or name the topic in optional_topics"
+"""Advice in the fault of a topic that must publish and never has."""
+
 ONLY_CLICKS = "no sensor has reported, so only clicked sources are known: start the publishers of source topics"
 """Fault of a node with topics of sensors that has received clicks only: a click says nothing about other walls."""
 
@@ -21,14 +24,16 @@ class SourceTopics:
     """The stamp of the last message of each topic of sources; every topic that has published must go on publishing.
 
     expected : topics that must publish even if they have never published
+    heard : topics that had published before a restart, and must publish again
     has_sensors : True if the node subscribes to topics of sensors; messages of topic `clicked_point` alone are then not
         enough evidence
     """
 
-    def __init__(self, expected: Sequence[str] = (), has_sensors: bool = False) -> None:
+    def __init__(self, expected: Sequence[str] = (), has_sensors: bool = False, heard: Sequence[str] = ()) -> None:
         self._expected, self._has_sensors = tuple(expected), has_sensors
         self._last: dict[str, int] = {}
-        self._heard: dict[str, int] = {}  # topics from before all was forgotten: a message counts only after this stamp
+        # Topics from before a restart, or before all was forgotten: a message counts only after this stamp.
+        self._heard = dict.fromkeys(heard, ANY_STAMP)
         self._missed: dict[str, int] = {}  # when messages of a topic were lost on their way (ns)
         self._lost_click: int | None = None
 
@@ -39,6 +44,11 @@ class SourceTopics:
         fault until their sources would be too old.
         """
         self._missed[topic] = max(now_ns, self._missed.get(topic, now_ns))
+
+    @property
+    def heard(self) -> tuple[str, ...]:
+        """The topics that have published, also before a restart, sorted."""
+        return tuple(sorted({*self._heard, *self._last}))
 
     def note(self, topic: str, stamp_ns: int) -> None:
         """Note the stamp (ns) of a message, with or without sources; do nothing for topic `clicked_point`.
@@ -65,9 +75,10 @@ class SourceTopics:
         again = [topic for topic in self._heard if topic not in (*self._last, *never)]
         return (
             *fell_silent,
-            *(f"nothing has been heard of sources on {topic} (expected_topics)" for topic in never),
+            *(f"nothing has been heard of sources on {topic}, which must publish ({OPTIONAL})" for topic in never),
             *(
-                f"nothing has been heard of sources on {topic} since stamps were forgotten; {REMOVED}"
+                f"nothing has been heard of sources on {topic} since the start, or since stamps were forgotten; "
+                f"{REMOVED}"
                 for topic in again
             ),
             *self._missing(oldest_ns, now_ns),

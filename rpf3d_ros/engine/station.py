@@ -6,9 +6,11 @@ import queue
 import time
 import traceback
 from collections.abc import Callable, Hashable, Iterable
-from typing import Protocol
+from typing import Any, Protocol
 
 from rpf3d_core.alerts.levels import acknowledgement
+from rpf3d_core.alerts.limits import limits_of
+from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.errors import InputError
 from rpf3d_core.live.answers import Answer, EnsembleSize
 from rpf3d_core.live.ground import LiveTerrain
@@ -22,19 +24,25 @@ from rpf3d_ros.engine.answer_evidence import (
     evidence_without_answer,
 )
 from rpf3d_ros.engine.answered_sources import AnsweredSources
+from rpf3d_ros.engine.areas_before import AreasBefore
 from rpf3d_ros.engine.builder import Arrival, Builder
 from rpf3d_ros.engine.configuration import StationConfiguration, spread_of
 from rpf3d_ros.engine.decision_reports import DecisionReports
 from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.outlets import Outlets
 from rpf3d_ros.engine.refused_inputs import RefusedInputs
+from rpf3d_ros.engine.source_topics import BY_HAND
 from rpf3d_ros.engine.terrain_faults import TerrainLack, lack_of
 from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
 from rpf3d_ros.messages.answer_content import figures_of, warnings_of
+from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA
 from rpf3d_ros.messages.health import ERROR, OK, WARN
 from rpf3d_ros.messages.refusals import TAKEN_UP
 from rpf3d_ros.messages.stamps import SECOND, stamp_of
+
+AREA_TOPICS = {"areas/polygon": LIVE_AREA, "areas/equipment": EQUIPMENT}
+"""The topics of areas, and the name of the area that each defines."""
 
 ANSWER_WITHIN = 0.04
 """Time (s) that a service's callback waits for a decision and its log: no callback may take longer than 50 ms."""
@@ -93,21 +101,73 @@ class Station:
         self.desk: AlertDesk | None = None
         persons = configuration.thresholds.acknowledge if configuration.thresholds is not None else None
         self._refused_inputs = RefusedInputs(self.report_fault, age, persons)
+        self._areas = AreasBefore(self.report_fault, self._areas_before())
         self.decisions = DecisionReports(outlets, parameters.map_frame)
         if configuration.thresholds is not None:
-            sensors = parameters.sensors
-            self.desk = AlertDesk(
-                configuration.thresholds, configuration.log, outlets.now, self.decisions, sensors.expected,
-                has_sensors=bool(sensors.poses or sensors.clouds),
-            )  # fmt: skip
+            self._remember_refusals()  # before the desk may write them to disk again
+            self.desk = self._desk_of(configuration, configuration.thresholds)
+            self._refused_inputs.repeat()
+            self._areas.repeat()
         if configuration.log_fault:
-            self.decisions.logged(configuration.log_fault)
+            self.decisions.begin(configuration.log_fault)
         self._note_terrain_before()
         if configuration.standing is not None:
             self.flyer.hand_over(ready=configuration.standing)
             self.stands(configuration.standing.ground, configuration.standing_report)
         else:
             outlets.health.set("terrain", WARN, configuration.standing_report or "no terrain yet")
+
+    def _patches_not_restored(self, unread: int) -> int:
+        """Return how many patches the terrain in use had before the start, and the restored terrain has not.
+
+        Without a store these are all patches; with a store, those that were not written before the node was killed.
+
+        unread : number of stored patches that cannot be read
+        """
+        standing = self._configuration.standing
+        restored = standing.ground.patches if standing is not None else 0
+        return max(int(self._memory.get("patches", 0)) - restored - unread, 0)
+
+    def _desk_of(self, configuration: StationConfiguration, thresholds: Thresholds) -> AlertDesk:
+        """Return the alert desk, which continues from the decisions and topics before the start."""
+        sensors, log = configuration.parameters.sensors, configuration.log
+        topics = (*sensors.poses, *sensors.clouds)
+        return AlertDesk(
+            thresholds, log, self._outlets.now, self.decisions, sensors.expected, has_sensors=bool(topics),
+            heard=[topic for topic in self._memory.get("heard", ()) if topic in topics],
+            unknown=configuration.log_fault if log is None else log.unknown, remembered=self._inputs_to_remember,
+        )  # fmt: skip
+
+    @property
+    def _memory(self) -> dict[str, Any]:
+        """What the node had received before the start, as `_inputs_to_remember` and the desk gave it to the log."""
+        log = self._configuration.log
+        return log.memory if log is not None else {}
+
+    def _areas_before(self) -> list[str]:
+        """Return the topics that had an area with limits before the start."""
+        thresholds = self._configuration.thresholds
+        if thresholds is None:
+            return []
+        watched = [topic for topic, name in AREA_TOPICS.items() if limits_of(thresholds, name) is not None]
+        return [topic for topic in self._memory.get("areas", ()) if topic in watched]
+
+    def _remember_refusals(self) -> None:
+        """Continue with the refused messages from before the start, except of topics that the node has no more."""
+        sensors = self._configuration.parameters.sensors
+        topics, now = (*sensors.poses, *sensors.clouds, BY_HAND, *AREA_TOPICS), time.monotonic()
+        for topic, why in self._memory.get("refused", {}).items():
+            if topic in topics:
+                self._refused_inputs.refused(topic, why, at=now)
+
+    def _inputs_to_remember(self) -> dict[str, Any]:
+        """Return what must survive a restart, apart from topics of sources; called on the thread of the alert desk.
+
+        These are the refused messages, the topics with areas, and the number of patches in the terrain in use.
+        """
+        standing = self.flyer.standing
+        patches = standing.ground.patches if standing is not None else self._memory.get("patches", 0)
+        return {"refused": self._refused_inputs.reasons, "areas": list(self._areas.topics), "patches": patches}
 
     def _note_terrain_before(self) -> None:
         """Note the patches that the restored terrain contains, and the number of patches that it lacks.
@@ -116,7 +176,8 @@ class Station:
         """
         alert, before = self.desk.alert if self.desk is not None else None, self._configuration.before
         lack = lack_of(alert.faults if alert is not None else ())
-        self.terrain.lacks(lack.patches + before.unread, lack.why_refused or before.unreadable, before.read_ns)
+        patches = lack.patches + before.unread + self._patches_not_restored(before.unread)
+        self.terrain.lacks(patches, lack.why_refused or before.unreadable, before.read_ns)
         self.terrain.holds(before.patches_ns)
 
     def activate(self) -> None:
@@ -135,7 +196,6 @@ class Station:
         """
         self.flyer.deactivate()
         self.terrain.forget_received()
-        self._refused_inputs.clear()
         if self.desk is not None:
             replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
             self.desk.forget("the node is not active: it receives and decides nothing", replies.put)
@@ -302,6 +362,7 @@ class Station:
     def set_areas(self, topic: str, outlines: Outlines) -> None:
         """Replace the areas of interest of a topic, map frame; evidence for their former places is outdated."""
         self.flyer.set_areas(topic, outlines)
+        self._areas.received(topic, bool(outlines))
         self._watch_present()
 
     def _watch_present(self) -> None:

@@ -3,6 +3,7 @@
 Both are published again at least every HEARTBEAT seconds, so that a subscriber can require a deadline.
 """
 
+import secrets
 import threading
 import time
 from typing import NamedTuple
@@ -42,6 +43,7 @@ class AlertPublishers:
         self._lock = threading.Lock()
         self._last: PublishedAlert | None = None
         self._is_sounding, self._sequence, self._published_at = False, 0, 0.0
+        self._run = secrets.token_hex(8)
         self.closed = False
 
     def publish(self, alert: Alert, evidence: Evidence | None, frame: str) -> bool:
@@ -94,7 +96,7 @@ class AlertPublishers:
 
     def _repeat(self, last: PublishedAlert) -> None:
         self._sequence += 1
-        publication = Publication(sequence=self._sequence, at_ns=self._now())
+        publication = Publication(sequence=self._sequence, at_ns=self._now(), run=self._run)
         publish(self._node, self._alarm, alarm_message(last.alert))
         alerts = alerts_message(last.header, last.alert, last.result, publication)
         publish(self._node, self._alerts, of_unit(alerts, self._node.get_namespace()))

@@ -23,6 +23,11 @@ from rpf3d_ros.messages.map_frame import MapFrame
 ROS_OWN = ("use_sim_time", "start_type_description_service", "qos_overrides")
 """Parameters that rclpy declares by itself."""
 
+SENSOR_PARAMETERS = "source_topics, source_cloud_topics, expected_topics and optional_topics"
+
+SIM_TIME = "use_sim_time"
+"""Parameter of rclpy that chooses the clock; with another clock, stamps and ages mean something else."""
+
 LARGEST_COUNT = 2**31 - 1
 """Largest value of a parameter without an upper limit, because a ROS parameter range needs both ends."""
 
@@ -126,8 +131,13 @@ class SimulatorParameters(InputParameters):
     )
     expected_topics: tuple[str, ...] = parameter(
         ("",),
-        "topics of sources that must publish; the level is fault until they do. Other topics cause no fault before "
-        "they have had a publisher",
+        "topics of sources that must publish; the level is fault until they do. Empty: all topics of source_topics and "
+        "source_cloud_topics, unless the list has its default",
+    )
+    optional_topics: tuple[str, ...] = parameter(
+        ("",),
+        "topics of sources that need not publish: they cause no fault before they have had a publisher. For sensors "
+        "that are not always there",
     )
     publisher_overlap: float = parameter(
         25.0, "time (s) for which a topic may have two publishers; a killed publisher stays visible for 20 s", 0.0, 1e6
@@ -161,17 +171,33 @@ class SimulatorParameters(InputParameters):
 
     @property
     def sensors(self) -> SensorTopics:
-        """The topics of sources. Raises InputError if a topic is given twice, or is expected but not subscribed to."""
-        poses, clouds, expected = (
+        """The topics of sources.
+
+        Raises InputError if a topic is given twice, is expected or optional but not subscribed to, or is both.
+        """
+        poses, clouds, expected, optional = (
             tuple(name for name in names if name)
-            for names in (self.source_topics, self.source_cloud_topics, self.expected_topics)
+            for names in (self.source_topics, self.source_cloud_topics, self.expected_topics, self.optional_topics)
         )
         given = (*poses, *clouds)
-        for name in (*given, *expected):
-            if given.count(name) != 1:
-                why = "is given twice" if name in given else "is expected, but is no topic of sources"
-                raise InputError(f"{name} {why}: see source_topics, source_cloud_topics and expected_topics")
-        return SensorTopics(poses=poses, clouds=clouds, expected=expected)
+        for name in (*given, *expected, *optional):
+            if given.count(name) != 1 or (name in expected and name in optional):
+                raise InputError(f"{name} {_why_wrong(name, given, expected, optional)}: see {SENSOR_PARAMETERS}")
+        must = expected or (*self._named("source_topics"), *self._named("source_cloud_topics"))
+        return SensorTopics(poses=poses, clouds=clouds, expected=tuple(name for name in must if name not in optional))
+
+    def _named(self, parameter_name: str) -> tuple[str, ...]:
+        """Return the topics of a list that the site gave; the topics of a default list need not exist on a site."""
+        default = next(each.default for each in fields(self) if each.name == parameter_name)
+        value = tuple(getattr(self, parameter_name))
+        return () if value == default else tuple(name for name in value if name)
+
+
+def _why_wrong(name: str, given: Sequence[str], expected: Sequence[str], optional: Sequence[str]) -> str:
+    """Return what is wrong with the name of a topic in the parameters of sources."""
+    if name not in given:
+        return f"is {'expected' if name in expected else 'optional'}, but is no topic of sources"
+    return "is given twice" if given.count(name) > 1 else "is expected and optional"
 
 
 @dataclass(frozen=True)
@@ -223,8 +249,16 @@ class AlarmBridgeParameters:
     stale_after: float = parameter(
         3.0, "time (s) without a message of alerts or alarm after which the contact opens", 0.1, 3600.0
     )
+    clock_offset_s: float = parameter(
+        1.0,
+        "time (s) by which the clock of the bridge may differ from that of the simulator; an alert that is older or "
+        "newer opens the contact",
+        0.0, 3600.0,
+    )  # fmt: skip
     contact_file: str = parameter(
-        "", "file that replaces a dry contact: closed while it has the word closed and the node locks it; empty: none"
+        "",
+        "file that replaces a dry contact: closed while it has the word closed, the node locks it, and its valid_until "
+        "has not passed; empty: none",
     )
     contact_port: int = parameter(0, "port on loopback of the TCP contact; 0: none", 0, 65_535)
 
@@ -241,6 +275,8 @@ def declare(node: Node, kind: type[P], fixed: bool = True, others: Sequence[str]
     for each in fields(kind):  # type: ignore[arg-type]
         _declare(node, each, fixed)
     _warn_of_unknown(node, [*(each.name for each in fields(kind)), *others])  # type: ignore[arg-type]
+    if fixed:
+        ParameterLock(node, is_forever=True)
     return values_of(node, kind)
 
 
@@ -250,20 +286,34 @@ def values_of(node: Node, kind: type[P]) -> P:
 
 
 class ParameterLock:
-    """Refuses changes of parameters while the node is configured, because its configuration uses one set of values."""
+    """Refuses changes of parameters while the node is configured, because its configuration uses one set of values.
 
-    def __init__(self, node: Node, free: Sequence[str] = ()) -> None:
-        """Check all changes of the node's parameters; free : parameters that may be set at any time."""
-        self.closed = False
-        self._free = frozenset(free)
+    `use_sim_time` is locked, too, because with another clock all stamps and ages would mean something else. The other
+    parameters of rclpy are read-only, or have no effect on decisions.
+    """
+
+    def __init__(self, node: Node, free: Sequence[str] = (), is_forever: bool = False) -> None:
+        """Check all changes of the node's parameters.
+
+        free : parameters that may be set at any time
+        is_forever : True for a node that is never configured, whose parameters never change
+        """
+        self.closed = is_forever
+        self._while = "runs; start it again" if is_forever else "is configured; clean it up, set and configure it"
+        self._node, self._free = node, frozenset(free)
         node.add_on_set_parameters_callback(self._check)
 
     def _check(self, parameters: list[Parameter]) -> SetParametersResult:
-        kept = [each.name for each in parameters if each.name not in self._free and not _is_ros_own(each.name)]
+        kept = [each.name for each in parameters if each.name not in self._free and self._is_locked(each)]
         if not self.closed or not kept:
             return SetParametersResult(successful=True)
-        sentence = f"{', '.join(kept)} cannot change while the node is configured; clean it up, set and configure it"
+        sentence = f"{', '.join(kept)} cannot change while the node {self._while}"
         return SetParametersResult(successful=False, reason=sentence)
+
+    def _is_locked(self, given: Parameter) -> bool:
+        if given.name == SIM_TIME:
+            return bool(given.value != self._node.get_parameter(SIM_TIME).value)
+        return not _is_ros_own(given.name)
 
 
 def descriptor(about: Field[Any], fixed: bool = True) -> ParameterDescriptor:

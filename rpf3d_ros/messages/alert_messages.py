@@ -22,10 +22,14 @@ A fault is STALE, which is above ERROR. A subscriber that looks for ERROR and ab
 
 
 class Publication(NamedTuple):
-    """A publication of an alert: its number, which grows by 1 each time, and its time (ns) by the node's clock."""
+    """A publication of an alert: its number, which grows by 1 each time, and its time (ns) by the node's clock.
+
+    run : identifies the run of the node, in which the numbers grow
+    """
 
     sequence: int
     at_ns: int
+    run: str = ""
 
 
 def alerts_message(
@@ -74,6 +78,7 @@ def _publication_values(alert: Alert, publication: Publication | None) -> dict[s
         return {}
     return {
         "sequence": str(publication.sequence),
+        "run": publication.run,
         "stamp": seconds_text(publication.at_ns),
         "valid_until": seconds_text(alert.valid_until_ns),
     }

@@ -26,8 +26,11 @@ MOST_SOURCES = 10_000
 A cloud of raw lidar points is therefore refused.
 """
 
-LARGEST_DIAMETER = 1.0e3
-"""Largest accepted diameter (m) of a source in a message."""
+SMALLEST_DIAMETER, LARGEST_DIAMETER = 1.0e-3, 100.0
+"""Range of accepted diameters (m) of a source in a message; any other is no rock, but a wrong unit or a wrong field."""
+
+IDENTITY = (0.0, 0.0, 0.0, 1.0)
+"""Quaternion x, y, z, w without rotation, which is the default of many programs."""
 
 VELOCITY = ("vx", "vy", "vz")
 
@@ -56,14 +59,30 @@ class Sources:
 def sources_of_poses(poses: PoseArray, frame: MapFrame, speed: float = 1.0) -> Sources:
     """Return the sources in a pose message: one for each pose, thrown at a speed (m/s) along its x axis.
 
-    A pose without orientation becomes a source at rest. Raises MessageRefused for a foreign frame, too many poses, and
-    a pose that is not finite or not a rotation.
+    A pose without orientation (a quaternion of four zeros) becomes a source at rest. Raises MessageRefused for a
+    foreign frame, too many poses, and a pose that is not finite or not a rotation.
     """
     frame.check(poses.header.frame_id)
     _check_number(len(poses.poses))
     positions, directions = placed(poses, frame)
     return Sources(
         header=Header(stamp=poses.header.stamp, frame_id=frame.name), positions=positions, velocities=speed * directions
+    )
+
+
+def doubt_of_poses(poses: PoseArray, speed: float) -> str:
+    """Return a warning if the directions of the throws were perhaps not meant; "" otherwise.
+
+    If no pose of a message is rotated, the orientations may be the default of a program that knows no direction.
+
+    speed : of the throw along the x axis of a pose (m/s)
+    """
+    turns = [(one.orientation.x, one.orientation.y, one.orientation.z, one.orientation.w) for one in poses.poses]
+    if not turns or speed == 0.0 or any(turn != IDENTITY for turn in turns):
+        return ""
+    return (
+        f"no pose is rotated, so all rocks are thrown along the x axis of {poses.header.frame_id} at {speed:g} m/s: "
+        "is a direction meant? A quaternion of four zeros means a release from rest"
     )
 
 
@@ -177,11 +196,11 @@ def _diameters(cloud: PointCloud2) -> FloatArray | None:
 
 
 def _checked_diameters(diameters: FloatArray) -> FloatArray:
-    sound = np.isnan(diameters) | ((diameters > 0.0) & (diameters <= LARGEST_DIAMETER))
+    sound = np.isnan(diameters) | ((diameters >= SMALLEST_DIAMETER) & (diameters <= LARGEST_DIAMETER))
     if not bool(sound.all()):
         bad = int(np.flatnonzero(~sound)[0])
         raise MessageRefused(
-            f"source {bad} has a diameter of {diameters[bad]:g} m; it must be above 0 and up to "
+            f"source {bad} has a diameter of {diameters[bad]:g} m; it must be from {SMALLEST_DIAMETER:g} to "
             f"{LARGEST_DIAMETER:g} m, or NaN where it is not known"
         )
     return diameters

@@ -1,9 +1,13 @@
-"""The node rpf3d_alarm_bridge: closes a contact only while fresh alerts say that no alarm sounds.
+"""The node rpf3d_alarm_bridge: closes a contact only while fresh alerts of one simulator say that no alarm sounds.
 
 The node is an example for programs that read `alerts` and `alarm`: it requires their deadline and their liveliness.
 """
 
+import contextlib
+import queue
+import threading
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 from std_msgs.msg import Bool
 
 from rpf3d_core.errors import InputError
@@ -27,29 +32,63 @@ NAME = "rpf3d_alarm_bridge"
 LOOK = 0.1
 """Time (s) between two looks at the age of the last alert."""
 
+WAITING_REPORTS = 100
+"""Number of changes that may wait to be reported; further changes are not reported."""
+
 
 class AlarmBridgeNode(Node):
-    """Receives `alerts` and `alarm`, and keeps the contacts closed while both are fresh and no alarm sounds."""
+    """Receives `alerts` and `alarm`, and keeps the contacts closed while both are fresh and no alarm sounds.
+
+    It does not close a contact while more than one program publishes one of the topics.
+    """
 
     def __init__(self) -> None:
         super().__init__(NAME)
         parameters = declare(self, AlarmBridgeParameters)
-        self.state, self.why = AlarmState(parameters.stale_after), "not looked yet"
+        self.state, self.why = AlarmState(parameters.stale_after, parameters.clock_offset_s), "not looked yet"
         self.contacts = _contacts(parameters)
         self.health = HealthReport(self)
-        events = SubscriptionEventCallbacks(deadline=self._deadline_missed, liveliness=self._liveliness_changed)
-        options: dict[str, Any] = {"event_callbacks": events, "qos_overriding_options": OVERRIDABLE}
-        self.create_subscription(Bool, "alarm", self._alarm, ALERTS, **options)
-        self.create_subscription(DiagnosticArray, "alerts", self._alerts, ALERTS, **options)
+        self._alive: dict[str, int] = {}
+        self._reports: queue.Queue[str] = queue.Queue(WAITING_REPORTS)
+        threading.Thread(target=self._report, name="reports", daemon=True).start()
+        self._subscriptions_of = {
+            "alarm": self._subscribe(Bool, "alarm", self._alarm),
+            "alerts": self._subscribe(DiagnosticArray, "alerts", self._alerts),
+        }
         self.create_timer(LOOK, self.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def look(self) -> None:
-        """Open or close the contacts by the last messages and their age, and report a change in the diagnostics."""
-        why = self.state.why_open(time.monotonic())
+        """Open or close the contacts by the last messages and their age, and report a change in the diagnostics.
+
+        The change is reported on another thread, because a log that hangs must not delay the next look.
+        """
+        self.state.note_publishers({topic: self._publishers_of(topic) for topic in self._subscriptions_of})
+        why = self.state.why_open(time.monotonic(), self.get_clock().now().nanoseconds)
         for contact in self.contacts:
             contact.set(not why)
         if why != self.why:
             self.why = why
+            with contextlib.suppress(queue.Full):
+                self._reports.put_nowait(why)
+
+    def _subscribe(self, kind: Any, topic: str, callback: Any) -> Subscription:
+        events = SubscriptionEventCallbacks(
+            deadline=self._deadline_missed, liveliness=partial(self._liveliness_changed, topic)
+        )
+        return self.create_subscription(
+            kind, topic, callback, ALERTS, event_callbacks=events, qos_overriding_options=OVERRIDABLE
+        )
+
+    def _publishers_of(self, topic: str) -> list[str]:
+        """Return the nodes of the publishers of a topic; one that DDS knows and the graph does not has no name."""
+        seen = self.get_publishers_info_by_topic(self._subscriptions_of[topic].topic_name)
+        names = [f"{one.node_namespace.rstrip('/')}/{one.node_name}" for one in seen]
+        return names + ["unknown"] * (self._alive.get(topic, 0) - len(names)) if len(names) else names
+
+    def _report(self) -> None:
+        """Report changes of the contact, on a thread of its own."""
+        while True:
+            why = self._reports.get()
             self.health.set("contact", ERROR if why else OK, f"open: {why}" if why else "closed")
 
     def _alarm(self, alarm: Bool) -> None:
@@ -72,7 +111,8 @@ class AlarmBridgeNode(Node):
         self.state.note_lost("the simulator has missed its deadline")
         self.look()
 
-    def _liveliness_changed(self, info: Any) -> None:
+    def _liveliness_changed(self, topic: str, info: Any) -> None:
+        self._alive[topic] = info.alive_count
         if info.alive_count == 0 and info.not_alive_count_change > 0:
             self.state.note_lost("the simulator is not alive")
             self.look()

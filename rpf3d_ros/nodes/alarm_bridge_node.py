@@ -4,6 +4,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from rpf3d_ros.nodes.free_output import free_output
 from rpf3d_ros.nodes.node_process import run
 
 if TYPE_CHECKING:
@@ -19,7 +20,8 @@ def node() -> "Node":
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the exit code."""
-    return run(node, args)
+    with free_output():
+        return run(node, args)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,8 @@
-"""Contacts of an alarm bridge that open by themselves when the bridge ends: a lock on a file, and a TCP connection.
+"""Contacts of an alarm bridge that open by themselves when the bridge ends or hangs: a file, and a TCP connection.
 
 Both replace hardware: on a site, use a relay that opens as soon as the bridge no longer powers its coil.
+
+Each contact has a thread of its own. It opens the contact if the bridge has not called `set` for LOOKED seconds.
 """
 
 import contextlib
@@ -8,57 +10,137 @@ import fcntl
 import os
 import socket
 import threading
+import time
 from pathlib import Path
 
 CLOSED, OPEN = b"closed\n", b"open\n"
 """The words for the two states; a program that does not read the first word must treat the contact as open."""
+
+LOOKED = 1.0
+"""Time (s) since the last call of `set` after which a contact opens, because the bridge hangs."""
+
+VALID = 2.0
+"""Time (s) for which the content of the file is valid; a reader must treat the contact as open afterwards."""
+
+BEAT = 0.25
+"""Time (s) between two writes of the file, each with a new validity."""
+
+UNTIL = b"valid_until "
+"""Word in front of the end of the validity, in the last line of the file."""
 
 LOOPBACK = "127.0.0.1"
 REPEAT = 0.5
 """Time (s) between two lines to each connected program."""
 
 
+class Wanted:
+    """The state that the bridge wants a contact to have; closed only if the bridge has wanted that recently."""
+
+    def __init__(self) -> None:
+        self.changed = threading.Condition()
+        self.has_ended = False
+        self._is_closed, self._said_at = False, 0.0
+
+    def set(self, is_closed: bool) -> None:
+        """Want the contact to be closed or open."""
+        with self.changed:
+            is_new, self._is_closed, self._said_at = is_closed != self._is_closed, is_closed, time.monotonic()
+            if is_new:
+                self.changed.notify_all()
+
+    def end(self) -> None:
+        """Want the contact to be open for ever, and its threads to end."""
+        with self.changed:
+            self.has_ended, self._is_closed = True, False
+            self.changed.notify_all()
+
+    @property
+    def is_closed(self) -> bool:
+        """True if the contact must be closed now."""
+        return self._is_closed and time.monotonic() - self._said_at <= LOOKED
+
+    def wait_unless(self, is_closed: bool, longest: float) -> None:
+        """Wait until another state than `is_closed` is wanted, at most `longest` (s)."""
+        with self.changed:
+            self.changed.wait_for(lambda: self.has_ended or self._is_closed != is_closed, longest)
+
+
 class FileContact:
     """A dry contact that other programs read from a file: closed while this process holds the file's lock.
 
-    The file also contains the word `open` or `closed`. The system releases the lock when the process ends, also after
-    `kill -9`.
+    The first line of the file is the word `open` or `closed`, the last line `valid_until` and a time (s since 1970,
+    UTC). A reader must also require that this time has not passed, and is at most VALID ahead: a process that is
+    stopped, or that hangs, keeps its lock. The system releases the lock when the process ends, also after `kill -9`.
     """
 
     def __init__(self, path: Path) -> None:
-        """Create the contact in the open state. Raises OSError if the file cannot be written."""
-        self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-        self._is_closed = False
+        """Create the contact in the open state.
+
+        Raises OSError if the file cannot be written, or if another bridge uses the file.
+        """
+        self._owner = os.open(path.with_name(f"{path.name}.lock"), os.O_RDWR | os.O_CREAT, 0o644)
+        try:
+            fcntl.flock(self._owner, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        except OSError as error:
+            os.close(self._owner)
+            if isinstance(error, BlockingIOError):
+                raise OSError(f"another alarm bridge uses {path}") from None
+            raise
+        self._wanted, self._is_locked = Wanted(), False
         self._write(OPEN)
+        self._thread = threading.Thread(target=self._run, name="contact", daemon=True)
+        self._thread.start()
 
     def set(self, is_closed: bool) -> None:
-        """Close or open the contact.
+        """Close or open the contact soon; returns at once. Call this again at least every LOOKED seconds.
 
-        The contact cannot be closed while another program reads the file; it then stays open until the next call.
+        The contact cannot be closed while another program reads the file; it then stays open for another BEAT.
         """
-        if is_closed == self._is_closed:
-            return
-        if not is_closed:
-            fcntl.flock(self._file, fcntl.LOCK_UN)
-            self._is_closed = False
-            self._write(OPEN)
-            return
-        with contextlib.suppress(BlockingIOError):
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            self._is_closed = True
-            self._write(CLOSED)
+        self._wanted.set(is_closed)
 
     def close(self) -> None:
-        """Open the contact and close the file."""
-        self.set(False)
+        """Open the contact, and close the file."""
+        self._wanted.end()
+        self._thread.join(1.0)
         os.close(self._file)
+        os.close(self._owner)
+
+    def _run(self) -> None:
+        while True:
+            has_ended, is_closed = self._wanted.has_ended, self._wanted.is_closed
+            try:
+                self._show(is_closed)
+            except OSError:  # the disk fails: open, and try again
+                self._unlock()
+            if has_ended:
+                return
+            self._wanted.wait_unless(is_closed, BEAT)
+
+    def _show(self, is_closed: bool) -> None:
+        if not is_closed:
+            self._unlock()
+            self._write(OPEN)
+            return
+        if not self._is_locked:
+            try:
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                return
+            self._is_locked = True
+        self._write(CLOSED)
+
+    def _unlock(self) -> None:
+        fcntl.flock(self._file, fcntl.LOCK_UN)
+        self._is_locked = False
 
     def _write(self, word: bytes) -> None:
-        os.pwrite(self._file, word.ljust(len(CLOSED)), 0)
+        until = b"%s%014.3f\n" % (UNTIL, time.time() + VALID)
+        os.pwrite(self._file, word.ljust(len(CLOSED), b"\n") + until, 0)
 
 
 def is_closed(path: Path) -> bool:
-    """True if the dry contact of a file is closed: a process holds its lock, and the word is `closed`."""
+    """True if the dry contact of a file is closed: a process holds its lock, the word is `closed`, and it is valid."""
     try:
         file = os.open(path, os.O_RDONLY)
     except OSError:
@@ -66,10 +148,20 @@ def is_closed(path: Path) -> bool:
     try:
         fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except BlockingIOError:
-        return os.read(file, len(CLOSED)) == CLOSED
+        return _says_closed(os.read(file, 64))
     finally:
         os.close(file)
     return False
+
+
+def _says_closed(content: bytes) -> bool:
+    """True if the content of a contact file is `closed`, and the end of its validity is neither past nor far ahead."""
+    _, _, until = content.partition(UNTIL)
+    try:
+        left = float(until) - time.time()
+    except ValueError:
+        return False
+    return content.startswith(CLOSED) and 0.0 <= left <= VALID
 
 
 class TcpContact:
@@ -82,29 +174,22 @@ class TcpContact:
         """Create the contact in the open state. Raises OSError if the port is not free; port : 0 for any free port."""
         self._server = socket.create_server((LOOPBACK, port))
         self.port = int(self._server.getsockname()[1])
-        self._is_closed = False
-        self._changed = threading.Condition()
-        self._ended = False
+        self._wanted = Wanted()
         threading.Thread(target=self._accept, name="contact", daemon=True).start()
 
     def set(self, is_closed: bool) -> None:
-        """Close or open the contact."""
-        with self._changed:
-            if self._is_closed != is_closed:
-                self._is_closed = is_closed
-                self._changed.notify_all()
+        """Close or open the contact. Call this again at least every LOOKED seconds."""
+        self._wanted.set(is_closed)
 
     def close(self) -> None:
         """End all connections and free the port."""
-        with self._changed:
-            self._ended = True
-            self._changed.notify_all()
+        self._wanted.end()
         with contextlib.suppress(OSError):
             self._server.shutdown(socket.SHUT_RDWR)
         self._server.close()
 
     def _accept(self) -> None:
-        while not self._ended:
+        while not self._wanted.has_ended:
             try:
                 connection, _ = self._server.accept()
             except OSError:
@@ -114,8 +199,7 @@ class TcpContact:
 
     def _serve(self, connection: socket.socket) -> None:
         with connection, contextlib.suppress(OSError):
-            while not self._ended:
-                connection.sendall(CLOSED if self._is_closed else OPEN)
-                before = self._is_closed
-                with self._changed:
-                    self._changed.wait_for(lambda before=before: self._ended or self._is_closed != before, REPEAT)
+            while not self._wanted.has_ended:
+                is_closed = self._wanted.is_closed
+                connection.sendall(CLOSED if is_closed else OPEN)
+                self._wanted.wait_unless(is_closed, REPEAT)

@@ -32,7 +32,13 @@ from rpf3d_ros.interface.transforms import AREAS_STAY, MESH_HAS_NO_STAMP, InputF
 from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA, rings_of_equipment, rings_of_polygon
 from rpf3d_ros.messages.health import ERROR, OK, WARN
 from rpf3d_ros.messages.map_frame import MapFrame
-from rpf3d_ros.messages.source_messages import Sources, sources_of_cloud, sources_of_point, sources_of_poses
+from rpf3d_ros.messages.source_messages import (
+    Sources,
+    doubt_of_poses,
+    sources_of_cloud,
+    sources_of_point,
+    sources_of_poses,
+)
 from rpf3d_ros.messages.stamps import nanoseconds
 from rpf3d_ros.messages.terrain_messages import Buffer, check_cloud, check_mesh, mesh_of_cdr, survey_of_cloud
 from rpf3d_ros.nodes.frames_on_arrival import FramesOnArrival
@@ -73,6 +79,7 @@ class Inputs:
         self._refused, self._lost, self._counting = 0, 0, threading.Lock()
         self._middleware = ""
         self._gaps: dict[str, MessageGaps] = {}
+        self._doubts: dict[str, str] = {}
         terrain = terrain_qos(parameters.terrain_durability)
         many = QoSProfile(depth=parameters.waiting_patches, reliability=EVENTS.reliability)
         self._events = SubscriptionEventCallbacks(incompatible_qos=lambda _: self.publishers.look_soon())
@@ -184,6 +191,7 @@ class Inputs:
     def on_poses(self, topic: str, poses: PoseArray) -> None:
         """Take each pose as a source of rocks; a message without poses means that no rock is moving."""
         speed = self._parameters.release_speed
+        self._doubts[topic] = doubt_of_poses(poses, speed)
         self._sources(topic, poses.header, lambda frame: sources_of_poses(poses, frame, speed))
 
     def on_point(self, topic: str, point: PointStamped) -> None:
@@ -263,7 +271,9 @@ class Inputs:
             stamp = nanoseconds(header.stamp)
             trigger = trigger_of(found.positions, found.velocities, found.diameters, stamp, topic)
             sentence = "received" if len(found.positions) else "received: watched, and nothing seen"
-            self._health.set("sources", OK, sentence, {"sources": str(len(found.positions)), "topic": topic})
+            doubts = [f"{each}: {doubt}" for each, doubt in sorted(self._doubts.items()) if doubt]
+            values = {"sources": str(len(found.positions)), "topic": topic}
+            self._health.set("sources", WARN if doubts else OK, "; ".join([sentence, *doubts]), values)
             self._station.submit(trigger)
 
         self._take(topic, header, take)

@@ -24,7 +24,7 @@ from rpf3d_ros.engine import alert_desk
 from rpf3d_ros.engine.alert_desk import NO_CLOCK, AlertDesk
 from rpf3d_ros.engine.answer_evidence import EvidenceContext
 from rpf3d_ros.engine.decision_reports import DecisionReports
-from rpf3d_ros.engine.source_topics import BY_HAND, REMOVED
+from rpf3d_ros.engine.source_topics import BY_HAND, OPTIONAL, REMOVED
 from rpf3d_ros.engine.station import Station
 
 PATIENCE = 20.0
@@ -68,7 +68,7 @@ class BrokenLog:
 
     last_alert = None
 
-    def decided(self, decision, thresholds):
+    def decided(self, decision, thresholds, memory=None):
         raise AttributeError("broken")
 
     def close(self):
@@ -83,7 +83,7 @@ class HangingLog:
     def __init__(self):
         self.answers = threading.Event()
 
-    def decided(self, decision, thresholds):
+    def decided(self, decision, thresholds, memory=None):
         self.answers.wait(PATIENCE)
 
     def close(self):
@@ -422,7 +422,8 @@ def test_a_topic_that_is_expected_is_a_fault_until_it_is_heard():
     desk = AlertDesk(site(), None, clock, reports, expected=(OTHER,))
     try:
         desk.decide_on("nobody", nothing_seen(NOW), RADAR)
-        assert decided(reports, 1).faults == (f"nothing has been heard of sources on {OTHER} (expected_topics)",)
+        (fault,) = decided(reports, 1).faults
+        assert fault == f"nothing has been heard of sources on {OTHER}, which must publish ({OPTIONAL})"
         desk.decide_on("nobody", nothing_seen(NOW), OTHER)
         assert decided(reports, 2).level == Level.NORMAL
         desk.forget("the node has just been activated")

@@ -7,12 +7,22 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from live_ground import pit_scene
 from surveyed_hills import grid
 
+from rpf3d_core.errors import InputError
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.store import WHOLE, Store
 from rpf3d_ros.engine import configuration
 from rpf3d_ros.engine.configuration import _restored, configuration_of
 from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.messages.stamps import SECOND
+
+SURVEYED = """
+terrain: {pit: {}}
+sources: [{name: crest, points: [[0, 0, 0]]}]
+materials: {default: {normal_restitution: 0.5, tangential_restitution: 0.8, friction_angle_deg: 30}}
+areas_of_interest:
+  - name: ramp
+    polygons: [[482000, 7401000], [482100, 7401000], [482100, 7401100]]
+"""
 
 
 @pytest.fixture
@@ -56,3 +66,10 @@ def test_configuring_that_fails_leaves_the_store_free_for_the_next_time(tmp_path
     with pytest.raises(RuntimeError, match="broken"):
         configuration_of(SimulatorParameters(store=str(tmp_path)), {}, 0)
     Store(tmp_path).close(20.0)
+
+
+def test_an_area_in_survey_coordinates_is_refused_when_configuring_with_the_frame_that_it_must_have(tmp_path):
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(SURVEYED)
+    with pytest.raises(InputError, match=r"'ramp' has coordinates up to 7401100 m, but must be in the map frame"):
+        configuration_of(SimulatorParameters(map_origin=(482_000.0, 7_401_000.0, 0.0)), {"scene": str(scene)}, 0)

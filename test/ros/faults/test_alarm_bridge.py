@@ -10,10 +10,11 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
+from diagnostic_msgs.msg import DiagnosticArray
 from live_peer import PATIENCE, LivePeer, cloud, poses, with_alerts
 from ports import free_port
 
-from rpf3d_ros.interface.qos import DEADLINE, HEARTBEAT, LEASE
+from rpf3d_ros.interface.qos import ALERTS, DEADLINE, HEARTBEAT, LEASE
 from rpf3d_ros.nodes.alarm_contacts import is_closed
 
 OPENS_WITHIN = LEASE + 2.0
@@ -83,6 +84,23 @@ def test_the_contact_opens_when_the_bridge_itself_is_killed(scene):
         assert not is_closed(contact)
         while client.recv(64):
             pass
+
+
+def test_a_recording_that_is_played_opens_the_contact_until_it_ends(scene):
+    mine, contact, *_ = scene
+    recorded, looks = mine.alerts[-2:], []
+    player = mine.node.create_publisher(DiagnosticArray, "alerts", ALERTS)
+    mine.keep_calm(lambda: not is_closed(contact), "the contact to open for a second publisher")
+
+    def played():
+        player.publish(recorded[len(looks) % len(recorded)])
+        looks.append(is_closed(contact))
+        return len(looks) >= 200
+
+    mine.keep_calm(played, "the recording to end")
+    assert not any(looks)
+    mine.node.destroy_publisher(player)
+    mine.keep_calm(lambda: is_closed(contact), "the contact to close when one program publishes again")
 
 
 def test_alerts_are_repeated_at_the_stated_rate_with_rising_numbers(scene):

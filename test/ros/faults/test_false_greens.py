@@ -41,6 +41,7 @@ def mine(shared_stage):
     """A peer of one simulator for all tests of this file."""
     process = shared_stage.node(
         "simulator_node", publisher_overlap=OVERLAP, source_topics=f"[sources, {RADAR_B}]",
+        optional_topics=f"[{RADAR_B}]",
         **with_alerts(shared_stage.folder),
     )  # fmt: skip
     peer = shared_stage.live_peer()

@@ -92,6 +92,39 @@ def test_parameters_cannot_be_changed_while_the_node_runs(node_with):
     assert not result.successful
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_clock_of_a_running_node_cannot_be_exchanged(kind, node_with):
+    node = node_with()
+    declare(node, kind)
+    result = node.set_parameters([Parameter("use_sim_time", value=True)])[0]
+    assert not result.successful and "use_sim_time cannot change while the node runs" in result.reason
+    assert not node.get_clock().ros_time_is_active
+
+
+@pytest.mark.parametrize(("given", "expected"), [
+    ({}, ()),
+    ({"source_topics": ("radar_n", "radar_s")}, ("radar_n", "radar_s")),
+    ({"source_topics": ("radar_n",), "source_cloud_topics": ("lidar", "")}, ("radar_n", "lidar")),
+    ({"source_topics": ("radar_n", "radar_s"), "optional_topics": ("radar_s",)}, ("radar_n",)),
+    ({"source_topics": ("radar_n", "radar_s"), "expected_topics": ("radar_s",)}, ("radar_s",)),
+    ({"expected_topics": ("sources",)}, ("sources",)),
+    ({"source_topics": ("sources",), "source_cloud_topics": ("",)}, ()),
+])  # fmt: skip
+def test_a_topic_that_the_site_names_must_publish_unless_it_says_otherwise(given, expected):
+    assert SimulatorParameters(**given).sensors.expected == expected
+
+
+@pytest.mark.parametrize(("given", "sentence"), [
+    ({"optional_topics": ("radar",)}, "radar is optional, but is no topic of sources"),
+    ({"expected_topics": ("radar",)}, "radar is expected, but is no topic of sources"),
+    ({"expected_topics": ("sources",), "optional_topics": ("sources",)}, "sources is expected and optional"),
+    ({"source_cloud_topics": ("sources",)}, "sources is given twice"),
+])  # fmt: skip
+def test_topics_that_contradict_each_other_are_refused(given, sentence):
+    with pytest.raises(InputError, match=sentence):
+        SimulatorParameters(**given).sensors  # noqa: B018
+
+
 def test_a_parameter_that_the_node_does_not_know_is_warned_of_with_the_nearest_name(node_with, capfd):
     declare(node_with(first_roks=3), SimulatorParameters)
     assert "first_roks is not one of this node's and has no effect; did you mean first_rocks?" in (

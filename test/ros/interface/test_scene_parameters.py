@@ -125,17 +125,20 @@ def test_while_the_lock_is_closed_only_what_is_free_can_be_set(node_with):
     declare(node, SimulatorParameters, fixed=False, others=described.names)
     lock = ParameterLock(node, free=("acknowledged_by",))
     lock.closed = True
-    kept, free, own = node.set_parameters([
+    kept, free, same, clock = node.set_parameters([
         Parameter("gravity", value=1.6), Parameter("acknowledged_by", value="shift boss: dozer only"),
-        Parameter("use_sim_time", value=False),
+        Parameter("use_sim_time", value=False), Parameter("use_sim_time", value=True),
     ])  # fmt: skip
-    assert (kept.successful, free.successful, own.successful) == (False, True, True)
+    assert (kept.successful, free.successful, same.successful, clock.successful) == (False, True, True, False)
+    assert "use_sim_time cannot change while the node is configured" in clock.reason
+    assert not node.get_clock().ros_time_is_active
     assert "gravity cannot change while the node is configured" in kept.reason
     assert described.given == {}
     lock.closed = False
     assert node.set_parameters([Parameter("gravity", value=1.6), Parameter("first_rocks", value=7)])[0].successful
     assert live_scene(described.given).gravity == 1.6
     assert values_of(node, SimulatorParameters).first_rocks == 7
+    assert node.set_parameters([Parameter("use_sim_time", value=True)])[0].successful
 
 
 def test_a_misspelt_parameter_is_warned_of_with_the_nearest_name(node_with, capfd):

@@ -19,6 +19,7 @@ from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.refusals import MessageRefused
 from rpf3d_ros.messages.source_messages import (
     MOST_SOURCES,
+    doubt_of_poses,
     poses_of_sources,
     sources_of_cloud,
     sources_of_point,
@@ -48,6 +49,24 @@ def test_a_direction_of_release_survives_the_pose(velocity):
     sources = sources_of_poses(poses_of_sources(Header(frame_id="map"), np.zeros((1, 3)), v), MAP)
     expected = v / speed if speed else np.array([[1.0, 0.0, 0.0]])
     assert np.allclose(sources.velocities, expected, atol=ROUNDING, rtol=0.0)
+
+
+TURNED, AT_REST = pose(turn=(0.0, 0.0, 1.0, 0.0)), pose(turn=(0.0, 0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(("each", "speed", "is_doubtful"), [
+    ((pose(), pose()), 2.0, True), ((pose(), pose()), 0.0, False), ((pose(), TURNED), 2.0, False),
+    ((pose(), AT_REST), 2.0, False), ((AT_REST,), 2.0, False), ((), 2.0, False),
+], ids=["identity", "identity without speed", "one turned", "one at rest", "at rest", "none"])  # fmt: skip
+def test_poses_of_which_none_is_rotated_are_warned_of_where_they_are_thrown(each, speed, is_doubtful):
+    doubt = doubt_of_poses(poses(*each), speed)
+    assert ("along the x axis of map at 2 m/s: is a direction meant?" in doubt) is is_doubtful
+    assert bool(doubt) is is_doubtful
+
+
+def test_a_rotation_of_nothing_is_a_throw_along_x_and_four_zeros_are_a_release_from_rest():
+    sources = sources_of_poses(poses(pose(), AT_REST), MAP, speed=2.0)
+    assert sources.velocities.tolist() == [[2.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
 
 
 def test_positions_and_the_stamp_come_through():
@@ -158,6 +177,9 @@ def test_a_cloud_without_points_says_that_nothing_is_seen():
     [
         ({"diameter": [0.0, 1.0]}, "source 0 has a diameter of 0 m"),
         ({"diameter": [1.0, np.inf]}, "source 1 has a diameter of inf m"),
+        ({"diameter": [1.0, 1e-30]}, "source 1 has a diameter of 1e-30 m; it must be from 0.001 to 100 m"),
+        ({"diameter": [9e-4, 1.0]}, "source 0 has a diameter of 0.0009 m"),
+        ({"diameter": [1.0, 101.0]}, "source 1 has a diameter of 101 m"),
         ({"vx": [1.0, 1.0]}, "one field 'vy'"),
         ({"vx": [1.0, 2e4], "vy": [0.0, 0.0], "vz": [0.0, 0.0]}, "source 1 has a speed of 20000 m/s"),
         ({"vx": [np.nan, 1.0], "vy": [0.0, 0.0], "vz": [0.0, 0.0]}, "source 0 has a speed of nan m/s"),

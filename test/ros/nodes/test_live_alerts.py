@@ -162,7 +162,7 @@ def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reprodu
         assert (area.state, area.health.level) == (site.state, site.health.level)
     audit = audit_log(log)
     assert audit.sound and audit.decisions > 5 and audit.refused == 1
-    lines = [line for path in log.iterdir() if path.is_file() for line in path.read_text().splitlines()]
+    lines = [line for path in log.glob("*.jsonl") for line in path.read_text().splitlines()]
     assert all(json.loads(line) for line in lines)
     assert any("A. Foreman" in line for line in lines)
 

@@ -127,8 +127,8 @@ def configuration_of(plan: Plan) -> StationConfiguration:
     """Return the configuration of a node for a combination."""
     parameters = SimulatorParameters(
         source_topics=tuple(topic for topic in SENSORS[:2]), source_cloud_topics=(SENSORS[2],),
-        expected_topics=plan.sensors if plan.expects else ("",), publisher_overlap=1.0, position_spread=SPREAD,
-        first_rocks=80, equipment_radius=RADIUS,
+        expected_topics=plan.sensors if plan.expects else ("",), optional_topics=("",) if plan.expects else SENSORS,
+        publisher_overlap=1.0, position_spread=SPREAD, first_rocks=80, equipment_radius=RADIUS,
     )  # fmt: skip
     thresholds = Thresholds.model_validate(site_values(plan.limits, plan.truth.machines is not None))
     return StationConfiguration(

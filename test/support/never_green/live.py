@@ -243,7 +243,8 @@ def node_parameters(folder: Path, limits: str) -> list[str]:
     site.write_text(yaml.safe_dump({**site_values(limits, has_machines=True), "valid_s": 10.0}))
     given = {
         **SCENE, "use_sim_time": True, "site_file": site, "decision_log": folder / "decisions", "first_rocks": 80,
-        "source_topics": f"[{', '.join(SENSORS[:2])}]", "position_spread": SPREAD, "publisher_overlap": 1.0,
+        "source_topics": f"[{(names := ', '.join(SENSORS[:2]))}]", "optional_topics": f"[{names}]",
+        "position_spread": SPREAD, "publisher_overlap": 1.0,
         "clock_patience": 0.5, "equipment_radius": RADIUS,
     }  # fmt: skip
     return [word for name, value in given.items() for word in ("-p", f"{name}:={value}")]

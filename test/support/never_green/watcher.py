@@ -31,7 +31,7 @@ class Watcher:
     def is_closed(self, at: float) -> bool:
         """True if the bridge holds its contact closed, which means that no alarm sounds."""
         self._read_on(at)
-        return not self._bridge.why_open(at)
+        return not self._bridge.why_open(at, self._now_ns())
 
     def _value(self, key: str, at: float) -> str:
         self._read_on(at)

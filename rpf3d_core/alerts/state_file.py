@@ -1,0 +1,99 @@
+"""The state file of a decision log: facts that must survive a restart, also while the disk is full.
+
+The file is written in full when it is created. Later it is only overwritten in place, which needs no new room on most
+file systems. It has two slots, which are written in turn, so an interrupted write leaves the other slot readable.
+"""
+
+import os
+from pathlib import Path
+from typing import Any
+
+from rpf3d_core.alerts.lines import BEGINNING, content_of, line_of
+from rpf3d_core.alerts.log_files import sync_folder
+
+NAME = "state"
+"""Name of the state file in the folder of the log."""
+
+SLOT = 64 * 1024
+"""Size (bytes) of a slot. An alert with 50 areas takes about half of a slot."""
+
+SLOTS = 2
+
+
+class StateFile:
+    """The facts of a log folder that are not decisions.
+
+    facts : the last facts on disk, as plain values; empty if there are none
+    is_damaged : True if the file exists, but neither slot can be read
+    """
+
+    def __init__(self, folder: Path) -> None:
+        """Read the state file of a folder, if there is one. Raises OSError if the file cannot be opened."""
+        self._path, self._file, self._number = folder / NAME, -1, 0
+        self.facts: dict[str, Any] = {}
+        self.is_damaged = False
+        if self._path.exists():
+            self._file = os.open(self._path, os.O_RDWR)
+            self._read()
+
+    @property
+    def exists(self) -> bool:
+        """True if the file is on disk."""
+        return self._file >= 0
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._file >= 0:
+            os.close(self._file)
+        self._file = -1
+
+    def write(self, facts: dict[str, Any]) -> None:
+        """Replace the facts; return when the facts are on disk.
+
+        Raises
+        ------
+        OSError
+            The facts are not on disk.
+        TypeError, ValueError
+            JSON cannot express a value, or the facts are larger than a slot.
+        """
+        raw, _ = line_of(self._number + 1, BEGINNING, "state", {"facts": facts})
+        if len(raw) > SLOT:
+            raise ValueError(f"{len(raw)} bytes of facts do not fit into a slot of {SLOT} bytes")
+        if self._file < 0:
+            self._create(raw)
+        else:
+            self._overwrite(raw, (self._number + 1) % SLOTS)
+        self._number, self.facts, self.is_damaged = self._number + 1, facts, False
+
+    def _create(self, raw: bytes) -> None:
+        """Create the file with all its bytes; it has its name only when all bytes are on disk."""
+        part = self._path.with_name(f"{NAME}.part")
+        file = os.open(part, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o644)
+        try:
+            place = (self._number + 1) % SLOTS * SLOT
+            data = (bytes(place) + raw).ljust(SLOTS * SLOT, b"\0")
+            if os.pwrite(file, data, 0) != len(data):
+                raise OSError(f"{part}: not all bytes could be written")
+            os.fsync(file)
+            part.replace(self._path)
+            sync_folder(self._path.parent)
+        except OSError:
+            os.close(file)
+            part.unlink(missing_ok=True)
+            raise
+        self._file = file
+
+    def _overwrite(self, raw: bytes, slot: int) -> None:
+        data = raw.ljust(SLOT, b"\0")
+        if os.pwrite(self._file, data, slot * SLOT) != SLOT:
+            raise OSError(f"{self._path}: not all bytes could be written")
+        os.fsync(self._file)
+
+    def _read(self) -> None:
+        found = [content_of(os.pread(self._file, SLOT, slot * SLOT).rstrip(b"\0")) for slot in range(SLOTS)]
+        sound = [each for each in found if each is not None and isinstance(each.get("facts"), dict)]
+        self.is_damaged = not sound
+        if sound:
+            newest = max(sound, key=lambda each: int(each["n"]))
+            self._number, self.facts = newest["n"], newest["facts"]

@@ -1,0 +1,41 @@
+"""Areas that a topic defined before a restart: a fault until the topic has published again, because areas are lost."""
+
+from collections.abc import Callable, Iterable
+
+CAUSE = "area: {}"
+"""Name of the cause of a standing fault; the topic replaces the braces."""
+
+
+class AreasBefore:
+    """The topics with an area now, and the topics that had an area before the restart and have not published since.
+
+    report : called with the cause and the sentence of each fault; an empty sentence ends the fault. Only one thread may
+        call `received`.
+    """
+
+    def __init__(self, report: Callable[[str, str], None], before: Iterable[str]) -> None:
+        """Begin; before : the topics that had an area before the restart."""
+        self._report = report
+        self._missing = frozenset(before)
+        self._defined: frozenset[str] = frozenset()
+
+    def repeat(self) -> None:
+        """Report all faults, because they could not be reported before."""
+        for topic in sorted(self._missing):
+            self._report(
+                CAUSE.format(topic),
+                f"{topic} has published nothing since the start, and its areas were watched before: publish them again "
+                "(an empty message if there are none)",
+            )
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """The topics that must publish again after a restart, sorted. Any thread may call."""
+        return tuple(sorted(self._missing | self._defined))
+
+    def received(self, topic: str, has_area: bool) -> None:
+        """Note a message of a topic that was understood; has_area : False if the topic now defines no area."""
+        self._defined = self._defined | {topic} if has_area else self._defined - {topic}
+        if topic in self._missing:
+            self._missing = self._missing - {topic}
+            self._report(CAUSE.format(topic), "")

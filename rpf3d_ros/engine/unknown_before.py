@@ -1,0 +1,44 @@
+"""The fault of a node that does not know which level was held before its start; only persons end it."""
+
+from rpf3d_core.alerts.levels import ANOTHER_PERSON
+from rpf3d_core.alerts.persons import person_of
+from rpf3d_core.alerts.site_model import AcknowledgeSpec
+from rpf3d_core.alerts.time_units import ns_of
+
+ADVICE = "a higher level may have been held: look at every area, then acknowledge"
+"""Advice in the fault; it follows after the reason."""
+
+
+class UnknownBefore:
+    """Why it is unknown which level was held before the start, and which persons have acknowledged that.
+
+    The acknowledgements of as many persons as the site demands end the fault, whatever level is held, because any level
+    may have been held. Only one thread may call.
+    """
+
+    def __init__(self, why: str, terms: AcknowledgeSpec) -> None:
+        """Begin; why : the reason, "" if the level is known; terms : how many persons must acknowledge, and by when."""
+        self._why, self._terms = why, terms
+        self._persons: dict[str, int] = {}
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The fault, as a sentence; empty if the level is known or enough persons have acknowledged."""
+        return (f"the level before the start is not known ({self._why}): {ADVICE}",) if self._why else ()
+
+    def acknowledged(self, by: str, now_ns: int, other_faults: tuple[str, ...]) -> str:
+        """Note an acknowledgement; return why the fault stays, or "" if it has ended.
+
+        by : name of the person; now_ns : present time (ns)
+        other_faults : the other faults at this time. If there are any, the acknowledgement does not count, and neither
+            do earlier ones, because the person cannot have seen the danger
+        """
+        if other_faults:
+            self._persons = {}
+            return f"first the other faults must end: {other_faults[0]}"
+        recent = {each: at for each, at in self._persons.items() if 0 <= now_ns - at <= ns_of(self._terms.within_s)}
+        self._persons = {**recent, person_of(by): now_ns}
+        if len(self._persons) < self._terms.persons:
+            return f"the level before the start is not known, and {ANOTHER_PERSON}"
+        self._why, self._persons = "", {}
+        return ""

@@ -1,0 +1,198 @@
+"""A level that was held is lost by no log that is full, damaged or deleted: it is continued, or it is unknown."""
+
+import errno
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+from alert_evidence import NOW, S, area, decided, evidence, site
+
+from rpf3d_core.alerts.audit import audit_log
+from rpf3d_core.alerts.decide import decide
+from rpf3d_core.alerts.levels import Acknowledgement, Level
+from rpf3d_core.alerts.lines import Decision
+from rpf3d_core.alerts.log import DecisionLog
+from rpf3d_core.alerts.log_files import NotLogged, files_in
+from rpf3d_core.alerts.state_file import NAME, SLOT, StateFile
+from rpf3d_core.alerts.witness import Witness
+
+CALM, DANGER = evidence(area(0)), evidence(area(3000))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """The folder of a log, inside of the folder of the test, because a file next to the log belongs to it."""
+    return tmp_path / "decisions"
+
+
+def log_one(log: DecisionLog, answer=CALM, step: int = 0) -> None:
+    """Log one decision that goes on from the last one."""
+    alert = decide(log.last_alert, answer, site(), NOW + step * S)
+    log.decided(Decision(log.last_alert, answer, None, NOW + step * S, alert), site())
+
+
+def without_room(monkeypatch: pytest.MonkeyPatch, *names: str) -> None:
+    def full(*given: object) -> int:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    for name in names:
+        monkeypatch.setattr(os, name, full)
+
+
+def unlogged_danger(folder: Path, *failing: str) -> None:
+    """Begin a log, and raise the level while no line can be written; then the process ends."""
+    with pytest.MonkeyPatch.context() as patched, DecisionLog(folder, "0.1.0") as log:
+        log_one(log)
+        without_room(patched, *failing)
+        for step in (1, 2):
+            with pytest.raises(NotLogged):
+                log_one(log, DANGER, step)
+
+
+def test_a_first_start_needs_no_person_and_neither_does_one_before_the_first_decision(folder: Path) -> None:
+    for _ in range(2):
+        with DecisionLog(folder, "0.1.0") as log:
+            assert (log.last_alert, log.unknown, log.problems) == (None, "", ())
+
+
+def test_what_was_decided_while_the_disk_was_full_is_continued_and_the_audit_fails(folder: Path) -> None:
+    unlogged_danger(folder, "write")
+    with DecisionLog(folder, "0.1.0") as log:
+        assert log.last_alert is not None and log.last_alert.held == Level.EVACUATE
+        assert (log.unknown, log.missing) == ("", 2)
+        assert "the last 2 decisions are not in the log" in log.problems[0]
+        log_one(log, CALM, 3)
+    with DecisionLog(folder, "0.1.0") as log:
+        assert (log.missing, log.problems) == (0, ())
+        assert log.last_alert.held == Level.EVACUATE
+    found = audit_log(folder)
+    assert not found.sound and "2 decisions before it could not be written" in found.findings[0]
+
+
+def test_a_line_after_the_missing_decisions_that_is_no_decision_hides_none(folder: Path) -> None:
+    unlogged_danger(folder, "write")
+    with DecisionLog(folder, "0.1.0") as log:
+        log.refused(Acknowledgement(by="", why="", at_ns=NOW), "acknowledged_by is empty")
+    with DecisionLog(folder, "0.1.0") as log:
+        assert log.last_alert.held == Level.EVACUATE
+
+
+def test_what_could_be_kept_nowhere_is_unknown_until_a_person_acknowledges(folder: Path) -> None:
+    unlogged_danger(folder, "write", "pwrite")
+    for _ in range(2):  # also when it is started again before someone looks
+        with DecisionLog(folder, "0.1.0") as log:
+            assert "not in the log" in log.unknown
+            log_one(log, CALM, 3)
+    with DecisionLog(folder, "0.1.0") as log:
+        log.settle()
+        assert log.unknown == ""
+    with DecisionLog(folder, "0.1.0") as log:
+        assert log.unknown == ""
+
+
+def zeros_at_the_end(folder: Path) -> None:
+    path = files_in(folder)[-1][1]
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 3].ljust(len(whole), b"\0"))
+
+
+def changed_last_decision(folder: Path) -> None:
+    path = files_in(folder)[-1][1]
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join([*lines[:-1], lines[-1].replace(b"evacuate", b"normal")]))
+
+
+def last_file_deleted(folder: Path) -> None:
+    files_in(folder)[-1][1].unlink()
+
+
+def state_deleted(folder: Path) -> None:
+    (folder / NAME).unlink()
+
+
+def state_zeroed(folder: Path) -> None:
+    (folder / NAME).write_bytes(bytes(2 * SLOT))
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [shutil.rmtree, zeros_at_the_end, changed_last_decision, last_file_deleted, state_deleted, state_zeroed],
+    ids=lambda damage: damage.__name__,
+)
+def test_of_a_log_that_was_damaged_or_deleted_the_level_is_unknown_until_a_person_acknowledges(
+    folder: Path, damage
+) -> None:
+    with DecisionLog(folder, "0.1.0", largest_bytes=1) as log:
+        log_one(log, CALM)
+        log_one(log, DANGER, 1)
+    damage(folder)
+    for _ in range(2):
+        with DecisionLog(folder, "0.1.0") as log:
+            assert log.unknown and log.unknown in log.problems
+            log_one(log, CALM, 3)
+    with DecisionLog(folder, "0.1.0") as log:
+        log.settle()
+    with DecisionLog(folder, "0.1.0") as log:
+        assert log.unknown == ""
+
+
+def test_an_audit_finds_lines_that_were_damaged_at_the_end_and_set_aside(folder: Path) -> None:
+    with DecisionLog(folder, "0.1.0") as log:
+        log_one(log, CALM)
+        log_one(log, DANGER, 1)
+    zeros_at_the_end(folder)
+    DecisionLog(folder, "0.1.0").close()
+    assert any("damaged lines" in finding for finding in audit_log(folder).findings)
+
+
+def test_a_log_of_an_older_version_has_neither_file_and_is_continued(folder: Path) -> None:
+    with DecisionLog(folder, "0.1.0") as log:
+        log_one(log, DANGER)
+    (folder / NAME).unlink()
+    Witness(folder).begun_path.unlink()
+    with DecisionLog(folder, "0.1.0") as log:
+        assert log.unknown == "" and log.last_alert.held == Level.EVACUATE
+    assert Witness(folder).is_there and (folder / NAME).exists()
+
+
+def test_a_first_start_that_cannot_be_told_from_a_lost_log_needs_a_person(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def read_only(path: Path) -> None:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    monkeypatch.setattr(Path, "touch", read_only)
+    with DecisionLog(folder, "0.1.0") as log:
+        assert "a first start cannot be told from a lost log" in log.unknown
+        log_one(log)
+        log.settle()
+    with DecisionLog(folder, "0.1.0") as log:
+        assert log.unknown == ""
+
+
+def test_what_the_node_had_received_comes_back(folder: Path) -> None:
+    memory = {"heard": ["north", "south"], "refused": {"areas/polygon": "crosses itself"}, "areas": []}
+    with DecisionLog(folder, "0.1.0") as log:
+        alert = decided(CALM)
+        log.decided(Decision(None, CALM, None, NOW, alert), site(), memory)
+    with DecisionLog(folder, "0.1.0") as log:
+        assert log.memory == memory
+
+
+def test_a_state_whose_writing_was_interrupted_is_the_one_before(tmp_path: Path) -> None:
+    state = StateFile(tmp_path)
+    for number in range(3):
+        state.write({"number": number})
+    state.close()
+    path = tmp_path / NAME
+    data = bytearray(path.read_bytes())
+    slot = next(slot for slot in (0, 1) if b'"number":2' in data[slot * SLOT : (slot + 1) * SLOT])
+    data[slot * SLOT + 10 : slot * SLOT + 20] = bytes(10)
+    path.write_bytes(data)
+    again = StateFile(tmp_path)
+    assert again.facts == {"number": 1} and not again.is_damaged
+    again.write({"number": 3})
+    again.close()
+    assert StateFile(tmp_path).facts == {"number": 3}
+    assert path.stat().st_size == 2 * SLOT, "it never grows: a full disk has room for it"

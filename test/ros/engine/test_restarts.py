@@ -1,0 +1,216 @@
+"""What a node knew before a kill and a restart, it knows after it, or the level is a fault."""
+
+import fcntl
+import os
+import shutil
+from dataclasses import replace
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+import numpy as np
+from never_green import combination, pit
+from never_green.combination import Run, configuration_of
+from never_green.plan import Plan, Send, Speaker, Truth
+from never_green.stories import RADAR_A, RADAR_B, patch_send, survey
+
+from rpf3d_core.alerts.audit import audit_log
+from rpf3d_core.alerts.levels import Level
+from rpf3d_core.alerts.site_model import AcknowledgeSpec, Thresholds
+from rpf3d_ros.engine.configuration import _log_of
+from rpf3d_ros.engine.terrain_faults import TerrainBefore
+from rpf3d_ros.engine.unknown_before import ADVICE, UnknownBefore
+from rpf3d_ros.messages.stamps import SECOND
+
+TRUTH = Truth(sources=(), bank_until=np.inf, areas=(pit.outline(pit.ROAD),) * 2, area_since=0.0)
+TOPICS = (RADAR_A, RADAR_B, "terrain/points", "terrain/update", "areas/polygon", "areas/equipment")
+PLAN = Plan(
+    truth=TRUTH, sends=(), speakers=tuple(Speaker(topic=topic, number=0) for topic in TOPICS),
+    sensors=(RADAR_A, RADAR_B), limits="restrict", expects=False,
+)  # fmt: skip
+WHOLE = Send(sent=0.1, at=0.1, topic="terrain/points", kind="grid", places=survey(TRUTH, 0.1))
+ROAD = Send(sent=0.2, at=0.2, topic="areas/polygon", kind="polygon", places=pit.outline(pit.ROAD))
+QUIET = Send(sent=0.3, at=0.3, topic=RADAR_A, kind="poses", places=np.empty((0, 3)))
+DANGER = QUIET._replace(places=pit.placed(10.0, 20.0, 31.0)[None])
+PATCH = patch_send(TRUTH, 0.4, ((16.0, 24.0), (8.0, 24.0)))
+MACHINE = Send(sent=0.2, at=0.2, topic="areas/equipment", kind="poses", places=pit.placed(48.0, 20.0, 0.0)[None])
+
+
+class Mine:
+    """Starts nodes on one log, one after another, and sends them messages at rising times."""
+
+    def __init__(self, folder, thresholds):
+        self.folder, self.thresholds = folder, thresholds
+        self.at, self.run = 0.0, None
+
+    def configured(self, plan):
+        made = configuration_of(plan)
+        parameters = replace(made.parameters, decision_log=str(self.folder), site_file=str(self.folder))
+        log, fault = _log_of(parameters)
+        thresholds = made.thresholds if self.thresholds is None else self.thresholds
+        before = TerrainBefore(read_ns=round((1e9 + self.at + 0.05) * SECOND))
+        return replace(made, log=log, log_fault=fault, thresholds=thresholds, before=before)
+
+    def restart(self, has_survey=True):
+        """Kill the node, if there is one, and start it. As after a kill, nothing is decided between."""
+        if self.run is not None:
+            self.run.node.station.close()
+            self.run.node._patches.close()
+        self.run = Run(PLAN)
+        if has_survey:
+            self.send(WHOLE)
+
+    def send(self, *sends):
+        """Send messages; return the last alert."""
+        for send in sends:
+            self.at += 0.1
+            self.run.deliver(send._replace(sent=self.at, at=self.at))
+            self.run.node.tick()
+        return self.alert
+
+    @property
+    def alert(self):
+        return self.run.node.station.desk.alert
+
+    def acknowledge(self, by="A. Shift"):
+        self.run.node.station.acknowledged(f"{by}: looked at every area")
+        self.run.node.settle()
+        return self.alert
+
+
+@pytest.fixture
+def mine(monkeypatch, tmp_path, request):
+    made = Mine(tmp_path / "decisions", getattr(request, "param", None))
+    monkeypatch.setattr(combination, "configuration_of", made.configured)
+    made.restart()
+    yield made
+    made.run.node.close()
+
+
+def pattern_site():
+    """The site of the campaign, with areas by patterns as in site_example.yaml."""
+    values = combination.site_values("restrict", has_machines=True)
+    return Thresholds.model_validate({**values, "areas": {f"{each}*": it for each, it in values["areas"].items()}})
+
+
+
+def locked(mine):
+    mine.lock = os.open(mine.folder, os.O_RDONLY | os.O_DIRECTORY)
+    fcntl.flock(mine.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def damaged(mine):
+    path = sorted(mine.folder.glob("*.jsonl"))[-1]
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 3].ljust(len(whole), b"\0"))
+
+
+def gone(mine):
+    shutil.rmtree(mine.folder)
+
+
+@pytest.mark.parametrize("harm", [locked, damaged, gone], ids=lambda harm: harm.__name__)
+def test_of_a_log_that_cannot_be_continued_the_level_is_a_fault_until_a_person_acknowledges(mine, harm):
+    assert mine.send(ROAD, QUIET, DANGER).held == Level.RESTRICT
+    mine.run.node.station.close()
+    harm(mine)
+    mine.restart()
+    alert = mine.send(ROAD, QUIET)
+    assert alert.level == Level.FAULT and ADVICE in alert.faults[0]
+    alert = mine.acknowledge()
+    assert (alert.level, alert.faults) == (Level.NORMAL, ())
+    if harm is locked:
+        os.close(mine.lock)
+        mine.restart()
+        assert "not in the log" in mine.send(ROAD, QUIET).faults[0], "what was decided meanwhile is in no log"
+        assert mine.acknowledge().faults == ()
+    mine.restart()
+    assert mine.send(ROAD, QUIET).faults == ()
+
+
+def test_an_acknowledgement_of_an_unknown_level_counts_only_when_nothing_else_is_a_fault(mine):
+    mine.send(ROAD, QUIET, DANGER)
+    mine.run.node.station.close()
+    gone(mine)
+    mine.restart()
+    assert ADVICE in mine.acknowledge().faults[0], "no sensor has reported yet"
+    alert = mine.send(ROAD, DANGER)
+    assert (alert.level, alert.held) == (Level.FAULT, Level.RESTRICT)
+    alert = mine.acknowledge()
+    assert (alert.level, alert.held) == (Level.RESTRICT, Level.RESTRICT), "it lowers nothing by itself"
+    mine.send(QUIET)
+    assert mine.acknowledge().level == Level.NORMAL
+    assert audit_log(mine.folder).sound
+
+
+@pytest.mark.parametrize("mine", [pattern_site()], indirect=True)
+def test_an_area_of_a_pattern_is_a_fault_after_a_restart_until_its_topic_publishes_again(mine):
+    assert mine.send(ROAD, MACHINE, QUIET).faults == ()
+    for _ in range(2):
+        mine.restart()
+        faults = mine.send(ROAD, QUIET).faults
+        assert len(faults) == 1 and "areas/equipment has published nothing since the start" in faults[0]
+    assert mine.send(MACHINE, QUIET).faults == ()
+    mine.send(MACHINE._replace(places=np.empty((0, 3))))
+    mine.restart()
+    assert mine.send(ROAD, QUIET).faults == (), "the machines had left before"
+
+
+@pytest.mark.parametrize("mine", [pattern_site()], indirect=True)
+@pytest.mark.parametrize("bad", [
+    ROAD._replace(places=np.array([[-5.0, -9.0], [5.0, 9.0], [5.0, -9.0], [-5.0, 9.0]])),
+    DANGER._replace(frame="drone"), QUIET._replace(topic=RADAR_B, frame="drone"),
+], ids=["area", "sources", "another sensor"])  # fmt: skip
+def test_a_refused_message_is_a_fault_after_a_restart_too(mine, bad):
+    assert mine.send(ROAD, QUIET).faults == ()
+    assert "was refused" in mine.send(bad).faults[0]
+    mine.restart()
+    others = [send for send in (ROAD, QUIET) if send.topic != bad.topic]
+    assert any(f"a message on {bad.topic} was refused" in fault for fault in mine.send(*others).faults)
+    good = QUIET._replace(topic=bad.topic) if bad.kind == "poses" else ROAD
+    assert mine.send(good, QUIET).faults == ()
+
+
+def test_a_refused_message_stays_a_fault_while_the_node_is_not_active(mine):
+    mine.send(ROAD, QUIET, QUIET._replace(topic=RADAR_B, frame="drone"))
+    mine.run.node.station.deactivate()
+    mine.run.node.station.activate()
+    mine.run.node.settle()
+    assert any("was refused" in fault for fault in mine.send(ROAD, QUIET).faults)
+
+
+def test_a_patch_that_no_store_has_is_missing_after_a_restart_until_the_next_whole_survey(mine):
+    assert mine.send(ROAD, QUIET, PATCH, QUIET).faults == ()
+    for _ in range(2):
+        mine.restart(has_survey=False)
+        mine.run.deliver(WHOLE._replace(at=mine.at))  # latched, from before the patch
+        faults = mine.send(ROAD, QUIET).faults
+        assert len(faults) == 1 and "1 patches are not in the terrain" in faults[0]
+    assert mine.send(WHOLE, QUIET).faults == ()
+    mine.restart()
+    assert mine.send(ROAD, QUIET).faults == ()
+
+
+def test_one_sensor_is_not_enough_to_acknowledge_what_another_had_seen_before_a_restart(mine):
+    mine.send(ROAD, QUIET)
+    assert mine.send(DANGER._replace(topic=RADAR_B)).held == Level.RESTRICT
+    for _ in range(2):
+        mine.restart()
+        alert = mine.send(ROAD, QUIET)
+        assert alert.level == Level.FAULT and RADAR_B in alert.faults[0]
+    assert mine.acknowledge().held == Level.RESTRICT
+    mine.send(QUIET._replace(topic=RADAR_B))
+    assert mine.acknowledge().level == Level.NORMAL
+
+
+def test_where_the_site_demands_two_persons_two_end_the_fault_of_an_unknown_level():
+    unknown = UnknownBefore("the log is gone", AcknowledgeSpec(persons=2, within_s=100.0))
+    assert "another person" in unknown.acknowledged("A. Shift", 0, ())
+    assert "another person" in unknown.acknowledged("a shift", 1, ()), "the same name counts once"
+    assert "first the other faults" in unknown.acknowledged("B. Survey", 2, ("sources are stale",))
+    assert "another person" in unknown.acknowledged("B. Survey", 3, ()), "A has not seen what came after the fault"
+    assert "another person" in unknown.acknowledged("A. Shift", 102 * SECOND, ()), "too late"
+    assert unknown.sentences
+    assert unknown.acknowledged("B. Survey", 103 * SECOND, ()) == ""
+    assert unknown.sentences == ()
