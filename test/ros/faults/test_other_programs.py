@@ -110,7 +110,7 @@ def test_while_the_decision_log_has_no_room_alerts_go_on_and_it_tells_later_what
     assert told.level == ERROR
     decided(peer)
     full_disk(process.pid, None)
-    peer.wait_for_sentence("every decision is on disk", len(peer.said))
+    peer.wait_for_sentence("decisions are on disk now", len(peer.said))
     decided(peer)
     audit = audited(folder)
     assert audit.reproduced == audit.decisions
