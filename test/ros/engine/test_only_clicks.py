@@ -61,5 +61,5 @@ def test_a_click_alone_is_a_fault_until_a_sensor_reports(started):
 
 
 def test_a_click_alone_is_enough_where_the_node_has_no_topics_of_sensors(started):
-    run = started(source_topics=("",), source_cloud_topics=("",))
+    run = started(source_topics=("",), source_cloud_topics=("",), optional_topics=("",))
     assert faults_after(run, WHOLE, AREA, CLICKED) == ()
