@@ -171,12 +171,16 @@ def _entry_time(facets: Facets, f: int, course: Course, n: Vec, t: float) -> flo
     A sphere that rolls fast takes off where its facet and facet f bend away from each other. At an angle of 1e-10 to
     1e-3, it must come back to facet f at once. But rounding may have put it just below the plane, or it may reach the
     plane before its foot has crossed the border of facet f. Then it meets facet f at this border, unless it is more
-    than NEAR tolerances below the plane there. At a greater depth, it has met the edge before (RIM).
+    than NEAR tolerances below the plane there, or above it, or rises. At a greater depth, it has met the edge before
+    (RIM).
     """
     x, v = course_position(course, t), course_velocity(course, t)
     later = time_into(facets, f, x, v, course.a, facets.tolerance)
-    sinks = (dot(n, v) + 0.5 * dot(n, course.a) * later) * later if later < math.inf else -math.inf
-    return t + later if sinks >= -NEAR * facets.tolerance else math.inf
+    if later == math.inf:
+        return math.inf
+    b, a = dot(n, v), dot(n, course.a)
+    height = (b + 0.5 * a * later) * later
+    return t + later if abs(height) <= NEAR * facets.tolerance and b + a * later <= 0.0 else math.inf
 
 
 @kernel

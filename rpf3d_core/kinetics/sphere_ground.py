@@ -193,4 +193,5 @@ def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float, radius: float
     if turned < slow:
         ahead = add(v, scale(0.5 * turned, a))
         a, slow = _rolling(v, g_t, resistance, scale(1.0 / norm(ahead), ahead), lowest)
+    turned = min(turned, _turning_time(v, a, radius))
     return RollingSegment(v=v, a=a, turn=ZERO, t=min(slow, turned), rolls=True, stops=False, turns=turned < slow)

@@ -3,12 +3,15 @@
 `misplaced.py` compares only the extents of the inputs; this module compares the inputs with the ground itself.
 """
 
+import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 
 import numpy as np
 
 from rpf3d_core.ensemble.release_heights import ground_below_releases
 from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.errors import InputError
 from rpf3d_core.setup.coverage import covered_share
 from rpf3d_core.setup.prepared import Prepared, places_of, releases_in_ranges
 from rpf3d_core.setup.rounds import rounds_of
@@ -30,7 +33,15 @@ def some_releases(prepared: Prepared, most: int) -> Releases:
     """Return the releases of at most about `most` rocks, evenly spread over each source."""
     rocks = rocks_of_sources(prepared)
     every = max(1, -(-sum(rocks) // most))
-    return releases_in_ranges(prepared, [range(0, its, every) for its in rocks])
+    steps = [_step_over(places, every) for places in places_of(prepared)]
+    return releases_in_ranges(prepared, [range(0, its, step) for its, step in zip(rocks, steps, strict=True)])
+
+
+def _step_over(places: int, every: int) -> int:
+    """Return a step of rock numbers, at least `every`, that meets all release points of a source, used in turn."""
+    while math.gcd(places, every) > 1:
+        every += 1
+    return every
 
 
 def source_heights(prepared: Prepared, most: int) -> list[SourceHeight]:
@@ -76,7 +87,8 @@ def _partly_off(prepared: Prepared) -> Iterator[str]:
     outlines = {f"the area of interest {name!r}": area for name, area in prepared.polygons.items()}
     for number, source in enumerate(prepared.scene.sources):
         if source.polygon is not None:
-            outlines[f"the polygon of source {source.name!r}"] = source_outline(prepared.scene, number)
+            with suppress(InputError):  # a file that was removed after the rocks were released says nothing
+                outlines[f"the polygon of source {source.name!r}"] = source_outline(prepared.scene, number)
     for name, polygons in outlines.items():
         share = covered_share(prepared.terrain, polygons)
         if share < WHOLE:

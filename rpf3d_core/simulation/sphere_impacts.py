@@ -21,6 +21,11 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Motion, Vec
 from rpf3d_core.vectors import add, along, dot, norm, scale
 
+SURE = 2.0
+"""Distance of the centre from the ground, in crack widths, beyond which the direction between them is known.
+
+A sphere whose release lies on the ground may have its centre a rounding error, or a crack width, below it.
+"""
 LIFTS = 64
 """Largest number of steps in which a sphere that overlaps the ground at its release is moved."""
 STEEP = 0.05
@@ -50,7 +55,7 @@ def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion
         touch = nearest_to(locator.locator, facets, x, radius)
         if not touch.t < radius - facets.tolerance:
             break
-        if touch.n[2] < STEEP:
+        if touch.n[2] < STEEP and touch.t > SURE * facets.crack:
             x = add(x, scale(radius - touch.t, touch.n))
         else:
             x = x[0], x[1], x[2] + _lift_off(touch, radius)

@@ -18,6 +18,8 @@ PREDICTIVE, SAMPLING = "predictive", "sampling"
 BARRIER = "barrier"
 """Kind of the places that are barriers; the other kinds of places are those of the bench table."""
 P95 = 95
+AT_REST = (*DEPOSITED, Outcome.FRAGMENTED)
+"""Outcomes of rocks that did not go on; the fragments of a broken rock are rocks with outcomes of their own."""
 Ends = tuple[float | None, float | None]
 UNKNOWN: Ends = (None, None)
 
@@ -72,7 +74,7 @@ def _without_far_ends(run: Run, runout: Figure) -> Figure:
     The other rocks went on, most of them beyond the terrain. If they are more than 5 % of all rocks, they determine the
     p95 runout, which is then unknown; so is the upper end of an interval if their share may be more than 5 %.
     """
-    rocks, others, sets = run.totals.rocks, [each for each in Outcome if each not in DEPOSITED], run.maps.sets
+    rocks, others, sets = run.totals.rocks, [each for each in Outcome if each not in AT_REST], run.maps.sets
     share = share_of(sum(run.totals.outcomes[each] for each in others), rocks)
     most, few = share["interval_95"][1] if rocks else 1.0, 1.0 - P95 / 100.0
     predicted = most if sets is None or runout.interval == SAMPLING else sets.outcome(*others)[1]

@@ -344,7 +344,7 @@ def test_a_sphere_released_in_the_ground_is_lifted_until_it_touches(engine):
 
 
 @BOTH
-@pytest.mark.parametrize("above", [0.0, 1e-12, 0.01])
+@pytest.mark.parametrize("above", [-1e-12, 0.0, 1e-12, 0.01])
 @pytest.mark.parametrize("angle", [0.0, 45.0, 87.0])
 def test_a_sphere_released_on_a_facet_however_wide_and_steep_is_lifted_until_it_touches(engine, above, angle):
     """By R / cos(slope) straight up, less what it started above; not a facet but this one is within its reach."""
