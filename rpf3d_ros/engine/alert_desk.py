@@ -290,7 +290,7 @@ class AlertDesk:
 
     def _serve(self, request: Request, following: Request | None) -> None:
         """Serve a request; following : the next request if it waits already, else None."""
-        now, self._failed = self._now(), False
+        now = self._now()
         if request.faults:
             self._evidence.lose() if request.is_error else self._evidence.forget(now)
         if request.missed:
@@ -367,6 +367,7 @@ class AlertDesk:
             self._try_to_log(partial(self._log.decided, decision, self._thresholds, memory))
         self.alert = alert
         self._listener.decided(alert, evidence)
+        self._failed = False  # only now: a request that decides nothing does not make up for a decision that failed
         return alert
 
     def _try_to_log(self, write: Callable[[], object]) -> None:

@@ -90,9 +90,10 @@ class HealthReport:
         now = time.monotonic()
         self._logged = {key: at for key, at in self._logged.items() if now - at < QUIET}
         kind = part, NUMBER.sub("#", message)
-        if kind in self._logged:
+        was_logged = kind in self._logged
+        self._logged[kind] = now  # a sentence that stays true is logged again only after it was absent for QUIET
+        if was_logged:
             return
-        self._logged[kind] = now
         logger = self._node.get_logger().get_child(part)
         if level == OK:  # separate calls: in rclpy, one line of code cannot change its severity
             logger.info(message)

@@ -62,7 +62,7 @@ class Wanted:
     def wait_unless(self, is_closed: bool, longest: float) -> None:
         """Wait until another state than `is_closed` is wanted, at most `longest` (s)."""
         with self.changed:
-            self.changed.wait_for(lambda: self.has_ended or self._is_closed != is_closed, longest)
+            self.changed.wait_for(lambda: self.has_ended or self.is_closed != is_closed, longest)
 
 
 class FileContact:

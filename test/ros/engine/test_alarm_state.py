@@ -21,7 +21,7 @@ from rpf3d_ros.messages.alert_messages import Publication, alerts_message
 from rpf3d_ros.messages.alert_reading import alerts_of
 from rpf3d_ros.messages.stamps import nanoseconds_of_text, seconds_text
 from rpf3d_ros.nodes import alarm_contacts
-from rpf3d_ros.nodes.alarm_contacts import FileContact, TcpContact, is_closed
+from rpf3d_ros.nodes.alarm_contacts import FileContact, TcpContact, Wanted, is_closed
 
 STALE = 3.0
 CALM = HeardAlert(sequence=1, stamp_ns=0, until_ns=0, is_alarm=False, level="normal", run="a1")
@@ -245,6 +245,17 @@ def test_a_contact_opens_by_itself_if_the_bridge_looks_no_more(tmp_path):
         wait(lambda: (tmp_path / "contact").read_bytes().startswith(b"open\n"))
     file.close()
     tcp.close()
+
+
+def test_a_contact_that_opened_by_itself_waits_for_the_next_state(monkeypatch):
+    """Nothing else is wanted until the bridge looks again, so a thread that asks for it must wait, not run on."""
+    wanted = Wanted()
+    wanted.set(True)
+    monkeypatch.setattr(alarm_contacts, "LOOKED", -1.0)
+    assert not wanted.is_closed
+    began = time.monotonic()
+    wanted.wait_unless(False, 0.2)
+    assert time.monotonic() - began >= 0.2
 
 
 @pytest.mark.parametrize(("content", "says"), [

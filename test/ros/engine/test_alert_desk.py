@@ -272,6 +272,21 @@ def test_a_decision_that_could_not_be_published_is_made_again_as_a_fault_and_not
     assert wait(lambda: reports.alerts)[0].held == Level.EVACUATE and reports.alerts[0].faults
 
 
+def test_a_decision_that_failed_is_not_forgotten_because_an_area_moved(desk):
+    """After the failure there is no evidence, so the move decides nothing; the next tick must."""
+    desk, reports, _ = desk
+    reports.broken = True
+    desk.decide_on("wall", evidence(area(5000)), RADAR)
+    wait(lambda: reports.errors)
+    reports.broken = False
+    desk.watch(lambda: {"ramp": "moved"})
+    replies = []
+    desk.acknowledge("", "", replies.append)  # without a name it decides nothing; it follows the move in the queue
+    wait(lambda: replies)
+    desk.tick()
+    assert wait(lambda: reports.alerts)[0].held == Level.EVACUATE and reports.alerts[0].faults
+
+
 def test_an_alert_goes_out_whatever_is_wrong_with_the_log():
     reports = DeskReports()
     desk = AlertDesk(site(), BrokenLog(), Clock(), reports)

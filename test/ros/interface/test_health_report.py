@@ -2,6 +2,7 @@
 
 import sys
 import threading
+from types import SimpleNamespace
 
 import pytest
 
@@ -78,6 +79,18 @@ def test_a_part_logs_each_reason_and_repeats_none(monkeypatch):
     monkeypatch.setattr(health_report, "QUIET", 0.0)
     report.set("sources", WARN, "too far")
     assert node.logged[-1] == "too far"
+
+
+def test_a_reason_that_stays_true_is_logged_once(monkeypatch):
+    """Each decision reports it again, for a minute; after ten seconds without it, it is new."""
+    node = StubNode()
+    report, clock = HealthReport(node), iter([*range(60), 70.0])
+    monkeypatch.setattr(health_report, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    for _ in range(60):
+        report._log("sources", WARN, "too far")
+    assert node.logged == ["too far"]
+    report._log("sources", WARN, "too far")
+    assert node.logged == ["too far", "too far"]
 
 
 def test_a_state_that_has_not_changed_waits_for_the_timer():
