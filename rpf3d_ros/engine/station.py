@@ -32,7 +32,7 @@ from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.outlets import Outlets
 from rpf3d_ros.engine.refused_inputs import RefusedInputs
 from rpf3d_ros.engine.source_topics import BY_HAND
-from rpf3d_ros.engine.terrain_faults import TerrainLack, lack_of
+from rpf3d_ros.engine.terrain_faults import TerrainLack, lack_of, not_restored, terrain_to_remember
 from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
 from rpf3d_ros.messages.answer_content import figures_of, warnings_of
@@ -117,17 +117,6 @@ class Station:
         else:
             outlets.health.set("terrain", WARN, configuration.standing_report or "no terrain yet")
 
-    def _patches_not_restored(self, unread: int) -> int:
-        """Return how many patches the terrain in use had before the start, and the restored terrain has not.
-
-        Without a store these are all patches; with a store, those that were not written before the node was killed.
-
-        unread : number of stored patches that cannot be read
-        """
-        standing = self._configuration.standing
-        restored = standing.ground.patches if standing is not None else 0
-        return max(int(self._memory.get("patches", 0)) - restored - unread, 0)
-
     def _desk_of(self, configuration: StationConfiguration, thresholds: Thresholds) -> AlertDesk:
         """Return the alert desk, which continues from the decisions and topics before the start."""
         sensors, log = configuration.parameters.sensors, configuration.log
@@ -163,11 +152,11 @@ class Station:
     def _inputs_to_remember(self) -> dict[str, Any]:
         """Return what must survive a restart, apart from topics of sources; called on the thread of the alert desk.
 
-        These are the refused messages, the topics with areas, and the number of patches in the terrain in use.
+        These are the refused messages, the topics with areas, and what the terrain in use consists of.
         """
         standing = self.flyer.standing
-        patches = standing.ground.patches if standing is not None else self._memory.get("patches", 0)
-        return {"refused": self._refused_inputs.reasons, "areas": list(self._areas.topics), "patches": patches}
+        terrain = terrain_to_remember(standing.ground if standing is not None else None, self._memory)
+        return {"refused": self._refused_inputs.reasons, "areas": list(self._areas.topics), **terrain}
 
     def _note_terrain_before(self) -> None:
         """Note the patches that the restored terrain contains, and the number of patches that it lacks.
@@ -175,9 +164,11 @@ class Station:
         A whole survey that arrives late, but was published before these patches, lacks all of them.
         """
         alert, before = self.desk.alert if self.desk is not None else None, self._configuration.before
-        lack = lack_of(alert.faults if alert is not None else ())
-        patches = lack.patches + before.unread + self._patches_not_restored(before.unread)
-        self.terrain.lacks(patches, lack.why_refused or before.unreadable, before.read_ns)
+        lack, standing = lack_of(alert.faults if alert is not None else ()), self._configuration.standing
+        missing = not_restored(self._memory, standing.ground if standing is not None else None, before.unread)
+        patches = lack.patches + before.unread + missing.patches
+        why = lack.why_refused or before.unreadable or missing.why_refused
+        self.terrain.lacks(patches, why, before.read_ns)
         self.terrain.holds(before.patches_ns)
 
     def activate(self) -> None:

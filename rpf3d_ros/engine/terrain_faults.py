@@ -1,11 +1,30 @@
 """The faults of a terrain that lacks a patch or survey: written as sentences, and read from them after a restart."""
 
 import re
-from collections.abc import Iterable
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple, Protocol
 
 PATCHES = "{} patches are not in the terrain: the whole terrain must be published"
 SURVEY = "a survey was refused ({}): the terrain is out of date, publish the whole terrain"
+
+
+NOT_STORED = "the survey in use before the start is not in the store"
+
+
+class Ground(Protocol):
+    """What is compared of a terrain: its digest, its patches since the whole survey, and the survey's stamp (ns)."""
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 (hex) of the surveys."""
+
+    @property
+    def patches(self) -> int:
+        """Number of patches since the whole survey."""
+
+    @property
+    def whole_ns(self) -> int:
+        """Stamp (ns) of the whole survey."""
 
 
 class TerrainLack(NamedTuple):
@@ -60,3 +79,33 @@ def lack_of(faults: Iterable[str]) -> TerrainLack:
 def _pattern(sentence: str) -> str:
     before, _, after = sentence.partition("{}")
     return f"{re.escape(before)}(.+){re.escape(after)}"
+
+
+def terrain_to_remember(ground: Ground | None, memory: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a restart must know of the terrain in use; without a terrain, what was remembered before.
+
+    ground : the terrain in use; memory : what was remembered before the start
+    """
+    if ground is None:
+        return {key: memory[key] for key in ("patches", "terrain", "whole_ns") if key in memory}
+    return {"patches": ground.patches, "terrain": ground.digest, "whole_ns": ground.whole_ns}
+
+
+def not_restored(memory: Mapping[str, Any], ground: Ground | None, unread: int) -> TerrainLack:
+    """Return what the terrain in use had before the start, and the restored terrain has not.
+
+    Without a store these are all patches; with a store, surveys and patches that were not written before the node was
+    killed. The numbers of patches cannot tell, because a store begins to count again at each whole terrain that it
+    writes; the digest can. A terrain with another digest lacks at least one patch, or is newer by what was received in
+    the last second before a kill: this is a fault, too.
+
+    memory : from `terrain_to_remember`; ground : the restored terrain; unread : stored patches that cannot be read
+    """
+    digest, missing = memory.get("terrain"), int(memory.get("patches", 0)) - unread
+    if ground is None or digest is None:
+        return TerrainLack(max(missing - (0 if ground is None else ground.patches), 0))
+    if digest == ground.digest:
+        return TerrainLack()
+    if int(memory.get("whole_ns", 0)) > ground.whole_ns:
+        return TerrainLack(why_refused=NOT_STORED)
+    return TerrainLack(max(missing - ground.patches, 0 if unread else 1))

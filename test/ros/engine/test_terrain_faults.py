@@ -1,5 +1,6 @@
 """What a terrain lacks is a fault that neither a restart nor an unforeseen error hides."""
 
+from collections import namedtuple
 from dataclasses import replace
 
 import pytest
@@ -13,7 +14,14 @@ from never_green.plan import Plan, Send, Speaker, Truth
 from never_green.stories import RADAR_A, patch_send, survey
 
 from rpf3d_core.alerts.log import DecisionLog
-from rpf3d_ros.engine.terrain_faults import TerrainBefore, TerrainLack, lack_of
+from rpf3d_ros.engine.terrain_faults import (
+    NOT_STORED,
+    TerrainBefore,
+    TerrainLack,
+    lack_of,
+    not_restored,
+    terrain_to_remember,
+)
 from rpf3d_ros.nodes import inputs
 
 TRUTH = Truth(sources=(), bank_until=np.inf, areas=(pit.outline(pit.ROAD),) * 2, area_since=0.0)
@@ -158,3 +166,26 @@ def test_faults_of_the_terrain_are_read_as_they_are_written():
     lack = TerrainLack(patches=3, why_refused="frame_id is 'a\nb'; it must be 'map'")
     assert lack_of(["the sources are stale", lack.survey_sentence, lack.patches_sentence]) == lack
     assert lack_of(["the sources are stale"]) == TerrainLack()
+
+
+Restored = namedtuple("Restored", "digest patches whole_ns")
+
+
+@pytest.mark.parametrize(("restored", "unread", "lack"), [
+    (Restored("c", 5, 20), 0, TerrainLack()),  # the store wrote the terrain whole, and counts again
+    (Restored("b", 69, 20), 0, TerrainLack(1)),
+    (Restored("b", 70, 20), 0, TerrainLack(1)),  # at least one, whatever the numbers say
+    (Restored("b", 4, 20), 0, TerrainLack(66)),
+    (Restored("b", 5, 10), 0, TerrainLack(why_refused=NOT_STORED)),
+    (Restored("b", 69, 20), 1, TerrainLack()),  # reported as unread
+    (None, 0, TerrainLack(70)),
+])  # fmt: skip
+def test_a_restored_terrain_is_compared_by_its_digest(restored, unread, lack):
+    memory = terrain_to_remember(Restored("c", 70, 20), {})
+    assert terrain_to_remember(None, memory) == memory
+    assert not_restored(memory, restored, unread) == lack
+
+
+def test_a_memory_of_an_earlier_version_has_only_the_number_of_patches():
+    assert not_restored({"patches": 7}, Restored("b", 5, 20), 0) == TerrainLack(2)
+    assert not_restored({}, Restored("b", 5, 20), 0) == TerrainLack()
