@@ -141,10 +141,12 @@ def findings(named: Scene, terrain: Terrain, flights: Flights, planned: int | No
         outlines={name: local_outlines(terrain.frame, area) for name, area in polygons.items()},
         read_s=0.5, index_s=0.25, began=0.0,
     )  # fmt: skip
-    return Run(
+    run = Run(
         prepared=prepared, flights=flights, totals=totals, maps=maps_of(named, terrain, flights),
         planned=rocks if planned is None else planned, wall_s=2.0, steps=tuple(steps),
     )  # fmt: skip
+    vars(run)["placement"] = []  # there are no sources and no engine to look at the ground with
+    return run
 
 
 def maps_of(named: Scene, terrain: Terrain, flights: Flights) -> HazardMaps:
