@@ -198,8 +198,8 @@ NOT_VALIDATED = """## What does this page not show?
 - The page does not show whether a simulated difference between two designs is right.
 - Only end points and single impacts are compared. The figures for the design of barriers are not: bounce heights,
   speeds and energies along the path.
-- **Figures of the rigid sphere are to be measured again**: they were measured while rolling friction could drive a
-  sphere that rolled nearly straight down (see CHANGELOG.rst). Some of its runouts may be too long.
+- **The rigid sphere is to be calibrated again.** Its calibrations, kept-out predictions and pictures are older than a
+  correction of rolling friction (CHANGELOG.rst). The other figures are flown with the corrected model.
 - All points and spheres of a site have the same mass, and coefficients do not vary from impact to impact.
   Distributions in the scene (`normal_restitution: {mean: ...}`), `effects` and the real masses may give better results;
   this was not measured.
