@@ -95,8 +95,8 @@ def not_restored(memory: Mapping[str, Any], ground: Ground | None, unread: int) 
     """Return what the terrain in use had before the start, and the restored terrain has not.
 
     Without a store these are all patches; with a store, surveys and patches that were not written before the node was
-    killed. The numbers of patches cannot tell, because a store begins to count again at each whole terrain that it
-    writes; the digest can. A terrain with another digest lacks at least one patch, or is newer by what was received in
+    killed. The numbers of patches do not show this, because a store begins to count again at each whole terrain that it
+    writes; the digest does. A terrain with another digest lacks at least one patch, or is newer by what was received in
     the last second before a kill: this is a fault, too.
 
     memory : from `terrain_to_remember`; ground : the restored terrain; unread : stored patches that cannot be read
