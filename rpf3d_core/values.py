@@ -81,6 +81,8 @@ OUTCOME_SENTENCES: dict[Outcome, str] = {
 
 DEPOSITED = (Outcome.STOPPED, Outcome.CAUGHT)
 """The outcomes of deposits: rocks that lie on the terrain in the end."""
+UNSTOPPED = tuple(outcome for outcome in Outcome if outcome not in (*DEPOSITED, Outcome.FRAGMENTED))
+"""The outcomes of rocks that did not stop on the terrain. The fragments of a broken rock have their own outcomes."""
 
 
 class Mode(IntEnum):

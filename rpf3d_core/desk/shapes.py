@@ -186,7 +186,7 @@ def lines_of(parts: Sequence[FloatArray]) -> Lines:
 
 def area_lines(seen: Seen, areas: Mapping[str, Sequence[FloatArray]]) -> Lines:
     """Return the outlines of areas of interest as lines on the ground; areas : rings (N, 2) m in plan, by name."""
-    ground = _as_terrain(seen)
+    ground = seen.terrain
     return lines_of([line for rings in areas.values() for line in draped_outlines(ground, rings)])
 
 
@@ -208,14 +208,9 @@ def on_ground(seen: Seen, points: FloatArray) -> FloatArray:
     if not len(points):
         return points
     found, plan = points.copy(), seen.vertices[:, :2]
-    height = heights_at(height_image(_as_terrain(seen), points[:, :2], MARGIN), points[:, :2])
+    height = heights_at(height_image(seen.terrain, points[:, :2], MARGIN), points[:, :2])
     for row in np.flatnonzero(np.isnan(height)):
         nearest = int(np.argmin(((plan - points[row, :2]) ** 2).sum(axis=1)))
         height[row] = seen.vertices[nearest, 2]
     found[:, 2] = height + marks_raised(seen)
     return found
-
-
-def _as_terrain(seen: Seen) -> Terrain:
-    """Return the shown triangles as a terrain of one zone."""
-    return Terrain(seen.vertices, seen.triangles, np.zeros(len(seen.triangles), np.int32), ("ground",))

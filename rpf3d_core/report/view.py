@@ -55,6 +55,11 @@ class Seen(NamedTuple):
     triangles: NDArray[np.int32]
     of: int
 
+    @property
+    def terrain(self) -> Terrain:
+        """The part as a terrain of one zone."""
+        return Terrain(self.vertices, self.triangles, np.zeros(len(self.triangles), np.int32), ("ground",))
+
 
 def view_html(run: RunFiles, seen: Seen, looking: FloatArray) -> str:
     """Return the view as an HTML fragment without the script of plotly.
@@ -218,10 +223,9 @@ def _areas(go: Any, run: RunFiles, seen: Seen, looking: FloatArray) -> Iterator[
 
     looking : as in `view_html`; the name is at the point that is nearest to the eye
     """
-    ground = Terrain(seen.vertices, seen.triangles, np.zeros(len(seen.triangles), np.int32), ("ground",))
     gap = np.full((1, 3), np.nan)
     for name, rings in run.areas.items():
-        lines = draped_outlines(ground, rings, ABOVE_MAPS * raised_by(seen))
+        lines = draped_outlines(seen.terrain, rings, ABOVE_MAPS * raised_by(seen))
         if not lines:
             continue  # the area is far from the rocks
         points = np.concatenate([part for line in lines for part in (line, gap)]).astype(np.float32)

@@ -9,7 +9,7 @@ from rpf3d_core.hazard.convergence import Step
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.results.shown import RunCounts
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.setup.placement import placement_warnings, source_heights
+from rpf3d_core.setup.placement import placement_warnings, some_releases, source_heights
 from rpf3d_core.setup.prepared import Prepared
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport
@@ -58,7 +58,8 @@ class Run:
     @cached_property
     def placement(self) -> list[str]:
         """Warnings about sources in the air and outlines partly off the terrain; see `setup.placement`."""
-        return placement_warnings(self.prepared, source_heights(self.prepared, MOST_LOOKED_AT))
+        releases = some_releases(self.prepared, MOST_LOOKED_AT)
+        return placement_warnings(self.prepared, source_heights(self.prepared, releases))
 
     @property
     def obstacles(self) -> Obstacles:

@@ -3,11 +3,9 @@
 from rpf3d_core.ensemble.statistics import share_of
 from rpf3d_core.hazard.benches import SHORT, in_percent, share_text, with_predictive
 from rpf3d_core.results.findings import Run, sentence_of
-from rpf3d_core.values import DEPOSITED, Outcome
+from rpf3d_core.values import UNSTOPPED, Outcome
 
 HEADER = ("outcome", "rocks", "share", "meaning")
-FLIES_ON = Outcome.FRAGMENTED
-"""Outcome of a rock whose fragments fly on and have their own outcomes."""
 
 
 def outcome_rows(run: Run) -> list[tuple[str, ...]]:
@@ -34,7 +32,7 @@ def words_on_unstopped(run: Run) -> str:
     Broken rocks do not count, because their fragments are counted.
     """
     totals = run.totals
-    rocks = sum(totals.outcomes[each] for each in Outcome if each not in DEPOSITED and each != FLIES_ON)
+    rocks = sum(totals.outcomes[each] for each in UNSTOPPED)
     if not rocks:
         return ""
     return (f"{rocks:,} of {totals.rocks:,} rocks ({in_percent(rocks / totals.rocks, SHORT)} %) did not stop on the "

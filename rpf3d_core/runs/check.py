@@ -12,6 +12,7 @@ import numpy as np
 
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import fly_ensemble
+from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.sizes import diameter_of, mass_range
 from rpf3d_core.ensemble.stream import taken
 from rpf3d_core.hazard.benches import three_figures
@@ -162,7 +163,8 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
     read = _terrain_after_showing(scene, show)
     by_reference = scene.model_copy(update={"engine": Reference.name})  # it needs no compiling
     prepared = prepare(by_reference, terrain_read=read)
-    heights = source_heights(prepared, MOST_CHECKED)
+    releases = some_releases(prepared, MOST_CHECKED)
+    heights = source_heights(prepared, releases)
     maps = Maps(raster=prepared.raster, facets=len(prepared.terrain.triangles), allowed=scene.hazard.memory_gb)
     of_scene = warnings_of(scene)
     placed = placement_warnings(prepared, heights)
@@ -184,7 +186,7 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
         observed=observed,
         calibrated=unknowns_in_words(scene),
     )
-    return _with_pilot(report, prepared) if report.fit else report
+    return _with_pilot(report, prepared, releases) if report.fit else report
 
 
 def _terrain_after_showing(scene: Scene, show: Shown | None) -> tuple[Terrain, FaultReport]:
@@ -215,17 +217,19 @@ def _show_extents(scene: Scene, faults: FaultReport | None, show: Shown) -> None
         show(extents, list(placing_hints(extents, scene.terrain.crs, scene.terrain.up)))
 
 
-def _with_pilot(report: Check, prepared: Prepared) -> Check:
+def _with_pilot(report: Check, prepared: Prepared, releases: Releases) -> Check:
     """Return the report with the results of a pilot run: the time of a run, and warnings on speeds and effects.
 
     The warnings on effects are about missing effects, and about effects that change nothing.
+
+    releases : of the checked rocks, from which those of the pilot run are chosen
     """
-    releases, rocks = some_releases(prepared, MOST_CHECKED), sum(rocks_of_sources(prepared))
     chosen = np.unique(np.linspace(0, len(releases.x) - 1, PILOT_ROCKS).astype(int))
     few = taken(releases, chosen)
     began = time.perf_counter()
     flown = fly_ensemble(prepared.engine, prepared.flight, few)
-    cost = _cost(report.scene, prepared, flown, (time.perf_counter() - began) / len(chosen), rocks)
+    seconds, rocks = (time.perf_counter() - began) / len(chosen), sum(rocks_of_sources(prepared))
+    cost = _cost(report.scene, prepared, flown, seconds, rocks)
     fastest = float(flown.deposits.max_speed.max(initial=0.0))
     told = [*warnings_of_speed(fastest), *effects_called_for(report.scene, flown), *idle_effects(prepared, few, flown)]
     return replace(report, cost=cost, warnings=[*report.warnings, *told])

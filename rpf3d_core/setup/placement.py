@@ -44,14 +44,10 @@ def _step_over(places: int, every: int) -> int:
     return every
 
 
-def source_heights(prepared: Prepared, most: int) -> list[SourceHeight]:
-    """Return the start heights of each source's rocks above the terrain.
-
-    most : as in `some_releases`
-    """
-    rocks, releases = rocks_of_sources(prepared), some_releases(prepared, most)
-    below = ground_below_releases(prepared.engine, releases.x)
-    return heights_of([source.name for source in prepared.sources], rocks, releases, below, prepared.engine)
+def source_heights(prepared: Prepared, releases: Releases) -> list[SourceHeight]:
+    """Return the start heights of each source's rocks above the terrain; releases : from `some_releases`."""
+    names, rocks = [source.name for source in prepared.sources], rocks_of_sources(prepared)
+    return heights_of(names, rocks, releases, ground_below_releases(prepared.engine, releases.x), prepared.engine)
 
 
 def placement_warnings(prepared: Prepared, heights: Sequence[SourceHeight]) -> list[str]:

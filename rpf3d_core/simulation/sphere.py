@@ -242,7 +242,7 @@ def _follow_piece(
     if rolls and held.contacts == 1:
         v_end, w = pivoted(v_end, turned, n, n_end, radius)
     if rolls and held.contacts == 2:
-        w = rolling_spin(v_end, turned, n, radius)
+        w = rolling_spin(v_end, dot(turned, n), n, radius)
     end = Motion(t=motion.t + t, x=x, v=v_end, w=w if t > 0.0 else ZERO)
     bends = (piece.turns or span.curved) and touch.t > t and length > BENDS * radius
     late = t >= left

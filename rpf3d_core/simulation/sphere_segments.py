@@ -140,13 +140,13 @@ def pivoted(v: Vec, w: Vec, n: Vec, n_end: Vec, radius: float) -> tuple[Vec, Vec
         after = before * math.cos(angle) + share * radius * about * math.sin(angle)
         about = about * math.cos(angle) - before / (share * radius) * math.sin(angle)
         v = add(v, scale(after - before, e))
-    return v, add(scale(1.0 / radius, cross(n_end, v)), scale(about, n_end))
+    return v, rolling_spin(v, about, n_end, radius)
 
 
 @kernel
-def rolling_spin(v: Vec, w: Vec, n: Vec, radius: float) -> Vec:
+def rolling_spin(v: Vec, about: float, n: Vec, radius: float) -> Vec:
     """Return the spin (3,) rad/s of a sphere that rolls with velocity v on ground of normal n, without slip.
 
-    The part of the spin w about n is kept.
+    about : component of the spin about n (rad/s)
     """
-    return add(scale(1.0 / radius, cross(n, v)), scale(dot(w, n), n))
+    return add(scale(1.0 / radius, cross(n, v)), scale(about, n))

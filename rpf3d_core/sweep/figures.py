@@ -9,7 +9,7 @@ from rpf3d_core.hazard.benches import bench_table
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_files.barriers_report import barriers_section
-from rpf3d_core.values import DEPOSITED, Outcome
+from rpf3d_core.values import UNSTOPPED, Outcome
 
 REACHED, STOPPED, RETAINED = "reached", "stopped", "retained"
 ENERGY, HEIGHT, RUNOUT = "energy_p95", "height_p95", "runout_p95"
@@ -18,8 +18,6 @@ PREDICTIVE, SAMPLING = "predictive", "sampling"
 BARRIER = "barrier"
 """Kind of the places that are barriers; the other kinds of places are those of the bench table."""
 P95 = 95
-AT_REST = (*DEPOSITED, Outcome.FRAGMENTED)
-"""Outcomes of rocks that did not go on; the fragments of a broken rock are rocks with outcomes of their own."""
 Ends = tuple[float | None, float | None]
 UNKNOWN: Ends = (None, None)
 
@@ -74,10 +72,10 @@ def _without_far_ends(run: Run, runout: Figure) -> Figure:
     The other rocks went on, most of them beyond the terrain. If they are more than 5 % of all rocks, they determine the
     p95 runout, which is then unknown; so is the upper end of an interval if their share may be more than 5 %.
     """
-    rocks, others, sets = run.totals.rocks, [each for each in Outcome if each not in AT_REST], run.maps.sets
-    share = share_of(sum(run.totals.outcomes[each] for each in others), rocks)
+    rocks, sets = run.totals.rocks, run.maps.sets
+    share = share_of(sum(run.totals.outcomes[each] for each in UNSTOPPED), rocks)
     most, few = share["interval_95"][1] if rocks else 1.0, 1.0 - P95 / 100.0
-    predicted = most if sets is None or runout.interval == SAMPLING else sets.outcome(*others)[1]
+    predicted = most if sets is None or runout.interval == SAMPLING else sets.outcome(*UNSTOPPED)[1]
     return runout._replace(
         value=None if share["share"] is None or share["share"] > few else runout.value,
         high=runout.high if predicted <= few else None, sampling_high=runout.sampling_high if most <= few else None,

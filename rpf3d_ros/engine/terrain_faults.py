@@ -2,29 +2,15 @@
 
 import re
 from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
+
+from rpf3d_core.live.ground import LiveTerrain
 
 PATCHES = "{} patches are not in the terrain: the whole terrain must be published"
 SURVEY = "a survey was refused ({}): the terrain is out of date, publish the whole terrain"
 
 
 NOT_STORED = "the survey in use before the start is not in the store"
-
-
-class Ground(Protocol):
-    """What is compared of a terrain: its digest, its patches since the whole survey, and the survey's stamp (ns)."""
-
-    @property
-    def digest(self) -> str:
-        """SHA-256 (hex) of the surveys."""
-
-    @property
-    def patches(self) -> int:
-        """Number of patches since the whole survey."""
-
-    @property
-    def whole_ns(self) -> int:
-        """Stamp (ns) of the whole survey."""
 
 
 class TerrainLack(NamedTuple):
@@ -81,7 +67,7 @@ def _pattern(sentence: str) -> str:
     return f"{re.escape(before)}(.+){re.escape(after)}"
 
 
-def terrain_to_remember(ground: Ground | None, memory: Mapping[str, Any]) -> dict[str, Any]:
+def terrain_to_remember(ground: LiveTerrain | None, memory: Mapping[str, Any]) -> dict[str, Any]:
     """Return what a restart must know of the terrain in use; without a terrain, what was remembered before.
 
     ground : the terrain in use; memory : what was remembered before the start
@@ -91,7 +77,7 @@ def terrain_to_remember(ground: Ground | None, memory: Mapping[str, Any]) -> dic
     return {"patches": ground.patches, "terrain": ground.digest, "whole_ns": ground.whole_ns}
 
 
-def not_restored(memory: Mapping[str, Any], ground: Ground | None, unread: int) -> TerrainLack:
+def not_restored(memory: Mapping[str, Any], ground: LiveTerrain | None, unread: int) -> TerrainLack:
     """Return what the terrain in use had before the start, and the restored terrain has not.
 
     Without a store these are all patches; with a store, surveys and patches that were not written before the node was

@@ -1,17 +1,14 @@
 """Answers over the former terrain are a fault after the stated time: on a node without a network."""
 
-from dataclasses import replace
-
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-import numpy as np
 from alert_evidence import NOW, S, area, evidence
-from never_green import combination, pit
-from never_green.combination import Run, configuration_of
+from never_green import pit
 from never_green.plan import Plan, Send, Speaker, Truth
 from never_green.stories import RADAR_A, patch_send, survey
+from watched_pit import shown_at, start_with
 
 from rpf3d_ros.engine.watched_terrain import WatchedTerrain
 
@@ -34,13 +31,7 @@ OTHERS = 5
 @pytest.fixture
 def run(monkeypatch):
     """A node that keeps the sources of four walls, over the pit with its bank, and watches the road behind the bank."""
-
-    def configured(plan):
-        before = configuration_of(plan)
-        return replace(before, parameters=replace(before.parameters, waiting_sources=1, region_size=5.0))
-
-    monkeypatch.setattr(combination, "configuration_of", configured)
-    started = Run(PLAN)
+    started = start_with(monkeypatch, PLAN, waiting_sources=1, region_size=5.0)
     started.deliver(Send(sent=0.1, at=0.1, topic="terrain/points", kind="grid", places=survey(TRUTH, 0.1)))
     road = pit.outline(pit.SHELTERED_ROAD)
     started.deliver(Send(sent=0.2, at=0.2, topic="areas/polygon", kind="polygon", places=road))
@@ -53,14 +44,6 @@ def report(run, at, *places):
     for number, place in enumerate(places):
         sent = at + 0.05 * number
         run.deliver(Send(sent=sent, at=sent, topic=RADAR_A, kind="poses", places=place[None]))
-
-
-def shown_at(run, at):
-    """What is shown at a time (s), after the node's timer has gone on until then."""
-    for tick in np.arange(run.at + 0.25, at + 0.01, 0.25).tolist():
-        run.at = tick
-        run.node.tick()
-    return run.watcher.shown(run.at)
 
 
 def remove_the_bank(run):

@@ -1,16 +1,14 @@
 """An area that moves is a fault until every wall is answered for its new place: on a node without a network."""
 
-from dataclasses import replace
-
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 import numpy as np
-from never_green import combination, pit
-from never_green.combination import Run, configuration_of
+from never_green import pit
 from never_green.plan import Plan, Send, Speaker, Truth
 from never_green.stories import RADAR_A, survey
+from watched_pit import shown_at, start_with
 
 from rpf3d_core.live.outlines import WatchedOutlines
 
@@ -33,13 +31,7 @@ MOVED = 1.5
 @pytest.fixture
 def run(monkeypatch):
     """A node that keeps the sources of four walls, over the pit, with the road behind the bank as its area."""
-
-    def configured(plan):
-        before = configuration_of(plan)
-        return replace(before, parameters=replace(before.parameters, waiting_sources=1, region_size=5.0))
-
-    monkeypatch.setattr(combination, "configuration_of", configured)
-    started = Run(PLAN)
+    started = start_with(monkeypatch, PLAN, waiting_sources=1, region_size=5.0)
     started.deliver(Send(sent=0.1, at=0.1, topic="terrain/points", kind="grid", places=survey(TRUTH, 0.1)))
     move_area(started, 0.2, pit.SHELTERED_ROAD)
     yield started
@@ -56,14 +48,6 @@ def report_walls(run, at):
         place = pit.placed(10.0, 5.0 + 5.0 * number, 31.0)[None]
         sent = at + 0.05 * number
         run.deliver(Send(sent=sent, at=sent, topic=RADAR_A, kind="poses", places=place))
-
-
-def shown_at(run, at):
-    """What is shown at a time (s), after the node's timer has gone on until then."""
-    for tick in np.arange(run.at + 0.25, at + 0.01, 0.25).tolist():
-        run.at = tick
-        run.node.tick()
-    return run.watcher.shown(run.at)
 
 
 def test_a_moved_area_is_a_fault_until_all_walls_are_answered_for_its_new_place(run):

@@ -1,16 +1,14 @@
 """A click is no report of a sensor: where sensors are configured and none has reported, what else falls is unknown."""
 
-from dataclasses import replace
-
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 import numpy as np
-from never_green import combination, pit
-from never_green.combination import Run, configuration_of
+from never_green import pit
 from never_green.plan import Plan, Send, Speaker, Truth
 from never_green.stories import CLICK, RADAR_A, survey
+from watched_pit import start_with
 
 from rpf3d_ros.engine.source_topics import ONLY_CLICKS
 
@@ -34,12 +32,7 @@ def started(monkeypatch):
     runs = []
 
     def start(**topics):
-        def configured(plan):
-            before = configuration_of(plan)
-            return replace(before, parameters=replace(before.parameters, **topics))
-
-        monkeypatch.setattr(combination, "configuration_of", configured)
-        runs.append(Run(PLAN))
+        runs.append(start_with(monkeypatch, PLAN, **topics))
         return runs[-1]
 
     yield start
