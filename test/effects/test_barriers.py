@@ -219,6 +219,20 @@ def test_a_sphere_that_rolls_back_to_a_net_that_it_broke_through_meets_the_net_a
 
 
 @BOTH
+def test_a_rock_that_settles_behind_a_net_that_it_broke_through_meets_the_net_again(engine):
+    """Thrown uphill, it breaks the net where it lands; its bounces are summed up and end uphill, and it slides back."""
+    slope, physics = made.rough_grid(1, 40.0, 0.5, 0.0), made.flight(made.surface(0.5, 1.0, 10.0), smallest_bounce=0.5)
+    uphill = (26.0, 20.0, -12.5), (-4.0, 0.0, 0.0)
+    landing = made.fly(made.engine_over(engine, slope), physics, *uphill).impacts.x[0, 0]
+    net = fence(slope, [(landing, 1.0), (landing, 39.0)], 5.0, 1.0)
+    flights = made.fly(made.engine_over(engine, slope), with_effects(physics, net), *uphill)
+    (settling,) = np.flatnonzero(flights.paths.mode == Mode.SETTLING)
+    x, v = flights.paths.x[settling + 1, 0], flights.paths.v[settling + 1, 0]
+    assert x < landing - 0.5 and v > 0.0, "behind the net, on its way back to it"
+    np.testing.assert_allclose(flights.impacts.x[met(flights), 0], [landing, landing], atol=1e-9)
+
+
+@BOTH
 @pytest.mark.parametrize("mu", [0.0, 2.0], ids=["skids without friction", "rolls"])
 @pytest.mark.parametrize("across", [0.0, 3.0])
 def test_a_sphere_that_turns_back_on_one_facet_meets_the_net_on_its_way_up(engine, mu, across):

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import scenes_of_facets as made
 
-from rpf3d_core.effects.barriers import Barriers, Panel
+from rpf3d_core.effects.barriers import CORNER, Barriers, Panel
 from rpf3d_core.effects.forest import Deflection, Forest, Stems
 from rpf3d_core.effects.hooks import chain_of
 from rpf3d_core.effects.obstacle_cells import cells_of
@@ -42,7 +42,8 @@ def fence(
     one = (np.array([value]) for value in (height, capacity, taken, float(top)))
     panel = Panel(*columns, np.concatenate(facets), np.concatenate(lines), barrier, *one)
     plan = foot[..., :2]
-    return Barriers(first, panel, 4.0 * tolerance_of(terrain), cells_of(plan.min(axis=1), plan.max(axis=1)))
+    cells = cells_of(plan.min(axis=1) - CORNER, plan.max(axis=1) + CORNER)
+    return Barriers(first, panel, 4.0 * tolerance_of(terrain), cells)
 
 
 def fences(*some: Barriers) -> Barriers:
@@ -53,7 +54,7 @@ def fences(*some: Barriers) -> Barriers:
     columns["barrier"] = np.repeat(np.arange(len(some)), rows)
     panel = Panel(**columns)
     begin, way = np.stack([panel.x, panel.y], 1), np.stack([panel.dx, panel.dy], 1)
-    cells = cells_of(np.minimum(begin, begin + way), np.maximum(begin, begin + way))
+    cells = cells_of(np.minimum(begin, begin + way) - CORNER, np.maximum(begin, begin + way) + CORNER)
     return Barriers(0, panel, some[0].slack, cells)
 
 
