@@ -4,6 +4,7 @@ python docs/accuracy.py            (or make accuracy; takes about a minute a sce
 python docs/accuracy.py --as-is    rewrites the text and keeps the measured figures
 """
 
+import argparse
 import sys
 import tempfile
 import textwrap
@@ -146,7 +147,10 @@ READING = """## What follows from the tables?
 
 def main(arguments: list[str]) -> int:
     """Measure and write the page, or with `--as-is` write only its text; return the exit code."""
-    sections = kept_sections() if "--as-is" in arguments else [_section(*one) for one in MEASURED.items()]
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--as-is", action="store_true")
+    as_is = parser.parse_args(arguments).as_is
+    sections = kept_sections() if as_is else [_section(*one) for one in MEASURED.items()]
     PAGE.write_text("\n".join([HEAD, *sections, READING]), encoding="utf-8")
     return 0
 

@@ -4,6 +4,7 @@ python docs/effects.py            (or make effects: measures all of them on a wa
 python docs/effects.py --as-is    (uses the last measurements)
 """
 
+import argparse
 import json
 import re
 import sys
@@ -316,8 +317,10 @@ def measured(listed: list[CatalogueEntry]) -> dict[str, dict[str, float]]:
 
 def main(arguments: list[str]) -> None:
     """Measure, unless `--as-is` is given, and write the page."""
-    listed = entries()
-    if "--as-is" not in arguments:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--as-is", action="store_true")
+    as_is, listed = parser.parse_args(arguments).as_is, entries()
+    if not as_is:
         costs = measured(listed)
         MEASURED.write_text(json.dumps(costs, indent=1) + "\n")
         listed = [replace(entry, cost=costs.get(f"{entry.kind}.{entry.name}")) for entry in listed]

@@ -5,6 +5,7 @@ python docs/validation.py --blocks   only the section on rocks with a shape; the
 python docs/validation.py --as-is    only the page, from the last measurement
 """
 
+import argparse
 import json
 import sys
 from pathlib import Path
@@ -26,9 +27,10 @@ CALIBRATIONS = DOCS.parent / "out" / "calibrations"
 
 def main(arguments: list[str]) -> int:
     """Measure, draw the pictures and write the page; return the exit code."""
-    if "--blocks" in arguments:
+    asked = _parser().parse_args(arguments)
+    if asked.blocks:
         _write({**json.loads(RESULTS.read_text(encoding="utf-8")), "blocks": _blocks()})
-    elif "--as-is" not in arguments:
+    elif not asked.as_is:
         found = measured(CALIBRATIONS, _say)
         draw_all(found, DOCS / "pictures")
         draw(found.ends[AUTHUME], DOCS / "pictures" / "validation_blocks.png")
@@ -36,6 +38,14 @@ def main(arguments: list[str]) -> int:
     results: dict[str, Any] = json.loads(RESULTS.read_text(encoding="utf-8"))
     PAGE.write_text(document(results), encoding="utf-8")
     return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    some = parser.add_mutually_exclusive_group()
+    some.add_argument("--blocks", action="store_true")
+    some.add_argument("--as-is", action="store_true")
+    return parser
 
 
 def _blocks() -> Any:
