@@ -43,7 +43,7 @@ def _figure(rows: int, columns: int, width: float, height: float) -> tuple[Figur
 
 
 def _authume(ends: Mapping[str, Ends]) -> Figure:
-    figure, (along, aside, plan) = _figure(1, 3, 19.0, 5.6)
+    figure, (along, aside, plan) = _figure(1, 3, 19.0, 6.4)
     field = authume.end_points()
     _shares_below(along, field[:, 0], {label: flown.end[:, 0] for label, flown in ends.items()})
     for x in (30.0, 45.0):
@@ -92,7 +92,7 @@ def _stops_in_plan(axes: Axes, ends: Mapping[str, Ends]) -> None:
     axes.plot(field[:, 0], field[:, 2], "k^", ms=6, fillstyle="none", label="field")
     axes.plot(start[0], start[2], "r*", ms=10, label="mean drop point")
     axes.set(xlabel="x (m)", ylabel="z (m)", title="in plan", aspect="equal", xlim=(-5, 75), ylim=(350, 400))
-    shown = axes.legend(fontsize=8, loc="upper left")
+    shown = axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=2)
     for handle in shown.legend_handles:
         handle.set(alpha=1.0)
         handle.set_markersize(7)
@@ -131,7 +131,7 @@ def _tschamut_in_plan(axes: Axes, ends: Mapping[str, Ends]) -> None:
                   fillstyle="none", label=f"{label}, mean of each run")  # fmt: skip
     axes.set(xlabel="x (m)", ylabel="y (m)", title="Tschamut 2014, in plan", aspect="equal", xlim=(-10, 180),
              ylim=(95, 275))  # fmt: skip
-    axes.legend(fontsize=8, loc="lower right")
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2)
 
 
 def _contours(axes: Axes) -> None:

@@ -37,8 +37,7 @@ BLOCKS_FAIL = """**Where rocks with a shape fail.**
 - The lateral sd of the shipped set is at the upper edge of the field's interval, not in its middle. Restitution and
   rolling resistance compensate each other in x, so x alone does not determine the spread. Of the five sets that fit x
   best, four spread wider than the goal.
-- The calibrated sphere has too little spread, in x and across the slope (less than half of the field's), and too few
-  rocks beyond 55 m. Its calibration is older than a correction of its rolling friction.
+- The calibrated sphere has too little spread, in x and across the slope (less than half of the field's).
 - Rocks with the proportions of all 41 blocks go farther and spread wider than the blocks. The set is calibrated with
   the four scanned blocks, and these are not a random sample of the 41 blocks.
 - With Authume's set at Chant Sura, rocks keep too much energy in five of the six fast, flat impacts, and too little
