@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from on_both_engines import BOTH
 from rolling_spheres import clearance, roll, spheres
-from scenes_of_facets import engine_over, rough_grid, strip, terrain_of
+from scenes_of_facets import engine_over, joined, rough_grid, strip, terrain_of
 
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import Mode, Outcome
@@ -77,6 +77,23 @@ def exact_speed_along(piece: np.ndarray) -> float:
         rate += 5.0 / 7.0 * G / RADIUS * math.sin(phi) * dt
         phi += rate * dt
     return along
+
+
+@BOTH
+@pytest.mark.parametrize("reach", [0.05, 0.2])
+def test_a_sphere_that_tips_over_an_edge_comes_to_a_wall_as_it_passes_this_place_without_the_wall(engine, reach):
+    """At the wall both edge and wall are a radius away; only the edge turns the normal and the spin.
+
+    reach : m beyond the edge, where the centre of the sphere is when it touches the wall
+    """
+    slope = strip([(-10.0, 0.0), (0.0, 0.0), (20.0, -11.5)], half_width=30.0)
+    wall = strip([(reach + RADIUS, -1.0), (reach + RADIUS + 1e-6, 5.0)], half_width=30.0)
+    physics, start = spheres(Surface(0.0, 0.8, 1.0, 0.0, 0.0), max_time=4.0), (-0.3, -25.0, RADIUS)
+    free, stopped = (roll(engine_over(engine, terrain), physics, RADIUS, start, (0.6, 5.0, 0.0))
+                     for terrain in (slope, joined(slope, wall)))  # fmt: skip
+    assert stopped.impacts.facet[0] == len(slope.triangles), "the wall"
+    passing = float(np.interp(reach, free.paths.x[:, 0], np.linalg.norm(free.paths.v, axis=1)))
+    assert stopped.impacts.speed_in[0] == pytest.approx(passing, rel=0.01)
 
 
 @BOTH
