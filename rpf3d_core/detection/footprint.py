@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.detection.bucket_grid import Block, Grid, cell_index, cells_under, common
+from rpf3d_core.detection.bucket_grid import CellRectangle, Grid, cell_index, cells_under, common
 from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
 from rpf3d_core.detection.bucket_patch import Entries, cell_in
 from rpf3d_core.jit.dispatch import kernel, loop
@@ -28,7 +28,7 @@ class Footprint(NamedTuple):
     """
 
     corners: FloatArray
-    block: Block
+    block: CellRectangle
     entries: Entries
     slack: float
 
@@ -110,7 +110,7 @@ def _mark(corners: Any, locator: BucketLocator, footprint: Footprint, marks: Any
 
 
 @loop
-def _collect(locator: BucketLocator, block: Block, marks: Any, found: Any) -> None:
+def _collect(locator: BucketLocator, block: CellRectangle, marks: Any, found: Any) -> None:
     """Write the facets marked _SEEN into `found`, and mark them GOES: the patch removes them."""
     count = 0
     for j in range(block.bottom, block.top):

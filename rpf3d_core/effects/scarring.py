@@ -112,7 +112,10 @@ def volume_from_ahead(depth: float, radius: float) -> float:
 def through_the_scar(
     scarring: Scarring, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext
 ) -> Motion:  # fmt: skip
-    """Return the motion of a rock at the end of its scar in soft ground, after the losses by soil drag and friction."""
+    """Return the motion of a rock after it has ploughed a scar into soft ground: soil drag and friction have slowed it.
+
+    motion : at first contact; n : unit normal of the ground; zone : of the ground
+    """
     into = -dot(motion.v, n)
     if into <= 0.0:
         return motion

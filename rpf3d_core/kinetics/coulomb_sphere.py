@@ -26,7 +26,7 @@ Derived from rigid-body mechanics (physics reference 2.3); e_t = 0 for rock: Lei
 from typing import NamedTuple
 
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.kinetics.rebound import Rest, rebound, rest_of_bounces
+from rpf3d_core.kinetics.rebound import RemainingBounces, rebound, rest_of_bounces
 from rpf3d_core.kinetics.rolling_moment import STICKS, impulses_of
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext
@@ -111,11 +111,11 @@ def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: floa
 @rest_of_bounces.rule(CoulombSphere)
 def sphere_rest(
     model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
-) -> Rest:
-    """Return a `Rest` without further bounces: the sphere stays on the ground at once, unless R_n is 1.
+) -> RemainingBounces:
+    """End the bounces at once, unless R_n is 1: the sphere stays on the ground and keeps its speed along the ground.
 
     Small bounces would push on the ground, on average, as much as a sphere that stays on the ground. With R_n = 1 the
     bounces never die out.
     """
     v = subtract(motion.v, scale(dot(motion.v, n), n))
-    return Rest(along=ZERO, down=ZERO, v=v, t=0.0, ends=surface.R_n < 1.0)
+    return RemainingBounces(along=ZERO, down=ZERO, v=v, t=0.0, ends=surface.R_n < 1.0)

@@ -143,7 +143,7 @@ def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockContex
 def _stays_on(facets: Facets, f: int, x: Vec, along: Vec, down: Vec) -> bool:
     """Return True if all remaining bounces of a rock stay within facet f, so that they can be summed up.
 
-    x : (3,) m, start of the bounces; along, down : (3,) m, their two total displacements, as in `Rest`
+    x : (3,) m, start of the bounces; along, down : (3,) m, their two total displacements, as in `RemainingBounces`
 
     Both displacements grow from bounce to bounce, so every bounce lies in the parallelogram that they span. A facet is
     convex, so it is enough that the corners of the parallelogram lie in the facet.

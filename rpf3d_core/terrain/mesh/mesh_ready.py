@@ -106,9 +106,12 @@ def _sides(mesh: Mesh, memory: Memory, share: Share) -> tuple[IntArray, IntArray
 def _is_sound(
     mesh: Mesh, starts: IntArray, to: IntArray, tolerance: float, memory: Memory, share: Share
 ) -> bool:  # fmt: skip
-    """True if the mesh needs no repair: all windings agree, and no two border vertices are within the tolerance (m).
+    """True if the mesh needs no repair: all windings agree, and all border vertices are far enough from each other.
 
-    starts, to : the sides of the facets, from `_sides`
+    Two border vertices must not be nearer to each other than the tolerance.
+
+    starts, to : the sides of all facets by their first and second vertex, from `_sides`; tolerance : m
+    memory : allocates the arrays; share : runs the work in parallel
     """
     border = memory("border", len(mesh.vertices), np.bool_)
     border[:] = False
