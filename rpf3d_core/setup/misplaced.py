@@ -88,8 +88,8 @@ def placing_hints(extents: Sequence[Extent], crs: str | None, up: str) -> Iterat
             yield from _off_the_terrain(other, terrain, crs, up)
         elif up == "z" and not np.isnan(other.low[2]) and _is_upside_down(other, terrain):
             yield (
-                f"{other.name}: its heights have the opposite sign of the terrain's heights: does z point down in one of "
-                "them?"
+                f"{other.name}: its heights have the opposite sign of the terrain's heights: "
+                "does z point down in one of them?"
             )
 
 
