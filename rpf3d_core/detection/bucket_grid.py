@@ -168,7 +168,10 @@ def cells_under(corners: Any, f: int, slack: float, grid: Grid) -> CellRectangle
 
 @kernel
 def cells_between(grid: Grid, low_x: float, low_y: float, high_x: float, high_y: float) -> CellRectangle:
-    """Return the cells that a box in plan (m) touches; never empty, as the outermost cells extend without limit."""
+    """Return the cells that a box in plan (m) touches; never empty, as the outermost cells extend without limit.
+
+    low_x, low_y, high_x, high_y : m, the sides of the box
+    """
     return CellRectangle(
         left=cell_index(low_x, grid.x, grid.cell, grid.nx),
         right=cell_index(high_x, grid.x, grid.cell, grid.nx) + 1,
@@ -193,6 +196,9 @@ def _count(corners: Any, slack: float, grid: Grid, band: CellRectangle, most: in
     """Count the facets in bucket k into starts[k + 1], for the rows of a band; return the sum of the counts.
 
     The function stops as soon as the sum exceeds `most`.
+
+    corners : (F, 9) m; slack : m by which each facet is widened; band : the rows, from `bands`
+    most : largest allowed sum; starts : (cells + 1,), changed
     """
     entries = 0
     for f in range(corners.shape[0]):
@@ -213,6 +219,8 @@ def _fill(corners: Any, slack: float, grid: Grid, band: CellRectangle, cursor: A
     """Write the facets in each bucket of a band of rows, in ascending order.
 
     cursor : the next free index in `ids` of each bucket
+    corners : (F, 9) m; slack : m by which each facet is widened; band : the rows, from `bands`
+    ids, boxes : (E,) receive number and `box_over` of the facet of each entry, as in `Buckets`
     """
     for f in range(corners.shape[0]):
         cells = common(cells_under(corners, f, slack, grid), band)
@@ -229,6 +237,7 @@ def box_over(corners: Any, f: int, slack: float, grid: Grid, i: int, j: int) -> 
     """Return the part of a cell that facet f may lie over, packed into one integer (`plan_boxes`).
 
     i, j : column and row of the cell; slack : m by which the facet is widened
+    corners : (F, 9) m, of all facets
     """
     per_cell = 1.0 / grid.cell
     return packed_box(

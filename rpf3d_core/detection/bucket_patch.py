@@ -168,7 +168,10 @@ def cell_in(block: CellRectangle, i: int, j: int) -> int:
 
 @loop
 def _block(corners: Any, slack: float, grid: Grid, sides: Any) -> None:
-    """Write left, right, bottom and top of the rectangle of cells around some facets into `sides`."""
+    """Write left, right, bottom and top of the rectangle of cells around some facets into `sides`.
+
+    corners : (S, 9) m, of the facets; slack : m by which each facet is widened; sides : (4,), changed
+    """
     sides[0], sides[1], sides[2], sides[3] = grid.nx, 0, grid.ny, 0
     for f in range(corners.shape[0]):
         cells = cells_under(corners, f, slack, grid)
@@ -181,6 +184,9 @@ def _count_some(corners: Any, slack: float, grid: Grid, block: CellRectangle, mo
     """Count the new facets in cell k of a rectangle into starts[k + 1]; return False if there are too many.
 
     The function stops and returns False as soon as the facets have more than `most` entries; otherwise it returns True.
+
+    corners : (S, 9) m, of the new facets; slack : m by which each facet is widened
+    block : the rectangle of cells; starts : (cells + 1,), changed
     """
     entries = 0
     for f in range(corners.shape[0]):
@@ -197,7 +203,10 @@ def _count_some(corners: Any, slack: float, grid: Grid, block: CellRectangle, mo
 
 @loop
 def _fill_some(corners: Any, slack: float, grid: Grid, block: CellRectangle, cursor: Any, ids: Any) -> None:
-    """Write the new facets in each cell of a rectangle into `ids`; cursor : the next free index of each cell."""
+    """Write the new facets in each cell of a rectangle into `ids`; cursor : the next free index of each cell.
+
+    corners : (S, 9) m, of the new facets; slack : m by which each facet is widened; block : the rectangle of cells
+    """
     for f in range(corners.shape[0]):
         cells = common(cells_under(corners, f, slack, grid), block)
         for j in range(cells.bottom, cells.top):
@@ -264,7 +273,11 @@ def _add_to(array: Any, begin: int, amount: int) -> None:
 def _renew_slabs(
     corners: Any, normals: Any, slack: float, locator: BucketLocator, block: CellRectangle, table: SlabTable
 ) -> None:
-    """Compute the slabs over a rectangle of whole cells again, from the facets in its buckets."""
+    """Compute the slabs over a rectangle of whole cells again, from the facets in its buckets.
+
+    corners, normals : (F, 9) m and (F, 3), of all facets; slack : m by which each facet is widened
+    block : the rectangle of cells; table : receives the slabs
+    """
     clear_block(table, block)
     for j in range(block.bottom, block.top):
         for i in range(block.left, block.right):

@@ -122,6 +122,9 @@ def _sum_normals(corners: Any, normals: Any, slack: float, grid: Grid, band: Cel
     """Add up the normals of the facets in each bucket of a band of rows; the sum gives the direction of the slab.
 
     The loop runs over facets and not over buckets, to read memory in order.
+
+    corners, normals : (F, 9) m and (F, 3), of all facets; slack : m by which each facet is widened
+    band : the rows, from `bands`; planes : (C, 4) as in `SlabTable`, changed
     """
     for f in range(corners.shape[0]):
         cells = common(cells_under(corners, f, slack, grid), band)
@@ -169,7 +172,10 @@ def lean_upwards(table: SlabTable, block: CellRectangle) -> None:
 
 @kernel
 def _lean_one(planes: Any, row: int) -> None:
-    """Scale the normal of one slab to length 1; make it vertical if it is too short or points downwards."""
+    """Scale the normal of one slab to length 1; make it vertical if it is too short or points downwards.
+
+    planes : (C, 4) as in `SlabTable`; row : of the slab in `planes`
+    """
     x, y, z = planes[row, 0], planes[row, 1], planes[row, 2]
     length = math.sqrt(x * x + y * y + z * z)
     if z >= 0.0 and length > 0.5:

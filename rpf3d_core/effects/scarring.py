@@ -98,6 +98,8 @@ def volume_from_ahead(depth: float, radius: float) -> float:
 
     With cos(phi) = 1 - depth / R, the area is R^2 (phi - sin(phi) cos(phi)), and its integral is R^3 (sin(phi) - phi
     cos(phi) - sin(phi)^3 / 3). At depths d where this formula loses digits, 8 / 15 sqrt(2 R) d^(5/2) replaces it.
+
+    depth : of the sphere's lowest point below the ground, m; radius : R, m
     """
     if depth >= 2.0 * radius:
         return math.pi * radius * radius * (depth - radius)
@@ -133,6 +135,7 @@ def driven_through(depth: float, aside: float, radius: float) -> float:
     """Return the volume of soil (m3) that a sphere displaces on its path down to a depth (m).
 
     aside : distance along the plane per metre of depth (-)
+    radius : of the sphere, m
     """
     ahead = aside * volume_from_ahead(depth, radius)
     above = volume_from_above(depth, radius)

@@ -61,7 +61,10 @@ class CoulombSphere(NamedTuple):
 
 @kernel
 def slip_of(v: Vec, w: Vec, n: Vec, radius: float) -> Vec:
-    """Return the slip (3,) m/s of a sphere: the velocity of its contact point along the ground with unit normal n."""
+    """Return the slip (3,) m/s of a sphere: the velocity of its contact point along the ground with unit normal n.
+
+    v : (3,) m/s, velocity of the centre; w : (3,) rad/s, spin; radius : of the sphere, m
+    """
     return without(add(v, scale(-radius, cross(w, n))), n)
 
 
@@ -70,6 +73,7 @@ def kicked(motion: Motion, n: Vec, radius: float, k: float, slip: Vec) -> Motion
     """Return the motion of a sphere after a friction impulse k (m/s, per mass) at its contact point, against the slip.
 
     slip : (3,) m/s, from `slip_of`
+    n : (3,) unit normal of the ground; radius : of the sphere, m
     """
     speed = norm(slip)
     if speed == 0.0 or k == 0.0:
@@ -101,6 +105,7 @@ def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: floa
 
     friction : largest friction impulse, per mass (m/s); moment : largest rolling moment, per mass and radius (m/s)
     e_t : tangential restitution (-)
+    n : (3,) unit normal of the ground
     """
     u, s, factor = without(motion.v, n), scale(radius, cross(motion.w, n)), 1.0 + e_t
     given = impulses_of(u, s, friction / factor, moment / factor)

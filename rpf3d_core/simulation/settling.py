@@ -135,6 +135,7 @@ def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockContex
     """Return True if no obstacle lies on the straight line from x (3,) m to x + way (3,) m, along which a rock bounces.
 
     passed : number of the obstacle that the rock has just passed, which does not count
+    effects : parameters of all effects of the scene
     """
     return first_obstacle(effects, Arc(x=x, v=way, gravity=0.0), passed, 1.0, rock).t == math.inf  # type: ignore[no-any-return]
 

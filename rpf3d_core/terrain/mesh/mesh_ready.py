@@ -123,7 +123,10 @@ def _is_sound(
 
 
 def _repaired(vertices: FloatArray, triangles: IntArray, zone: str, tolerance: float, memory: Memory) -> Mesh:
-    """Return the mesh after the repairs of `mesh_terrain`, copied into arrays of `memory`."""
+    """Return the mesh after the repairs of `mesh_terrain`, copied into arrays of `memory`.
+
+    zone, tolerance : name of the only zone, and tolerance (m), as in `mesh_terrain`
+    """
     terrain = mesh_terrain(vertices, triangles, zone, tolerance)
     local = memory("vertices", 3 * len(terrain.vertices), np.float64).reshape(-1, 3)
     corners = memory("triangles", 3 * len(terrain.triangles), np.int32).reshape(-1, 3)
@@ -220,6 +223,8 @@ def _sides_agree(starts: Any, to: Any, begin: int, end: int, border: Any) -> boo
 
     The windings agree if no side occurs twice in the same direction. A side without an opposite side lies on a border:
     both of its vertices are marked in `border`.
+
+    starts, to : the sides of all facets, from `_sides`; border : (V,), changed
     """
     for v in range(begin, end):
         for e in range(starts[v], starts[v + 1]):
