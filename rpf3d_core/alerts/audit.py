@@ -103,9 +103,12 @@ def audit_log(path: str | Path, head: str | None = None) -> Audit:
     except OSError as error:
         raise InputError(f"{path}: the log cannot be read: {error.strerror}") from None
     if reading.last is None and reading.audit.lines:
-        raise InputError(f"{path}: is no log of decisions: none of its {reading.audit.lines:,} lines is one of a log")
+        count = f"{reading.audit.lines:,}"
+        raise InputError(f"{path}: is not a log of decisions: none of its {count} lines is a line of such a log")
     if head is not None and not reading.found:
-        reading.blame(f"no line of the log has the hash {head}: lines have been taken away, or it was written anew")
+        reading.blame(
+            f"no line of the log has the hash {head}: lines were removed, or the whole log was written again"
+        )
     return reading.audit
 
 
@@ -115,7 +118,7 @@ def _files(path: Path) -> list[tuple[int, Path]]:
         return [(0, path)]
     files = files_in(path) if path.is_dir() else []
     if not files:
-        what = "the folder holds no log of decisions" if path.is_dir() else "there is no such log"
+        what = "the folder has no log of decisions" if path.is_dir() else "there is no such log"
         raise InputError(f"{path}: {what}")
     return files
 
@@ -147,15 +150,15 @@ class _AuditState:
         for line, raw in enumerate(_lines(path), start=1):
             self._line(f"{path.name}, line {line}", raw, first=line == 1, alone=number == 0)
         if line == 0:
-            self.blame(f"{path.name}: holds nothing")
+            self.blame(f"{path.name}: is empty")
 
     def _line(self, place: str, raw: bytes, first: bool, alone: bool) -> None:
         self.audit.lines += 1
         content = content_of(raw)
         if content is None:
             torn = not raw.endswith(b"\n")
-            why = "is torn: its end was never written" if torn else "is not as it was written"
-            self.blame(f"{place}: {why}; what it held cannot be told")
+            why = "was cut off: its end was never written" if torn else "was damaged or changed after it was written"
+            self.blame(f"{place}: {why}; its content is unknown")
             return
         self._chain(place, content, first and alone)
         self.last, self.audit.head = content, content["sha256"]
@@ -174,37 +177,40 @@ class _AuditState:
         if begins_alone and self.last is None:
             self.is_part = content["n"] > 0
             if self.is_part:
-                self.audit.notes.append(f"{place}: is line {content['n']} of the log; earlier files are not looked at")
+                line = f"line {content['n']} of the log"
+                self.audit.notes.append(f"{place}: is {line}; the audit does not read earlier files")
             return
         if content["n"] > number:
-            self.blame(f"{place}: {content['n'] - number} lines before it are missing")
+            self.blame(f"{place}: {content['n'] - number} lines before this line are missing")
         elif content["n"] < number:
-            self.blame(f"{place}: is number {content['n']}, but {number} should stand there")
+            self.blame(f"{place}: has number {content['n']}, but must have number {number}")
         elif content["before"] != before:
-            self.blame(f"{place}: does not follow the line before it, which was changed or exchanged")
+            self.blame(f"{place}: contains another hash than that of the previous line, which was changed or replaced")
 
     def _kind(self, place: str, content: dict[str, Any]) -> None:
         kind = content["kind"]
         if kind == "file" and content.get("format") != FORMAT:
-            raise Unreadable(f"is of the format {content.get('format')}, and this version reads {FORMAT}")
+            raise Unreadable(f"has the format {content.get('format')}, but this version reads the format {FORMAT}")
         if kind == "site":
             self._site(place, content)
         elif kind == "decision":
             self._decision(place, content)
         elif kind == "torn":
             kept = content.get("kept_as")
-            self.audit.notes.append(f"{place}: a torn line was found when the log was opened again, kept as {kept}")
+            self.audit.notes.append(
+                f"{place}: when the log was opened again, its last line was cut off; this line is kept as {kept}"
+            )
             if content.get("damaged"):
                 self.blame(f"{place}: the bytes in {kept} are damaged lines, and the decisions in them are missing")
         elif kind == "refused":
             self.audit.refused += 1
         elif kind != "file":
-            raise Unreadable(f"is of the kind {kind!r}, which this version does not know")
+            raise Unreadable(f"has the kind {kind!r}, which this version does not know")
 
     def _site(self, place: str, content: dict[str, Any]) -> None:
         text = str(content.get("text"))
         if hashlib.sha256(text.encode(errors="replace")).hexdigest() != content.get("digest"):
-            self.blame(f"{place}: the digest is not that of the thresholds beside it")
+            self.blame(f"{place}: the digest does not belong to the thresholds in this line")
         self.sites[str(content.get("digest"))] = site_of(text)
 
     def _decision(self, place: str, content: dict[str, Any]) -> None:
@@ -218,7 +224,7 @@ class _AuditState:
         self.last_alert = decision.alert
         thresholds = self.sites.get(str(content.get("site")))
         if thresholds is None:
-            raise Unreadable("the thresholds that it was decided by do not stand in the log before it")
+            raise Unreadable("the thresholds of this decision are not in the log before this line")
         again = self._as_written(place, alert_content(_decided_again(decision, thresholds)), content["alert"])
         if canonical(again) == canonical(content["alert"]):
             self.audit.reproduced += 1
@@ -230,16 +236,19 @@ class _AuditState:
             )
 
     def _as_written(self, place: str, again: dict[str, Any], written: dict[str, Any]) -> dict[str, Any]:
-        """Return the repeated alert without the values that the logged alert lacks because an older version wrote it.
+        """Return the recomputed alert, reduced to the values that the logged alert has.
 
-        again, written : the repeated and the logged alert, as plain values
-        The audit gets one note for each missing value.
+        An older version of rpf3d did not log the other values; the audit gets one note for each missing name.
+
+        place : position in the log, for the note
+        again, written : the recomputed and the logged alert, as plain values
         """
         lacking = [name for name in LATER if name not in written]
         for name in lacking:
             if name not in self.older:
                 self.older.add(name)
-                self.audit.notes.append(f"{place}: tells of no {name}, as logs once did; what it tells of is compared")
+                why = "because an older version wrote it; the other values are compared"
+                self.audit.notes.append(f"{place}: has no `{name}`, {why}")
         if "since" in lacking:
             again = {**again, "areas": [_without(area, LATER_OF_AREA) for area in again["areas"]]}
         return _without(again, lacking)
@@ -247,11 +256,11 @@ class _AuditState:
     def _continues(self, place: str, decision: Decision, content: dict[str, Any]) -> None:
         """Check that a decision continues from the previous decision in the log, so that no decision is missing."""
         if lost := content.get("lost"):
-            self.blame(f"{place}: {lost} decisions before it could not be written, and are not in the log")
+            self.blame(f"{place}: {lost} decisions before this line could not be written, so they are not in the log")
         elif self.audit.decisions == 1 and self.is_part:
             return  # the previous decision is in a file that is not read
         elif decision.previous != self.last_alert:
-            self.blame(f"{place}: does not go on from the decision before it in the log, but from another or none")
+            self.blame(f"{place}: does not continue the previous decision in the log")
 
 
 def _lines(path: Path) -> Iterator[bytes]:
@@ -268,7 +277,7 @@ def _decided_again(decision: Decision, thresholds: Thresholds) -> Alert:
     try:
         return decide(previous, evidence, thresholds, now_ns, given, decision.reported)
     except (TypeError, AttributeError, ValueError) as error:
-        raise Unreadable(f"nothing can be decided from what it holds: {error}") from None
+        raise Unreadable(f"the decision cannot be made again from the values in this line: {error}") from None
 
 
 def _without(content: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
@@ -299,9 +308,9 @@ def _is_change(decision: Decision) -> bool:
 def _difference(written: dict[str, Any], again: dict[str, Any]) -> str:
     """Return a sentence on the first value of a decision that was not reproduced.
 
-    written, again : the logged and the repeated alert, as plain values
+    written, again : the logged and the recomputed alert, as plain values
     """
     keys = [key for key in again if canonical(again[key]) != canonical(written.get(key))]
     keys += [key for key in written if key not in again]
-    told = f"`{keys[0]}` is {canonical(written.get(keys[0]))}, but decides to {canonical(again.get(keys[0]))}"
+    told = f"`{keys[0]}` is {canonical(written.get(keys[0]))}, but the audit gets {canonical(again.get(keys[0]))}"
     return f"the decision is not reproduced: {told}" + (f" (and {len(keys) - 1} more)" if len(keys) > 1 else "")

@@ -62,7 +62,7 @@ class Findings:
     held_out : score of kept-out observations under the calibrated model; prior : score under the priors
     book : score under the book values, None if the scene has no book values
     curve : score under a normal curve without physics, None if no end points were observed
-        All four scores are None if there are too few observations to keep any out.
+        All four scores are None if the calibration kept no observation out, because it has too few.
     rank : (K, 2) predicted probability that a stop has a smaller coordinate than each observed stop, along and across.
         Each prediction is made without this observed stop, and with the measuring error alone: the stops of a run do
         not include the misfit either. None if no end points were observed; K is 0 if none has a prediction
@@ -97,7 +97,10 @@ class Findings:
 
     @property
     def blocks(self) -> int:
-        """Number of observed stops, with and without a prediction; 0 if there are too few to keep any out."""
+        """Number of observed stops that were kept out, whether or not they have a prediction.
+
+        0 if the calibration kept none out, because it has too few observations.
+        """
         return self.unpredicted + (0 if self.rank is None else len(self.rank))
 
     @property

@@ -46,8 +46,8 @@ class Grid(NamedTuple):
     ny: int
 
 
-class Block(NamedTuple):
-    """A rectangle of cells of a grid: columns left to right - 1 and rows bottom to top - 1."""
+class CellRectangle(NamedTuple):
+    """A rectangle of cells of a grid: columns `left` to `right` - 1, rows `bottom` to `top` - 1."""
 
     left: int
     right: int
@@ -84,11 +84,11 @@ def sorted_into_buckets(facets: Facets, memory: Memory = fresh, share: Share = o
     return grid, Buckets(starts=starts, ids=ids, boxes=boxes)
 
 
-def bands(grid: Grid) -> list[Block]:
+def bands(grid: Grid) -> list[CellRectangle]:
     """Return the rows of a grid in one or two bands that two threads can process without writing to the same cell."""
     middle = (grid.ny // 2 + BAND // 2) // BAND * BAND
     rows = [(0, middle), (middle, grid.ny)] if 0 < middle < grid.ny else [(0, grid.ny)]
-    return [Block(left=0, right=grid.nx, bottom=bottom, top=top) for bottom, top in rows]
+    return [CellRectangle(left=0, right=grid.nx, bottom=bottom, top=top) for bottom, top in rows]
 
 
 def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArray[np.int64]]:
@@ -156,7 +156,7 @@ def cell_index(value: float, origin: float, cell: float, count: int) -> int:
 
 
 @kernel
-def cells_under(corners: Any, f: int, slack: float, grid: Grid) -> Block:
+def cells_under(corners: Any, f: int, slack: float, grid: Grid) -> CellRectangle:
     """Return the cells that facet f may lie over: those that its box in plan touches, widened by the slack (m).
 
     corners : (F, 9) m, of all facets
@@ -167,9 +167,12 @@ def cells_under(corners: Any, f: int, slack: float, grid: Grid) -> Block:
 
 
 @kernel
-def cells_between(grid: Grid, low_x: float, low_y: float, high_x: float, high_y: float) -> Block:
-    """Return the cells that a box in plan (m) touches; never empty, as the outermost cells extend without limit."""
-    return Block(
+def cells_between(grid: Grid, low_x: float, low_y: float, high_x: float, high_y: float) -> CellRectangle:
+    """Return the cells that a box in plan (m) touches; never empty, as the outermost cells extend without limit.
+
+    low_x, low_y, high_x, high_y : m, the sides of the box
+    """
+    return CellRectangle(
         left=cell_index(low_x, grid.x, grid.cell, grid.nx),
         right=cell_index(high_x, grid.x, grid.cell, grid.nx) + 1,
         bottom=cell_index(low_y, grid.y, grid.cell, grid.ny),
@@ -178,21 +181,24 @@ def cells_between(grid: Grid, low_x: float, low_y: float, high_x: float, high_y:
 
 
 @kernel
-def common(a: Block, b: Block) -> Block:
+def common(a: CellRectangle, b: CellRectangle) -> CellRectangle:
     """Return the cells that two rectangles of cells have in common, to limit work to a band or a patch.
 
     If they have no cell in common, the result has no rows or no columns (top <= bottom or right <= left).
     """
-    return Block(
+    return CellRectangle(
         left=max(a.left, b.left), right=min(a.right, b.right), bottom=max(a.bottom, b.bottom), top=min(a.top, b.top)
     )
 
 
 @loop
-def _count(corners: Any, slack: float, grid: Grid, band: Block, most: int, starts: Any) -> int:
+def _count(corners: Any, slack: float, grid: Grid, band: CellRectangle, most: int, starts: Any) -> int:
     """Count the facets in bucket k into starts[k + 1], for the rows of a band; return the sum of the counts.
 
     The function stops as soon as the sum exceeds `most`.
+
+    corners : (F, 9) m; slack : m by which each facet is widened; band : the rows, from `bands`
+    most : largest allowed sum; starts : (cells + 1,), changed
     """
     entries = 0
     for f in range(corners.shape[0]):
@@ -209,10 +215,12 @@ def _count(corners: Any, slack: float, grid: Grid, band: Block, most: int, start
 
 
 @loop
-def _fill(corners: Any, slack: float, grid: Grid, band: Block, cursor: Any, ids: Any, boxes: Any) -> None:
+def _fill(corners: Any, slack: float, grid: Grid, band: CellRectangle, cursor: Any, ids: Any, boxes: Any) -> None:
     """Write the facets in each bucket of a band of rows, in ascending order.
 
     cursor : the next free index in `ids` of each bucket
+    corners : (F, 9) m; slack : m by which each facet is widened; band : the rows, from `bands`
+    ids, boxes : (E,) receive number and `box_over` of the facet of each entry, as in `Buckets`
     """
     for f in range(corners.shape[0]):
         cells = common(cells_under(corners, f, slack, grid), band)
@@ -229,6 +237,7 @@ def box_over(corners: Any, f: int, slack: float, grid: Grid, i: int, j: int) -> 
     """Return the part of a cell that facet f may lie over, packed into one integer (`plan_boxes`).
 
     i, j : column and row of the cell; slack : m by which the facet is widened
+    corners : (F, 9) m, of all facets
     """
     per_cell = 1.0 / grid.cell
     return packed_box(

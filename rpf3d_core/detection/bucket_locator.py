@@ -135,6 +135,9 @@ def _leave_time(index: int, count: int, level: int, origin: float, cell: float, 
     x, pace : start (m) and inverse speed (s/m) along the axis
 
     The arc never leaves an outermost cell outwards.
+
+    count : number of cells along the axis at this size
+    origin, cell : begin of the grid, and side of a bucket (m)
     """
     if pace == math.inf or index == (count - 1 if pace > 0.0 else 0):
         return math.inf

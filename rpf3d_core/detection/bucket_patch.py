@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.detection.bucket_grid import BAND, ENTRIES_PER_FACET, Block, Grid, box_over, cells_under, common
+from rpf3d_core.detection.bucket_grid import BAND, ENTRIES_PER_FACET, CellRectangle, Grid, box_over, cells_under, common
 from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
 from rpf3d_core.detection.slabs import (
     LEVELS,
@@ -57,11 +57,11 @@ class BucketPatch(NamedTuple):
 
     gone: NDArray[np.bool_] | NDArray[np.uint8]
     rows: NDArray[np.int32]
-    block: Block
+    block: CellRectangle
     entries: Entries
 
 
-def block_of(corners: FloatArray, locator: BucketLocator, slack: float) -> Block:
+def block_of(corners: FloatArray, locator: BucketLocator, slack: float) -> CellRectangle:
     """Return the rectangle of cells around some facets, so that an update changes only these cells.
 
     corners : (S, 9) m, of these facets; slack : m, by which the box of each facet is widened
@@ -69,10 +69,10 @@ def block_of(corners: FloatArray, locator: BucketLocator, slack: float) -> Block
     sides = np.empty(4, np.int64)
     _block(corners, slack, grid_of(locator), sides)
     left, right, bottom, top = sides.tolist()
-    return Block(left=left, right=right, bottom=bottom, top=top)
+    return CellRectangle(left=left, right=right, bottom=bottom, top=top)
 
 
-def facets_in(locator: BucketLocator, block: Block) -> NDArray[np.int64]:
+def facets_in(locator: BucketLocator, block: CellRectangle) -> NDArray[np.int64]:
     """Return the numbers of the facets (N,) in a rectangle of cells, each facet once, in ascending order."""
     rows = (row * locator.nx for row in range(block.bottom, block.top))
     parts = [locator.ids[locator.starts[row + block.left] : locator.starts[row + block.right]] for row in rows]
@@ -82,7 +82,7 @@ def facets_in(locator: BucketLocator, block: Block) -> NDArray[np.int64]:
     return ids[first].astype(np.int64)
 
 
-def entries_of(corners: FloatArray, locator: BucketLocator, block: Block, slack: float, most: int) -> Entries:
+def entries_of(corners: FloatArray, locator: BucketLocator, block: CellRectangle, slack: float, most: int) -> Entries:
     """Return the new facets of a patch, listed by the cells of a rectangle.
 
     corners : (S, 9) m, of the new facets; slack : m, by which the box of each facet is widened
@@ -141,16 +141,16 @@ def most_entries(facets: int) -> int:
     return ENTRIES_PER_FACET * facets
 
 
-def _whole_cells(block: Block, locator: BucketLocator) -> Block:
+def _whole_cells(block: CellRectangle, locator: BucketLocator) -> CellRectangle:
     """Return a rectangle of buckets, widened to whole cells of the largest size; all their slabs are computed again."""
     low, high = (block.left, block.bottom), (block.right, block.top)
     (left, bottom), (right, top) = (
         tuple(k // BAND * BAND for k in low), tuple(-(-k // BAND) * BAND for k in high),
     )  # fmt: skip
-    return Block(left=left, right=min(right, locator.nx), bottom=bottom, top=min(top, locator.ny))
+    return CellRectangle(left=left, right=min(right, locator.nx), bottom=bottom, top=min(top, locator.ny))
 
 
-def _over_block(locator: BucketLocator, facets: Facets, block: Block, share: Share) -> None:
+def _over_block(locator: BucketLocator, facets: Facets, block: CellRectangle, share: Share) -> None:
     """Compute the slabs over a rectangle of buckets again, in parallel, one column of wide cells after another."""
     table, slack = slab_table(locator.slabs, locator.nx), REACH * facets.tolerance
     some = [block._replace(left=a, right=min(a + BAND, block.right)) for a in range(block.left, block.right, BAND)]
@@ -161,14 +161,17 @@ def _over_block(locator: BucketLocator, facets: Facets, block: Block, share: Sha
 
 
 @kernel
-def cell_in(block: Block, i: int, j: int) -> int:
+def cell_in(block: CellRectangle, i: int, j: int) -> int:
     """Return the number of a cell, counted row by row within a rectangle, from its column i and row j in the grid."""
     return (j - block.bottom) * (block.right - block.left) + i - block.left
 
 
 @loop
 def _block(corners: Any, slack: float, grid: Grid, sides: Any) -> None:
-    """Write left, right, bottom and top of the rectangle of cells around some facets into `sides`."""
+    """Write left, right, bottom and top of the rectangle of cells around some facets into `sides`.
+
+    corners : (S, 9) m, of the facets; slack : m by which each facet is widened; sides : (4,), changed
+    """
     sides[0], sides[1], sides[2], sides[3] = grid.nx, 0, grid.ny, 0
     for f in range(corners.shape[0]):
         cells = cells_under(corners, f, slack, grid)
@@ -177,10 +180,13 @@ def _block(corners: Any, slack: float, grid: Grid, sides: Any) -> None:
 
 
 @loop
-def _count_some(corners: Any, slack: float, grid: Grid, block: Block, most: int, starts: Any) -> bool:
+def _count_some(corners: Any, slack: float, grid: Grid, block: CellRectangle, most: int, starts: Any) -> bool:
     """Count the new facets in cell k of a rectangle into starts[k + 1]; return False if there are too many.
 
     The function stops and returns False as soon as the facets have more than `most` entries; otherwise it returns True.
+
+    corners : (S, 9) m, of the new facets; slack : m by which each facet is widened
+    block : the rectangle of cells; starts : (cells + 1,), changed
     """
     entries = 0
     for f in range(corners.shape[0]):
@@ -196,8 +202,11 @@ def _count_some(corners: Any, slack: float, grid: Grid, block: Block, most: int,
 
 
 @loop
-def _fill_some(corners: Any, slack: float, grid: Grid, block: Block, cursor: Any, ids: Any) -> None:
-    """Write the new facets in each cell of a rectangle into `ids`; cursor : the next free index of each cell."""
+def _fill_some(corners: Any, slack: float, grid: Grid, block: CellRectangle, cursor: Any, ids: Any) -> None:
+    """Write the new facets in each cell of a rectangle into `ids`; cursor : the next free index of each cell.
+
+    corners : (S, 9) m, of the new facets; slack : m by which each facet is widened; block : the rectangle of cells
+    """
     for f in range(corners.shape[0]):
         cells = common(cells_under(corners, f, slack, grid), block)
         for j in range(cells.bottom, cells.top):
@@ -262,9 +271,13 @@ def _add_to(array: Any, begin: int, amount: int) -> None:
 
 @loop
 def _renew_slabs(
-    corners: Any, normals: Any, slack: float, locator: BucketLocator, block: Block, table: SlabTable
+    corners: Any, normals: Any, slack: float, locator: BucketLocator, block: CellRectangle, table: SlabTable
 ) -> None:
-    """Compute the slabs over a rectangle of whole cells again, from the facets in its buckets."""
+    """Compute the slabs over a rectangle of whole cells again, from the facets in its buckets.
+
+    corners, normals : (F, 9) m and (F, 3), of all facets; slack : m by which each facet is widened
+    block : the rectangle of cells; table : receives the slabs
+    """
     clear_block(table, block)
     for j in range(block.bottom, block.top):
         for i in range(block.left, block.right):

@@ -97,7 +97,10 @@ def no_loss(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
 
 @loss_on.rule(CapLocator)
 def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Loss:
-    """Return the first passage of an arc through the caps of a terrain with gaps."""
+    """Return the first passage of an arc through the caps of a terrain with gaps.
+
+    contact, end : as in `loss_on`
+    """
     if contact.t <= end and not caps.layered and is_on_free_side(contact):
         return NO_LOSS
     crossing = first_contact(caps.locator, caps.facets, arc, NOTHING_LEFT, end)
@@ -116,5 +119,6 @@ def loss_on_way(caps: Any, x: Vec, way: Vec) -> Loss:
     `Loss.t` is here the share of the path up to the cap (-).
 
     way : (3,) m, from the start to the end of the path
+    caps : as in `loss_on`
     """
     return loss_on(caps, Arc(x=x, v=way, gravity=STRAIGHT), NO_CONTACT, 1.0)  # type: ignore[no-any-return]

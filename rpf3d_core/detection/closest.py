@@ -31,7 +31,10 @@ def closest_facet(locator: object, facets: Facets, x: Vec, radius: float) -> Clo
 
 @closest_facet.rule(BucketLocator)
 def closest_in_buckets(locator: BucketLocator, facets: Facets, x: Vec, radius: float) -> Closest:
-    """Return the closest facet among the buckets within the radius in plan; in a tie, the smaller facet number."""
+    """Return the closest facet among the buckets within the radius in plan; in a tie, the smaller facet number.
+
+    x : (3,) m; radius : m, no facet farther away is found
+    """
     best = Closest(radius, -1)
     cells = cells_between(grid_of(locator), x[0] - radius, x[1] - radius, x[0] + radius, x[1] + radius)
     for j in range(cells.bottom, cells.top):
@@ -45,7 +48,10 @@ def closest_in_buckets(locator: BucketLocator, facets: Facets, x: Vec, radius: f
 
 @kernel
 def _closer(facets: Facets, f: int, x: Vec, best: Closest) -> Closest:
-    """Return the closer of `best` and facet f; most facets are excluded by the distance to their plane alone."""
+    """Return the closer of `best` and facet f; most facets are excluded by the distance to their plane alone.
+
+    x : (3,) m, the point of the search; best : the closest facet so far
+    """
     n, a = stored_normal(facets, f), corner(facets, f, 0)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
         return best

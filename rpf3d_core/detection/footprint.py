@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.detection.bucket_grid import Block, Grid, cell_index, cells_under, common
+from rpf3d_core.detection.bucket_grid import CellRectangle, Grid, cell_index, cells_under, common
 from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
 from rpf3d_core.detection.bucket_patch import Entries, cell_in
 from rpf3d_core.jit.dispatch import kernel, loop
@@ -28,7 +28,7 @@ class Footprint(NamedTuple):
     """
 
     corners: FloatArray
-    block: Block
+    block: CellRectangle
     entries: Entries
     slack: float
 
@@ -96,7 +96,10 @@ def over_what_goes(
 
 @loop
 def _mark(corners: Any, locator: BucketLocator, footprint: Footprint, marks: Any) -> int:
-    """Mark as _SEEN the facets of the ground that touch a facet of the patch; return the number of these facets."""
+    """Mark as _SEEN the facets of the ground that touch a facet of the patch; return the number of these facets.
+
+    corners : (F, 9) m, of the ground; marks : (F,) STAYS, GOES or _SEEN for each facet of the ground, changed
+    """
     count, block = 0, footprint.block
     for j in range(block.bottom, block.top):
         for i in range(block.left, block.right):
@@ -110,8 +113,11 @@ def _mark(corners: Any, locator: BucketLocator, footprint: Footprint, marks: Any
 
 
 @loop
-def _collect(locator: BucketLocator, block: Block, marks: Any, found: Any) -> None:
-    """Write the facets marked _SEEN into `found`, and mark them GOES: the patch removes them."""
+def _collect(locator: BucketLocator, block: CellRectangle, marks: Any, found: Any) -> None:
+    """Write the facets marked _SEEN into `found`, and mark them GOES: the patch removes them.
+
+    block : rectangle of cells around the patch; marks : (F,) as in `_mark`; found : (N,) receives the facets' numbers
+    """
     count = 0
     for j in range(block.bottom, block.top):
         for i in range(block.left, block.right):
@@ -126,7 +132,10 @@ def _collect(locator: BucketLocator, block: Block, marks: Any, found: Any) -> No
 
 @loop
 def _near(thin: Any, grid: Grid, footprint: Footprint, out: Any) -> None:
-    """Write True into `out` for each triangle that touches the patch."""
+    """Write True into `out` for each triangle that touches the patch.
+
+    thin : (N, 9) m, corners of the triangles; out : (N,), changed
+    """
     block = footprint.block
     for f in range(len(thin)):
         cells = common(cells_under(thin, f, footprint.slack, grid), block)
@@ -138,7 +147,11 @@ def _near(thin: Any, grid: Grid, footprint: Footprint, out: Any) -> None:
 
 @loop
 def _beside(edges: Any, vertices: Any, triangles: Any, locator: BucketLocator, marks: Any, out: Any) -> None:
-    """Write True into `out` for each edge that belongs to a facet marked STAYS."""
+    """Write True into `out` for each edge that belongs to a facet marked STAYS.
+
+    edges : (E, 2) vertices; vertices : (V, 3) m and triangles : (F, 3), of the ground
+    marks : (F,) as in `_mark`; out : (E,), changed
+    """
     for e in range(len(edges)):
         a, b = edges[e, 0], edges[e, 1]
         k = _bucket_at(locator, vertices[a, 0], vertices[a, 1])
@@ -150,7 +163,11 @@ def _beside(edges: Any, vertices: Any, triangles: Any, locator: BucketLocator, m
 
 @loop
 def _used(some: Any, vertices: Any, triangles: Any, locator: BucketLocator, marks: Any, out: Any) -> None:
-    """Write True into `out` for each vertex that belongs to a facet marked STAYS."""
+    """Write True into `out` for each vertex that belongs to a facet marked STAYS.
+
+    some : (N,) vertices; vertices : (V, 3) m and triangles : (F, 3), of the ground
+    marks : (F,) as in `_mark`; out : (N,), changed
+    """
     for n in range(len(some)):
         v = some[n]
         k = _bucket_at(locator, vertices[v, 0], vertices[v, 1])
@@ -162,7 +179,10 @@ def _used(some: Any, vertices: Any, triangles: Any, locator: BucketLocator, mark
 
 @loop
 def _over(points: Any, corners: Any, locator: BucketLocator, marks: Any, out: Any) -> None:
-    """Write True into `out` for each point that lies, in plan, in a facet marked GOES."""
+    """Write True into `out` for each point that lies, in plan, in a facet marked GOES.
+
+    points : (N, 2) m; corners : (F, 9) m, of the ground; marks : (F,) as in `_mark`; out : (N,), changed
+    """
     for n in range(len(points)):
         px, py = points[n, 0], points[n, 1]
         k = _bucket_at(locator, px, py)
@@ -187,7 +207,10 @@ def _has(triangles: Any, f: int, v: int) -> bool:
 
 @kernel
 def _holds(corners: Any, f: int, px: float, py: float) -> bool:
-    """True if a point lies in facet f in plan, edges included; the winding of the facet does not matter."""
+    """True if a point lies in facet f in plan, edges included; the winding of the facet does not matter.
+
+    corners : (F, 9) m; px, py : m, the point
+    """
     left, right = False, False
     for k in range(3):
         ax, ay = corners[f, 3 * k], corners[f, 3 * k + 1]
@@ -225,7 +248,10 @@ def _touch(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
 
 @kernel
 def _parts(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
-    """True if one side of triangle f separates the triangles f and g in plan, by more than the slack (m)."""
+    """True if one side of triangle f separates the triangles f and g in plan, by more than the slack (m).
+
+    one, other : (S, 9) m, arrays of corners that contain triangle f and triangle g
+    """
     for k in range(3):
         ax, ay = one[f, 3 * k], one[f, 3 * k + 1]
         ux, uy = one[f, 3 * ((k + 1) % 3)] - ax, one[f, 3 * ((k + 1) % 3) + 1] - ay

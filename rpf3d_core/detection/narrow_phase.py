@@ -217,6 +217,8 @@ def _goes_beside(facets: Facets, f: int, arc: Arc, side: float) -> bool:
 
     A rock that moves along the edge between two facets may leave both facets by rounding, at a T-junction or at the
     foot of a wall. One of the facets must still carry the rock.
+
+    side : side of facet f on which the rock is, as in `Contact`
     """
     if facets.tolerance < facets.crack:
         return False
@@ -230,6 +232,8 @@ def _approach(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
     For a rock at rest, the result is the pull (m/s^2) instead: the component of gravity along facet f if the direction
     of descent leads onto facet f, otherwise 0. So among several facets under a rock at rest, the facet with the
     steepest descent wins.
+
+    n : (3,) normal of facet f; t : time when the rock meets the plane (s)
     """
     if t == 0.0 and arc.v[0] == 0.0 and arc.v[1] == 0.0 and arc.v[2] == 0.0:
         down = gravity_along(n, arc.gravity)
@@ -306,6 +310,8 @@ def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
     facet just outside this facet, and would then pass between the two facets. So the arc meets facet f where it
     crosses the edge of facet f, if it is then at most NEAR tolerances below the plane. If the arc is above the plane at
     the edge, after a bounce off the neighbouring facet, it meets facet f where it falls back onto the plane.
+
+    n : (3,) normal of facet f
     """
     v = velocity(arc, t)
     later = time_into(facets, f, position(arc, t), v, (0.0, 0.0, -arc.gravity), 0.0)
@@ -328,6 +334,8 @@ def _came_over_edge(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> bool:
 
     A rock that flies in the plane of one facet may pass to a neighbouring facet that bends away. Rounding then puts the
     rock just behind the neighbouring facet at the common edge, although the rock has never been in the ground.
+
+    n : (3,) normal of facet f
     """
     p, v = position(arc, t), velocity(arc, t)
     since = math.inf

@@ -29,6 +29,8 @@ def packed_box(low_x: int, high_x: int, low_y: int, high_y: int) -> int:
     """Return the box of a facet, given in parts of a cell, as four bytes.
 
     The two upper ends are stored as their distance from the last part, so that each byte is smaller for a larger box.
+
+    low_x, high_x, low_y, high_y : first and last part along x and along y, 0 to PARTS - 1
     """
     return low_x | (PARTS - 1 - high_x) << 8 | low_y << 16 | (PARTS - 1 - high_y) << 24
 
@@ -39,6 +41,8 @@ def packed_probe(low_x: int, high_x: int, low_y: int, high_y: int) -> int:
 
     Each byte is the largest value that the same byte of a packed box may have if both boxes overlap. The highest bit of
     each byte, its guard bit, is set.
+
+    low_x, high_x, low_y, high_y : as in `packed_box`
     """
     return GUARDS | high_x | (PARTS - 1 - low_x) << 8 | high_y << 16 | (PARTS - 1 - low_y) << 24
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rpf3d_core.detection.bucket_grid import Block, Grid, bands, cells_under, common
+from rpf3d_core.detection.bucket_grid import CellRectangle, Grid, bands, cells_under, common
 from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.jit.memory import Memory, Share, fresh, one_by_one
 from rpf3d_core.terrain.facet_geometry import REACH
@@ -58,7 +58,7 @@ def slabs_of(facets: Facets, grid: Grid, memory: Memory = fresh, share: Share = 
     slabs = Slabs(memory("planes", 4 * int(first[-1]), np.float64), first[:-1])
     table, slack = slab_table(slabs, grid.nx), REACH * facets.tolerance
 
-    def over(band: Block) -> None:
+    def over(band: CellRectangle) -> None:
         _clear(table, band)
         _sum_normals(facets.corners, facets.normals, slack, grid, band, table.planes)
         _lean(table, band)
@@ -90,23 +90,23 @@ def slab_row(table: SlabTable, level: int, i: int, j: int) -> int:
 
 
 @kernel
-def cells_of(block: Block, level: int) -> Block:
+def cells_of(block: CellRectangle, level: int) -> CellRectangle:
     """Return the cells of a level (cell size) that a rectangle of buckets touches."""
     shift = SHIFT * level
-    return Block(
+    return CellRectangle(
         left=block.left >> shift, right=((block.right - 1) >> shift) + 1,
         bottom=block.bottom >> shift, top=((block.top - 1) >> shift) + 1,
     )  # fmt: skip
 
 
 @loop
-def _clear(table: SlabTable, block: Block) -> None:
+def _clear(table: SlabTable, block: CellRectangle) -> None:
     """Set the slabs over a rectangle of buckets, at all levels, to the initial values: normal 0, height -inf."""
     clear_block(table, block)
 
 
 @kernel
-def clear_block(table: SlabTable, block: Block) -> None:
+def clear_block(table: SlabTable, block: CellRectangle) -> None:
     """Set the slabs over a rectangle of buckets, at all levels, to the initial values: normal 0, height -inf."""
     planes = table.planes
     for level in range(LEVELS):
@@ -118,10 +118,13 @@ def clear_block(table: SlabTable, block: Block) -> None:
 
 
 @loop
-def _sum_normals(corners: Any, normals: Any, slack: float, grid: Grid, band: Block, planes: Any) -> None:
+def _sum_normals(corners: Any, normals: Any, slack: float, grid: Grid, band: CellRectangle, planes: Any) -> None:
     """Add up the normals of the facets in each bucket of a band of rows; the sum gives the direction of the slab.
 
     The loop runs over facets and not over buckets, to read memory in order.
+
+    corners, normals : (F, 9) m and (F, 3), of all facets; slack : m by which each facet is widened
+    band : the rows, from `bands`; planes : (C, 4) as in `SlabTable`, changed
     """
     for f in range(corners.shape[0]):
         cells = common(cells_under(corners, f, slack, grid), band)
@@ -141,13 +144,13 @@ def add_normal(normals: Any, f: int, planes: Any, row: int) -> None:
 
 
 @loop
-def _lean(table: SlabTable, block: Block) -> None:
+def _lean(table: SlabTable, block: CellRectangle) -> None:
     """Compute the unit normals of the slabs over a rectangle of buckets, at all levels, from sums of normals."""
     lean_upwards(table, block)
 
 
 @kernel
-def lean_upwards(table: SlabTable, block: Block) -> None:
+def lean_upwards(table: SlabTable, block: CellRectangle) -> None:
     """Compute the unit normals of the slabs at all levels from the sums of normals of a rectangle of buckets.
 
     The sum of a wider cell is the sum of its buckets. Where the normals cancel out, or their sum points downwards, the
@@ -169,7 +172,10 @@ def lean_upwards(table: SlabTable, block: Block) -> None:
 
 @kernel
 def _lean_one(planes: Any, row: int) -> None:
-    """Scale the normal of one slab to length 1; make it vertical if it is too short or points downwards."""
+    """Scale the normal of one slab to length 1; make it vertical if it is too short or points downwards.
+
+    planes : (C, 4) as in `SlabTable`; row : of the slab in `planes`
+    """
     x, y, z = planes[row, 0], planes[row, 1], planes[row, 2]
     length = math.sqrt(x * x + y * y + z * z)
     if z >= 0.0 and length > 0.5:
@@ -179,7 +185,7 @@ def _lean_one(planes: Any, row: int) -> None:
 
 
 @loop
-def _raise_over_facets(corners: Any, slack: float, grid: Grid, band: Block, table: SlabTable) -> None:
+def _raise_over_facets(corners: Any, slack: float, grid: Grid, band: CellRectangle, table: SlabTable) -> None:
     """Raise the slabs over a band of rows of buckets, at all levels, so that every facet lies below its slabs."""
     for f in range(corners.shape[0]):
         under = common(cells_under(corners, f, slack, grid), band)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.arc import Arc
-from rpf3d_core.detection.bucket_grid import Block, Grid, cell_index, cells_between
+from rpf3d_core.detection.bucket_grid import CellRectangle, Grid, cell_index, cells_between
 from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
 from rpf3d_core.detection.contact import PreviousContact, first_contact, plain_locator, radius_of
 from rpf3d_core.detection.slabs import LEVELS, SHIFT, flies_over, width_of
@@ -165,7 +165,7 @@ def _reaches_into(facets: Facets, f: int, low: Vec, high: Vec) -> bool:
 
 
 @kernel
-def _first_shared(locator: BucketLocator, facets: Facets, f: int, cells: Block, i: int, j: int) -> bool:
+def _first_shared(locator: BucketLocator, facets: Facets, f: int, cells: CellRectangle, i: int, j: int) -> bool:
     """True if facet f must be tested in the cell in column i and row j, so that a search tests each facet only once.
 
     cells : rectangle of cells that the search visits. A facet is tested in the first of them that its box touches.

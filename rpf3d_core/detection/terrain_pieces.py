@@ -95,7 +95,10 @@ def nothing_on_way(pieces: object, facets: Facets, x: Vec, way: Vec, left: Previ
 
 @contact_on_way.rule(TerrainPieces)
 def piece_on_way(pieces: TerrainPieces, facets: Facets, x: Vec, way: Vec, left: PreviousContact) -> Contact:
-    """Return the first contact with a facet of another piece on a straight path along the ground."""
+    """Return the first contact with a facet of another piece on a straight path along the ground.
+
+    x : (3,) m, start of the path; way : (3,) m, from start to end; left : the contact from which the rock starts
+    """
     if not pieces.overlap or dot(way, way) == 0.0:
         return NO_CONTACT
     on = OnGround(facet=left.facet, other=left.other, side=left.side, number=pieces.number, rims=pieces.rims)

@@ -40,6 +40,7 @@ def _lies_first(facets: Facets, f: int, g: int, arc: Arc, t: float, n: Vec) -> b
     plane: then the reported facet depends on the order of the facets in the file.
 
     n : (3,) normal of the plane
+    t : time of the contact on the arc (s)
     """
     p, v = position(arc, t), velocity(arc, t)
     way = without(v, n) if v[0] != 0.0 or v[1] != 0.0 or v[2] != 0.0 else gravity_along(n, arc.gravity)

@@ -133,6 +133,7 @@ def _passes(quest: Against, tolerance: float, m: Vec, along: Vec, distance: floa
 
     m : (3,) unit, from the edge or corner to the sphere's centre; along : (3,) unit, along the edge, zero for a corner
     distance : m, of the centre from the edge or corner
+    quest : the search, with the vector `way`; tolerance : of the terrain, m
     """
     way = without(quest.way, along)
     toward, clear = dot(m, way) * distance, quest.radius - ON_RIM * tolerance

@@ -69,7 +69,10 @@ def always(layer: DragLayer) -> bool:
 
 @in_air.rule(DragLayer)
 def braked_by_the_layer(layer: DragLayer, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
-    """Return the motion of a rock that the layer alone has braked for t seconds: the exact solution v exp(-c t / m)."""
+    """Return the motion of a rock that the layer alone has braked for t seconds: the exact solution v exp(-c t / m).
+
+    height : of the rock above the ground (m), as in `in_air`
+    """
     if height >= layer.height or not stands_at(layer.edges, motion.x):
         return motion
     mass = rock.rock.mass  # type: ignore[union-attr]  # asks_rock: the rock is never None

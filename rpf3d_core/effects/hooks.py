@@ -68,6 +68,8 @@ def felt_normal(effect: object, n: Vec, motion: Motion, rock: RockContext) -> Ve
 
     n (3,) is turned against the velocity. The caller uses n instead of the result if v . result >= 0, or if the rebound
     with the result would send the rock into the ground.
+
+    motion : just before the impact
     """
 
 
@@ -89,6 +91,7 @@ def in_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Ve
 
     A rule may change v and w, but not position and time. zone, surface : zone of the facet that the rock hits, and
     surface properties there; n : (3,) normal from `felt_normal`
+    motion : just before the impact
     """
 
 
@@ -258,7 +261,10 @@ def past_it(effect: object, motion: Motion, number: int, met: int, rock: RockCon
 
 @at_obstacle.rule(Chain)
 def by_its_effect(chain: Chain, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the result for a rock that meets an obstacle, by the effect to which this obstacle belongs."""
+    """Return the result for a rock that meets an obstacle, by the effect to which this obstacle belongs.
+
+    number : of the obstacle; met : as in `at_obstacle`; chain : the effects
+    """
     one = at_obstacle(chain.head, motion, number, met, rock)
     if one.outcome != MOVING:
         return one  # type: ignore[no-any-return]

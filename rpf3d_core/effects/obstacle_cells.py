@@ -74,6 +74,7 @@ def _cell_indices(points: FloatArray, begin: FloatArray, cell: float, nx: int, n
     """Return column and row (N, 2) of the cells that contain points (N, 2) m; outside the grid, of the nearest cells.
 
     begin : (2,) m, corner of the grid; cell : side of a cell (m)
+    nx, ny : numbers of columns and rows of the grid
     """
     return np.clip(np.floor((points - begin) / cell).astype(np.int64), 0, [nx - 1, ny - 1])
 
@@ -83,6 +84,7 @@ def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, rock
     """Return the time (s), 0 to `until`, at which a rock on an arc meets obstacle k; inf if never. One rule per kind.
 
     passed : index of the obstacle of this kind that the rock met last and has passed; below 0 for none
+    obstacles : all obstacles of one kind; until : s, later meetings do not count
     """
 
 
@@ -96,6 +98,7 @@ def first_in_cells(
     meeting with the smallest index is returned.
 
     passed : index of the obstacle of this kind that the rock met last; below 0 for none
+    obstacles : all obstacles of the kind, with the cells in which they lie
     """
     cells, best = obstacles.cells, NO_MEETING
     if not _comes_near(cells, arc, until):

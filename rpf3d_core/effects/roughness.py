@@ -101,7 +101,10 @@ def spread_normal(effect: SpreadRoughness, n: Vec, motion: Motion, rock: RockCon
 
 @kernel
 def _normal_tilt(sd: float, rock: RockContext, stream: int) -> float:
-    """Return a random tilt (rad) of the normal for the next impact, with standard deviation `sd`, within +-STEEPEST."""
+    """Return a random tilt (rad) of the normal for the next impact, with standard deviation `sd`, within +-STEEPEST.
+
+    sd : rad; stream : purpose of the random number, which makes it independent of the others
+    """
     tilt = sd * standard_normal(_drawn(rock, stream))
     return min(max(tilt, -STEEPEST), STEEPEST)
 

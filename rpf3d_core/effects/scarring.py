@@ -98,6 +98,8 @@ def volume_from_ahead(depth: float, radius: float) -> float:
 
     With cos(phi) = 1 - depth / R, the area is R^2 (phi - sin(phi) cos(phi)), and its integral is R^3 (sin(phi) - phi
     cos(phi) - sin(phi)^3 / 3). At depths d where this formula loses digits, 8 / 15 sqrt(2 R) d^(5/2) replaces it.
+
+    depth : of the sphere's lowest point below the ground, m; radius : R, m
     """
     if depth >= 2.0 * radius:
         return math.pi * radius * radius * (depth - radius)
@@ -112,7 +114,10 @@ def volume_from_ahead(depth: float, radius: float) -> float:
 def through_the_scar(
     scarring: Scarring, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext
 ) -> Motion:  # fmt: skip
-    """Return the motion of a rock at the end of its scar in soft ground, after the losses by soil drag and friction."""
+    """Return the motion of a rock after it has ploughed a scar into soft ground: soil drag and friction have slowed it.
+
+    motion : at first contact; n : unit normal of the ground; zone : of the ground
+    """
     into = -dot(motion.v, n)
     if into <= 0.0:
         return motion
@@ -130,6 +135,7 @@ def driven_through(depth: float, aside: float, radius: float) -> float:
     """Return the volume of soil (m3) that a sphere displaces on its path down to a depth (m).
 
     aside : distance along the plane per metre of depth (-)
+    radius : of the sphere, m
     """
     ahead = aside * volume_from_ahead(depth, radius)
     above = volume_from_above(depth, radius)

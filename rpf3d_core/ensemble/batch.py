@@ -92,7 +92,10 @@ def joined_batches(batches: Sequence[Batch]) -> Batch:
 
 
 def with_ends(written: Written, finals: FloatArray, counts: IntArray) -> Batch:
-    """Return a batch of N rocks from their records and their final results, as in `Batch`."""
+    """Return a batch of N rocks from their records and their final results, as in `Batch`.
+
+    written : the records; finals, counts : final results of the N rocks, as in `Batch`
+    """
     return Batch(**vars(written), finals=finals, counts=counts)
 
 

@@ -114,6 +114,8 @@ def _sized(
     """Return the size law of the fragments of each of N broken rocks (N, 2), and the number of its fragments (N,).
 
     The columns of the size law are the exponent, and the share of the rock's volume in the largest fragment (-).
+
+    releases : of the parents; broken : the rocks that broke; compiled : True for the compiled engine
     """
     mass, radius = releases.mass[broken.rows], releases.radius[broken.rows]
     cascades, counts = np.empty((len(mass), 2)), np.empty(len(mass), dtype=np.int64)
@@ -159,7 +161,10 @@ def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: 
 
 @loop
 def _size_all(effect: Fragmentation, mass: Any, radius: Any, v: Any, n: Any, cascades: Any, counts: Any) -> None:
-    """Write the size law of the fragments of N rocks into cascades (N, 2), and their number into counts (N,)."""
+    """Write the size law of the fragments of N rocks into cascades (N, 2), and their number into counts (N,).
+
+    mass, radius : (N,) kg and m; v, n : (N, 3) velocity (m/s) after the impact and normal of the ground
+    """
     for i in range(len(mass)):
         rock = Rock(mass[i], radius[i])
         off = v[i, 0] * n[i, 0] + v[i, 1] * n[i, 1] + v[i, 2] * n[i, 2]

@@ -104,6 +104,8 @@ def releases_of(
     InputError
         `above_ground` at a position without terrain; the message names the source and the position in input
         coordinates.
+
+    rock : size of the rocks; first : row of the first release to draw; count : number of releases, None for all
     """
     ranges = ranges_of([source.rocks for source in sources], first, count)
     return releases_in(sources, ranges, rock, seed, engine, frame)
@@ -182,7 +184,10 @@ def share_out(sources: Sequence[int], total: int) -> list[int]:
 
 
 def _positions(source: Source, number: int, rocks: IntArray, seed: int, engine: Engine, frame: Frame) -> FloatArray:
-    """Return the release positions (R, 3) m of the rocks of a source, from their numbers (R,)."""
+    """Return the release positions (R, 3) m of the rocks of a source, from their numbers (R,).
+
+    number : of the source, from 0, which selects the random numbers; rocks : (R,) numbers of the rocks
+    """
     if source.triangles is not None:
         purposes = (Purpose.IN_AREA, Purpose.ACROSS_FACET, Purpose.ALONG_FACET)
         places = places_on(source.triangles, *(uniform(seed, number, rocks, purpose) for purpose in purposes))
@@ -198,14 +203,20 @@ def _positions(source: Source, number: int, rocks: IntArray, seed: int, engine: 
 
 
 def _velocities(source: Source, number: int, rocks: IntArray, seed: int) -> FloatArray:
-    """Return the release velocities (R, 3) m/s of the rocks of a source, from their numbers (R,)."""
+    """Return the release velocities (R, 3) m/s of the rocks of a source, from their numbers (R,).
+
+    number, rocks : as in `_positions`
+    """
     purposes = (Purpose.VELOCITY_X, Purpose.VELOCITY_Y, Purpose.VELOCITY_Z)
     spread = _spread(source.velocity_spread, purposes, seed, number, rocks)
     return spread + (np.array(source.velocity) if source.throw is None else _thrown(source.throw, number, rocks, seed))
 
 
 def _thrown(throw: Throw, number: int, rocks: IntArray, seed: int) -> FloatArray:
-    """Return the release velocities (R, 3) m/s of rocks thrown with a drawn speed in a drawn direction."""
+    """Return the release velocities (R, 3) m/s of rocks thrown with a drawn speed in a drawn direction.
+
+    number, rocks : as in `_positions`
+    """
     speed = quantiles(throw.speed, uniform(seed, number, rocks, Purpose.SPEED))
     if throw.spread == 0.0:
         return thrown(throw, speed, speed, speed)

@@ -45,6 +45,8 @@ def pooled_z_p(a: int, n_a: int, b: int, n_b: int) -> float:
     """Return the two-sided p value that two shares are equal, by the pooled z test, for large counts.
 
     The test has no continuity correction; it equals Pearson's chi-square test.
+
+    a, b : numbers of successes of the two samples; n_a, n_b : sizes of the samples
     """
     pooled = (a + b) / (n_a + n_b)
     spread = math.sqrt(pooled * (1.0 - pooled) * (1.0 / n_a + 1.0 / n_b))

@@ -94,6 +94,8 @@ def _visit_area(areas: Areas, visits: Visits, track: Track, mass: float, a: int)
     """Record that a rock is in area number a during each part of its track inside this area.
 
     The crossings with the outlines divide the track into parts. A part lies inside if its middle does.
+
+    mass : of the rock, kg
     """
     crossings, begin = _sorted_crossings(areas, a, track), 0.0
     for k in range(crossings + 1):

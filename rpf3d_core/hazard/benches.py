@@ -151,7 +151,10 @@ def notes_on_unknown(rows: Iterable[Sequence[str]]) -> list[str]:
 
 
 def lost_in_words(lost: int, flown: int) -> str:
-    """Return a warning that rocks (at least one) were lost to holes of the terrain, and what this means for shares."""
+    """Return a warning that rocks (at least one) were lost to holes of the terrain, and what this means for shares.
+
+    lost, flown : numbers of rocks
+    """
     return (
         f"{lost:,} of {flown:,} rocks ({in_percent(lost / flown, SHORT)} %) were lost to holes in the terrain and are "
         "followed no further: each might have come to any zone, cell or area downhill, so a share of 0 there is no "
@@ -222,7 +225,10 @@ def three_figures(value: float) -> str:
 
 
 def _benches(kind: str, names: Sequence[str], layers: Layers, maps: HazardMaps) -> Iterator[Bench]:
-    """Yield a row of the bench table for each of C zones or areas, including those that no rock reached."""
+    """Yield a row of the bench table for each of C zones or areas, including those that no rock reached.
+
+    kind : ZONE or AREA; names : of the C zones or areas; layers : counts in them; maps : hazard maps of the run
+    """
     rocks, deposits = layers.everywhere(layers.rocks, 0), layers.everywhere(layers.deposits, 0)
     energy = layers.everywhere(layers.energy.p95, np.nan)
     for name, reached, stopped, p95 in zip(names, rocks.tolist(), deposits.tolist(), energy.tolist(), strict=True):

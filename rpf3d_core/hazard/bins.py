@@ -91,6 +91,7 @@ def bin_of(bits: int, bins: int, per_octave: int) -> int:
     """Return the number of the bin that a value >= 0 belongs to, at least 0 and at most the last bin.
 
     bits : double-precision bits, read as a whole number, of the value divided by the largest value of the bins
+    bins : number of bins; per_octave : number of bins over which values double
     """
     x = (bits & MANTISSA) * 2.0**-52
     place = bins + ((bits >> 52) - 1023) * per_octave + math.floor(per_octave * (x + BEND * x * (1.0 - x)))
@@ -98,7 +99,10 @@ def bin_of(bits: int, bins: int, per_octave: int) -> int:
 
 
 def bin_edges(top: float, bins: int, per_octave: int) -> FloatArray:
-    """Return the edges (B + 1,) of B bins in ascending order, up to `top`, in the unit of `top`."""
+    """Return the edges (B + 1,) of B bins in ascending order, up to `top`, in the unit of `top`.
+
+    per_octave : number of bins over which values double
+    """
     octave, part = np.divmod(np.arange(bins + 1), per_octave)
     even = part / per_octave
     c = 1.0 + BEND

@@ -102,7 +102,10 @@ class Tallies:
         return replace(self, ground=ground, idle=self.idle if fits else queue.SimpleQueue())
 
     def maps(self, flown: int, area_names: tuple[str, ...], lost: int = 0) -> HazardMaps:
-        """Return the hazard maps of `flown` rocks, of which `lost` were lost to holes."""
+        """Return the hazard maps of `flown` rocks, of which `lost` were lost to holes.
+
+        area_names : names of the areas of interest, in the order of their counts
+        """
         squares, facets, zones, inside = (layers_of(tally) for tally in self._tallies)
         zones, inside = without_passages(zones), without_passages(inside)
         barriers = () if self.barriers is None else self.barriers.figures
@@ -111,7 +114,10 @@ class Tallies:
         )
 
     def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
-        """Return hazard maps with zones and areas of interest only, quickly, for the checks of convergence."""
+        """Return hazard maps with zones and areas of interest only, quickly, for the checks of convergence.
+
+        flown : number of flown rocks; area_names : as in `maps`
+        """
         nothing = layers_of(CellTally(0, self.squares.scales, math.inf))
         zones, inside = (layers_of(tally) for tally in (self.zones, self.inside))
         zones, inside = without_passages(zones), without_passages(inside)
@@ -153,7 +159,10 @@ class Tallies:
         return self.ground if self.compiled else plain_ground(self.ground), areas
 
     def _flown(self, batch: Batch, mass: FloatArray, radius: FloatArray) -> FlownRocks:
-        """Return the records of a batch of flown rocks, with spins if rocks spin."""
+        """Return the records of a batch of flown rocks, with spins if rocks spin.
+
+        mass, radius : (N,) kg and m, of the rocks
+        """
         spins = spins_squared(batch, radius) if self.spins else None
         return flown_rocks(batch, mass, radius, self.gravity, spins)
 

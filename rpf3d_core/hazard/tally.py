@@ -66,6 +66,8 @@ class CellTally:
         """Return an empty tally of the same cells, in the memory of this tally: do not use this tally afterwards.
 
         The cost depends on the number of cells that rocks reached, not on the number of all cells.
+
+        scales : bins of the new tally; limit : as in `CellTally`
         """
         fresh = CellTally(0, scales, limit, self.compiled, self.ways)
         self.slot[self.slots.cell[: self.used]] = -1

@@ -51,9 +51,11 @@ class BackgroundCompiler:
             threading.Thread(target=_listen, args=(process, self._answers), daemon=True).start()
 
     def compile(self, *calls: Call) -> None:
-        """Request the compilation of loops; the caller must call `wait` before it first calls these loops.
+        """Request that the background process compiles loops (compiled functions).
 
-        Otherwise two processes could write the same file in the cache.
+        calls : each loop with example arguments
+
+        Call `wait` before you first call these loops; otherwise two processes could write the same cache file.
         """
         if self._process is not None:
             self._order([(*_address(loop), tuple(map(loop.typeof_pyval, given))) for loop, given in calls])

@@ -26,7 +26,7 @@ Derived from rigid-body mechanics (physics reference 2.3); e_t = 0 for rock: Lei
 from typing import NamedTuple
 
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.kinetics.rebound import Rest, rebound, rest_of_bounces
+from rpf3d_core.kinetics.rebound import RemainingBounces, rebound, rest_of_bounces
 from rpf3d_core.kinetics.rolling_moment import STICKS, impulses_of
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext
@@ -61,7 +61,10 @@ class CoulombSphere(NamedTuple):
 
 @kernel
 def slip_of(v: Vec, w: Vec, n: Vec, radius: float) -> Vec:
-    """Return the slip (3,) m/s of a sphere: the velocity of its contact point along the ground with unit normal n."""
+    """Return the slip (3,) m/s of a sphere: the velocity of its contact point along the ground with unit normal n.
+
+    v : (3,) m/s, velocity of the centre; w : (3,) rad/s, spin; radius : of the sphere, m
+    """
     return without(add(v, scale(-radius, cross(w, n))), n)
 
 
@@ -70,6 +73,7 @@ def kicked(motion: Motion, n: Vec, radius: float, k: float, slip: Vec) -> Motion
     """Return the motion of a sphere after a friction impulse k (m/s, per mass) at its contact point, against the slip.
 
     slip : (3,) m/s, from `slip_of`
+    n : (3,) unit normal of the ground; radius : of the sphere, m
     """
     speed = norm(slip)
     if speed == 0.0 or k == 0.0:
@@ -101,6 +105,7 @@ def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: floa
 
     friction : largest friction impulse, per mass (m/s); moment : largest rolling moment, per mass and radius (m/s)
     e_t : tangential restitution (-)
+    n : (3,) unit normal of the ground
     """
     u, s, factor = without(motion.v, n), scale(radius, cross(motion.w, n)), 1.0 + e_t
     given = impulses_of(u, s, friction / factor, moment / factor)
@@ -111,11 +116,11 @@ def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: floa
 @rest_of_bounces.rule(CoulombSphere)
 def sphere_rest(
     model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
-) -> Rest:
-    """Return a `Rest` without further bounces: the sphere stays on the ground at once, unless R_n is 1.
+) -> RemainingBounces:
+    """End the bounces at once, unless R_n is 1: the sphere stays on the ground and keeps its speed along the ground.
 
     Small bounces would push on the ground, on average, as much as a sphere that stays on the ground. With R_n = 1 the
     bounces never die out.
     """
     v = subtract(motion.v, scale(dot(motion.v, n), n))
-    return Rest(along=ZERO, down=ZERO, v=v, t=0.0, ends=surface.R_n < 1.0)
+    return RemainingBounces(along=ZERO, down=ZERO, v=v, t=0.0, ends=surface.R_n < 1.0)

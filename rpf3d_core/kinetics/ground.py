@@ -38,7 +38,10 @@ class Law(NamedTuple):
 
 @model_function
 def law_on_facet(ground: object, surface: Surface, n_z: float, gravity: float) -> Law:
-    """Return the law of motion of a ground model on a facet whose unit normal has the vertical component n_z > 0."""
+    """Return the law of motion of a ground model on a facet whose unit normal has the vertical component n_z > 0.
+
+    surface : surface properties of the facet; gravity : m/s^2, above 0
+    """
 
 
 @model_function
@@ -51,7 +54,10 @@ def law_in_gully(ground: object, first: Surface, second: Surface, pushes: tuple[
 
 @law_on_facet.rule(Sliding)
 def coulomb_on_facet(ground: Sliding, surface: Surface, n_z: float, gravity: float) -> Law:
-    """Return the law of motion of a rock that slides on a facet: k = mu g_n, g_n the gravity normal to the facet."""
+    """Return the law of motion of a rock that slides on a facet: k = mu g_n, g_n the gravity normal to the facet.
+
+    n_z : vertical component of the facet's unit normal; gravity : m/s^2, above 0
+    """
     return Law(share=1.0, friction=surface.mu * gravity * n_z, stop_speed=surface.stop_speed, anywhere=False)
 
 
@@ -59,7 +65,10 @@ def coulomb_on_facet(ground: Sliding, surface: Surface, n_z: float, gravity: flo
 def coulomb_in_gully(
     ground: Sliding, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
 ) -> Law:
-    """Return the law of motion of a rock that slides in a gully: each facet brakes with its own friction and push."""
+    """Return the law of motion of a rock that slides in a gully: each facet brakes with its own friction and push.
+
+    first, second, pushes : as in `law_in_gully`
+    """
     friction = first.mu * pushes[0] + second.mu * pushes[1]
     return Law(share=1.0, friction=friction, stop_speed=max(first.stop_speed, second.stop_speed), anywhere=False)
 

@@ -20,7 +20,7 @@ class ConstantRestitution(NamedTuple):
     """The rebound model with the material's R_n and R_t, independent of speed and angle."""
 
 
-class Rest(NamedTuple):
+class RemainingBounces(NamedTuple):
     """All remaining bounces of a rock on one plane together: displacement, time and final velocity of the rock.
 
     along : (3,) m, displacement due to the speed along the facet; down : (3,) m, displacement due to gravity
@@ -40,16 +40,22 @@ class Rest(NamedTuple):
 def rebound(model: object, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a rock just after an impact on ground of unit normal n; one rule per rebound model.
 
-    model : parameters of the rebound model; motion : just before the impact, with v . n <= 0. A rule returns a motion
-    with v . n >= 0
+    model : parameters of the rebound model; surface : coefficients of the ground at the impact
+    motion : just before the impact, with v . n <= 0
+    A rule returns a motion with v . n >= 0.
     """
 
 
 @model_function
-def rest_of_bounces(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
+def rest_of_bounces(
+    model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
+) -> RemainingBounces:
     """Return the sum of all further bounces of a rock, so that small bounces need not be simulated one by one.
 
-    One rule per rebound model. motion : just after an impact on a plane of normal n (3,)
+    One rule per rebound model.
+
+    model : parameters of the rebound model; surface : coefficients of the ground
+    motion : just after an impact on a plane of normal n (3,); gravity : m/s2, above 0
     """
 
 
@@ -75,13 +81,13 @@ def lumped(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 @rest_of_bounces.rule(ConstantRestitution)
 def constant_rest(
     model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
-) -> Rest:
+) -> RemainingBounces:
     """Return the sum of all remaining bounces on a plane, for the constant model."""
     return sum_of_bounces(surface.R_n, surface.R_t, motion, n, gravity)
 
 
 @kernel
-def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -> Rest:
+def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -> RemainingBounces:
     """Return the sum of all remaining bounces on a plane for constant R_n = r and R_t = q: a geometric series.
 
     motion : just after an impact on a plane of normal n (3,). Source: validation reference 2.2.
@@ -99,26 +105,34 @@ def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -
     u = without(motion.v, n)
     T = 2.0 * max(dot(motion.v, n), 0.0) / g_n
     if T == 0.0:
-        return Rest(along=ZERO, down=ZERO, v=u, t=0.0, ends=True)
+        return RemainingBounces(along=ZERO, down=ZERO, v=u, t=0.0, ends=True)
     weight = (r * q / (1.0 - r * q) + 0.5) / (1.0 - r * r)
     t = T / (1.0 - r)
     v = add(u, scale(t, g_t)) if q == 1.0 else ZERO
-    return Rest(along=scale(T / (1.0 - r * q), u), down=scale(weight * T * T, g_t), v=v, t=t, ends=True)
+    return RemainingBounces(along=scale(T / (1.0 - r * q), u), down=scale(weight * T * T, g_t), v=v, t=t, ends=True)
 
 
 @kernel
-def endless(motion: Motion) -> Rest:
-    """Return the `Rest` of bounces that never die out or have no known sum: each bounce is computed as a flight."""
-    return Rest(along=ZERO, down=ZERO, v=motion.v, t=0.0, ends=False)
+def endless(motion: Motion) -> RemainingBounces:
+    """Keep all bounces, because they never die out or have no known sum: each bounce is computed as a flight.
+
+    motion : just after an impact
+    """
+    return RemainingBounces(along=ZERO, down=ZERO, v=motion.v, t=0.0, ends=False)
 
 
 @kernel
-def at_once(motion: Motion, n: Vec) -> Rest:
-    """Return a `Rest` without further bounces: the rock stays on the ground and keeps its speed along the ground."""
-    return Rest(along=ZERO, down=ZERO, v=without(motion.v, n), t=0.0, ends=True)
+def at_once(motion: Motion, n: Vec) -> RemainingBounces:
+    """End the bounces at once: the rock stays on the ground and keeps its speed along the ground.
+
+    motion : just after an impact on a plane of normal n (3,)
+    """
+    return RemainingBounces(along=ZERO, down=ZERO, v=without(motion.v, n), t=0.0, ends=True)
 
 
 @rest_of_bounces.otherwise
-def no_sum(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
-    """Return a `Rest` without further bounces: the sum of the bounces has no closed form, so they are left out."""
+def no_sum(
+    model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
+) -> RemainingBounces:
+    """End the bounces at once, because the sum of the remaining bounces has no closed form."""
     return at_once(motion, n)

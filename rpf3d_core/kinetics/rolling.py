@@ -26,7 +26,10 @@ class Rolling(NamedTuple):
 
 @law_on_facet.rule(Rolling)
 def rolling_on_facet(ground: Rolling, surface: Surface, n_z: float, gravity: float) -> Law:
-    """Return the law of motion of a rolling rock on a facet: k = A mu_r g_n, symbols as at the top of this file."""
+    """Return the law of motion of a rolling rock on a facet: k = A mu_r g_n, symbols as at the top of this file.
+
+    n_z : vertical component of the facet's unit normal; gravity : g, m/s^2, above 0
+    """
     return Law(
         share=ROLLING_SHARE,
         friction=ROLLING_SHARE * surface.mu_r * gravity * n_z,
@@ -43,6 +46,8 @@ def rolling_in_gully(
 
     The share A of gravity that accelerates the rock is the same as on a facet. This is a simplification: in a groove, A
     would be smaller.
+
+    first, second, pushes : as in `ground.law_in_gully`
     """
     friction = ROLLING_SHARE * (first.mu_r * pushes[0] + second.mu_r * pushes[1])
     return Law(

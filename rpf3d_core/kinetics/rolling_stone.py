@@ -25,7 +25,10 @@ class RollingStone(NamedTuple):
 
 @law_on_facet.rule(RollingStone)
 def stone_on_facet(ground: RollingStone, surface: Surface, n_z: float, gravity: float) -> Law:
-    """Return STONE's law of motion on a facet: k = g sin(atan(mu_r)), the same on any slope."""
+    """Return STONE's law of motion on a facet: k = g sin(atan(mu_r)), the same on any slope.
+
+    n_z : not used by this law; gravity : g, m/s^2, above 0
+    """
     return Law(share=1.0, friction=_deceleration(surface.mu_r, gravity), stop_speed=ground.stop_speed, anywhere=True)
 
 

@@ -245,6 +245,8 @@ def _crossing(path: SlidePath, inward: Vec, distance: float, low: float, high: f
     """Return the path parameter y, between `low` and `high`, at which a sliding rock crosses an edge.
 
     `_height` is >= 0 at `low` and < 0 at `high`. The search is the Illinois method.
+
+    inward, distance : as in `exit_point`; low, high : ends of the range of y
     """
     h_low, h_high = _height(path, inward, distance, low), _height(path, inward, distance, high)
     kept = 0

@@ -128,6 +128,7 @@ def _slide_on_curve(
     The segment ends where the rock leaves the facet, stops or has turned too far (`bend_point`), or at max_time.
 
     leave, stop : path parameter y (`slide_path`) where the rock leaves the facet, and where it stops; inf if never
+    motion : at the begin of the segment; n : (3,) normal of the facet; time_left : s until max_time
     """
     bend = bend_point(path)
     y = min(leave, stop, bend)
@@ -160,6 +161,7 @@ def slide_on_line(
 
     first, second : distance (m) along the slide to the border of the first and of the second facet; inf without a
         second facet
+    time_left : s until max_time
     """
     u, a = line.speed, line.acceleration
     lowest = min(max(stop_speed, CREEP), u) if line.holds else 0.0

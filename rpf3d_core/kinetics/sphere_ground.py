@@ -79,6 +79,7 @@ def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Sur
     """Return the next ground segment of a sphere, which skids or rolls; n : (3,) normal of the ground.
 
     v, slip : (3,) m/s along the ground; g_t : (3,) m/s^2, gravity along the ground; push : of the ground, m/s^2
+    surface : surface properties of the ground; radius : of the sphere, m
     """
     speed, slips = norm(v), norm(slip)
     friction, pull = surface.mu * push, norm(g_t)
@@ -114,6 +115,8 @@ def _most_resistance(v: Vec, g_t: Vec, friction: float) -> float:
 
     A resistance r needs a friction of 2/7 g_t + 5/7 r, where g_t is the gravity along the motion (at rest: down the
     slope). Friction is at most mu N. At this limit 5/7 (g_t - r) = g_t - mu N, as for a rock that slides.
+
+    v : (3,) m/s, velocity of the centre; g_t : (3,) m/s^2, gravity along the ground
     """
     speed = norm(v)
     pull = dot(g_t, v) / speed if speed > 0.0 else norm(g_t)
@@ -125,6 +128,7 @@ def _skidding(direction: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
     """Return the accelerations of a skidding sphere: of the centre (m/s^2) and of the spin (rad/s^2).
 
     direction : (3,) unit vector of the slip; friction : mu N (m/s^2)
+    n : (3,) normal of the ground; g_t : (3,) m/s^2, gravity along the ground; radius : of the sphere, m
     """
     turn = scale(2.5 * friction / radius, cross(n, direction))
     return add(g_t, scale(-friction, direction)), turn
@@ -135,6 +139,7 @@ def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
     """Return the segment on which a sphere skids, which ends when the slip is zero, or slip or velocity turned by TURN.
 
     friction : deceleration by friction, mu N (m/s^2)
+    v, slip, n, g_t, radius : as in `rolling_piece`
     """
     slips = norm(slip)
     direction = scale(1.0 / slips, slip)
@@ -163,6 +168,7 @@ def _rolling(v: Vec, g_t: Vec, resistance: float, direction: Vec, lowest: float)
     """Return the acceleration (3,) m/s^2 of a rolling sphere, and the time (s) until its speed is `lowest`; else inf.
 
     direction : (3,) unit vector against which the rolling resistance (m/s^2) acts; lowest : m/s
+    v : (3,) m/s, velocity of the centre; g_t : (3,) m/s^2, gravity along the ground
     """
     a, speed = scale(1.0 - STICKS, add(g_t, scale(-resistance, direction))), norm(v)
     braking = -dot(a, v) / speed if speed > 0.0 else 0.0
@@ -174,6 +180,7 @@ def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float, radius: float
     """Return the segment on which a sphere rolls, which ends at the stop speed, at speed zero, or after a turn by TURN.
 
     resistance : rolling resistance (m/s^2)
+    v, g_t, radius : as in `rolling_piece`; stop_speed : of the ground, m/s
     """
     speed, pull = norm(v), norm(g_t)
     holds = resistance >= HOLDS * pull

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.detection.bucket_grid import Block
+from rpf3d_core.detection.bucket_grid import CellRectangle
 from rpf3d_core.detection.bucket_locator import BucketLocator
 from rpf3d_core.detection.bucket_patch import Plan, facets_in
 from rpf3d_core.hazard.maps import Raster
@@ -50,7 +50,7 @@ def cells_after(
     east, north = raster.x + raster.cell * columns.stop, raster.y + raster.cell * rows.stop
     i = _span(west, east, locator.x, locator.cell, locator.nx)
     j = _span(south, north, locator.y, locator.cell, locator.ny)
-    near = facets_in(locator, Block(left=i.start, right=i.stop, bottom=j.start, top=j.stop))
+    near = facets_in(locator, CellRectangle(left=i.start, right=i.stop, bottom=j.start, top=j.stop))
     cover(terrain.vertices, np.ascontiguousarray(terrain.triangles[near]), raster, covered, height)
     return TerrainCells(covered, height)
 

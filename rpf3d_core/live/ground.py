@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rpf3d_core.detection.bucket_grid import Block
+from rpf3d_core.detection.bucket_grid import CellRectangle
 from rpf3d_core.detection.bucket_locator import BucketLocator, bucket_locator
 from rpf3d_core.detection.bucket_patch import Plan
 from rpf3d_core.detection.caps import CapFacets
@@ -53,7 +53,7 @@ class Changed(NamedTuple):
     low, high : corners in plan of the box of these facets, m, local frame
     """
 
-    block: Block
+    block: CellRectangle
     low: Plan
     high: Plan
 

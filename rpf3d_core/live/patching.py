@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.detection.bucket_grid import Block
+from rpf3d_core.detection.bucket_grid import CellRectangle
 from rpf3d_core.detection.bucket_locator import BucketLocator
 from rpf3d_core.detection.bucket_patch import Entries, Plan, block_of, entries_of, most_entries
 from rpf3d_core.detection.footprint import (
@@ -46,7 +46,7 @@ class PatchChange(NamedTuple):
     freed: NDArray[np.int64]
     vertices: FloatArray
     triangles: NDArray[np.int64]
-    block: Block
+    block: CellRectangle
     entries: Entries
     low: Plan
     high: Plan

@@ -137,7 +137,7 @@ def _moves(folder: Path, scene: dict[str, Any]) -> FloatArray | None:
 
 
 def _terrain(path: Path, frame: Frame) -> Terrain:
-    """Return the terrain of a result, without its zones."""
+    """Return the terrain of a result, with all facets in one zone; path : the .vtp file of the terrain."""
     mesh = MESH_READERS[".vtp"](path)
     points, every = len(mesh.points), mesh.triangles
     triangles = np.arange(points, dtype=np.int32).reshape(-1, 3) if every is None else every

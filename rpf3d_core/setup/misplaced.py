@@ -87,7 +87,10 @@ def placing_hints(extents: Sequence[Extent], crs: str | None, up: str) -> Iterat
         if not _overlaps(_plan(other, up), _plan(terrain, up)):
             yield from _off_the_terrain(other, terrain, crs, up)
         elif up == "z" and not np.isnan(other.low[2]) and _is_upside_down(other, terrain):
-            yield f"{other.name} has elevations of the other sign than the terrain: does z point down in one of them?"
+            yield (
+                f"{other.name}: its heights have the opposite sign of the terrain's heights: "
+                "does z point down in one of them?"
+            )
 
 
 def _plan(extent: Extent, up: str) -> Box:
@@ -115,7 +118,7 @@ def _terrain_hints(terrain: Extent, crs: str | None, up: str) -> Iterator[str]:
         yield "the terrain looks as if it were in degrees (longitude, latitude); export it in metres, such as in UTM"
     elif _is_too_large(terrain, up):
         yield (
-            f"the terrain is {plain(round(width))} m wide and {plain(round(relief))} m high, more than any slope: is "
+            f"the terrain is larger than any slope, {plain(round(width))} m wide and {plain(round(relief))} m high: is "
             "it in mm or feet? Give its file `unit: mm` or `unit: ft` (`rpf3d new`: --unit mm)"
         )
     if up == "z" and _is_northing_first((low, high)):

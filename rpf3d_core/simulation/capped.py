@@ -72,6 +72,8 @@ def _facets_of_caps(caps: Caps, tolerance: float) -> CapFacets:
     """Return the caps as facets; the zone number of a facet is the outcome of a rock that passes through the facet.
 
     Fewer caps than FEWEST are filled up with dummy facets, which no rock can touch.
+
+    tolerance : of the terrain, m
     """
     missing = max(FEWEST - len(caps.corners), 0)
     corners = np.concatenate([caps.corners, np.zeros((missing, 3, 3)) + _any_corner(caps.corners)])

@@ -169,7 +169,10 @@ Engine = Reference | Compiled
 def follow_bodies(
     compiled: bool, physics: Physics, method: Any, launches: Launches, logbook: Logbook, begin: int
 ) -> int:  # fmt: skip
-    """Fly bodies with a shape, as `Reference.follow` does; the code for bodies is imported here, only if needed."""
+    """Fly bodies with a shape, as `Reference.follow` does; the code for bodies is imported here, only if needed.
+
+    compiled : True for the compiled engine; method : how facets are searched; begin : number of the first rock to fly
+    """
     from rpf3d_core.simulation.bodies.fly import follow_each, follow_in_room
 
     if not compiled:
@@ -258,7 +261,10 @@ def facet_size(facets: Facets) -> float:
 
 
 def precompile_flights(engine: Engine, models: Models, materials: Any, settings: Settings) -> None:
-    """Compile the functions for flights now, so that the first flight starts at once; no action for `Reference`."""
+    """Compile the functions for flights now, so that the first flight starts at once; no action for `Reference`.
+
+    models, materials, settings : of the flights to come; only their types matter
+    """
     if isinstance(engine, Compiled):
         nothing, none = np.empty((0, 3)), np.empty((0, 4), dtype=np.int64)
         first, finals = np.zeros((1, 2), dtype=np.int64), np.empty((0, 8))

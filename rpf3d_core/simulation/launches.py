@@ -51,6 +51,7 @@ def launches_of(parts: Sequence[Any], materials: Any, seed: int, starts: Starts)
     Sizes or keys are None if no model or material of the scene needs them.
 
     parts : parameters of the models and effects of the scene; seed : seed of all random numbers
+    materials : surface properties of the zones; starts : the rocks
     """
     asked = any(getattr(part, "asks_rock", False) for part in parts)
     drawn = not isinstance(materials, Materials) or any(getattr(part, "draws", False) for part in parts)

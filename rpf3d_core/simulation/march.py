@@ -149,6 +149,8 @@ def hovers(max_impacts: int, tally: RockTally) -> bool:
 
     A light rock in a strong drag layer sinks by centimetres per second, in segments of a millisecond. Computing such a
     flight down to the ground would take too long.
+
+    max_impacts : largest allowed number of segments, of the settings; tally : running totals of the rock
     """
     return tally.pieces - 2 * tally.contacts >= max(max_impacts, STRETCHES)
 
@@ -164,7 +166,10 @@ def _mid_air(left: PreviousContact) -> PreviousContact:
 
 @kernel
 def _meet(effects: Any, state: State, meeting: Meeting, rock: RockContext, record: Record) -> State:
-    """Return the state after a rock meets an obstacle (barrier or tree), which changes or ends the rock's motion."""
+    """Return the state after a rock meets an obstacle (barrier or tree), which changes or ends the rock's motion.
+
+    effects : parameters of all effects of the scene; meeting : the obstacle; record : receives the meeting
+    """
     before = state.motion
     met = at_obstacle(effects, before, meeting.number, state.tally.meetings, rock_at(rock, state))
     note_impact(record, state.tally, before, met.motion, FIRST_OBSTACLE - meeting.number, against(before.v))

@@ -184,6 +184,7 @@ def note_piece_spins(record: Record, tally: RockTally, begin: Vec, end: Vec) -> 
     """Write the magnitudes (rad/s) of the spins at both ends of the rock's next path segment, if rocks spin.
 
     tally : the rock's running totals, which select the row
+    begin, end : (3,) rad/s, spins at both ends
     """
     i = record.first_piece + tally.pieces
     if i < len(record.modes):

@@ -135,6 +135,7 @@ def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockContex
     """Return True if no obstacle lies on the straight line from x (3,) m to x + way (3,) m, along which a rock bounces.
 
     passed : number of the obstacle that the rock has just passed, which does not count
+    effects : parameters of all effects of the scene
     """
     return first_obstacle(effects, Arc(x=x, v=way, gravity=0.0), passed, 1.0, rock).t == math.inf  # type: ignore[no-any-return]
 
@@ -143,7 +144,7 @@ def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockContex
 def _stays_on(facets: Facets, f: int, x: Vec, along: Vec, down: Vec) -> bool:
     """Return True if all remaining bounces of a rock stay within facet f, so that they can be summed up.
 
-    x : (3,) m, start of the bounces; along, down : (3,) m, their two total displacements, as in `Rest`
+    x : (3,) m, start of the bounces; along, down : (3,) m, their two total displacements, as in `RemainingBounces`
 
     Both displacements grow from bounce to bounce, so every bounce lies in the parallelogram that they span. A facet is
     convex, so it is enough that the corners of the parallelogram lie in the facet.

@@ -153,6 +153,7 @@ def _lift(held: Held, v: Vec, radius: float) -> float:
     """Return by how much the motion around an edge or a corner reduces the push of the sphere on it: v^2 / R (m/s^2).
 
     The result is 0 on the interior of a facet and on two contacts. v : (3,) m/s, velocity of the centre
+    held : the contacts that carry the sphere; radius : of the sphere, m
     """
     if held.contacts != 1 or held.first.face:
         return 0.0
@@ -189,6 +190,7 @@ def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
     common line.
 
     held : the contacts that carry the sphere
+    radius : of the sphere, m
     """
     slip = slip_of(motion.v, motion.w, n, radius)
     if held.contacts == 1:

@@ -62,6 +62,8 @@ def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, 
     v, down : (3,) velocity (m/s) and acceleration (m/s^2) of the sphere
 
     Contacts from which the sphere moves away do not count.
+
+    radius : of the sphere, m
     """
     noise = LEADING * norm(way)
     held = Held(contacts=0, first=NO_TOUCH, second=NO_TOUCH, pushes=(0.0, 0.0), way=way)
@@ -115,6 +117,8 @@ def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
     allows the motion along their common line. Otherwise the three contacts allow no motion.
 
     held : the first two contacts
+    third : the third contact; way : the vector that the contacts block, as in `held_against`
+    noise : component of a direction that counts as zero
     """
     alone = _by_one(third, way)
     if dot(alone.way, held.first.n) >= -noise and dot(alone.way, held.second.n) >= -noise:

@@ -64,7 +64,10 @@ def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion
 
 @kernel
 def _lift_off(touch: Touch, radius: float) -> float:
-    """Return how far (m) to lift a sphere straight up so that it just touches the ground point in `touch`, below it."""
+    """Return how far (m) to lift a sphere straight up so that it just touches the ground point in `touch`, below it.
+
+    radius : of the sphere, m
+    """
     up = touch.t * touch.n[2]
     return math.sqrt(radius * radius - (touch.t - up) * (touch.t + up)) - up
 

@@ -131,6 +131,8 @@ def pivoted(v: Vec, w: Vec, n: Vec, n_end: Vec, radius: float) -> tuple[Vec, Vec
     along e, and rolling along e becomes spin about the normal. If theta is the angle of the turn:
         d v_e / d theta = 2/7 R w_n,   R d w_n / d theta = -v_e
     The energy of both, 7/10 v_e^2 + 1/5 R^2 w_n^2 per unit of mass, stays constant. On a facet n does not turn.
+
+    radius : R of the sphere, m
     """
     axis, about = cross(n, n_end), dot(w, n)
     turn, share = norm(axis), math.sqrt(STICKS)

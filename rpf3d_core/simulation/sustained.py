@@ -92,7 +92,10 @@ def along_piece(
 def along_own_piece(
     pieces: object, physics: Physics, state: State, piece: SlideSegment, rock: RockContext, record: Record
 ) -> State:
-    """Return the state of a rock at the end of a ground segment, or at the first obstacle on the segment."""
+    """Return the state of a rock at the end of a ground segment, or at the first obstacle on the segment.
+
+    piece : the ground segment; record : receives the segment
+    """
     meeting = obstacle_on(physics.effects, state, piece, rock)
     if meeting.t < math.inf:
         n = scale(state.left.side, stored_normal(physics.facets, state.left.facet))
@@ -164,7 +167,10 @@ def _towards(motion: Motion, way: Vec) -> Motion:
 
 @kernel
 def obstacle_on(effects: Any, state: State, piece: SlideSegment, rock: RockContext) -> Meeting:
-    """Return the first obstacle on a ground segment; its t is the share (-) of the segment's chord up to there."""
+    """Return the first obstacle on a ground segment; its t is the share (-) of the segment's chord up to there.
+
+    effects : parameters of all effects of the scene; piece : the ground segment
+    """
     way = subtract(piece.motion.x, state.motion.x)
     return first_obstacle(effects, Arc(x=state.motion.x, v=way, gravity=0.0), state.passed, 1.0, rock_at(rock, state))  # type: ignore[no-any-return]
 

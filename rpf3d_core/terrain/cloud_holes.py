@@ -75,6 +75,7 @@ def _numbers(plan: FloatArray, sides: Index, places: FloatArray) -> Index:
     """Return the number (M,) of the border point that has exactly the coordinates of each place (M, 2) m.
 
     plan : (V, 2) m, points of the mesh; sides : (S, 2) border sides
+    places : (M, 2) m
     """
     border = np.unique(sides)
     number = dict(zip(map(tuple, plan[border].tolist()), border.tolist(), strict=True))

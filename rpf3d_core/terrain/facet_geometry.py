@@ -127,6 +127,8 @@ def on_line(facets: Facets, first: int, second: int, x: Vec) -> Vec:
     """Return the point closest to x (m) on the line where the planes of two facets meet, to put a rock into a gully.
 
     x must lie on the plane of the first facet. If both planes are almost the same, the result is x.
+
+    first, second : numbers of the facets
     """
     n, m = stored_normal(facets, first), stored_normal(facets, second)
     across = without(m, n)

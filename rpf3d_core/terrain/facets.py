@@ -226,9 +226,9 @@ def lay_out_some(vertices: Any, triangles: Any, rows: Any, geometry: Any) -> Non
 
 @loop
 def widen_to_corners(corners: Any, marks: Any, begin: int, end: int, box: Any) -> None:
-    """Extend a box so that it includes the facets from `begin` to `end` - 1, without the facets that are marked.
+    """Extend a box to include all unmarked facets from `begin` to `end` - 1.
 
-    corners : (F, 9) m; marks : (F,) 0 for facets to include; box : (2, 3) m, lowest and highest corner, changed
+    corners : (F, 9) m; marks : (F,) 0 for an unmarked facet; box : (2, 3) m, lowest and highest corner, changed
     """
     for f in range(begin, end):
         if marks[f] == 0:

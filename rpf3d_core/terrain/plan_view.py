@@ -119,6 +119,8 @@ def _pixel_boxes(
 
     The first pixel (N, 2) is column and row; the counts (N, 2) are numbers of columns and rows. Of millions of facets,
     only a few contain a pixel centre: the others are removed by rows first, then by columns.
+
+    shape : number of rows and columns of pixels; vertices : (V, 3), x and y in pixels
     """
     height, width = shape
     row, rows = _pixels(vertices[:, 1], triangles, height)

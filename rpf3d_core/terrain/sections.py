@@ -139,6 +139,8 @@ def _facets_near(terrain: Terrain, begin: FloatArray, end: FloatArray) -> NDArra
     """Return the facets (N,) that a line may cross in plan, to test only these exactly.
 
     A facet cannot cross the line if their boxes do not overlap, or if the facet lies entirely on one side of the line.
+
+    begin, end : (2,) m, ends of the line
     """
     low, high = np.minimum(begin, end), np.maximum(begin, end)
     x, y = (terrain.vertices[:, k] for k in (0, 1))
@@ -154,6 +156,8 @@ def _shares_over(corners: FloatArray, begin: FloatArray, end: FloatArray) -> tup
 
     The second share is below the first share if the facet has no area in plan, or if the line does not cross the facet.
     Source: Cyrus and Beck 1978, Computers and Graphics 3:23-28.
+
+    begin, end : (2,) m, ends of the line
     """
     plan = corners[..., :2]
     u, w = plan[:, 1] - plan[:, 0], plan[:, 2] - plan[:, 0]

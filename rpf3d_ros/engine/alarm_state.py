@@ -88,9 +88,10 @@ class AlarmState:
         self._several = f"alarm and alerts come from different nodes: {', '.join(different)}" if different[1:] else ""
 
     def why_open(self, now: float, clock_ns: int) -> str:
-        """Return why the contact must be open; "" if it may be closed.
+        """Return why the alarm contact must be open; "" if it may be closed.
 
-        now : present time (s, steady clock); clock_ns : present time (ns) of the clock that the simulator's stamps have
+        now : present time (s, steady clock)
+        clock_ns : present time (ns) of the clock from which the simulator takes its stamps
         """
         if self._several or self._lost:
             return self._several or self._lost

@@ -81,8 +81,8 @@ def doubt_of_poses(poses: PoseArray, speed: float) -> str:
     if not turns or speed == 0.0 or any(turn != IDENTITY for turn in turns):
         return ""
     return (
-        f"no pose is rotated, so all rocks are thrown along the x axis of {poses.header.frame_id} at {speed:g} m/s: "
-        "is a direction meant? A quaternion of four zeros means a release from rest"
+        f"all poses are without rotation, so all rocks are thrown along the x axis of {poses.header.frame_id} at "
+        f"{speed:g} m/s: is this intended? A quaternion of four zeros means a release from rest"
     )
 
 
@@ -102,8 +102,11 @@ def sources_of_cloud(cloud: PointCloud2, frame: MapFrame) -> Sources:
     """Return the sources in a point cloud: x, y, z (m), with optional fields diameter (m) and vx, vy, vz (m/s).
 
     A point with a NaN in x, y or z is not a source; a cloud that is not dense may have such points. A NaN in diameter
-    means that the diameter is unknown. Raises MessageRefused as `columns_of_cloud`, for too many points, if no point
-    is valid, for data without points, and for an impossible diameter or velocity.
+    means that the diameter is unknown. A cloud without points gives no sources.
+
+    Raises MessageRefused in the cases of `positions_of_cloud` and `columns_of_cloud`. Also refused are a cloud in a
+    foreign frame, too many points, points that all have a NaN in x, y or z, a cloud that states 0 points but contains
+    data, and an impossible diameter or velocity.
     """
     frame.check(cloud.header.frame_id)
     _check_number(cloud.height * cloud.width)

@@ -85,7 +85,7 @@ def messages_of(bag: Path, namespace: str = "") -> Iterator[Raw]:
 
 @contextmanager
 def _reading(bag: Path) -> Iterator[Any]:
-    """Open the reader of a bag. Raises InputError for every failure while the bag is read."""
+    """Context manager: yield an open reader of a bag. Every failure to open or read the bag becomes an InputError."""
     rosbags = import_rosbags()
     if not bag.exists():
         raise InputError(f"{bag}: there is no such bag")

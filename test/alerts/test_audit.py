@@ -71,14 +71,14 @@ def test_a_changed_byte_in_any_line_is_found(log: Path, place: int) -> None:
     file_of(log).write_bytes(b"".join(lines))
     found = audit_log(log)
     assert not found.sound
-    assert any(f"line {place + 1}: is not as it was written" in finding for finding in found.findings)
+    assert any(f"line {place + 1}: was damaged or changed" in finding for finding in found.findings)
 
 
 @pytest.mark.parametrize("place", range(8))
 def test_a_missing_line_is_found(log: Path, place: int) -> None:
     lines = lines_of(log)
     file_of(log).write_bytes(b"".join(lines[:place] + lines[place + 1 :]))
-    assert any("1 lines before it are missing" in finding for finding in audit_log(log).findings)
+    assert any("1 lines before this line are missing" in finding for finding in audit_log(log).findings)
 
 
 def test_lines_taken_off_the_end_are_found_by_a_hash_that_was_noted_elsewhere(log: Path) -> None:
@@ -103,30 +103,30 @@ def test_a_line_exchanged_for_another_with_a_hash_of_its_own_is_found(log: Path)
     lines[4], _ = line_of(content["n"], content["before"], "decision", facts)
     file_of(log).write_bytes(b"".join(lines))
     (finding,) = audit_log(log).findings
-    assert "line 6: does not follow the line before it" in finding
+    assert "line 6: contains another hash than that of the previous line" in finding
 
 
 def test_a_torn_last_line_is_told(log: Path) -> None:
     file_of(log).write_bytes(file_of(log).read_bytes()[:-30])
     found = audit_log(log)
-    told = "line 9: is torn: its end was never written; what it held cannot be told"
+    told = "line 9: was cut off: its end was never written; its content is unknown"
     assert found.findings == [f"{file_of(log).name}, {told}"]
     assert found.reproduced == len(SHIFT) - 1
 
 
 FORGERIES: dict[str, tuple[Callable[[list[dict]], object], str]] = {
-    "a level": (lambda lines: lines[4]["alert"].update(level="normal"), '`level` is "normal", but decides to'),
+    "a level": (lambda lines: lines[4]["alert"].update(level="normal"), '`level` is "normal", but the audit gets'),
     "a reason": (lambda lines: lines[4]["alert"].update(reasons=["all is well"]), "`reasons` is"),
     "an energy": (lambda lines: lines[4]["evidence"]["areas"][0].update(high=0.01, reached=3), "is not reproduced"),
     "the time": (lambda lines: lines[4].update(now_ns=1), "is not reproduced"),
-    "no number": (lambda lines: lines[4].update(now_ns="yesterday"), "nothing can be decided from what it holds"),
-    "the thresholds": (lambda lines: lines[1].update(text=lines[1]["text"].replace("0.2", "0.9")), "the digest is not"),
-    "no thresholds": (lambda lines: lines.pop(1), "do not stand in the log before it"),
+    "no number": (lambda lines: lines[4].update(now_ns="yesterday"), "the decision cannot be made again"),
+    "the thresholds": (lambda lines: lines[1].update(text=lines[1]["text"].replace("0.2", "0.9")), "the digest does"),
+    "no thresholds": (lambda lines: lines.pop(1), "are not in the log before this line"),
     "a missing field": (lambda lines: lines[4]["alert"].pop("held"), "does not understand the decision"),
     "a strange level": (lambda lines: lines[4]["alert"].update(level="fine"), "does not understand the decision"),
-    "a decision less": (lambda lines: lines.pop(4), "does not go on from the decision before it"),
-    "a strange line": (lambda lines: lines[4].update(kind="note"), "of the kind 'note'"),
-    "another format": (lambda lines: lines[0].update(format=2), "of the format 2, and this version reads 1"),
+    "a decision less": (lambda lines: lines.pop(4), "does not continue the previous decision"),
+    "a strange line": (lambda lines: lines[4].update(kind="note"), "has the kind 'note'"),
+    "another format": (lambda lines: lines[0].update(format=2), "has the format 2, but this version reads"),
     "thresholds of no site": (lambda lines: lines[1].update(text="{}"), "thresholds in the log are not understood"),
 }  # fmt: skip
 
@@ -143,11 +143,11 @@ def test_a_log_written_anew_with_hashes_that_fit_does_not_reproduce(log: Path, c
 
 def test_a_file_that_is_missing_is_found(tmp_path: Path) -> None:
     logged_shift(tmp_path, largest_bytes=4000)
-    assert audit_log(tmp_path / "decisions-000002.jsonl").notes[0].endswith("earlier files are not looked at")
+    assert audit_log(tmp_path / "decisions-000002.jsonl").notes[0].endswith("the audit does not read earlier files")
     (tmp_path / "decisions-000002.jsonl").unlink()
     assert any("files before decisions-000003.jsonl are missing" in finding for finding in audit_log(tmp_path).findings)
     (tmp_path / "decisions-000003.jsonl").write_bytes(b"")
-    assert any("holds nothing" in finding for finding in audit_log(tmp_path).findings)
+    assert any("is empty" in finding for finding in audit_log(tmp_path).findings)
 
 
 def test_another_version_is_made_again_too_and_told(log: Path) -> None:
@@ -195,16 +195,16 @@ def test_the_command_prints_json(log: Path, monkeypatch, capsys) -> None:
 
 def test_a_log_that_is_not_there_is_refused(tmp_path: Path, monkeypatch, capsys) -> None:
     assert refused(monkeypatch, capsys, "audit", tmp_path / "none") == f"{tmp_path / 'none'}: there is no such log"
-    assert refused(monkeypatch, capsys, "audit", tmp_path) == f"{tmp_path}: the folder holds no log of decisions"
+    assert refused(monkeypatch, capsys, "audit", tmp_path) == f"{tmp_path}: the folder has no log of decisions"
 
 
 def test_a_file_that_is_no_log_is_told(tmp_path: Path) -> None:
     (tmp_path / "picture.png").write_bytes(bytes(range(256)) * 4)
-    with pytest.raises(InputError, match="is no log of decisions: none of its 5 lines"):
+    with pytest.raises(InputError, match="is not a log of decisions: none of its 5 lines"):
         audit_log(tmp_path / "picture.png")
     with DecisionLog(tmp_path / "log", "0.1.0"):
         pass
-    with pytest.raises(Exception, match="holds no log"):
+    with pytest.raises(Exception, match="has no log"):
         audit_log(tmp_path / "log")
 
 
@@ -213,7 +213,7 @@ def test_a_log_from_before_areas_had_levels_is_sound_and_says_so(tmp_path: Path)
     rewritten_without(tmp_path / "new", tmp_path / "old", ("areas",))
     audit = audit_log(tmp_path / "old")
     assert audit.sound and audit.decisions == audit.reproduced == len(SHIFT), audit.findings
-    assert len(audit.notes) == 1 and "tells of no areas, as logs once did" in audit.notes[0]
+    assert len(audit.notes) == 1 and "has no `areas`, because an older version wrote it" in audit.notes[0]
     with DecisionLog(tmp_path / "old", "0.1.0") as log:
         assert log.last_alert is not None and log.last_alert.areas == ()
 
@@ -245,7 +245,7 @@ def test_a_log_from_before_levels_had_times_and_causes_is_sound_can_be_continued
     old = rewritten_without(log, tmp_path / "old", names, ("since", "origin", "judged"))
     found = audit_log(old)
     assert found.sound and found.reproduced == len(SHIFT), found.findings
-    assert [note.partition("tells of no ")[2].split(",")[0] for note in found.notes] == list(names)
+    assert [note.partition("has no `")[2].split("`")[0] for note in found.notes] == list(names)
     with DecisionLog(old, "0.2.0") as opened:
         previous, answer, now = opened.last_alert, later(evidence(area(3000)), 9), NOW + 9 * S
         assert previous.since is None

@@ -207,7 +207,7 @@ def test_on_a_full_disk_the_caller_is_told_and_the_log_stays_whole(
     assert [line.get("lost") for line in decisions] == [None, 2, None]
     found = audit_log(tmp_path)
     assert found.reproduced == found.decisions == 3
-    assert any("2 decisions before it could not be written" in finding for finding in found.findings)
+    assert any("2 decisions before this line could not be written" in finding for finding in found.findings)
 
 
 ENDLESS = """

@@ -67,7 +67,7 @@ def test_what_was_decided_while_the_disk_was_full_is_continued_and_the_audit_fai
         assert (log.missing, log.problems) == (0, ())
         assert log.last_alert.held == Level.EVACUATE
     found = audit_log(folder)
-    assert not found.sound and "2 decisions before it could not be written" in found.findings[0]
+    assert not found.sound and "2 decisions before this line could not be written" in found.findings[0]
 
 
 def test_a_line_after_the_missing_decisions_that_is_no_decision_hides_none(folder: Path) -> None:

@@ -13,7 +13,7 @@ import rpf3d_core as rpf3d
 from rpf3d_core.ensemble.fly import Flight, fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.jit.dispatch import HAS_NUMBA, OPTIONS
-from rpf3d_core.kinetics.rebound import Rest, rebound, rest_of_bounces
+from rpf3d_core.kinetics.rebound import RemainingBounces, rebound, rest_of_bounces
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation import engines
@@ -43,8 +43,10 @@ def faulty(model: Faulty, surface: Surface, motion: Motion, n: Vec, rock: RockCo
 
 
 @rest_of_bounces.rule(Faulty)
-def faulty_rest(model: Faulty, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
-    return Rest(ZERO, ZERO, ZERO, 0.0, True)
+def faulty_rest(
+    model: Faulty, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
+) -> RemainingBounces:
+    return RemainingBounces(ZERO, ZERO, ZERO, 0.0, True)
 
 
 @pytest.fixture(autouse=True, scope="module")

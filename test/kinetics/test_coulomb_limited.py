@@ -13,7 +13,7 @@ from property_budget import examples
 from rebounds_named import energy, falling_rock, flight_with, struck
 from scenes_of_facets import ENGINES, down_the_slope, engine_over, fly, incline, same_bits, surface
 
-from rpf3d_core.kinetics.rebound import ConstantRestitution, Rest, rest_of_bounces
+from rpf3d_core.kinetics.rebound import ConstantRestitution, RemainingBounces, rest_of_bounces
 from rpf3d_core.kinetics.rebounds.coulomb_limited import CoulombLimited
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import ZERO, Motion, Outcome, Vec
@@ -90,11 +90,11 @@ def frame_of(case: Case) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return n, down, case.w * n + case.u * (math.cos(b) * down + math.sin(b) * np.array((0.0, 1.0, 0.0)))
 
 
-def summed(case: Case) -> Rest:
+def summed(case: Case) -> RemainingBounces:
     """What the program says."""
     n, _, v = frame_of(case)
     motion = Motion(0.0, ZERO, tuple(v.tolist()), ZERO)
-    rest: Rest = rest_of_bounces(
+    rest: RemainingBounces = rest_of_bounces(
         MODEL, Surface(case.r, case.q, case.mu, 0.5), motion, tuple(n.tolist()), G, falling_rock()
     )
     return rest

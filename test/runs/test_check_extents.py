@@ -281,7 +281,9 @@ def test_elevations_of_the_other_sign_are_noticed(folder):
     (folder / "scene.yaml").write_text(with_models(scene))
     found: list[str] = []
     check_scene(read_scene(folder / "scene.yaml"), lambda _, hints: found.extend(hints))
-    assert found == ["source low has elevations of the other sign than the terrain: does z point down in one of them?"]
+    assert found == [
+        "source low: its heights have the opposite sign of the terrain's heights: does z point down in one of them?"
+    ]
     assert "terrain" in shown
 
 

@@ -45,7 +45,10 @@ class _Content:
         self.text: list[str] | None = None
 
     def start(self, name: str, attributes: dict[str, str]) -> None:
-        """Record the start of an element."""
+        """Begin a point, face or surface, or store an attribute of the file; called by the XML parser.
+
+        name : name of the element that starts, with or without a namespace
+        """
         name = name.rpartition(":")[2]
         if name == "P" and self.surfaces:
             self.point_ids[-1].append(attributes.get("id", ""))
@@ -65,12 +68,15 @@ class _Content:
             self.others.add(name)
 
     def data(self, text: str) -> None:
-        """Record a part of an element's text."""
+        """Store a part of the text of a point or face; called by the XML parser."""
         if self.text is not None:
             self.text.append(text)
 
     def end(self, name: str) -> None:
-        """Record the end of an element."""
+        """Store the text of a finished point (`P`) or face (`F`) in the current surface; called by the XML parser.
+
+        name : name of the element that ends; other elements are ignored
+        """
         if self.text is None:
             return
         name = name.rpartition(":")[2]

@@ -115,6 +115,7 @@ def _visit_span(walk: Walk, f: int, low: float, high: float, height: float) -> N
     """Record a visit to facet f, and its zone, between two times of a track (s), and the height in map cells.
 
     height : largest height (m) above facet f between the two times
+    low, high : the two times
     """
     visit_facet(walk, f, low, high, height)
     _note_heights(walk.ground, walk.scratch.squares, walk.track, f, low, high, height)

@@ -59,7 +59,10 @@ def empty_lines(room: int) -> CacheLines:
 
 
 def found_in(lines: CacheLines, cell: IntArray, place: IntArray) -> Found:
-    """Return the counts of cells (N,) as separate arrays, from the rows `place` (N,) of the cache lines."""
+    """Return the counts of cells (N,) as separate arrays, from the rows `place` (N,) of the cache lines.
+
+    cell : (N,) numbers of the cells
+    """
     long = lines.long[place]
     short, single = long.view(np.uint32), long.view(np.float32)
     return Found(

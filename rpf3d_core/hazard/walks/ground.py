@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from rpf3d_core.detection.bucket_grid import Block
+from rpf3d_core.detection.bucket_grid import CellRectangle
 from rpf3d_core.detection.bucket_locator import BucketLocator
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.walks.sheet import Sheet, sheet_after, unknown_sheet
@@ -26,7 +26,9 @@ def ground_over(facets: Facets, locator: BucketLocator, raster: Raster) -> Walke
     return WalkedTerrain(facets=facets, locator=locator, sheet=unknown_sheet(facets, locator), raster=raster)
 
 
-def ground_after(before: WalkedTerrain, facets: Facets, locator: BucketLocator, changed: Block) -> WalkedTerrain:
+def ground_after(
+    before: WalkedTerrain, facets: Facets, locator: BucketLocator, changed: CellRectangle
+) -> WalkedTerrain:
     """Return the terrain below the paths after some facets have changed; `before` must not be used afterwards.
 
     changed : the buckets (search squares) with changed facets. The result reuses the memory of `before`.

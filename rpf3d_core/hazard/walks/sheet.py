@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rpf3d_core.detection.bucket_grid import Block, cell_index
+from rpf3d_core.detection.bucket_grid import CellRectangle, cell_index
 from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
 from rpf3d_core.detection.bucket_patch import block_of, facets_in
 from rpf3d_core.detection.plan_boxes import overlap
@@ -61,7 +61,7 @@ def unknown_sheet(facets: Facets, locator: BucketLocator) -> Sheet:
     )
 
 
-def sheet_after(sheet: Sheet, facets: Facets, locator: BucketLocator, changed: Block) -> Sheet:
+def sheet_after(sheet: Sheet, facets: Facets, locator: BucketLocator, changed: CellRectangle) -> Sheet:
     """Return the sheet after some facets have changed: every value that may differ becomes UNKNOWN.
 
     The result reuses the memory of `sheet`. All old and new places of changed facets are in the buckets `changed`. A

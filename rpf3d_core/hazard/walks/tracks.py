@@ -134,6 +134,8 @@ def slide_point(pieces: Any, p: int, share: float) -> Vec:
     """Return the position (3,) m of a rock on slide p after a share of the slide's time (-).
 
     It lies on the cubic curve with the positions and velocities at both ends of the slide.
+
+    pieces : (P, columns) path segments, as in `track_of`; p : row of the slide
     """
     if share >= 1.0:
         return pieces[p + 1, 1], pieces[p + 1, 2], pieces[p + 1, 3]

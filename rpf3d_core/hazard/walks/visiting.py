@@ -86,7 +86,10 @@ def _fits(scratch: Scratch) -> bool:
 
 @kernel
 def _of_pieces(spins: Any) -> Any:
-    """Return the rotational energies at the ends of path segments for `tracks.track_of`; None if rocks do not spin."""
+    """Return the rotational energies at the ends of path segments for `tracks.track_of`; None if rocks do not spin.
+
+    spins : as in `FlownRocks`
+    """
     if spins is None:
         return None
     return spins.pieces
@@ -97,6 +100,7 @@ def _note_impact_energy(visits: Visits, k: int, spins: Any, q: int, speed2: floa
     """Record the energy with rotation just before impact number q in visit k; do nothing if rocks do not spin.
 
     speed2 : squared speed before the impact (m^2/s^2)
+    spins : as in `FlownRocks`
     """
     if spins is None:
         return

@@ -98,6 +98,8 @@ def visit(visits: Visits, cell: int, t: float, mass: float) -> int:
     """Return the index of the current rock's visit to a cell; begin a new visit at the time t (s) if needed.
 
     Returns -1 if there is no room for a new visit.
+
+    cell : number of the cell, facet, zone or area; mass : of the rock, kg
     """
     k = visited(visits, cell)
     if k >= 0:
@@ -156,7 +158,10 @@ def note_energy2(energy2: Any, k: int, value: float) -> None:
 
 @kernel
 def energy2_of(energy2: Any, visits: Visits, k: int) -> float:
-    """Return the rock's largest kinetic energy in the cell of visit k, as twice the energy over the mass (J/kg)."""
+    """Return the rock's largest kinetic energy in the cell of visit k, as twice the energy over the mass (J/kg).
+
+    energy2 : as in `Visits`; None if rocks do not spin
+    """
     if energy2 is None:
         return float(visits.most[k, SPEED2])
     return float(energy2[k])
@@ -186,6 +191,7 @@ def note_track_energy(energy2: Any, k: int, track: Track, low: float, high: floa
     """Record the largest kinetic energy, with rotation, between two times along a track (s) in visit k.
 
     energy2 : as in `Visits`; None, if rocks do not spin, to do nothing
+    low, high : the two times
     """
     if energy2 is None:
         return

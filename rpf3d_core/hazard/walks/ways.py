@@ -47,7 +47,10 @@ def square_of(raster: Raster, i: int, j: int) -> Square:
 
 @kernel
 def begin_length(way: Any, k: int) -> None:
-    """Set the path length of a new visit k to 0; do nothing if path lengths are not measured (None)."""
+    """Set the path length of a new visit k to 0; do nothing if path lengths are not measured (None).
+
+    way : (visits,) m, path length of each visit
+    """
     if way is None:
         return
     way[k] = 0.0
@@ -75,6 +78,7 @@ def _inside(begin: float, leave: float, low: float, side: float, x: float, v: fl
     """Return the part of a time interval (s) in which a moving coordinate lies between low and low + side (m).
 
     x : coordinate at time 0, m; v : its speed, m/s
+    begin, leave : ends of the time interval; low, side : m, begin and width of the range of the coordinate
     """
     pace = pace_of(v)
     if pace == np.inf:
@@ -88,6 +92,8 @@ def add_length(ways: Any, way: Any, s: int, k: int) -> None:
     """Add the path length of visit k, and its square, to the sums of its cell in slot s.
 
     Do nothing if path lengths are not measured (None).
+
+    ways : (slots, 2) sums of lengths and of squares; way : (visits,) m, path length of each visit
     """
     if way is None:
         return

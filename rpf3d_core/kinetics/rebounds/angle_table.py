@@ -11,7 +11,7 @@ import math
 from typing import Any, NamedTuple
 
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.kinetics.rebound import Rest, endless, rebound, rest_of_bounces
+from rpf3d_core.kinetics.rebound import RemainingBounces, endless, rebound, rest_of_bounces
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import Motion, Vec
@@ -88,8 +88,8 @@ def no_faster(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 @rest_of_bounces.rule(AngleTable)
 def by_angle_rest(
     model: AngleTable, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
-) -> Rest:
-    """Return the `Rest` of bounces without a known sum: each bounce changes the next impact angle.
+) -> RemainingBounces:
+    """Keep all bounces: their sum is unknown, because each bounce changes the next impact angle.
 
     After impacts at a small angle, bounces may even grow.
     """

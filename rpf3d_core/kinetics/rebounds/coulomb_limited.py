@@ -34,7 +34,7 @@ from typing import NamedTuple
 
 from rpf3d_core.arc import gravity_along
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.kinetics.rebound import Rest, at_once, endless, lumped, rebound, rest_of_bounces
+from rpf3d_core.kinetics.rebound import RemainingBounces, at_once, endless, lumped, rebound, rest_of_bounces
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import Motion, Vec
@@ -110,7 +110,7 @@ def share_kept(R_t: float, speed: float, most: float) -> float:
 @rest_of_bounces.rule(CoulombLimited)
 def coulomb_limited_rest(
     model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
-) -> Rest:
+) -> RemainingBounces:
     """Return the sum of all remaining bounces on a plane, by the formulas at the top of this file.
 
     The error is below 1e-10 of the largest speed. If R_n is above 0.986 and neither regime begins within MOST_BOUNCES,
@@ -129,7 +129,9 @@ def coulomb_limited_rest(
     if not (_settled(plane, before) or before.T <= SPENT * T):
         return endless(motion)
     end = _summed(plane, before)
-    return Rest(along=scale(end.A, plane.u), down=scale(end.B, g_t), v=_speed(plane, end), t=T / (1.0 - r), ends=True)
+    return RemainingBounces(
+        along=scale(end.A, plane.u), down=scale(end.B, g_t), v=_speed(plane, end), t=T / (1.0 - r), ends=True
+    )
 
 
 @kernel

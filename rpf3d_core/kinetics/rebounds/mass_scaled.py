@@ -8,7 +8,7 @@ formula is the one above (physics reference 1.4).
 
 from typing import NamedTuple
 
-from rpf3d_core.kinetics.rebound import Rest, lumped, rebound, rest_of_bounces, sum_of_bounces
+from rpf3d_core.kinetics.rebound import RemainingBounces, lumped, rebound, rest_of_bounces, sum_of_bounces
 from rpf3d_core.kinetics.rebounds.velocity_scaled import halved
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext
@@ -38,7 +38,7 @@ def mass_scaled(model: MassScaled, surface: Surface, motion: Motion, n: Vec, roc
 @rest_of_bounces.rule(MassScaled)
 def mass_scaled_rest(
     model: MassScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
-) -> Rest:
+) -> RemainingBounces:
     """Return the sum of all remaining bounces, with R_n scaled by mass but not by speed.
 
     `velocity_scaled_rest` states the error that the missing scaling by speed causes.

@@ -20,7 +20,7 @@ import math
 from typing import NamedTuple
 
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.kinetics.rebound import Rest, rebound, rest_of_bounces, sum_of_bounces
+from rpf3d_core.kinetics.rebound import RemainingBounces, rebound, rest_of_bounces, sum_of_bounces
 from rpf3d_core.kinetics.rebounds.spin import heading
 from rpf3d_core.kinetics.rebounds.velocity_scaled import halved
 from rpf3d_core.materials.library import Surface
@@ -85,7 +85,7 @@ def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
 @rest_of_bounces.rule(PfeifferBowen)
 def pfeiffer_bowen_rest(
     model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
-) -> Rest:
+) -> RemainingBounces:
     """Return the sum of all remaining bounces; each impact keeps the shares of the speeds that slow impacts keep.
 
     Of the speed along the normal, a slow impact keeps the share r, the material's R_n. Of the speed along the ground, a

@@ -17,7 +17,7 @@ import math
 from typing import Any, NamedTuple
 
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.kinetics.rebound import Rest, endless, rebound, rest_of_bounces
+from rpf3d_core.kinetics.rebound import RemainingBounces, endless, rebound, rest_of_bounces
 from rpf3d_core.kinetics.rebounds.spin import heading
 from rpf3d_core.materials.distributions import standard_normal
 from rpf3d_core.materials.library import Surface
@@ -122,6 +122,6 @@ def _energy(state: Vec) -> float:
 @rest_of_bounces.rule(StochasticMatrix)
 def drawn_rest(
     model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
-) -> Rest:
-    """Return the `Rest` of bounces without a known sum, because a new matrix is drawn for every bounce."""
+) -> RemainingBounces:
+    """Keep all bounces: their sum is unknown, because a new matrix is drawn for every bounce."""
     return endless(motion)

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from rpf3d_core.kinetics.rebound import Rest, at_once, rebound, rest_of_bounces
+from rpf3d_core.kinetics.rebound import RemainingBounces, at_once, rebound, rest_of_bounces
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import Motion, Vec
@@ -38,6 +38,6 @@ def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Ve
 @rest_of_bounces.rule(ThesisLiteral)
 def thesis_rest(
     model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
-) -> Rest:
-    """Return a `Rest` without further bounces: their sum has no closed form, so small bounces are left out."""
+) -> RemainingBounces:
+    """End the bounces at once, because the sum of the remaining bounces has no closed form."""
     return at_once(motion, n)

@@ -7,7 +7,7 @@ reference 1.11). R_n of the material is not used.
 
 from typing import NamedTuple
 
-from rpf3d_core.kinetics.rebound import Rest, at_once, lumped, rebound, rest_of_bounces
+from rpf3d_core.kinetics.rebound import RemainingBounces, at_once, lumped, rebound, rest_of_bounces
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import Motion, Vec
@@ -33,13 +33,20 @@ def half_at_v_half(model: VHalf, surface: Surface, motion: Motion, n: Vec, rock:
 
 
 @rest_of_bounces.rule(VHalf)
-def v_half_rest(model: VHalf, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
-    """Return a `Rest` without further bounces: they would never end, because R_n tends to 1 for small bounces.
+def v_half_rest(
+    model: VHalf, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
+) -> RemainingBounces:
+    """End the bounces at once: the rock stays on the ground and keeps its speed along the ground.
 
-    Bounce k starts with the speed v_k off the ground (m/s): 1 / v_k = 1 / v_0 + k / v_half. So the times of all bounces
-    have no finite sum. A rise of 1 mm is reached after about v_half / (0.14 m/s) bounces. If R_t < 1, the bounces that
-    are left out have a finite length. The first of these bounces takes the time T_0, and starts with v_0 off the ground
-    and u_0 along the ground. g_n and g_t are gravity normal to the ground and along the ground. The length is at most
-    u_0 T_0 / (1 - R_t) along u_0, and g_t (1/2 + R_t / (1 - R_t)) (T_0^2 + 4 v_half v_0 / g_n^2) down the slope.
+    The remaining bounces have no finite total time, because R_n tends to 1 for small bounces: bounce k starts with the
+    speed v_k off the ground (m/s), and 1 / v_k = 1 / v_0 + k / v_half. After about v_half / (0.14 m/s) bounces, a
+    bounce rises only 1 mm.
+
+    If R_t < 1, the bounces that are left out have a finite length. With
+        T_0       time of the first of these bounces (s)
+        v_0, u_0  speed off the ground and velocity along the ground at the start of this bounce (m/s)
+        g_n, g_t  gravity normal to the ground and along the ground (m/s2)
+    the length is at most u_0 T_0 / (1 - R_t) along u_0, and
+    g_t (1/2 + R_t / (1 - R_t)) (T_0^2 + 4 v_half v_0 / g_n^2) down the slope.
     """
     return at_once(motion, n)

@@ -8,7 +8,7 @@ implementations; RocFall offers this rule for the lumped mass; physics reference
 from typing import NamedTuple
 
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.kinetics.rebound import Rest, lumped, rebound, rest_of_bounces, sum_of_bounces
+from rpf3d_core.kinetics.rebound import RemainingBounces, lumped, rebound, rest_of_bounces, sum_of_bounces
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import Motion, Vec
@@ -42,7 +42,7 @@ def velocity_scaled(model: VelocityScaled, surface: Surface, motion: Motion, n: 
 @rest_of_bounces.rule(VelocityScaled)
 def velocity_scaled_rest(
     model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
-) -> Rest:
+) -> RemainingBounces:
     """Return the sum of all remaining bounces with the material's R_n, which is the limit for slow bounces.
 
     For a bounce that rises by at most h, v_n^2 = 2 g h. R_n is therefore too high by the share 2 g h / K^2 (2.3e-4 at

@@ -8,7 +8,7 @@ rises (`no_faster`).
 from typing import NamedTuple
 
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.kinetics.rebound import Rest, endless, rebound, rest_of_bounces
+from rpf3d_core.kinetics.rebound import RemainingBounces, endless, rebound, rest_of_bounces
 from rpf3d_core.kinetics.rebounds.angle_table import impact_angle, no_faster
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext
@@ -39,6 +39,8 @@ def wyllie_R_n(angle: float) -> float:
 
 
 @rest_of_bounces.rule(Wyllie)
-def wyllie_rest(model: Wyllie, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
-    """Return the `Rest` of bounces without a known sum, for the reason in `angle_table.by_angle_rest`."""
+def wyllie_rest(
+    model: Wyllie, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
+) -> RemainingBounces:
+    """Keep all bounces: their sum is unknown, for the reason in `angle_table.by_angle_rest`."""
     return endless(motion)

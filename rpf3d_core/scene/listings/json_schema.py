@@ -195,7 +195,11 @@ def _add_materials(definitions: Schema) -> None:
 
 
 def _add_parameters(definition: Schema, parameters: ModuleType) -> None:
-    """Add meanings and bounds to the parameters of a synthetic terrain; parameters : the module that states them."""
+    """Add a description and bounds to each property in the JSON schema of a synthetic terrain.
+
+    definition : schema of the terrain, changed in place
+    parameters : module with the constants MEANINGS, RANGES and WHOLE
+    """
     for name, section in definition["properties"].items():
         section["description"] = parameters.MEANINGS[name]
         if name in parameters.RANGES:

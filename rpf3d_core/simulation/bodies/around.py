@@ -65,6 +65,7 @@ def meet_obstacle(
     """Return the result for a body that meets an obstacle at its present position; write the meeting into the record.
 
     motion, tally : motion and running totals of the body before the meeting
+    effects : parameters of all effects of the scene; meeting : the obstacle; record : receives the meeting
     """
     whole, seen = as_fast(body, motion), motion_of(motion)
     given = Motion(t=seen.t, x=seen.x, v=scale(whole, seen.v), w=seen.w)
@@ -105,6 +106,7 @@ def braked(effects: Any, motion: BodyMotion, height: float, t: float, rock: Rock
 
     height : of the centre above the ground, as in `in_air` (m); t : inf if no effect acts in the air, to return the
         motion unchanged
+    effects : parameters of all effects of the scene; None if there are none
     """
     if effects is None or t == math.inf:
         return motion

@@ -112,10 +112,13 @@ def look(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int, mov
 
 @kernel
 def stays_above(body: Body, room: Room, motion: BodyMotion, k: int, level: float, moved: float) -> bool:
-    """Return True if the stored separating plane of nearby facet k shows that the body is more than `level` (m) away.
+    """Return True if the stored separating plane of nearby facet k proves that the body is more than `level` (m) away.
 
-    If so, write the distance of the body from this plane, a lower bound of the gap, as the gap of the facet.
-    k : index of the facet in `room.facets`; moved : path bound of the body, as in `Ride` (m)
+    If so, store the distance of the body from the plane, and `moved`, in `room.planes[k]`. This distance is a lower
+    bound of the distance of the body from the facet.
+
+    k : index of the facet in `room.facets`; motion : present motion of the body
+    level : m, a distance from the facet; moved : path bound of the body, as in `Ride` (m)
     """
     plane = room.planes[k]
     n = vector(plane, NORMAL)

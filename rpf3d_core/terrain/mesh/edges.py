@@ -104,6 +104,7 @@ def _cut_into_edges(keys: Any, side: Any, reach: int, facets: int, edges: Edges)
 
     keys : (3 F,) sorted keys of the sides of facets (`_write_side_keys`); side : (3 F,) the side of each key
     facets : number of facets; edges : arrays with space for one edge per use
+    reach : number of bits for the difference of the two vertex numbers of a side, from `_write_side_keys`
     """
     count = 0
     for use in range(len(edges.facet)):

@@ -95,6 +95,7 @@ def fault_report(terrain: Terrain, winding: Winding, edges: Edges, files: tuple[
     """Return the fault report of a terrain after the repair of its winding.
 
     edges : edges of the mesh before or after the repair; the repair changes only `down`, which is not used here
+    winding : the mesh after the repair, and what the repair changed; files : paths of the terrain files
     """
     area = np.sqrt(np.einsum("ij,ij->i", winding.areas, winding.areas))
     flat = without_area(terrain.vertices, terrain.triangles, winding.areas)
@@ -195,7 +196,10 @@ def _median_edge(vertices: FloatArray, edges: Edges) -> float:
 
 @loop
 def _squared_lengths(vertices: Any, low: Any, high: Any, squared: Any) -> None:
-    """Write the squared length of each edge (m^2), for the median length."""
+    """Write the squared length of each edge (m^2), for the median length.
+
+    low, high : (E,) the two vertices of each edge; squared : (E,), changed
+    """
     for e in range(len(low)):
         x, y, z = (vertices[high[e], 0] - vertices[low[e], 0], vertices[high[e], 1] - vertices[low[e], 1],
                    vertices[high[e], 2] - vertices[low[e], 2])  # fmt: skip

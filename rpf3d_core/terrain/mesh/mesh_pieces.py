@@ -108,6 +108,8 @@ def _turn_some(triangles: Any, above: Any, border: Any, sums: Any) -> None:
     """Turn over the facets of components that face the wrong side.
 
     These are open components with a negative area in plan, and closed components with a negative volume.
+
+    triangles : (F, 3), changed; above, border, sums : as in `_sum_up`
     """
     for f in range(len(above)):
         piece = above[f]

@@ -106,9 +106,12 @@ def _sides(mesh: Mesh, memory: Memory, share: Share) -> tuple[IntArray, IntArray
 def _is_sound(
     mesh: Mesh, starts: IntArray, to: IntArray, tolerance: float, memory: Memory, share: Share
 ) -> bool:  # fmt: skip
-    """True if the mesh needs no repair: all windings agree, and no two border vertices are within the tolerance (m).
+    """True if the mesh needs no repair: all windings agree, and all border vertices are far enough from each other.
 
-    starts, to : the sides of the facets, from `_sides`
+    Two border vertices must not be nearer to each other than the tolerance.
+
+    starts, to : the sides of all facets by their first and second vertex, from `_sides`; tolerance : m
+    memory : allocates the arrays; share : runs the work in parallel
     """
     border = memory("border", len(mesh.vertices), np.bool_)
     border[:] = False
@@ -120,7 +123,10 @@ def _is_sound(
 
 
 def _repaired(vertices: FloatArray, triangles: IntArray, zone: str, tolerance: float, memory: Memory) -> Mesh:
-    """Return the mesh after the repairs of `mesh_terrain`, copied into arrays of `memory`."""
+    """Return the mesh after the repairs of `mesh_terrain`, copied into arrays of `memory`.
+
+    zone, tolerance : name of the only zone, and tolerance (m), as in `mesh_terrain`
+    """
     terrain = mesh_terrain(vertices, triangles, zone, tolerance)
     local = memory("vertices", 3 * len(terrain.vertices), np.float64).reshape(-1, 3)
     corners = memory("triangles", 3 * len(terrain.triangles), np.int32).reshape(-1, 3)
@@ -217,6 +223,8 @@ def _sides_agree(starts: Any, to: Any, begin: int, end: int, border: Any) -> boo
 
     The windings agree if no side occurs twice in the same direction. A side without an opposite side lies on a border:
     both of its vertices are marked in `border`.
+
+    starts, to : the sides of all facets, from `_sides`; border : (V,), changed
     """
     for v in range(begin, end):
         for e in range(starts[v], starts[v + 1]):

@@ -75,7 +75,10 @@ def _at(columns: Sequence[FloatArray], some: Index) -> FloatArray:
 
 @loop
 def _project(x: Any, y: Any, z: Any, along: Any) -> None:
-    """Write the distance of each point along the direction OBLIQUE (m), by which points are sorted."""
+    """Write the distance of each point along the direction OBLIQUE (m), by which points are sorted.
+
+    x, y, z : (P,) m; along : (P,) receives the distances
+    """
     for p in range(len(x)):
         along[p] = x[p] * OBLIQUE[0] + y[p] * OBLIQUE[1] + z[p] * OBLIQUE[2]
 

@@ -272,7 +272,10 @@ def climb_ramp(pit: Pit, cot: float, angle: FloatArray, width: FloatArray, strip
 
 
 def refuse_folds(pit: Pit, inner: float, outer: float) -> None:
-    """Raise `TerrainError` if the plan of the pit folds over itself at the innermost or outermost offset."""
+    """Raise `TerrainError` if the plan of the pit folds over itself at the innermost or outermost offset.
+
+    inner, outer : m, horizontal distance of the innermost and outermost line from the outline of the floor
+    """
     curvature = outline(pit, np.linspace(0.0, 2.0 * math.pi, SAMPLES))[5]
     stretch = min(float(np.min(1.0 + curvature * inner)), float(np.min(1.0 + curvature * outer)))
     if stretch < LEAST_STRETCH:
@@ -280,7 +283,11 @@ def refuse_folds(pit: Pit, inner: float, outer: float) -> None:
 
 
 def refuse_close_turns(pit: Pit, climb: FloatArray, turns: float) -> None:
-    """Raise `TerrainError` if the ramp runs too close above itself: less than FACES_BETWEEN_TURNS faces apart."""
+    """Raise `TerrainError` if the ramp runs too close above itself: less than FACES_BETWEEN_TURNS faces apart.
+
+    climb : (L,) m, heights of the ramp above the floor, evenly spaced along the ramp
+    turns : length of the ramp, in full turns around the pit
+    """
     place = np.linspace(0.0, turns, len(climb))
     between = np.diff(pit.levels).max() * FACES_BETWEEN_TURNS
     if turns > 1.0 and np.any((sampled(place + 1.0, turns, climb) - climb)[place <= turns - 1.0] < between):

@@ -83,7 +83,10 @@ def flat_zone(design: Design, level: int) -> int:
 
 
 def floor_ring_sizes(design: Design, spacing: Spacing, columns: int) -> list[int]:
-    """Return the number of points of each ring that fills the middle of the floor, from the outermost ring inwards."""
+    """Return the number of points of each ring that fills the middle of the floor, from the outermost ring inwards.
+
+    spacing : distances between points; columns : largest number of points of a ring
+    """
     reach = design.pit.floor_radius + design.inner
     steps = max(1, round(reach / spacing.edge))
     around = 2.0 * np.pi * reach / spacing.edge
@@ -111,7 +114,10 @@ def floor_rings(design: Design, columns: Columns, spacing: Spacing) -> tuple[Flo
 
 
 def ring_points(design: Design, p: FloatArray, share: float) -> FloatArray:
-    """Return the points (P, 3) m of a ring of the floor: the innermost line of the wall's mesh, scaled by `share`."""
+    """Return the points (P, 3) m of a ring of the floor: the innermost line of the wall's mesh, scaled by `share`.
+
+    p : (P,) position around the pit, as a fraction of one full turn
+    """
     x, y = design.plan(p, np.full(len(p), design.inner))
     return np.stack([share * x, share * y, np.zeros(len(p))], axis=1)
 

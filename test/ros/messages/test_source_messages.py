@@ -60,7 +60,7 @@ TURNED, AT_REST = pose(turn=(0.0, 0.0, 1.0, 0.0)), pose(turn=(0.0, 0.0, 0.0, 0.0
 ], ids=["identity", "identity without speed", "one turned", "one at rest", "at rest", "none"])  # fmt: skip
 def test_poses_of_which_none_is_rotated_are_warned_of_where_they_are_thrown(each, speed, is_doubtful):
     doubt = doubt_of_poses(poses(*each), speed)
-    assert ("along the x axis of map at 2 m/s: is a direction meant?" in doubt) is is_doubtful
+    assert ("along the x axis of map at 2 m/s: is this intended?" in doubt) is is_doubtful
     assert bool(doubt) is is_doubtful
 
 
