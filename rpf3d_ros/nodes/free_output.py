@@ -80,7 +80,7 @@ class _Pump:
         """Write bytes, and return how many are done; all, if the reader has gone, so that the pipe never fills up."""
         try:
             return os.write(self._real, data)
-        except BlockingIOError:  # whoever started the program made the descriptor non-blocking
+        except BlockingIOError:  # the descriptor was made non-blocking by another program
             select.select((), (self._real,), (), RETRY)
             return 0
         except OSError:

@@ -217,6 +217,17 @@ def test_what_is_received_while_nothing_is_decided_is_known_after_a_restart(mine
     assert "1 patches are not in the terrain" in faults and "areas/equipment has published nothing" in faults
 
 
+def test_what_the_terrain_lacked_before_anything_was_decided_is_a_fault_after_a_restart(mine, monkeypatch):
+    """As before the first /clock: no decision has the fault, so the memory of the node must have it."""
+    monkeypatch.setattr(mine.run.node.station.desk, "_now", lambda: 0)
+    monkeypatch.setattr(mine.run.node.station.desk, "_clock_ran", False)
+    decided = mine.alert
+    assert mine.send(PATCH._replace(frame="drone"), WHOLE._replace(frame="drone")) is decided
+    mine.restart(has_survey=False)
+    faults = " ".join(mine.send(ROAD, QUIET).faults)
+    assert "1 patches are not in the terrain" in faults and "a survey was refused" in faults
+
+
 def test_lost_messages_are_a_fault_after_a_restart_too(mine):
     assert mine.send(ROAD, QUIET).faults == ()
     mine.run.node.station.input_lost(RADAR_A, mine.run.now_ns())
