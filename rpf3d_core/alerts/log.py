@@ -55,7 +55,7 @@ class DecisionLog:
     problems : sentences about problems found on opening, such as an incomplete line; empty if there were none
     unknown : why a higher level may have been held than `last_alert` has; "" if `last_alert` is certain. The reason
         stays, also after a restart, until `settle` is called
-    memory : what the node had received at its last decision before the log was opened, as plain values
+    memory : what the node had received before the log was opened, as plain values
     missing : number of decisions that are not in the log, found on opening
     """
 
@@ -73,9 +73,11 @@ class DecisionLog:
         self.problems: tuple[str, ...] = ()
         self.unknown, self.missing = "", 0
         self.memory: dict[str, Any] = {}
+        self._received = self.memory
         self._state: StateFile | None = None
         self._witness = Witness(self.folder)
         self._next, self._lost, self._site = 0, 0, ""
+        self._has_unlogged = False
         self._file, self._number, self._size, self._lock = -1, 0, 0, -1
         try:
             self._open()
@@ -98,20 +100,16 @@ class DecisionLog:
         if self._state is not None:
             self._state.close()
 
-    def decided(self, decision: Decision, thresholds: Thresholds, memory: dict[str, Any] | None = None) -> str:
+    def decided(self, decision: Decision, thresholds: Thresholds) -> str:
         """Append a decision and return the hash of its line.
 
         The thresholds are written before the decision, unless they equal the last thresholds in the file.
-
-        memory : what the node has received, as plain values that a restarted node needs; None if nothing has changed
 
         Raises
         ------
         NotLogged
             The decision is not on disk. The next decision in the log states the number of missing decisions before it.
         """
-        if memory is not None and memory != self._facts.get("memory"):
-            self._keep(memory=memory)
         lost = {"lost": self._lost} if self._lost else {}
         content = {"version": self.version, "site": site_digest(thresholds), **lost, **decision_content(decision)}
         try:
@@ -121,9 +119,14 @@ class DecisionLog:
             self._keep(lost=self._lost, next=self._next, alert=_content(decision.alert))
             raise _not_logged(self.folder, error) from error
         self._lost, self.last_alert = 0, decision.alert
-        if self._facts.get("lost") or self._facts.get("file") != self._number:
-            self._keep(lost=0, alert=None, file=self._number)
+        self._follow()
         return self.head
+
+    def remember(self, received: dict[str, Any]) -> None:
+        """Keep what the node has received, as plain values, for the next start; write only what has changed."""
+        self._received = received
+        if received != self._facts.get("memory"):
+            self._keep(memory=received)
 
     def settle(self) -> None:
         """Note that a person has acknowledged that a higher level may have been held: it is not unknown any more."""
@@ -149,13 +152,27 @@ class DecisionLog:
     def _facts(self) -> dict[str, Any]:
         return {} if self._state is None else self._state.facts
 
-    def _keep(self, **facts: Any) -> None:
-        """Replace some facts of the state file; if that fails, a restarted node must not trust the log."""
+    def _keep(self, **facts: Any) -> bool:
+        """Replace some facts of the state file; if that fails, return False: the next start must not trust the log."""
         assert self._state is not None
         try:
             self._state.write({**self._facts, **facts})
         except (OSError, TypeError, ValueError):
-            self._witness.unlog()
+            self._has_unlogged = self._witness.unlog() or self._has_unlogged
+            return False
+        return True
+
+    def _follow(self) -> None:
+        """Bring the state file up to date with the decision that has just been written.
+
+        Then nothing is missing any more, so an earlier failure to write the state file needs no acknowledgement.
+        """
+        wanted = {"lost": 0, "alert": None, "file": self._number, "unknown": self.unknown}
+        is_current = all(self._facts.get(name) == value for name, value in wanted.items()) or self._keep(**wanted)
+        is_remembered = self._received == (self._facts.get("memory") or {})
+        if self._has_unlogged and is_current and is_remembered and not self.unknown:
+            self._witness.settle()
+            self._has_unlogged = False
 
     def _append(self, lines: list[tuple[str, dict[str, Any]]], thresholds: Thresholds | None) -> None:
         """Write all lines to disk, or none. Raises OSError if the lines are not on disk.
@@ -246,7 +263,7 @@ class DecisionLog:
         Raises OSError if the state file of a new log cannot be written.
         """
         assert self._state is not None
-        self.memory = dict(self._facts.get("memory") or {})
+        self.memory = self._received = dict(self._facts.get("memory") or {})
         self.unknown = self.unknown or self._why_unknown(tails) or str(self._facts.get("unknown", ""))
         if not self._state.exists:
             self._state.write({"unknown": self.unknown, "file": self._number, "memory": {}, "lost": 0, "alert": None})

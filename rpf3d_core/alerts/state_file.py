@@ -19,6 +19,9 @@ SLOT = 64 * 1024
 
 SLOTS = 2
 
+BLOCK = 4096
+"""Size (bytes) of the blocks of a slot: only blocks with content are written, to spare a flash disk."""
+
 
 class StateFile:
     """The facts of a log folder that are not decisions.
@@ -85,13 +88,14 @@ class StateFile:
         self._file = file
 
     def _overwrite(self, raw: bytes, slot: int) -> None:
-        data = raw.ljust(SLOT, b"\0")
-        if os.pwrite(self._file, data, slot * SLOT) != SLOT:
+        data = raw.ljust(-(-len(raw) // BLOCK) * BLOCK, b"\0")
+        if os.pwrite(self._file, data, slot * SLOT) != len(data):
             raise OSError(f"{self._path}: not all bytes could be written")
         os.fsync(self._file)
 
     def _read(self) -> None:
-        found = [content_of(os.pread(self._file, SLOT, slot * SLOT).rstrip(b"\0")) for slot in range(SLOTS)]
+        slots = [os.pread(self._file, SLOT, slot * SLOT) for slot in range(SLOTS)]
+        found = [content_of(data.partition(b"\n")[0]) for data in slots]  # the rest may be from longer facts
         sound = [each for each in found if each is not None and isinstance(each.get("facts"), dict)]
         self.is_damaged = not sound
         if sound:

@@ -9,7 +9,6 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, Protocol
 
@@ -21,13 +20,12 @@ from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.errors import InputError
+from rpf3d_ros.engine.alert_requests import CHANGED, CLOSING, MOVED, TICK, Reply, Request
 from rpf3d_ros.engine.region_evidence import RegionEvidence
 from rpf3d_ros.engine.standing_faults import StandingFaults
 from rpf3d_ros.engine.unknown_before import UnknownBefore
 from rpf3d_ros.messages.refusals import report_error
 from rpf3d_ros.messages.stamps import SECOND
-
-Reply = Callable[[tuple[bool, str]], None]
 
 FORGOTTEN = "a decision failed: what was heard before is not used"
 """Reason for an unknown state after an unforeseen error."""
@@ -47,8 +45,8 @@ LONGEST_WRITE = 1.0
 MOST_UNDECIDED = 2
 """Number of answers that may wait for their decision, including the answer that is being decided on."""
 
-CLOSING = None
-"""Request that ends the thread of the alert desk."""
+MOST_WAITING = 10_000
+"""Number of answers that may wait while the disk hangs; to limit memory, the messages of further ones count as lost."""
 
 
 class DecisionListener(Protocol):
@@ -73,62 +71,6 @@ class DecisionListener(Protocol):
         """Report that a decision failed with an unforeseen error; the next decision is made soon, without evidence."""
 
 
-@dataclass(frozen=True)
-class Request:
-    """A request to the alert desk: new evidence, a reason to forget evidence, or an acknowledgement.
-
-    region : the region of the evidence; evidence : new evidence, or None; topic : topic of the evidence's sources
-    faults : the reason why the state is unknown; all evidence is then forgotten, and every topic must publish again.
-        "" if there is no such reason
-    is_error : True if the reason is an error of the program; then only messages with a stamp later than that of the
-        last message of their topic count
-    acknowledged : an acknowledgement, whose name and reason are not checked yet
-    reply : called with True and a sentence if the request succeeded, or with False and the reason
-    is_changed : True to decide again because the standing faults have changed
-    is_moved : True to decide again on the evidence, if there is any, because an outline or the terrain has changed
-    missed, missed_ns : topic of sources whose messages were lost before they could be read, and when (ns)
-    """
-
-    region: Hashable = None
-    evidence: Evidence | None = None
-    topic: str = ""
-    faults: str = ""
-    is_error: bool = False
-    acknowledged: Acknowledgement | None = None
-    reply: Reply | None = None
-    is_changed: bool = False
-    is_moved: bool = False
-    missed: str = ""
-    missed_ns: int = 0
-
-    @property
-    def decides(self) -> bool:
-        """True if a decision follows, on all evidence and standing faults of its time."""
-        return self.evidence is not None or bool(self.faults or self.missed) or self.is_changed
-
-    def is_covered_by(self, later: "Request") -> bool:
-        """True if the decision on a later request takes into account all that this request brings.
-
-        So new evidence does not wait for one decision for each outline of a moving machine.
-        """
-        return (self in (TICK, CHANGED, MOVED) and later.decides) or (self in (TICK, MOVED) and later.is_moved)
-
-    @property
-    def is_unanswered(self) -> bool:
-        """True if the evidence has no answer: it is a fault, and raises no level."""
-        return self.evidence is not None and not self.evidence.areas
-
-
-CHANGED = Request(is_changed=True)
-"""A request to decide again, because the standing faults have changed."""
-
-MOVED = Request(is_moved=True)
-"""A request to decide again on the evidence, because the outline of an area or the terrain has changed."""
-
-TICK = Request()
-"""A request without new evidence: the alert desk only checks whether the validity of the last decision ends soon."""
-
-
 class AlertDesk:
     """Decides on the alert on its own thread: when evidence arrives, and again before the validity of a decision ends.
 
@@ -138,6 +80,7 @@ class AlertDesk:
     expected : topics of sources that must publish
     has_sensors : True if the node also has topics of sensors; False if its only topic of sources is `clicked_point`
     heard : topics of sources that had published before the start, and must publish again
+    missed : when messages of a topic were lost before the start (ns), by topic
     unknown : why a higher level may have been held before the start; a fault until it is acknowledged. "" if known
     remembered : returns what the node has received apart from sources, as plain values, for the next start
     """
@@ -145,11 +88,12 @@ class AlertDesk:
     def __init__(
         self, thresholds: Thresholds, log: DecisionLog | None, now: Callable[[], int], listener: DecisionListener,
         expected: Sequence[str] = (), has_sensors: bool = False, heard: Sequence[str] = (), unknown: str = "",
-        remembered: Callable[[], Mapping[str, Any]] = dict,
+        remembered: Callable[[], Mapping[str, Any]] = dict, missed: Mapping[str, int] | None = None,
     ) -> None:  # fmt: skip
         self._thresholds, self._log, self._now, self._listener = thresholds, log, now, listener
         self.alert: Alert | None = log.last_alert if log is not None else None
         self._evidence = RegionEvidence(thresholds.evidence, expected, has_sensors, heard)
+        self._missed = dict(missed or {})  # lost messages that the thread has not yet taken into account
         self._unknown, self._remembered = UnknownBefore(unknown, thresholds.acknowledge), remembered
         self._present: tuple[Mapping[str, str], str | None] = ({}, None)
         self._watching = threading.Lock()
@@ -157,20 +101,25 @@ class AlertDesk:
         self._hanging_since: float | None = None
         self._requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
         self._undecided: deque[float] = deque()  # when the evidence without a decision was received (s, steady clock)
+        self._asked: list[Request] = []  # those of CHANGED and MOVED that wait
         self._served = threading.Condition()
         self._closed = self._failed = self._clock_ran = self._owed = False
-        self.standing = StandingFaults(lambda: self._requests.put(CHANGED))
+        self.standing = StandingFaults(lambda: self._ask(CHANGED))
         self._thread = threading.Thread(target=self._run, name="rpf3d alerts", daemon=True)
         self._thread.start()
 
     def decide_on(self, region: Hashable, evidence: Evidence, topic: str) -> None:
         """Ask for a decision on new evidence of a region, that is of one wall; returns at once.
 
-        Evidence without sources applies to all regions of its topic.
+        Evidence without sources applies to all regions of its topic. If MOST_WAITING answers wait already, the message
+        counts as lost.
         """
         with self._served:
-            self._undecided.append(time.monotonic())
-            self._requests.put(Request(region=region, evidence=evidence, topic=topic))
+            if len(self._undecided) < MOST_WAITING:
+                self._undecided.append(time.monotonic())
+                self._requests.put(Request(region=region, evidence=evidence, topic=topic))
+                return
+        self.miss(topic, self._now())
 
     def wait_for_room(self, seconds: float) -> bool:
         """Wait at most `seconds` until hardly any evidence waits for a decision; return True if so, or if closed.
@@ -183,7 +132,19 @@ class AlertDesk:
 
     def miss(self, topic: str, at_ns: int) -> None:
         """Report that messages of a topic of sources were lost before they could be read; at_ns : present time (ns)."""
-        self._requests.put(Request(missed=topic, missed_ns=at_ns))
+        with self._served:
+            self._missed[topic] = max(at_ns, self._missed.get(topic, at_ns))
+        self._ask(CHANGED)
+
+    def _ask(self, request: Request) -> None:
+        """Queue CHANGED or MOVED, unless it waits already: it is served with the state of its time, so once is enough.
+
+        While the disk hangs, changes therefore do not fill the memory.
+        """
+        with self._served:
+            if request not in self._asked:
+                self._asked.append(request)
+                self._requests.put(request)
 
     def watch(self, outlines: Callable[[], Mapping[str, str]], terrain: Callable[[], str] | None = None) -> None:
         """Watch areas and terrain as they are now; evidence for a former place or terrain is then outdated.
@@ -199,7 +160,7 @@ class AlertDesk:
                 return
             self._present = present
             self._evidence.watch(*present, self._now())
-            self._requests.put(MOVED)
+            self._ask(MOVED)
 
     def forget(self, why: str, reply: Reply | None = None) -> None:
         """Ask to forget all evidence; until every topic has published again, the state is unknown because of `why`.
@@ -218,13 +179,13 @@ class AlertDesk:
         self._requests.put(Request(faults=why, is_error=True))
 
     def acknowledge(self, by: str, why: str, reply: Reply, client: str = "") -> None:
-        """Ask for a decision with an acknowledgement.
+        """Ask for a decision with an acknowledgement; a standing fault that ends later still makes it void.
 
         by, why : name and reason; client : as in `Acknowledgement`
         reply : called with the result, on the thread of the alert desk
         """
         given = Acknowledgement(by=by, why=why, at_ns=self._now(), client=client)
-        self._requests.put(Request(acknowledged=given, reply=reply))
+        self._requests.put(Request(acknowledged=given, reply=reply, standing=self.standing.sentences))
 
     def tick(self) -> None:
         """Request a decision if the last one failed or its validity ends soon, unless a request is already waiting.
@@ -267,7 +228,7 @@ class AlertDesk:
         waiting: deque[Request | None] = deque()
         while True:
             while not (waiting and self._requests.empty()):
-                waiting.append(self._requests.get())
+                waiting.append(self._next())
             request = waiting.popleft()
             if request is CLOSING or self._closed:
                 return
@@ -282,6 +243,13 @@ class AlertDesk:
             finally:
                 self._note_served(request)
 
+    def _next(self) -> Request | None:
+        """Wait for a request; from now on, a further change is a new request."""
+        request = self._requests.get()
+        with self._served:
+            self._asked = [each for each in self._asked if each is not request]
+        return request
+
     def _note_served(self, request: Request) -> None:
         if request.evidence is not None:
             with self._served:
@@ -293,10 +261,10 @@ class AlertDesk:
         now = self._now()
         if request.faults:
             self._evidence.lose() if request.is_error else self._evidence.forget(now)
-        if request.missed:
-            self._evidence.miss(request.missed, request.missed_ns)
+        self._note_lost_messages()
         if request.evidence is not None:
             self._evidence.note(request.region, request.topic, request.evidence)
+        self._remember()
         if request.is_moved and not len(self._evidence):
             return
         if request.is_unanswered and following is not None and following.is_unanswered:
@@ -310,6 +278,24 @@ class AlertDesk:
             self._decide(now, None)
             if request.reply is not None:
                 request.reply((True, request.faults))
+
+    def _note_lost_messages(self) -> None:
+        with self._served:
+            missed, self._missed = self._missed, {}
+        for topic, at_ns in missed.items():
+            self._evidence.miss(topic, at_ns)
+
+    def _remember(self) -> None:
+        """Keep on disk what the node has received, also if nothing is decided on it; an error stops no decision."""
+        log = self._log
+        if log is None:
+            return
+        evidence = self._evidence
+        fault = self._fault_of_writing(
+            lambda: log.remember({**self._remembered(), "heard": list(evidence.heard), "missed": evidence.missed})
+        )
+        if fault:
+            self._listener.logged(fault)
 
     def _wait_for_clock(self, request: Request) -> None:
         """Report that the clock does not run yet; evidence is kept, and the decision is made when the clock runs."""
@@ -327,24 +313,28 @@ class AlertDesk:
         except InputError as refusal:
             result = (False, str(refusal))
             if self._log is not None:
-                self._try_to_log(partial(self._log.refused, said._replace(at_ns=now), str(refusal)))
+                self._log_it(partial(self._log.refused, said._replace(at_ns=now), str(refusal)))
         else:
-            result = self._decide_with(given, now)
+            result = self._decide_with(given, now, request.standing)
+            if set(request.standing) - set(self.standing.sentences):
+                self._decide(now, None)  # without the faults that have ended since it was given
         if request.reply is not None:
             request.reply(result)
 
-    def _decide_with(self, given: Acknowledgement, now: int) -> tuple[bool, str]:
+    def _decide_with(self, given: Acknowledgement, now: int, shown: tuple[str, ...]) -> tuple[bool, str]:
         """Decide with an acknowledgement; return True and the level, or False and why the acknowledgement is void.
 
         If it is unknown which level was held before the start, the acknowledgement may end this fault, but then it does
         not also lower a held level.
+
+        shown : the standing faults when the acknowledgement was given; they count although they may have ended
         """
         if not self._unknown.sentences:
-            alert = self._decide(now, given)
+            alert = self._decide(now, given, shown)
             return not alert.void, alert.void or f"the level is {alert.level.word}"
-        evidence = self._evidence.fresh(now)
-        others = decide(self.alert, evidence, self._thresholds, now, None, self.standing.sentences).faults
-        self._decide(now, given)  # the log has the acknowledgement, and the fault until now
+        evidence, standing = self._evidence.fresh(now), _once(*self.standing.sentences, *shown)
+        others = decide(self.alert, evidence, self._thresholds, now, None, standing).faults
+        self._decide(now, given, shown)  # the log has the acknowledgement, and the fault until now
         if why := self._unknown.acknowledged(given.by, now, others):
             return False, why
         if self._log is not None:
@@ -352,35 +342,38 @@ class AlertDesk:
         alert = self._decide(now, None)
         return True, f"the level before the start is no longer a fault; the level is {alert.level.word}"
 
-    def _decide(self, now: int, given: Acknowledgement | None) -> Alert:
+    def _decide(self, now: int, given: Acknowledgement | None, shown: tuple[str, ...] = ()) -> Alert:
+        """Decide at a time (ns), log the decision and publish it; given, shown : as in `_decide_with`."""
         if self._owed:
             self._owed = False
             self._listener.held_up("")
-        evidence, reported = self._evidence.fresh(now), (*self._unknown.sentences, *self.standing.sentences)
+        evidence = self._evidence.fresh(now)
+        reported = _once(*self._unknown.sentences, *self.standing.sentences, *shown)
         alert = decide(self.alert, evidence, self._thresholds, now, given, reported)
         if self._log is not None:
             decision = Decision(
                 previous=self.alert, evidence=evidence, acknowledgement=given, now_ns=now, alert=alert,
                 reported=reported,
             )  # fmt: skip
-            memory = {**self._remembered(), "heard": list(self._evidence.heard)}
-            self._try_to_log(partial(self._log.decided, decision, self._thresholds, memory))
+            self._log_it(partial(self._log.decided, decision, self._thresholds))
         self.alert = alert
         self._listener.decided(alert, evidence)
         self._failed = False  # only now: a request that decides nothing does not make up for a decision that failed
         return alert
 
-    def _try_to_log(self, write: Callable[[], object]) -> None:
+    def _log_it(self, write: Callable[[], object]) -> None:
+        self._listener.logged(self._fault_of_writing(write))
+
+    def _fault_of_writing(self, write: Callable[[], object]) -> str:
+        """Write to the log; return why that failed, or "": the alert is published whatever the error is."""
         self._writing_since = time.monotonic()
         try:
             write()
-        except Exception as fault:  # the alert is published whatever the error is
-            foreseen = isinstance(fault, NotLogged)
-            self._listener.logged(str(fault) if foreseen else f"{type(fault).__name__}: {fault}")
-        else:
-            self._listener.logged("")
+        except Exception as fault:
+            return str(fault) if isinstance(fault, NotLogged) else f"{type(fault).__name__}: {fault}"
         finally:
             self._writing_since = None
+        return ""
 
     def _is_over(self, now: int) -> bool:
         """True if a new decision must be made: the validity of the last decision has ended, or ends soon.
@@ -392,3 +385,8 @@ class AlertDesk:
             return True
         early = min(RENEWED_BEFORE, (self.alert.valid_until_ns - self.alert.at_ns) // 2)
         return now >= self.alert.valid_until_ns - early or now < self.alert.at_ns
+
+
+def _once(*sentences: str) -> tuple[str, ...]:
+    """Return the sentences in their order, each once."""
+    return tuple(dict.fromkeys(sentences))

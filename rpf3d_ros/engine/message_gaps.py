@@ -4,7 +4,7 @@ The middleware keeps the newest messages of a topic until they are read (`depth`
 oldest, and neither counts nor reports them. A network can lose messages, too. But each publisher numbers its messages.
 """
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from typing import NamedTuple
 
 PUBLISHERS = 1000
@@ -41,10 +41,10 @@ class MessageGaps:
     def __init__(self, depth: int) -> None:
         """Begin; depth : number of messages that wait to be read before the middleware deletes the oldest, 0: all."""
         self._depth = depth
-        self._last: dict[Hashable, int] = {}
+        self._last: dict[Hashable, list[int]] = {}
         self._first: list[_FirstMessage] = []
 
-    def lost_before(self, message: Numbered, now_ns: int) -> int:
+    def lost_before(self, message: Numbered, now_ns: int, publishers: Callable[[], int] = lambda: 1) -> int:
         """Return how many messages were lost before this message, as far as they were not counted earlier.
 
         A number that does not rise is the first of a new publisher, because a publisher never counts back. The messages
@@ -52,17 +52,34 @@ class MessageGaps:
         queue was full when the first message was read. This is known only when the other messages have been read.
 
         now_ns : present time (ns since the epoch), by the clock of `received_ns`
+        publishers : returns how many publishers may have sent the message, if they cannot be distinguished
         """
         if message.number is None:
             return 0
-        last = self._last.pop(message.publisher, None)
-        self._last[message.publisher] = message.number
+        last = self._number_before(message.publisher, message.number, publishers)
+        if last is None and message.number > 1:
+            self._first.append(_FirstMessage(taken_ns=now_ns))
+        return self._overwritten(message.received_ns) + (0 if last is None else message.number - last - 1)
+
+    def _number_before(self, publisher: Hashable, number: int, publishers: Callable[[], int]) -> int | None:
+        """Note the number of a message, and return the previous number of its publisher; None for its first message.
+
+        Each of several publishers that cannot be distinguished counts by itself. A message belongs to the publisher
+        whose number it continues, otherwise to the one with the nearest lower number: then messages are missing. Only
+        the last numbers of as many publishers as there are now count, so that no message continues the number of a
+        publisher that has gone.
+        """
+        known = self._last.pop(publisher, [])
+        if known[-1:] != [number - 1]:
+            known = known[-max(publishers(), 1) :]
+        lower = [each for each in known if each < number]
+        last = max(lower, default=None)
+        if last is not None:
+            known.remove(last)
+        self._last[publisher] = [*known, number]
         if len(self._last) > PUBLISHERS:
             del self._last[next(iter(self._last))]
-        is_first = last is None or message.number <= last
-        if is_first and message.number > 1:
-            self._first.append(_FirstMessage(taken_ns=now_ns))
-        return self._overwritten(message.received_ns) + (0 if is_first else message.number - last - 1)
+        return last
 
     def _overwritten(self, received_ns: int) -> int:
         """Count a message that was received at a time (ns); return the number of first messages behind a full queue."""

@@ -17,7 +17,10 @@ CAUSE = "refused: {}"
 
 
 class Refusal(NamedTuple):
-    """The last refused message of a topic: why, and when it was refused (s, by a steady clock)."""
+    """The refused messages of a topic since the last one that was understood.
+
+    why : why the first was refused, also before a restart; at : when the last was refused (s, by a steady clock)
+    """
 
     why: str
     at: float
@@ -43,7 +46,8 @@ class RefusedInputs:
 
     def refused(self, topic: str, why: str, at: float) -> None:
         """Note that a message of a topic was refused at a time (s)."""
-        self._refused = {**self._refused, topic: Refusal(why=why, at=at)}
+        first = self.reasons.get(topic, why)
+        self._refused = {**self._refused, topic: Refusal(why=first, at=at)}
         self._persons = {}
         self._tell(topic, why)
 
@@ -82,7 +86,10 @@ class RefusedInputs:
 
     @property
     def reasons(self) -> dict[str, str]:
-        """Why the last message of each topic with a fault was refused, by topic. Any thread may call."""
+        """Why the first refused message of each topic with a fault was refused, by topic. Any thread may call.
+
+        The reason does not change with each further message, because it is written to disk for a restart.
+        """
         return {topic: refusal.why for topic, refusal in self._refused.items()}
 
     def _tell(self, topic: str, why: str) -> None:

@@ -60,6 +60,11 @@ class RegionEvidence:
         """The topics of sensors that have published, also before a restart, sorted."""
         return self._topics.heard
 
+    @property
+    def missed(self) -> dict[str, int]:
+        """When messages of a topic were last lost (ns), by topic, as far as their sources would not be too old."""
+        return self._topics.missed
+
     def note(self, region: Hashable, topic: str, evidence: Evidence) -> None:
         """Keep the evidence of a region, unless newer evidence of the region is already kept.
 

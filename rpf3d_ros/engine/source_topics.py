@@ -41,9 +41,14 @@ class SourceTopics:
         """Note that messages of a topic were lost before they could be read; now_ns : present time (ns).
 
         They may have reported danger at any wall, so a later message does not make up for them. The loss is a
-        fault until their sources would be too old.
+        fault until their sources would be too old, whatever is forgotten meanwhile.
         """
         self._missed[topic] = max(now_ns, self._missed.get(topic, now_ns))
+
+    @property
+    def missed(self) -> dict[str, int]:
+        """When messages of a topic were last lost (ns), by topic, as far as their sources would not be too old."""
+        return dict(self._missed)
 
     @property
     def heard(self) -> tuple[str, ...]:
@@ -98,7 +103,6 @@ class SourceTopics:
         """
         self._heard = dict.fromkeys((*self._heard, *self._last), ANY_STAMP)
         self._last.clear()
-        self._missed.clear()
         self._lost_click = None
 
     def lose(self, click_ns: int | None = None) -> None:
@@ -115,11 +119,14 @@ class SourceTopics:
         self._lost_click = self._lost_click if click_ns is None else click_ns
 
     def _missing(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
-        """Return a fault for each topic with lost messages whose sources would not be too old yet."""
+        """Return a fault for each topic with lost messages whose sources would not be too old yet.
+
+        A loss in the future happened before the clock went back, or before a restart: it counts as a loss at this time.
+        """
+        self._missed = {topic: min(at, now_ns) for topic, at in self._missed.items() if at >= oldest_ns}
         return tuple(
-            f"messages on {topic} were lost {span(max(now_ns - missed_ns, 0))} ago, before they could be read"
+            f"messages on {topic} were lost {span(now_ns - missed_ns)} ago, before they could be read"
             for topic, missed_ns in self._missed.items()
-            if missed_ns >= oldest_ns
         )
 
     def _click_lost(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:

@@ -125,6 +125,7 @@ class Station:
             thresholds, log, self._outlets.now, self.decisions, sensors.expected, has_sensors=bool(topics),
             heard=[topic for topic in self._memory.get("heard", ()) if topic in topics],
             unknown=configuration.log_fault if log is None else log.unknown, remembered=self._inputs_to_remember,
+            missed={topic: at for topic, at in self._memory.get("missed", {}).items() if topic in (*topics, BY_HAND)},
         )  # fmt: skip
 
     @property
@@ -152,11 +153,12 @@ class Station:
     def _inputs_to_remember(self) -> dict[str, Any]:
         """Return what must survive a restart, apart from topics of sources; called on the thread of the alert desk.
 
-        These are the refused messages, the topics with areas, and what the terrain in use consists of.
+        These are the refused messages, the topics with areas, and what the terrain in use consists of and lacks.
         """
         standing = self.flyer.standing
         terrain = terrain_to_remember(standing.ground if standing is not None else None, self._memory)
-        return {"refused": self._refused_inputs.reasons, "areas": list(self._areas.topics), **terrain}
+        others = {"areas": list(self._areas.topics), "lacks": list(self._terrain_lack)}
+        return {"refused": self._refused_inputs.reasons, **others, **terrain}
 
     def _note_terrain_before(self) -> None:
         """Note the patches that the restored terrain contains, and the number of patches that it lacks.
@@ -165,9 +167,11 @@ class Station:
         """
         alert, before = self.desk.alert if self.desk is not None else None, self._configuration.before
         lack, standing = lack_of(alert.faults if alert is not None else ()), self._configuration.standing
+        remembered = TerrainLack(*self._memory.get("lacks", ()))
         missing = not_restored(self._memory, standing.ground if standing is not None else None, before.unread)
-        patches = lack.patches + before.unread + missing.patches
-        why = lack.why_refused or before.unreadable or missing.why_refused
+        # The largest number, because a restart before has counted the patches that are still missing.
+        patches = max(lack.patches, remembered.patches, before.unread + missing.patches)
+        why = lack.why_refused or remembered.why_refused or before.unreadable or missing.why_refused
         self.terrain.lacks(patches, why, before.read_ns)
         self.terrain.holds(before.patches_ns)
 
@@ -266,6 +270,9 @@ class Station:
     def acknowledged(self, acknowledged_by: str, client: str = "") -> tuple[bool, str]:
         """Acknowledge the alert ("NAME: REASON"); return True and the new level, or False and the reason.
 
+        An acknowledgement that ends the fault of a silent topic has no other effect, because the person has seen a
+        fault, not the level that follows.
+
         client : the nodes that may have called, for the log
         """
         if self.desk is None:
@@ -273,9 +280,9 @@ class Station:
         by, _, why = acknowledged_by.partition(":")
         replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
         is_named = bool(by.strip() and why.strip())
+        self.desk.acknowledge(by, why, replies.put, client)  # before it ends a fault, which makes it void for the level
         silent = self._refused_inputs.acknowledged(by, time.monotonic()) if is_named else ()
         ended = f"; no longer a fault, because silent since: {', '.join(silent)}" if silent else ""
-        self.desk.acknowledge(by, why, replies.put, client)
         try:
             acknowledgement(by, why, self._outlets.now())
             lowered, answer = replies.get(timeout=ANSWER_WITHIN)
@@ -381,9 +388,13 @@ class Station:
         if self.desk is not None:
             self.desk.standing.report(cause, sentence)
 
+    @property
+    def _terrain_lack(self) -> TerrainLack:
+        return TerrainLack(patches=self.terrain.lost_patches, why_refused=self.terrain.why_refused)
+
     def _report_terrain(self) -> None:
         """Report patches and surveys that the terrain lacks as standing faults."""
-        lack = TerrainLack(patches=self.terrain.lost_patches, why_refused=self.terrain.why_refused)
+        lack = self._terrain_lack
         self.report_fault("patches", lack.patches_sentence)
         self.report_fault("surveys", lack.survey_sentence)
 

@@ -44,7 +44,8 @@ class WatchedTerrain:
             return ()
         return (
             f"the terrain changed {span(max(late))} ago, and sources of {len(late)} regions are not answered over it "
-            f"(at most {self._longest_s:g} s are allowed): they are answered when their sensors report them again",
+            f"(at most {self._longest_s:g} s are allowed): they are answered when their sensors report them again; if "
+            "every patch causes this, publish patches less often or raise evidence.changed_terrain_s of the site file",
         )
 
     def ends_ns(self, parts: Sequence[Evidence]) -> list[int]:

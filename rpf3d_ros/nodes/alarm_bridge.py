@@ -33,7 +33,19 @@ LOOK = 0.1
 """Time (s) between two looks at the age of the last alert."""
 
 WAITING_REPORTS = 100
-"""Number of changes that may wait to be reported; further changes are not reported."""
+"""Number of changes that may wait to be reported; if more wait, the oldest are not reported."""
+
+
+def put_newest(reports: "queue.Queue[str]", report: str) -> None:
+    """Put a report in a queue without waiting; a full queue drops its oldest report, because the newest is true now."""
+    while True:
+        try:
+            reports.put_nowait(report)
+        except queue.Full:
+            with contextlib.suppress(queue.Empty):
+                reports.get_nowait()
+        else:
+            return
 
 
 class AlarmBridgeNode(Node):
@@ -68,8 +80,7 @@ class AlarmBridgeNode(Node):
             contact.set(not why)
         if why != self.why:
             self.why = why
-            with contextlib.suppress(queue.Full):
-                self._reports.put_nowait(why)
+            put_newest(self._reports, why)
 
     def _subscribe(self, kind: Any, topic: str, callback: Any) -> Subscription:
         events = SubscriptionEventCallbacks(

@@ -64,6 +64,11 @@ class Wanted:
         with self.changed:
             self.changed.wait_for(lambda: self.has_ended or self.is_closed != is_closed, longest)
 
+    def wait_for_end(self, longest: float) -> None:
+        """Wait until the contact is to be open for ever, at most `longest` (s)."""
+        with self.changed:
+            self.changed.wait_for(lambda: self.has_ended, longest)
+
 
 class FileContact:
     """A dry contact that other programs read from a file: closed while this process holds the file's lock.
@@ -167,7 +172,8 @@ def _says_closed(content: bytes) -> bool:
 class TcpContact:
     """Sends a line `closed` or `open` to each connected program, on loopback, every REPEAT seconds and at each change.
 
-    A program must treat the contact as open if the connection ends, or if no line arrives for two seconds.
+    A program must treat the contact as open if the connection ends, or if no line arrives for two seconds. A program
+    that cannot be accepted, for example because too many files are open, receives no line until it can.
     """
 
     def __init__(self, port: int) -> None:
@@ -191,11 +197,18 @@ class TcpContact:
     def _accept(self) -> None:
         while not self._wanted.has_ended:
             try:
-                connection, _ = self._server.accept()
-            except OSError:
-                return
+                self._accept_one()
+            except (OSError, RuntimeError):  # RuntimeError: no further thread can be started
+                self._wanted.wait_for_end(REPEAT)
+
+    def _accept_one(self) -> None:
+        connection, _ = self._server.accept()
+        try:
             connection.settimeout(REPEAT)
             threading.Thread(target=self._serve, args=(connection,), name="contact", daemon=True).start()
+        except (OSError, RuntimeError):
+            connection.close()
+            raise
 
     def _serve(self, connection: socket.socket) -> None:
         with connection, contextlib.suppress(OSError):

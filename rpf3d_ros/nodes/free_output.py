@@ -6,9 +6,13 @@ process.
 
 import contextlib
 import os
+import select
 import sys
 import threading
 from collections.abc import Iterator
+
+RETRY = 1.0
+"""Longest time (s) between two attempts to write to a reader that has no room."""
 
 FLUSHED = 0.5
 """Time (s) for which the end of the program waits until the rest of the output is printed."""
@@ -18,17 +22,36 @@ FLUSHED = 0.5
 def free_output() -> Iterator[None]:
     """Print standard output and standard error from threads; a write to either never blocks.
 
-    About 64 KiB wait for a reader that hangs, and later output is dropped.
+    About 64 KiB wait for a reader that hangs, and later output is dropped. So is all output to a reader that has gone,
+    or to a descriptor that was closed when the program started.
     """
+    for descriptor in (1, 2):
+        _open_if_closed(descriptor)
     pumps = [_Pump(descriptor) for descriptor in (1, 2)]
     try:
         yield
     finally:
-        for stream in (sys.stdout, sys.stderr):
-            with contextlib.suppress(OSError, ValueError):
-                stream.flush()
+        flush_output()
         for pump in pumps:
             pump.close()
+
+
+def flush_output() -> None:
+    """Pass on what Python has not written yet; do nothing for a stream that is closed, or cannot be written to now."""
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(AttributeError, OSError, ValueError):  # AttributeError: None, closed from the start
+            stream.flush()
+
+
+def _open_if_closed(descriptor: int) -> None:
+    """Lead a closed descriptor to nowhere; otherwise a file that is opened later would get its number."""
+    try:
+        os.fstat(descriptor)
+    except OSError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        if nowhere != descriptor:
+            os.dup2(nowhere, descriptor)
+            os.close(nowhere)
 
 
 class _Pump:
@@ -49,7 +72,16 @@ class _Pump:
         self._thread.join(FLUSHED)
 
     def _run(self) -> None:
-        with contextlib.suppress(OSError):  # the reader has gone
-            while data := os.read(self._reading, 65_536):
-                while data:
-                    data = data[os.write(self._real, data) :]
+        while data := os.read(self._reading, 65_536):
+            while data:
+                data = data[self._passed_on(data) :]
+
+    def _passed_on(self, data: bytes) -> int:
+        """Write bytes, and return how many are done; all, if the reader has gone, so that the pipe never fills up."""
+        try:
+            return os.write(self._real, data)
+        except BlockingIOError:  # the descriptor was made non-blocking by another program
+            select.select((), (self._real,), (), RETRY)
+            return 0
+        except OSError:
+            return len(data)

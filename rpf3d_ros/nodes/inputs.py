@@ -232,7 +232,7 @@ class Inputs:
     def _check_gaps(self, topic: str, header: Header, info: Mapping[str, Any]) -> None:
         """Report a fault if messages of a sensor were lost before this message; info : message information of rclpy."""
         message = Numbered(number=info["publication_sequence_number"], received_ns=info["received_timestamp"])
-        lost = self._gaps[topic].lost_before(message, time.time_ns())
+        lost = self._gaps[topic].lost_before(message, time.time_ns(), lambda: len(self.publishers.of(topic)))
         if lost:
             self._notice_jump()
             self._report_lost(topic, lost)

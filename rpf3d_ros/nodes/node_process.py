@@ -4,6 +4,7 @@ Modules that take long to import are imported after the signal handlers are set.
 could occur inside an import or a C++ call.
 """
 
+import contextlib
 import os
 import re
 import signal
@@ -11,6 +12,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from rpf3d_ros.nodes.free_output import flush_output
 from rpf3d_ros.nodes.heap import return_large_arrays
 
 if TYPE_CHECKING:
@@ -108,12 +110,12 @@ def _spin(make_node: "Callable[[], Node]", executor: "Executor") -> int:
 
 
 def _refused(sentence: str) -> int:
-    print(f"rpf3d: {sentence}", file=sys.stderr)
+    with contextlib.suppress(OSError):  # a reader of the output that hangs must not change the exit code
+        print(f"rpf3d: {sentence}", file=sys.stderr)
     return BAD_INPUT
 
 
 def _leave_at_once() -> None:
     """End the process at once, even during a run or an import; Python's own exit would wait for the thread pool."""
-    sys.stdout.flush()
-    sys.stderr.flush()
+    flush_output()
     os._exit(0)

@@ -6,15 +6,16 @@ import shutil
 from pathlib import Path
 
 import pytest
-from alert_evidence import NOW, S, area, decided, evidence, site
+from alert_evidence import NOW, S, area, evidence, site
 
+from rpf3d_core.alerts import witness
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.levels import Acknowledgement, Level
 from rpf3d_core.alerts.lines import Decision
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged, files_in
-from rpf3d_core.alerts.state_file import NAME, SLOT, StateFile
+from rpf3d_core.alerts.state_file import BLOCK, NAME, SLOT, StateFile
 from rpf3d_core.alerts.witness import Witness
 
 CALM, DANGER = evidence(area(0)), evidence(area(3000))
@@ -89,6 +90,50 @@ def test_what_could_be_kept_nowhere_is_unknown_until_a_person_acknowledges(folde
         assert log.unknown == ""
     with DecisionLog(folder, "0.1.0") as log:
         assert log.unknown == ""
+
+
+@pytest.mark.parametrize("failing", [("pwrite",), ("write", "pwrite")], ids=["the state", "a line, too"])
+def test_a_failure_after_which_all_was_written_needs_no_person(folder: Path, failing: tuple[str, ...]) -> None:
+    """Formerly one failed write of the state left its sign for ever."""
+    with DecisionLog(folder, "0.1.0") as log:
+        log_one(log)
+        with pytest.MonkeyPatch.context() as patched:
+            without_room(patched, *failing)
+            log.remember({"heard": ["north"]})
+            if "write" in failing:
+                with pytest.raises(NotLogged):
+                    log_one(log, DANGER, 1)
+        assert Witness(folder).is_unlogged
+        log_one(log, CALM, 2)
+        assert Witness(folder).is_unlogged, "what was received is not yet kept"
+        log.remember({"heard": ["north"]})
+        assert Witness(folder).is_unlogged, "a decision may be missing"
+        log_one(log, CALM, 3)
+    with DecisionLog(folder, "0.1.0") as log:
+        assert (log.unknown, log.memory) == ("", {"heard": ["north"]})
+        assert log.last_alert is not None
+        assert log.last_alert.held == (Level.EVACUATE if "write" in failing else Level.NORMAL)
+
+
+def test_a_log_takes_away_no_sign_that_another_program_made(folder: Path) -> None:
+    with DecisionLog(folder, "0.1.0") as log:
+        Witness(folder).unlog()  # as a second simulator does that cannot open the log
+        with pytest.MonkeyPatch.context() as patched:
+            without_room(patched, "pwrite")
+            log.remember({"heard": ["north"]})
+        log.remember({"heard": ["north"]})
+        log_one(log)
+    with DecisionLog(folder, "0.1.0") as log:
+        assert "not in the log" in log.unknown
+
+
+def test_the_sign_that_a_log_was_begun_is_on_disk_at_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    synced: list[Path] = []
+    monkeypatch.setattr(witness, "sync_folder", synced.append)
+    sign = Witness(folder)
+    for count, change in enumerate((sign.begin, sign.unlog, sign.settle), 1):
+        change()
+        assert synced == [folder.parent] * count
 
 
 def zeros_at_the_end(folder: Path) -> None:
@@ -174,8 +219,7 @@ def test_a_first_start_that_cannot_be_told_from_a_lost_log_needs_a_person(
 def test_what_the_node_had_received_comes_back(folder: Path) -> None:
     memory = {"heard": ["north", "south"], "refused": {"areas/polygon": "crosses itself"}, "areas": []}
     with DecisionLog(folder, "0.1.0") as log:
-        alert = decided(CALM)
-        log.decided(Decision(None, CALM, None, NOW, alert), site(), memory)
+        log.remember(memory)
     with DecisionLog(folder, "0.1.0") as log:
         assert log.memory == memory
 
@@ -196,3 +240,17 @@ def test_a_state_whose_writing_was_interrupted_is_the_one_before(tmp_path: Path)
     again.close()
     assert StateFile(tmp_path).facts == {"number": 3}
     assert path.stat().st_size == 2 * SLOT, "it never grows: a full disk has room for it"
+
+
+def test_a_change_writes_few_blocks_and_what_has_not_changed_writes_none(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sizes: list[int] = []
+    pwrite = os.pwrite
+    with DecisionLog(folder, "0.1.0") as log:
+        monkeypatch.setattr(os, "pwrite", lambda file, data, at: sizes.append(len(data)) or pwrite(file, data, at))
+        for memory in ({"heard": ["north"]}, {"heard": ["north"]}, {"heard": ["n" * BLOCK]}, {"heard": []}, {"a": 1}):
+            log.remember(memory)
+    assert sizes == [BLOCK, 2 * BLOCK, BLOCK, BLOCK]
+    with DecisionLog(folder, "0.1.0") as log:
+        assert log.memory == {"a": 1}, "the rest of the longer one in its slot does not count"

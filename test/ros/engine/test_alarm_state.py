@@ -1,12 +1,15 @@
 """The contact of an alarm bridge is closed only on fresh, valid and agreeing alerts."""
 
+import errno
 import os
+import queue
 import signal
 import socket
 import subprocess
 import sys
 import time
 from functools import partial
+from types import SimpleNamespace
 
 import pytest
 from waiting import wait_for
@@ -21,6 +24,7 @@ from rpf3d_ros.messages.alert_messages import Publication, alerts_message
 from rpf3d_ros.messages.alert_reading import alerts_of
 from rpf3d_ros.messages.stamps import nanoseconds_of_text, seconds_text
 from rpf3d_ros.nodes import alarm_contacts
+from rpf3d_ros.nodes.alarm_bridge import put_newest
 from rpf3d_ros.nodes.alarm_contacts import FileContact, TcpContact, Wanted, is_closed
 
 STALE = 3.0
@@ -322,3 +326,28 @@ def test_a_tcp_contact_says_its_state_at_once_at_each_change_and_again_and_again
         contact.close()
         while lines.readline():
             pass
+
+
+@pytest.mark.parametrize("error", [OSError(errno.EMFILE, "too many open files"), RuntimeError("no new thread")])
+def test_a_tcp_contact_accepts_again_after_an_error(error):
+    contact, errors = TcpContact(0), [error]
+    server = contact._server
+
+    def accept():
+        if errors:
+            raise errors.pop()
+        return server.accept()
+
+    contact._server = SimpleNamespace(accept=accept, shutdown=server.shutdown, close=server.close)
+    for _ in range(2):  # the first is accepted by a call that had begun before
+        with socket.create_connection(("127.0.0.1", contact.port), timeout=60.0) as client:
+            assert client.makefile().readline() == "open\n"
+    assert not errors
+    contact.close()
+
+
+def test_of_too_many_reports_the_oldest_is_dropped():
+    reports = queue.Queue(2)
+    for report in ("closed", "open: the level is fault", "closed again"):
+        put_newest(reports, report)
+    assert [reports.get_nowait() for _ in range(2)] == ["open: the level is fault", "closed again"]

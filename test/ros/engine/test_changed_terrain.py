@@ -77,7 +77,9 @@ def test_an_answer_is_late_from_the_first_change_of_its_terrain_on():
     for second, digest in enumerate("abc"):
         watched.watch(digest, NOW + second * S)
     assert watched.ends_ns([answer]) == [NOW + 2 * S]
-    assert not watched.faults([answer], NOW + 2 * S - 1) and watched.faults([answer], NOW + 2 * S)
+    assert not watched.faults([answer], NOW + 2 * S - 1)
+    (fault,) = watched.faults([answer], NOW + 2 * S)
+    assert "raise evidence.changed_terrain_s" in fault
     assert watched.ends_ns([evidence(area(0), terrain_digest="c")]) == []
     assert watched.ends_ns([answer._replace(areas=())]) == [], "its sources have no answer: that is a fault of its own"
     watched.restart(NOW + 9 * S)

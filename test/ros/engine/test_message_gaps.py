@@ -10,9 +10,9 @@ DEPTH = 3
 NOW = 1_000
 
 
-def lost(gaps, *numbers, received=NOW, publisher=""):
-    """How many messages were lost before each message, as the gaps report it."""
-    return [gaps.lost_before(Numbered(number, received, publisher), NOW) for number in numbers]
+def lost(gaps, *numbers, received=NOW, publisher="", there=1):
+    """How many messages were lost before each message, as the gaps report it; there : number of publishers."""
+    return [gaps.lost_before(Numbered(number, received, publisher), NOW, lambda: there) for number in numbers]
 
 
 def test_messages_that_were_overwritten_are_counted_when_the_next_is_read():
@@ -29,6 +29,21 @@ def test_publishers_are_counted_apart():
     gaps = MessageGaps(DEPTH)
     assert lost(gaps, 1, publisher="a") + lost(gaps, 1, 2, publisher="b") + lost(gaps, 2, publisher="a") == [0] * 4
     assert lost(gaps, 5, publisher="b") + lost(gaps, 3, publisher="a") == [2, 0]
+
+
+def test_of_publishers_that_cannot_be_distinguished_each_counts_by_itself():
+    """As while a driver is started again, and the former one still publishes. Formerly each turn was a loss."""
+    gaps = MessageGaps(100)
+    assert lost(gaps, 500) + lost(gaps, 1, 501, 2, 502, 3, 4, 503, there=2) == [0] * 8
+    assert lost(gaps, 505, 7, 506, 8, there=2) == [1, 2, 0, 0], "a loss of either is noticed"
+    assert lost(gaps, 9, 10) == [0, 0]
+    assert lost(gaps, 507) == [496], "the former one has gone: no message continues its number"
+
+
+def test_a_third_start_forgets_the_publisher_that_was_silent_for_longest():
+    gaps = MessageGaps(100)
+    assert lost(gaps, 500) + lost(gaps, 1, 2, 1, 3, 2, there=2) == [0] * 6
+    assert lost(gaps, 501, there=2) == [497]
 
 
 def test_a_first_message_behind_a_full_queue_has_lost_others_before_it():

@@ -13,7 +13,7 @@ import numpy as np
 from never_green import combination, pit
 from never_green.combination import Run, configuration_of
 from never_green.plan import Plan, Send, Speaker, Truth
-from never_green.stories import RADAR_A, RADAR_B, patch_send, survey
+from never_green.stories import MAX_AGE, RADAR_A, RADAR_B, patch_send, survey
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.levels import Level
@@ -67,6 +67,13 @@ class Mine:
             self.at += 0.1
             self.run.deliver(send._replace(sent=self.at, at=self.at))
             self.run.node.tick()
+        return self.alert
+
+    def stay_quiet(self, seconds):
+        """Let the radar see nothing for some seconds; return the last alert."""
+        until = self.at + seconds
+        while self.at < until:
+            self.send(QUIET._replace(topic=RADAR_B), QUIET)
         return self.alert
 
     @property
@@ -190,6 +197,67 @@ def test_a_patch_that_no_store_has_is_missing_after_a_restart_until_the_next_who
     assert mine.send(WHOLE, QUIET).faults == ()
     mine.restart()
     assert mine.send(ROAD, QUIET).faults == ()
+
+
+def test_the_number_of_missing_patches_does_not_grow_with_each_restart(mine):
+    assert mine.send(ROAD, QUIET, PATCH, QUIET).faults == ()
+    for _ in range(3):
+        mine.restart(has_survey=False)
+        assert any("1 patches are not in the terrain" in fault for fault in mine.send(ROAD, QUIET).faults)
+
+
+@pytest.mark.parametrize("mine", [pattern_site()], indirect=True)
+def test_what_is_received_while_nothing_is_decided_is_known_after_a_restart(mine):
+    """Before the first sources, and while the last decision is valid, neither a patch nor an area needs a decision."""
+    decided = mine.alert
+    assert mine.send(MACHINE, PATCH) is decided
+    mine.restart(has_survey=False)
+    mine.run.deliver(WHOLE._replace(at=mine.at))  # latched, from before the patch
+    faults = " ".join(mine.send(ROAD, QUIET).faults)
+    assert "1 patches are not in the terrain" in faults and "areas/equipment has published nothing" in faults
+
+
+def test_what_the_terrain_lacked_before_anything_was_decided_is_a_fault_after_a_restart(mine, monkeypatch):
+    """As before the first /clock: no decision has the fault, so the memory of the node must have it."""
+    monkeypatch.setattr(mine.run.node.station.desk, "_now", lambda: 0)
+    monkeypatch.setattr(mine.run.node.station.desk, "_clock_ran", False)
+    decided = mine.alert
+    assert mine.send(PATCH._replace(frame="drone"), WHOLE._replace(frame="drone")) is decided
+    mine.restart(has_survey=False)
+    faults = " ".join(mine.send(ROAD, QUIET).faults)
+    assert "1 patches are not in the terrain" in faults and "a survey was refused" in faults
+
+
+def test_lost_messages_are_a_fault_after_a_restart_too(mine):
+    assert mine.send(ROAD, QUIET).faults == ()
+    mine.run.node.station.input_lost(RADAR_A, mine.run.now_ns())
+    for _ in range(2):
+        mine.run.node.settle()
+        mine.restart()
+        assert any("were lost" in fault for fault in mine.send(ROAD, QUIET).faults)
+    assert mine.stay_quiet(MAX_AGE).faults == ()
+
+
+def test_an_acknowledgement_that_ends_a_refusal_lowers_no_level(mine):
+    """The person has seen a fault, not the level that follows it."""
+    assert mine.send(ROAD, DANGER, QUIET, MACHINE._replace(frame="drone")).held == Level.RESTRICT
+    assert "was refused" in mine.stay_quiet(MAX_AGE + 0.5).faults[0]
+    alert = mine.acknowledge()
+    assert (alert.level, alert.held, alert.faults) == (Level.RESTRICT, Level.RESTRICT, ())
+    assert mine.acknowledge().level == Level.NORMAL
+    assert audit_log(mine.folder).sound
+
+
+def test_one_acknowledgement_does_not_end_a_refusal_and_an_unknown_level(mine):
+    mine.send(ROAD, DANGER)
+    mine.run.node.station.close()
+    gone(mine)
+    mine.restart()
+    mine.send(ROAD, QUIET, MACHINE._replace(frame="drone"))
+    assert len(mine.stay_quiet(MAX_AGE + 0.5).faults) == 2
+    (fault,) = mine.acknowledge().faults
+    assert ADVICE in fault
+    assert mine.acknowledge().faults == ()
 
 
 def test_one_sensor_is_not_enough_to_acknowledge_what_another_had_seen_before_a_restart(mine):

@@ -79,6 +79,19 @@ def test_sources_that_were_overwritten_are_a_fault_until_they_would_be_too_old(m
     see_until(mine, lambda: newest(mine).startswith("normal: "), "the fault to end")
 
 
+def test_a_driver_that_is_started_while_the_former_one_publishes_is_no_loss(mine):
+    former, before = mine.publishers["sources"], len(mine.alerts)
+    later = mine.node.create_publisher(PoseArray, "sources", DEEP)
+    mine.wait(later.get_subscription_count, "the simulator to receive the second publisher")
+    for _ in range(10):
+        for publisher in (former, later):
+            publisher.publish(poses([HARMLESS], mine.now()))
+            mine.spin(0.05)
+    mine.wait(lambda: len(mine.alerts) >= before + 5, "alerts on both")
+    sentences = [array.status[0].message for array in mine.alerts[before:]]
+    assert not any("were lost" in sentence for sentence in sentences), sentences
+
+
 def test_patches_that_were_overwritten_are_missing_until_the_next_whole_survey(mine):
     mine.process.send_signal(signal.SIGSTOP)
     for _ in range(300):

@@ -1,0 +1,67 @@
+"""The requests to the alert desk: what its thread takes into account before it decides again."""
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+
+from rpf3d_core.alerts.evidence import Evidence
+from rpf3d_core.alerts.levels import Acknowledgement
+
+Reply = Callable[[tuple[bool, str]], None]
+
+
+@dataclass(frozen=True)
+class Request:
+    """A request to the alert desk: new evidence, a reason to forget evidence, or an acknowledgement.
+
+    region : the region of the evidence; evidence : new evidence, or None; topic : topic of the evidence's sources
+    faults : the reason why the state is unknown; all evidence is then forgotten, and every topic must publish again.
+        "" if there is no such reason
+    is_error : True if the reason is an error of the program; then only messages with a stamp later than that of the
+        last message of their topic count
+    acknowledged : an acknowledgement, whose name and reason are not checked yet
+    standing : the standing faults when the acknowledgement was given
+    reply : called with True and a sentence if the request succeeded, or with False and the reason
+    is_changed : True to decide again because standing faults or lost messages have changed
+    is_moved : True to decide again on the evidence, if there is any, because an outline or the terrain has changed
+    """
+
+    region: Hashable = None
+    evidence: Evidence | None = None
+    topic: str = ""
+    faults: str = ""
+    is_error: bool = False
+    acknowledged: Acknowledgement | None = None
+    standing: tuple[str, ...] = ()
+    reply: Reply | None = None
+    is_changed: bool = False
+    is_moved: bool = False
+
+    @property
+    def decides(self) -> bool:
+        """True if a decision follows, on all evidence, standing faults and lost messages of its time."""
+        return self.evidence is not None or bool(self.faults) or self.is_changed
+
+    def is_covered_by(self, later: "Request") -> bool:
+        """True if the decision on a later request takes into account all that this request brings.
+
+        So new evidence does not wait for one decision for each outline of a moving machine.
+        """
+        return (self in (TICK, CHANGED, MOVED) and later.decides) or (self in (TICK, MOVED) and later.is_moved)
+
+    @property
+    def is_unanswered(self) -> bool:
+        """True if the evidence has no answer: it is a fault, and raises no level."""
+        return self.evidence is not None and not self.evidence.areas
+
+
+CHANGED = Request(is_changed=True)
+"""A request to decide again, because the standing faults have changed, or messages were lost."""
+
+MOVED = Request(is_moved=True)
+"""A request to decide again on the evidence, because the outline of an area or the terrain has changed."""
+
+TICK = Request()
+"""A request without new evidence: the alert desk only checks whether the validity of the last decision ends soon."""
+
+CLOSING = None
+"""Request that ends the thread of the alert desk."""

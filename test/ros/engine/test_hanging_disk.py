@@ -1,0 +1,134 @@
+"""What waits behind a disk that hangs, and what the desk remembers on disk: neither fills memory nor stops an alert."""
+
+import threading
+from functools import partial
+
+import pytest
+from waiting import wait_for
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from alert_evidence import NOW, area, evidence, site
+
+from rpf3d_core.alerts.levels import Level
+from rpf3d_core.alerts.log import DecisionLog
+from rpf3d_ros.engine import alert_desk
+from rpf3d_ros.engine.alert_desk import AlertDesk
+
+RADAR, PATIENCE = "sources", 20.0
+wait = partial(wait_for, seconds=PATIENCE, pause=0.002)
+
+
+class Reports:
+    """Keeps the alerts and the faults of a desk."""
+
+    def __init__(self):
+        self.alerts, self.faults, self.ignored = [], [], []
+
+    def decided(self, alert, evidence):
+        self.alerts.append(alert)
+
+    def logged(self, fault):
+        self.faults.append(fault)
+
+    def __getattr__(self, name):
+        return lambda *given: self.ignored.append(name)
+
+
+class HangingLog:
+    """A log on a disk that does not answer until the test lets it."""
+
+    last_alert = None
+
+    def __init__(self):
+        self.is_reached, self.answers = threading.Event(), threading.Event()
+
+    def remember(self, received):
+        """Nothing has changed."""
+
+    def decided(self, decision, thresholds):
+        self.is_reached.set()
+        self.answers.wait(PATIENCE)
+
+    def close(self):
+        pass
+
+
+@pytest.fixture
+def hanging():
+    """A desk whose first decision hangs, its log and its reports."""
+    log, reports = HangingLog(), Reports()
+    desk = AlertDesk(site(), log, lambda: NOW, reports)
+    desk.decide_on("wall", evidence(area(0)), RADAR)
+    assert log.is_reached.wait(PATIENCE)
+    yield desk, log, reports
+    log.answers.set()
+    assert desk.close(PATIENCE)
+
+
+def test_changes_do_not_pile_up_behind_a_disk_that_hangs(hanging):
+    desk, log, reports = hanging
+    for number in range(1000):
+        desk.watch(lambda number=number: {"ramp": str(number)})
+        desk.standing.report("inputs", f"message {number} was refused")
+        desk.miss(RADAR, NOW - 1000 + number)
+    assert desk._requests.qsize() <= 2
+    log.answers.set()
+    wait(lambda: len(reports.alerts) >= 2)
+    faults = " ".join(reports.alerts[-1].faults)
+    assert "message 999 was refused" in faults and f"on {RADAR} were lost 0.000 s ago" in faults
+
+
+def test_answers_beyond_the_most_that_may_wait_count_as_lost_messages(hanging, monkeypatch):
+    monkeypatch.setattr(alert_desk, "MOST_WAITING", 3)
+    desk, log, reports = hanging
+    for number in range(100):
+        desk.decide_on(number, evidence(area(5000)), RADAR)
+    assert len(desk._undecided) == 3 and desk._requests.qsize() <= 3
+    log.answers.set()
+    wait(lambda: reports.alerts and any("were lost" in fault for fault in reports.alerts[-1].faults))
+    assert reports.alerts[-1].held == Level.EVACUATE
+
+
+def test_an_error_in_what_must_be_remembered_stops_no_alert(tmp_path):
+    reports = Reports()
+    desk = AlertDesk(site(), DecisionLog(tmp_path, "0.1.0"), lambda: NOW, reports, remembered=lambda: 1 / 0)
+    desk.decide_on("wall", evidence(area(5000)), RADAR)
+    assert wait(lambda: reports.alerts)[0].level == Level.EVACUATE
+    assert desk.close(PATIENCE) and "ZeroDivisionError" in reports.faults[0]
+
+
+def test_a_change_is_written_once_also_before_the_clock_runs_and_nothing_is_decided(tmp_path, monkeypatch):
+    log, reports, received = DecisionLog(tmp_path, "0.1.0"), Reports(), {"patches": 1}
+    written, write = [], log._state.write
+    monkeypatch.setattr(log._state, "write", lambda facts: written.append(facts["memory"]) or write(facts))
+    desk = AlertDesk(site(), log, lambda: 0, reports, remembered=lambda: dict(received))
+    for _ in range(3):
+        desk.watch(dict, lambda: "a")
+        desk.standing.report("inputs", "a message was refused")
+        wait(lambda: "held_up" in reports.ignored)
+    received["patches"] = 2
+    desk.watch(dict, lambda: "b")
+    wait(lambda: written and written[-1]["patches"] == 2)
+    assert desk.close(PATIENCE) and not reports.alerts
+    assert [each["patches"] for each in written] == [1, 2]
+    again = DecisionLog(tmp_path, "0.1.0")
+    assert again.memory["patches"] == 2
+    again.close()
+
+
+def test_a_fault_that_ended_since_makes_an_acknowledgement_void():
+    reports, replies = Reports(), []
+    desk = AlertDesk(site(), None, lambda: NOW, reports)
+    desk.decide_on("wall", evidence(area(5000)), RADAR)
+    desk.decide_on("wall", evidence(area(0)), RADAR)
+    desk.standing.report("refused", "a message was refused")
+    desk.acknowledge("J. Meyer", "looks quiet", replies.append)
+    desk.standing.settle("refused")
+    lowered, why = wait(lambda: replies)[0]
+    assert not lowered and "fault" in why
+    wait(lambda: reports.alerts[-1].faults == ())
+    assert reports.alerts[-1].held == Level.EVACUATE
+    desk.acknowledge("J. Meyer", "looks quiet", replies.append)
+    assert wait(lambda: replies[1:])[0][0] and wait(lambda: reports.alerts[-1].held == Level.NORMAL)
+    assert desk.close(PATIENCE)
