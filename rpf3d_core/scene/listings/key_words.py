@@ -1,0 +1,83 @@
+"""Name a key of a scene in words, with its unit, for the axes and legends of pictures: `friction angle (degrees)`."""
+
+import re
+from collections.abc import Iterator, Mapping
+from functools import cache
+from typing import Any, NamedTuple
+
+from rpf3d_core.scene.listings.json_schema import DEFINITIONS, scene_schema
+from rpf3d_core.terrain.benches import parameters as benches
+from rpf3d_core.terrain.pit import parameters as pit
+
+UNIT = re.compile(r"\((-|m|m2|m3|m/s|m/s2|kg|kg/m3|kg/s|kJ|s|Pa|cm|1/m|1/ha|degrees)\)")
+"""Pattern of a unit in the description of a key."""
+ENDS = {"_deg": "degrees", "_cm": "cm", "_kj": "kJ", "_per_ha": "1/ha"}
+"""Units that a key may end with."""
+RATIOS = ("elongation", "ramp_grade")
+"""Names of the parameters of synthetic terrains that are ratios."""
+TERRAINS = {"terrain.benches.": benches, "terrain.pit.": pit}
+"""Modules with the meanings of the parameters of synthetic terrains, by the beginning of their key paths."""
+
+
+class KeyWords(NamedTuple):
+    """A key in words, and its unit; "-" for a number without a unit, "" for an unknown unit or no number."""
+
+    words: str
+    unit: str
+
+    @property
+    def label(self) -> str:
+        """The words with the unit in brackets."""
+        return f"{self.words} ({self.unit})" if self.unit else self.words
+
+
+def key_in_words(path: str) -> KeyWords:
+    """Return the last key of a key path such as `materials.default.friction_angle_deg` in words, with its unit."""
+    for beginning, module in TERRAINS.items():
+        name = path.removeprefix(beginning)
+        if name in module.MEANINGS:
+            return _of_terrain(name, module.MEANINGS[name], module.WHOLE)
+    last = path.rpartition(".")[2]
+    end = next((each for each in ENDS if last.endswith(each)), "")
+    words = last.removesuffix(end).replace("_", " ")
+    return KeyWords(words, ENDS.get(end) or _unit(path.split(".")))
+
+
+def _of_terrain(name: str, meaning: str, whole: tuple[str, ...]) -> KeyWords:
+    """Return the words for a parameter of a synthetic terrain: the beginning of its meaning.
+
+    whole : names of the parameters that are counts
+    """
+    words = re.split(r"[;,:]", meaning)[0]
+    unit = "-" if name in (*whole, *RATIOS) else next((ENDS[end] for end in ENDS if name.endswith(end)), "m")
+    return KeyWords(words, unit)
+
+
+def _unit(keys: list[str]) -> str:
+    """Return the unit that the description of a key states, or that of a section around it; "" without one."""
+    unit, places = "", [_schema()]
+    for key in keys:
+        places = [below for place in places for below in _below(place, key)]
+        found = [match[1] for place in places if (match := UNIT.search(place.get("description", "")))]
+        unit = found[0] if found else unit
+    return unit
+
+
+@cache
+def _schema() -> dict[str, Any]:
+    return scene_schema()
+
+
+def _below(place: Mapping[str, Any], key: str) -> Iterator[dict[str, Any]]:
+    """Yield the schemas of a key in a section; in a list or a mapping with names of the user, of each entry."""
+    if "$ref" in place:
+        yield from _below(_schema()["$defs"][place["$ref"].removeprefix(DEFINITIONS)], key)
+    for each in (*place.get("anyOf", ()), *place.get("oneOf", ()), *place.get("allOf", ())):
+        yield from _below(each, key)
+    properties, entries = place.get("properties", {}), place.get("additionalProperties")
+    if key in properties:
+        yield properties[key]
+    elif isinstance(entries, dict):
+        yield entries
+    if isinstance(place.get("items"), dict):
+        yield place["items"]
