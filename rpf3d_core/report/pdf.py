@@ -107,7 +107,7 @@ def _picture(number: int, height: float, caption: str) -> str:
     A mark before the picture, which stays on its page if the picture does not fit, shows how much of the page is left.
     height : mm
     """
-    return (f"#block(height: 0pt, spacing: 0pt)[#metadata(none) <picture-{number}>]\n"
+    return (f"#block(height: 0pt, above: 10pt, below: 0pt)[#metadata(none) <picture-{number}>]\n"
             f"#context {{ let left = {BOTTOM - CAPTION}mm - locate(<picture-{number}>).position().y; "
             f"let fits = left < {height:.1f}mm and left > {LEAST * height:.1f}mm; "
             f'figure(image("{number}.png", height: if fits {{ left }} else {{ {height:.1f}mm }}), '

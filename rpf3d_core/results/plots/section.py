@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from rpf3d_core.results.plots.style import GROUND, PATH, label, scale_in_words
 
 FloatArray = NDArray[np.float64]
-WIDTH, PANEL, SHARES = 10.0, 9.0, 2.4
-"""Width of the picture, width of its panels, and height of the lower panel (inches)."""
-LOWEST, HIGHEST = 2.0, 7.5
-"""Smallest and largest height (inches) of the upper panel; between them, lengths and heights have the same scale."""
-TOP, BETWEEN, BELOW = 0.35, 0.75, 0.6
-"""Heights (inches) of the title, of the labels between both panels, and of those below the lower panel."""
+PANEL, NARROWEST, SHARES = 6.6, 4.2, 1.9
+"""Largest and smallest width of the panels, and height of the lower panel (inches); letters are readable on paper."""
+LOWEST, HIGHEST = 1.8, 4.4
+"""Smallest and largest height (inches) of the upper panel; within these limits, lengths and heights have the same
+scale. A section that is higher than HIGHEST has narrower panels instead."""
+TOP, BETWEEN, BELOW, LEFT, RIGHT = 0.35, 0.75, 0.6, 0.75, 0.15
+"""Sizes (inches) of the title, of the labels between, below and left of the panels, and of the margin on the right."""
 LIMIT, BAND, FENCE = "#b3007a", "#9bb8e0", "#111111"
 
 
@@ -48,13 +49,14 @@ def section_figure(drawing: SectionDrawing) -> Figure:
     """Draw the critical section above, and the share of rocks that pass each distance below."""
     length = float(drawing.distance[-1] - drawing.distance[0])
     floor, top = _heights(drawing)
-    true = PANEL * (top - floor) / length
+    across = min(max(HIGHEST * length / (top - floor), NARROWEST), PANEL)
+    true = across * (top - floor) / length
     height = min(max(true, LOWEST), HIGHEST)
-    whole = height + SHARES + TOP + BETWEEN + BELOW
-    figure = Figure(figsize=(WIDTH, whole))
+    wide, whole = LEFT + across + RIGHT, height + SHARES + TOP + BETWEEN + BELOW
+    figure = Figure(figsize=(wide, whole))
     upper, lower = figure.subplots(2, 1, height_ratios=(height, SHARES))
     figure.subplots_adjust(
-        left=(WIDTH - PANEL) / WIDTH - 0.02, right=0.98, top=1.0 - TOP / whole, bottom=BELOW / whole,
+        left=LEFT / wide, right=1.0 - RIGHT / wide, top=1.0 - TOP / whole, bottom=BELOW / whole,
         hspace=BETWEEN / (0.5 * (height + SHARES)),
     )  # fmt: skip
     upper.set_ylim(floor, top)
@@ -95,7 +97,7 @@ def _draw_section(axes: Axes, drawing: SectionDrawing, floor: float, exaggerated
         axes.plot([], [], color=LIMIT, linestyle="--", label=f"holds 90 % of the rocks: {drawing.held:.1f} m")
     label(axes, _distance(drawing), "elevation (m)")
     axes.set_title(scale_in_words(exaggerated), loc="left", fontsize=10)
-    axes.legend(loc="upper right", framealpha=0.9)
+    axes.legend(loc="upper right", framealpha=0.9, fontsize=8)
 
 
 def _distance(drawing: SectionDrawing) -> str:
@@ -113,4 +115,4 @@ def _draw_shares(axes: Axes, drawing: SectionDrawing) -> None:
     axes.plot(drawing.at, 100.0 * drawing.passed, color=PATH, linewidth=1.4, label="rocks of all sections")
     axes.set_ylim(0.0, 100.0)
     label(axes, _distance(drawing), "rocks that pass (%)")
-    axes.legend(loc="upper right", framealpha=0.9)
+    axes.legend(loc="upper right", framealpha=0.9, fontsize=8)
