@@ -1,6 +1,5 @@
 """Lay out a report as PDF with typst, which needs no network, no browser and no fonts of the system."""
 
-import struct
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -97,7 +96,7 @@ def _height(png: bytes, width: float) -> float:
     """Return the height (mm) of a picture, at most HIGHEST; width : largest share (-) of the width of the text."""
     if not png.startswith(PNG):
         return HIGHEST  # typst names what is wrong with the picture
-    across, down = struct.unpack_from(">II", png, len(PNG))
+    across, down = (int.from_bytes(png[at : at + 4], "big") for at in (len(PNG), len(PNG) + 4))
     return min(width * WIDTH * down / across, HIGHEST)
 
 

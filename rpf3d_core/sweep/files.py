@@ -130,16 +130,16 @@ def _curves(
 
 
 def _short(keys: Sequence[str]) -> Sequence[KeyWords]:
-    """Return words for each key path: those of its last key if they are different for all, else the key path."""
+    """Return words for each key path; their names are the key paths if two of the names are equal."""
     words = [key_in_words(key) for key in keys]
-    if len({each.words for each in words}) == len(words):
+    if len({each.name for each in words}) == len(words):
         return words
-    return [each._replace(words=key) for key, each in zip(keys, words, strict=True)]
+    return [each._replace(name=key) for key, each in zip(keys, words, strict=True)]
 
 
 def _named(key: KeyWords, value: str) -> str:
     """Return a key with its value and its unit, such as `face angle 60 degrees`."""
-    return f"{key.words} {value}{f' {key.unit}' if key.unit not in ('', '-') else ''}"
+    return f"{key.name} {value}{f' {key.unit}' if key.unit not in ('', '-') else ''}"
 
 
 def _curve(name: str, points: Sequence[tuple[object, CellRecord]], what: tuple[str, Place], scale: float) -> Curve:

@@ -20,8 +20,14 @@ TERRAINS = {"terrain.benches.": benches, "terrain.pit.": pit}
 
 
 class KeyWords(NamedTuple):
-    """A key in words, and its unit; "-" for a number without a unit, "" for an unknown unit or no number."""
+    """A key in words.
 
+    name : the last key of its key path, without a unit, such as `face angle`
+    words : its meaning if there is a short one, else its name
+    unit : "-" for a number without a unit, "" for an unknown unit or no number
+    """
+
+    name: str
     words: str
     unit: str
 
@@ -33,24 +39,14 @@ class KeyWords(NamedTuple):
 
 def key_in_words(path: str) -> KeyWords:
     """Return the last key of a key path such as `materials.default.friction_angle_deg` in words, with its unit."""
-    for beginning, module in TERRAINS.items():
-        name = path.removeprefix(beginning)
-        if name in module.MEANINGS:
-            return _of_terrain(name, module.MEANINGS[name], module.WHOLE)
     last = path.rpartition(".")[2]
     end = next((each for each in ENDS if last.endswith(each)), "")
-    words = last.removesuffix(end).replace("_", " ")
-    return KeyWords(words, ENDS.get(end) or _unit(path.split(".")))
-
-
-def _of_terrain(name: str, meaning: str, whole: tuple[str, ...]) -> KeyWords:
-    """Return the words for a parameter of a synthetic terrain: the beginning of its meaning.
-
-    whole : names of the parameters that are counts
-    """
-    words = re.split(r"[;,:]", meaning)[0]
-    unit = "-" if name in (*whole, *RATIOS) else next((ENDS[end] for end in ENDS if name.endswith(end)), "m")
-    return KeyWords(words, unit)
+    name = last.removesuffix(end).replace("_", " ")
+    for beginning, module in TERRAINS.items():
+        if path == beginning + last and last in module.MEANINGS:
+            unit = "-" if last in (*module.WHOLE, *RATIOS) else ENDS.get(end, "m")
+            return KeyWords(name, re.split(r"[;,:]", module.MEANINGS[last])[0], unit)
+    return KeyWords(name, name, ENDS.get(end) or _unit(path.split(".")))
 
 
 def _unit(keys: list[str]) -> str:
