@@ -47,8 +47,8 @@ Sources
 -------
 Jaboyedoff & Labiouse 2011, Nat. Hazards Earth Syst. Sci. 11, 819: energy lines of rockfalls have 27 to 37 degrees.
 """
-ABOUT_EQUAL = 0.9
-"""Falls of at least this share (-) of the longest fall count as equally long."""
+LONG = 50.0
+"""Length (m) from which a crest may be the first, because a short one may be a gap of a road or noise of the survey."""
 RAYS, STEPS = 12, 250
 """Number of places along a crest where its fall is searched, and number of points of the ground in front of each."""
 
@@ -90,13 +90,14 @@ def _in_order(crests: Sequence[Crest], most: int) -> list[int]:
     """Return the indices of at most `most` >= 2 crests in the order of `listed`.
 
     The brow at the top of a wall matters even if lower faces are larger: rocks from there fall farthest, and reach all
-    that rocks from lower crests reach. Of crests with about equal falls, the largest is the first.
+    that rocks from lower crests reach. The first is at least LONG, if any crest is; of equal falls (in whole metres),
+    the largest crest is the first.
     """
     if not crests:
         return []
     by_size = sorted(range(len(crests)), key=lambda i: -_size(crests[i]))
-    longest = max(crest.fall for crest in crests)
-    first = next(i for i in by_size if crests[i].fall >= ABOUT_EQUAL * longest)
+    long = [i for i in by_size if crests[i].length >= LONG] or by_size
+    first = max(long, key=lambda i: round(crests[i].fall))
     order = [first, *(i for i in by_size if i != first)]
     highest = max(order, key=lambda i: float(crests[i].points[:, 2].mean()))
     return order[:most] if highest in order[:most] else [*order[: most - 1], highest]

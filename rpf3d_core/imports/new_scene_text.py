@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rpf3d_core.formats.units import METRE
-from rpf3d_core.imports.crests import ENERGY_LINE, OVER, Crest
+from rpf3d_core.imports.crests import ENERGY_LINE, LONG, OVER, Crest
 from rpf3d_core.imports.scene_text import comment, counted
 from rpf3d_core.setup.coverage import plain
 from rpf3d_core.terrain.faces import LOWEST, STEEP
@@ -131,10 +131,10 @@ def _sources(found: NewScene) -> Iterator[str]:
     yield from comment(
         f"CHECK: {counted(len(found.crests), 'crest candidate')}, where flat ground ends above a face steeper than "
         f"{STEEP:g} degrees. Each lies {OVER:g} m over the brow, so that rocks fall and do not rest behind it. The "
-        f"source is the crest with the longest fall, down to the lowest ground in front of it that a line steeper than "
-        f"{ENERGY_LINE:g} degrees reaches; of about equal falls, the one above the largest face. Of many crests the "
-        "largest and the highest are listed. A mesh does not show where rocks are released: choose yours; remove the "
-        "# of others.")  # fmt: skip
+        f"source is the crest with the longest fall, of those at least {LONG:g} m long. The fall is the height down to "
+        f"the lowest ground in front of the crest that a line steeper than {ENERGY_LINE:g} degrees reaches. Of many "
+        "crests the largest and the highest are listed. A mesh does not show where rocks are released: choose yours; "
+        "remove the # of others.")  # fmt: skip
     yield "sources:"
     for number, crest in enumerate(found.crests, start=1):
         yield from _crest(number, crest, found.choice_up, "" if number == 1 else "# ")

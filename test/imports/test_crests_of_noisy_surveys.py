@@ -153,9 +153,10 @@ def test_the_first_crest_is_that_of_the_longest_fall_and_each_has_its_fall(noise
     assert sorted(crest.fall for crest in crests) == pytest.approx([HEIGHT, 2 * HEIGHT, 3 * HEIGHT], abs=2.0)
 
 
-def test_of_about_equal_falls_the_largest_crest_is_the_first() -> None:
+def test_a_short_crest_is_not_the_first_although_its_fall_is_the_longest() -> None:
     def crest(length: float, fall: float) -> Crest:
         return Crest(points=np.array([[0.0, 0.0, fall], [length, 0.0, fall]]), length=length, height=10.0, fall=fall)
 
-    found = [crest(300.0, 50.0), crest(20.0, 120.0), crest(80.0, 115.0)]
-    assert [each.length for each in listed(found, 3)] == [80.0, 300.0, 20.0]
+    found = [crest(300.0, 50.0), crest(20.0, 120.0), crest(80.0, 115.0), crest(90.0, 115.3)]
+    assert [each.length for each in listed(found, 4)] == [90.0, 300.0, 80.0, 20.0]
+    assert [each.length for each in listed(found[1:2], 2)] == [20.0], "there is no longer one"
