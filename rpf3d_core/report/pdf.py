@@ -15,6 +15,8 @@ WIDTH, BOTTOM = 174.0, 279.0
 HIGHEST, LEAST, CAPTION = 115.0, 0.6, 18.0
 """Largest height of a picture (mm), least share (-) of its height to which it is reduced to fit the rest of a page, and
 height of a caption with its distances (mm)."""
+FEW_ROWS = 5
+"""A table with fewer rows is not divided between two pages; a longer one continues with its header on the next page."""
 STYLE = """\
 #set page(paper: "a4", margin: (x: 18mm, y: 18mm), numbering: "1 / 1")
 #set text(size: 9.5pt)
@@ -26,10 +28,6 @@ STYLE = """\
 #show table.cell: set text(size: 8pt)
 #show figure.caption: set text(size: 8.5pt, fill: luma(90))
 """
-
-
-FEW_ROWS = 5
-"""A table with fewer rows is not divided between two pages; a longer one continues with its header on the next page."""
 
 
 def write_pdf(path: Path, title: str, elements: Sequence[Element]) -> None:
