@@ -62,7 +62,7 @@ def column_of(path: Path, column: int | str, key: str) -> FloatArray:
 
 def _factor(path: Path, name: str, key: str) -> float:
     """Return the unit (kg) that the name of a column of masses states; 1 without a unit."""
-    unit = unit_of_column(name)
+    unit = unit_of_column(name, "mass")
     if unit is not None and unit.quantity != "mass":
         raise InputError(f"{path}: `calibration.{key}` is {name!r}, by its name in {unit.name}, but must be masses")
     return 1.0 if unit is None else unit.factor

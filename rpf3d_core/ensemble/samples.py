@@ -40,6 +40,8 @@ class Sample:
         """Add more values (N,) to the sample."""
         some = np.asarray(values, dtype=float)
         some = some[np.isfinite(some)]
+        if not len(some):
+            return
         self._waiting.append(some)
         self.count += len(some)
         self.low, self.high = min(self.low, some.min(initial=np.inf)), max(self.high, some.max(initial=-np.inf))

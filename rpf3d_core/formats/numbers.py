@@ -15,7 +15,7 @@ from rpf3d_core.terrain.frame import FloatArray
 class NumberColumn(NamedTuple):
     """A column of numbers in a file.
 
-    values : (N,) in m, kg or m3 if the header states a unit, else in the file's own unit
+    values : (N,) in m, kg or m3 if the header states a unit of the wanted quantity, else in the file's own unit
     name : from the header, None without one; unit : that the header states, None without one
     """
 
@@ -24,18 +24,14 @@ class NumberColumn(NamedTuple):
     unit: TableUnit | None = None
 
 
-def read_numbers(path: Path, column: str | None = None) -> FloatArray:
-    """Return the numbers (N,) of a file, N >= 1; arguments, unit and errors are as in `read_column`."""
-    return read_column(path, column).values
-
-
-def read_column(path: Path, column: str | None = None) -> NumberColumn:
-    """Return a column of numbers of a file, with its name.
+def read_column(path: Path, column: str | None, quantity: str) -> NumberColumn:
+    """Return a column of N >= 1 numbers of a file, with its name.
 
     Empty lines, and comments after `#`, are skipped; a first line without a number is a header. If the header states
-    a unit, such as `length (mm)`, the numbers are converted to m, kg or m3.
+    a unit of the wanted quantity, such as `length (mm)`, the numbers are converted to m, kg or m3.
 
     column : name of the column in the header; None if each line has one number
+    quantity : the wanted quantity, a key of `units.SI`
 
     Raises
     ------
@@ -50,15 +46,16 @@ def read_column(path: Path, column: str | None = None) -> NumberColumn:
     if not rows:
         raise InputError(f"{path}: holds no number; each line must have one")
     if column is None:
-        return _in_si([_number(path, row, header) for row in rows], " ".join(header).strip() or None)
+        return _in_si([_number(path, row, header) for row in rows], " ".join(header).strip() or None, quantity)
     place = _place(path, header, column)
-    return _in_si([_cell(path, row, place, column) for row in rows], column)
+    return _in_si([_cell(path, row, place, column) for row in rows], column, quantity)
 
 
-def _in_si(numbers: list[float], name: str | None) -> NumberColumn:
-    """Return a column with its numbers converted by the unit that its name states."""
-    unit = unit_of_column(name or "")
-    return NumberColumn(np.array(numbers) * (1.0 if unit is None else unit.factor), name, unit)
+def _in_si(numbers: list[float], name: str | None, quantity: str) -> NumberColumn:
+    """Return a column with its numbers converted by the unit that its name states, if it is one of the quantity."""
+    unit = unit_of_column(name or "", quantity)
+    factor = unit.factor if unit is not None and unit.quantity == quantity else 1.0
+    return NumberColumn(np.array(numbers) * factor, name, unit)
 
 
 def _place(path: Path, header: list[str], column: str) -> int:

@@ -26,29 +26,41 @@ _SPELT_OUT = {
     "pounds": "lb", "lbs": "lb", "litres": "l", "liters": "l",
 }  # fmt: skip
 _IN_BRACKETS, _SUFFIX = re.compile(r"[(\[]\s*([^()\[\]]+?)\s*[)\]]\s*$"), re.compile(r"(_|,\s*|\s)([a-z]+3?)$")
-_NO_SUFFIX, _NO_WORD = ("l",), ("l", "g", "t", "in")
-"""Units that are not read after an underscore, and units that are not read after a blank: they may be other words."""
+_NO_WORD = ("l", "g", "t", "m", "in")
+"""Units that are not read after a blank, because they may be other words."""
 
 
 class TableUnit(NamedTuple):
     """A unit that the header of a column states, such as `mm`.
 
     quantity : key of `SI`; factor : size of the unit in the unit of `SI`
+    clear : False for an end of a name that may also be something else than a unit, such as the `t` of `mass_t`
     """
 
     name: str
     quantity: str
     factor: float
+    clear: bool
 
 
-def unit_of_column(header: str) -> TableUnit | None:
-    """Return the unit that the name of a column states, such as `length (mm)` or `mass_t`; None if it states none."""
+def unit_of_column(header: str, quantity: str) -> TableUnit | None:
+    """Return the unit that the name of a column states, such as `length (mm)` or `mass_t`; None if it states none.
+
+    A unit of another quantity is returned only if it is clear: the `m` of `width (m)`, but not the symbols of
+    `Length (L)` and `mass (m)`, with which the names begin.
+
+    quantity : key of `SI`, the quantity of the numbers in the column
+    """
     lower = header.strip().lower()
     lower = lower.replace("³", "3").replace("^3", "3")
     bracket, suffix = _IN_BRACKETS.search(lower), _SUFFIX.search(lower)
     word = bracket[1] if bracket else suffix[2] if suffix else ""
     name = _SPELT_OUT.get(word, word)
-    if suffix and not bracket and word in (_NO_SUFFIX if suffix[1] == "_" else _NO_WORD):
+    if suffix and not bracket and suffix[1].isspace() and word in _NO_WORD:
         return None
-    found = ((quantity, units[name]) for quantity, units in _TABLE_UNITS.items() if name in units)
-    return next((TableUnit(name, *each) for each in found), None)
+    found = next((each for each, units in _TABLE_UNITS.items() if name in units), None)
+    is_clear = bool(bracket) or (len(word) > 1 and word != "in")
+    is_symbol = len(word) == 1 and lower.startswith(word)
+    if found is None or (found != quantity and (is_symbol or not is_clear)):
+        return None
+    return TableUnit(name, found, _TABLE_UNITS[found][name], is_clear)

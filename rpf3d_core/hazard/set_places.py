@@ -62,7 +62,8 @@ class PlaceTally:
         bins = bins_of(tally, ENERGY)
         new = less(bins, self._bins) if len(self._bins) else bins
         slot, column = np.nonzero(new)
-        self._filled[number].append((slot, column, new[slot, column]))
+        if len(slot):
+            self._filled[number].append((slot, column, new[slot, column]))
         self._before, self._bins = after, bins
 
     def counts(self) -> PlaceCounts:

@@ -37,49 +37,98 @@ FINE, PIXEL = 0.1, 0.2
 COARSE = 1.0
 """Smallest side (m) of the pixels in which faces are searched."""
 MOST_CRESTS = 16
-"""Largest number of crests that are found: the highest one, and those with the largest faces."""
+"""Largest number of crests that are found."""
+
+
+ENERGY_LINE = 30.0
+"""Smallest angle (degrees) from the horizontal of the straight line from a crest to ground that rocks may reach.
+
+Sources
+-------
+Jaboyedoff & Labiouse 2011, Nat. Hazards Earth Syst. Sci. 11, 819: energy lines of rockfalls have 27 to 37 degrees.
+"""
+LONG = 50.0
+"""Length (m) from which a crest may be the first, because a short one may be a gap of a road or noise of the survey."""
+RAYS, STEPS = 12, 250
+"""Number of places along a crest where its fall is searched, and number of points of the ground in front of each."""
 
 
 class Crest(NamedTuple):
     """A stretch of a crest: points (N, 3) m on the ground just over the brow, local frame.
 
     length : m, in plan; height : m, median height of the face below
+    fall : m, from the crest down to the lowest ground that rocks from there may reach, as `_fall` estimates it
     """
 
     points: FloatArray
     length: float
     height: float
+    fall: float = 0.0
 
 
 def crests_of(terrain: Terrain) -> list[Crest]:
-    """Return at most MOST_CRESTS crests of a terrain, ordered by the product of length and height, largest first."""
+    """Return at most MOST_CRESTS crests of a terrain: first the one with the longest fall, then the largest ones."""
     image = height_image(terrain, terrain.vertices[:, :2], 2.0 * COARSE, COARSE)
     lines = [part for line in upper_borders(image, SHORTEST) for part in _stretches(line)]
-    rough = [(crest, line) for line in lines for crest in _on_the_brow(image, line)]
-    kept = _largest_and_highest([crest for crest, _ in rough], MOST_CRESTS)
+    rough = [(_with_fall(image, crest), line) for line in lines for crest in _on_the_brow(image, line)]
+    kept = _in_order([crest for crest, _ in rough], MOST_CRESTS)
     lines = [rough[i][1] for i in kept]
-    exact = [crest for line in lines for crest in _on_the_brow(height_image(terrain, line, HIGHEST, PIXEL), line)]
-    return [exact[i] for i in _largest_and_highest(exact, len(exact))]
+    found = (crest for line in lines for crest in _on_the_brow(height_image(terrain, line, HIGHEST, PIXEL), line))
+    exact = [_with_fall(image, crest) for crest in found]
+    return [exact[i] for i in _in_order(exact, len(exact))]
 
 
 def listed(crests: Sequence[Crest], most: int) -> list[Crest]:
-    """Return at most `most` of the crests, largest first; the highest crest is always one of them."""
-    return [crests[i] for i in _largest_and_highest(crests, most)]
+    """Return at most `most` >= 2 of the crests: first the one with the longest fall, then the largest ones.
 
-
-def _largest_and_highest(crests: Sequence[Crest], most: int) -> list[int]:
-    """Return the indices of at most `most` crests, largest first; the highest crest is always one of them.
-
-    The brow at the top of a wall matters even if lower faces are larger: rocks from there fall farthest.
+    The highest crest is always one of them.
     """
-    order = sorted(range(len(crests)), key=lambda i: -_size(crests[i]))
-    highest = max(order, key=lambda i: float(crests[i].points[:, 2].mean()), default=0)
-    return order[:most] if highest in order[:most] or not order else [*order[: most - 1], highest]
+    return [crests[i] for i in _in_order(crests, most)]
+
+
+def _in_order(crests: Sequence[Crest], most: int) -> list[int]:
+    """Return the indices of at most `most` >= 2 crests in the order of `listed`.
+
+    The brow at the top of a wall matters even if lower faces are larger: rocks from there fall farthest, and reach all
+    that rocks from lower crests reach. The first is at least LONG, if any crest is; of equal falls (in whole metres),
+    the largest crest is the first.
+    """
+    if not crests:
+        return []
+    by_size = sorted(range(len(crests)), key=lambda i: -_size(crests[i]))
+    long = [i for i in by_size if crests[i].length >= LONG] or by_size
+    first = max(long, key=lambda i: round(crests[i].fall))
+    order = [first, *(i for i in by_size if i != first)]
+    highest = max(order, key=lambda i: float(crests[i].points[:, 2].mean()))
+    return order[:most] if highest in order[:most] else [*order[: most - 1], highest]
 
 
 def _size(crest: Crest) -> float:
     """Return the area (m2) of the face below a crest, seen from the front, by which crests are ranked."""
     return crest.length * crest.height
+
+
+def _with_fall(image: HeightImage, crest: Crest) -> Crest:
+    """Return a crest with its fall; image : heights of the whole terrain."""
+    return crest._replace(fall=max(_fall(image, crest.points), crest.height))
+
+
+def _fall(image: HeightImage, points: FloatArray) -> float:
+    """Return the fall (m) from a crest (N, 3) m: down to the lowest ground in front that rocks may reach.
+
+    Ground may be reached if the straight line to it from the crest is steeper than ENERGY_LINE. The result is the
+    median of RAYS places along the crest.
+    """
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1))])
+    at = (np.arange(RAYS) + 0.5) / RAYS * along[-1]
+    x, y, top = (np.interp(at, along, column) for column in points.T)
+    plan, slope = np.column_stack([x, y]), math.tan(math.radians(ENERGY_LINE))
+    relief = float(top.max() - image.terrain.vertices[:, 2].min())
+    distance = np.linspace(0.0, max(relief, LOWEST) / slope, STEPS + 1)[1:]
+    ground = heights_at(image, plan[:, None, :] + distance[:, None] * _outwards(plan)[:, None, :])
+    drop = top[:, None] - ground
+    reached = np.where(drop >= slope * distance, drop, 0.0)  # False where there is no ground
+    return float(np.median(reached.max(axis=1)))
 
 
 def _stretches(line: FloatArray) -> list[FloatArray]:

@@ -13,7 +13,7 @@ from rpf3d_core.formats.reference_system import why_unusable
 from rpf3d_core.formats.units import METRE
 from rpf3d_core.imports.crests import Crest, crests_of, listed
 from rpf3d_core.imports.folder import check_new_folder, new_folder
-from rpf3d_core.imports.new_scene_text import SCHEMA, NewScene, ZoneFound, scene_text
+from rpf3d_core.imports.new_scene_text import SCHEMA, NewScene, ZoneFound, scene_text, words_on_crest
 from rpf3d_core.imports.scene_text import counted
 from rpf3d_core.scene.listings.json_schema import scene_schema
 from rpf3d_core.scene.model import Scene
@@ -146,14 +146,19 @@ def _in_input(terrain: Terrain, crest: Crest) -> Crest:
 def _sentences(found: NewScene) -> list[str]:
     """Return sentences for the screen on the content of the terrain file: triangles, holes, zones and crests."""
     zones = ", ".join(zone.name for zone in found.zones[:12]) + (", ..." if len(found.zones) > 12 else "")
-    if found.misread:
-        crests = "no crest searched, because the unit or the axes look wrong: see the first note"
-    elif not found.crests:
-        crests = "no crest found: the source is a guess, so place it yourself"
-    else:
-        first = found.crests[0]
-        crests = (f"{counted(len(found.crests), 'crest candidate')}; the source is the first, {first.length:.0f} m "
-                  f"long above a face of {first.height:.0f} m")  # fmt: skip
     split = [f"split by height, numbered from the top: {', '.join(found.split)}"] if found.split else []
     size = f"{counted(found.triangles, 'triangle')}, {counted(found.holes, 'hole')}"
-    return [size, f"zones: {zones}", *split, crests]
+    return [size, f"zones: {zones}", *split, *_on_crests(found)]
+
+
+def _on_crests(found: NewScene) -> list[str]:
+    """Return sentences on the crests of a new scene: which there are, and why one of them is the source."""
+    if found.misread:
+        return ["no crest searched, because the unit or the axes look wrong: see the first note"]
+    if not found.crests:
+        return ["no crest found: the source is a guess, so place it yourself"]
+    words = [f"crest_{number}: {words_on_crest(crest, found.choice_up)}"
+             for number, crest in enumerate(found.crests, start=1)]  # fmt: skip
+    reason = ", because rocks from there may fall farthest; the others are comments in the scene"
+    why = "" if len(words) == 1 else reason
+    return [f"{counted(len(words), 'crest candidate')}; the source is crest_1{why}", *words]

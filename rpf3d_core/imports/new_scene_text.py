@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rpf3d_core.formats.units import METRE
-from rpf3d_core.imports.crests import OVER, Crest
+from rpf3d_core.imports.crests import ENERGY_LINE, LONG, OVER, Crest
 from rpf3d_core.imports.scene_text import comment, counted
 from rpf3d_core.setup.coverage import plain
 from rpf3d_core.terrain.faces import LOWEST, STEEP
@@ -114,7 +114,7 @@ def _rock() -> Iterator[str]:
 
 
 def _sources(found: NewScene) -> Iterator[str]:
-    """Yield the scene file's lines for the sources: the largest crest, and other crests as comments.
+    """Yield the scene file's lines for the sources: the crest with the longest fall, and other crests as comments.
 
     Without crests, the source is the highest point.
     """
@@ -131,8 +131,10 @@ def _sources(found: NewScene) -> Iterator[str]:
     yield from comment(
         f"CHECK: {counted(len(found.crests), 'crest candidate')}, where flat ground ends above a face steeper than "
         f"{STEEP:g} degrees. Each lies {OVER:g} m over the brow, so that rocks fall and do not rest behind it. The "
-        "largest is the source; of many crests the largest and the highest are listed. A mesh does not show where "
-        "rocks are released: choose yours; remove the # of others.")  # fmt: skip
+        f"source is the crest with the longest fall, of those at least {LONG:g} m long. The fall is the height down to "
+        f"the lowest ground in front of the crest that a line steeper than {ENERGY_LINE:g} degrees reaches. Of many "
+        "crests the largest and the highest are listed. A mesh does not show where rocks are released: choose yours; "
+        "remove the # of others.")  # fmt: skip
     yield "sources:"
     for number, crest in enumerate(found.crests, start=1):
         yield from _crest(number, crest, found.choice_up, "" if number == 1 else "# ")
@@ -144,12 +146,18 @@ def _crest(number: int, crest: Crest, up: str, mark: str) -> Iterator[str]:
     number : of the crest, from 1; up : axis that points up; mark : "# " to comment the source out, otherwise ""
     """
     points = crest.points.tolist()
-    brow = f"brow at {np.median(crest.points[:, 'xyz'.index(up)]):,.0f} m"
-    yield f"  {mark}- name: crest_{number}   # {crest.length:.0f} m long, {brow}, above a face of {crest.height:.0f} m"
+    yield f"  {mark}- name: crest_{number}   # {words_on_crest(crest, up)}"
     yield f"  {mark}  line:"
     yield from (f"  {mark}    - {_point(point)}" for point in points)
     yield f"  {mark}  above_ground: 0.5"
     yield f"  {mark}  rocks: {SETS * EACH}   # {EACH} for each of the {SETS} parameter sets"
+
+
+def words_on_crest(crest: Crest, up: str) -> str:
+    """Return length, altitude of the brow, height of the face and fall of a crest as text; up : axis that points up."""
+    brow = np.median(crest.points[:, "xyz".index(up)])
+    return (f"{crest.length:.0f} m long, brow at {brow:,.0f} m, above a face of {crest.height:.0f} m, fall "
+            f"{crest.fall:.0f} m")  # fmt: skip
 
 
 def _end() -> Iterator[str]:

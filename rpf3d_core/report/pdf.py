@@ -8,8 +8,17 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
 from rpf3d_core.report.need import needed
 
+PNG = b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR"
+"""Bytes of a PNG file before its width and height (pixels)."""
+WIDTH, BOTTOM = 174.0, 279.0
+"""Width of the text (mm), and distance from the upper edge of a page to the end of its text (mm)."""
+HIGHEST, LEAST, CAPTION = 115.0, 0.6, 18.0
+"""Largest height of a picture (mm), least share (-) of its height to which it is reduced to fit the rest of a page, and
+height of a caption with its distances (mm)."""
+FEW_ROWS = 5
+"""A table with fewer rows is not divided between two pages; a longer one continues with its header on the next page."""
 STYLE = """\
-#set page(paper: "a4", margin: (x: 18mm, y: 20mm), numbering: "1 / 1")
+#set page(paper: "a4", margin: (x: 18mm, y: 18mm), numbering: "1 / 1")
 #set text(size: 9.5pt)
 #set table(stroke: (x, y) => (bottom: 0.4pt + luma(210)), inset: (x: 4pt, y: 3pt))
 #show heading.where(level: 1): set text(size: 18pt)
@@ -32,17 +41,23 @@ def write_pdf(path: Path, title: str, elements: Sequence[Element]) -> None:
     typst = needed("typst")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        text = [STYLE, f"#set document(title: {quoted(title)})"]
-        text += [_element(element, folder, number) for number, element in enumerate(elements)]
-        (folder / "report.typ").write_text("\n\n".join(text), encoding="utf-8")
+        source = write_source(folder, title, elements)
         try:
-            content = typst.compile(folder / "report.typ", root=folder, ignore_system_fonts=True)
+            content = typst.compile(source, root=folder, ignore_system_fonts=True)
         except typst.TypstError as fault:
             raise InputError(f"{path}: could not be laid out as PDF ({fault}); the HTML report is complete") from fault
     try:
         path.write_bytes(content)
     except OSError as fault:
         raise InputError(f"{path}: could not be written ({fault.strerror or fault})") from fault
+
+
+def write_source(folder: Path, title: str, elements: Sequence[Element]) -> Path:
+    """Write the report in the language of typst, with its pictures, into a folder; return the path of the text."""
+    text = [STYLE, f"#set document(title: {quoted(title)})"]
+    text += [_element(element, folder, number) for number, element in enumerate(elements)]
+    (folder / "report.typ").write_text("\n\n".join(text), encoding="utf-8")
+    return folder / "report.typ"
 
 
 def quoted(text: str) -> str:
@@ -66,8 +81,7 @@ def _element(element: Element, folder: Path, number: int) -> str:
             return _table(element)
         case Picture(png, caption, width):
             (folder / f"{number}.png").write_bytes(png)
-            image = f'image("{number}.png", width: {100.0 * width:.0f}%)'
-            return f"#figure({image}, caption: {quoted(caption)}, numbering: none)"
+            return _picture(number, _height(png, width), caption)
         case View(_, _, instead):
             return f"#par(text(size: 8pt, fill: luma(90), {quoted(instead)}))"
         case SignOff(fields):
@@ -76,13 +90,35 @@ def _element(element: Element, folder: Path, number: int) -> str:
             return f"#block(breakable: false, grid(columns: (1fr, 1fr), column-gutter: 20pt, {cells}))"
 
 
+def _height(png: bytes, width: float) -> float:
+    """Return the height (mm) of a picture, at most HIGHEST; width : largest share (-) of the width of the text."""
+    if not png.startswith(PNG):
+        return HIGHEST  # typst names what is wrong with the picture
+    across, down = (int.from_bytes(png[at : at + 4], "big") for at in (len(PNG), len(PNG) + 4))
+    return min(width * WIDTH * down / across, HIGHEST)
+
+
+def _picture(number: int, height: float, caption: str) -> str:
+    """Return a picture as typst; if it is too high for the rest of the page, it is reduced, down to LEAST.
+
+    A mark before the picture, which stays on its page if the picture does not fit, shows how much of the page is left.
+    height : mm
+    """
+    return (f"#block(height: 0pt, above: 10pt, below: 0pt)[#metadata(none) <picture-{number}>]\n"
+            f"#context {{ let left = {BOTTOM - CAPTION}mm - locate(<picture-{number}>).position().y; "
+            f"let fits = left < {height:.1f}mm and left > {LEAST * height:.1f}mm; "
+            f'figure(image("{number}.png", height: if fits {{ left }} else {{ {height:.1f}mm }}), '
+            f"caption: {quoted(caption)}, numbering: none) }}")  # fmt: skip
+
+
 def _bullets(sentences: Sequence[str]) -> str:
     return f"#list({', '.join(map(quoted, sentences))})"
 
 
 def _table(table: Table) -> str:
     columns, align = len(table.header), "right" if table.right else "left"
-    cells = "".join(f"{quoted(cell)}, " for row in (table.header, *table.rows) for cell in row)
+    header, *rows = ("".join(f"{quoted(cell)}, " for cell in row) for row in (table.header, *table.rows))
     widths = "(auto, " + ("1fr, ") * (columns - 1) + ")"
-    return (f"#block(breakable: {'false' if len(table.rows) < 15 else 'true'}, table(columns: {widths}, "
-            f"align: (x, y) => if x == 0 {{ left }} else {{ {align} }}, {cells}))")  # fmt: skip
+    whole = "false" if len(rows) < FEW_ROWS else "true"
+    return (f"#block(breakable: {whole}, table(columns: {widths}, align: (x, y) => if x == 0 {{ left }} else "
+            f"{{ {align} }}, table.header({header}), {''.join(rows)}))")  # fmt: skip

@@ -59,7 +59,7 @@ class Run:
     def placement(self) -> list[str]:
         """Warnings about sources in the air and outlines partly off the terrain; see `setup.placement`."""
         releases = some_releases(self.prepared, MOST_LOOKED_AT)
-        return placement_warnings(self.prepared, source_heights(self.prepared, releases))
+        return placement_warnings(self.prepared, releases, source_heights(self.prepared, releases))
 
     @property
     def obstacles(self) -> Obstacles:

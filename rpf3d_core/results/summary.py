@@ -139,7 +139,9 @@ def _terrain(scene: Scene, terrain: Terrain, faults: FaultReport) -> dict[str, A
         "up": terrain.frame.up,
         "local_origin_z_up": terrain.frame.origin,
         "crs": scene.terrain.crs,
-        "faults": {key: value for key, value in asdict(faults).items() if key != "remarks" or value},
+        "faults": {
+            key: value for key, value in asdict(faults).items() if key != "seen" and (key != "remarks" or value)
+        },
     }
 
 

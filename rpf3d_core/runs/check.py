@@ -167,7 +167,7 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
     heights = source_heights(prepared, releases)
     maps = Maps(raster=prepared.raster, facets=len(prepared.terrain.triangles), allowed=scene.hazard.memory_gb)
     of_scene = warnings_of(scene)
-    placed = placement_warnings(prepared, heights)
+    placed = placement_warnings(prepared, releases, heights)
     rims = hanging_rims(prepared.terrain, prepared.engine)
     observed, doubts = observations_in_words(prepared)
     warnings = [*prepared.faults.remarks, *of_scene, *placed, *rims, *doubts]

@@ -42,7 +42,12 @@ def set_tally(prepared: Prepared, sets: ParameterSets, tallies: Tallies) -> SetT
 
 
 LAP = 1024
-"""Approximate number of rocks that a parameter set flies before the next set flies."""
+"""Approximate number of rocks that a parameter set flies in the first lap, before the next set flies."""
+MOST_IN_LAP = 2**22
+"""Largest number of rocks of all sets in a lap, unless the first lap has more.
+
+The numbers of the rocks of a lap, sorted by set, then need some 100 MB.
+"""
 
 
 @dataclass(eq=False)
@@ -57,6 +62,8 @@ class Gathered:
 
     def __call__(self, deposits: Deposits, impacts: Impacts) -> None:
         """Collect the results of a group of rocks, and pass on the block if it is large enough."""
+        if not len(deposits.rock):
+            return
         self.parts.append((deposits, impacts))
         if sum(len(some.rock) for some, _ in self.parts) >= BLOCK:
             self.pass_on()
@@ -90,10 +97,11 @@ class SetFlyer:
 
         A round of many rocks flies in laps, so that a run that is stopped has flown rocks of all sets, unless it is
         stopped in its first lap. For every n, the first n sets are spread evenly over the values of the unknowns. So
-        even then the sets that have flown represent all sets.
+        even then the sets that have flown represent all sets. Each lap is twice as long as the lap before, up to
+        MOST_IN_LAP, because the counts of all map cells are copied for each set in each lap.
         """
         gathered = Gathered(self.sink)
-        whole = all(self._fly_sets(lap, gathered) for lap in rocks.laps(LAP * len(self.flights)))
+        whole = all(self._fly_sets(lap, gathered) for lap in rocks.laps(LAP * len(self.flights), MOST_IN_LAP))
         gathered.pass_on()
         return whole
 

@@ -1,12 +1,13 @@
 """Sizes of rocks in a scene: a number, a distribution, or a list of measured sizes."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
 from pydantic import Discriminator, Field, SerializerFunctionWrapHandler, Tag, model_serializer, model_validator
 
-from rpf3d_core.formats.numbers import read_column, read_numbers
+from rpf3d_core.formats.numbers import NumberColumn, read_column
 from rpf3d_core.formats.units import SI
 from rpf3d_core.materials.distributions import Distribution, Measured
 from rpf3d_core.scene.draws import MEASURED, Draw, distribution_of, drawn
@@ -39,13 +40,12 @@ class MeasuredList(StrictModel):
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """The smallest and the largest size that can be drawn."""
-        prepared = self.prepared
-        return prepared.low, prepared.high
+        """The smallest and the largest size that can be drawn, in m, or in the file's unit if this is no length."""
+        sizes = self.sizes("diameter")
+        return sizes.low, sizes.high
 
-    @property
-    def prepared(self) -> Measured:
-        """The sizes in the form from which they are drawn.
+    def sizes(self, measure: str) -> Measured:
+        """Return the sizes (m, kg or m3) in the form from which they are drawn; measure : as in `check_unit`.
 
         Raises
         ------
@@ -54,7 +54,10 @@ class MeasuredList(StrictModel):
         """
         if isinstance(self.measured, tuple):
             return Measured(values=np.sort(np.array(self.measured).astype(float)))
-        return Measured(values=np.sort(read_numbers(self.measured, self.column)))
+        return Measured(values=np.sort(self._column(self.measured, measure).values))
+
+    def _column(self, file: Path, measure: str) -> NumberColumn:
+        return read_column(file, self.column, _quantity(measure))
 
     def check_unit(self, measure: str) -> None:
         """Refuse a column whose header states the unit of another quantity, such as kg for a diameter.
@@ -63,7 +66,7 @@ class MeasuredList(StrictModel):
         """
         if isinstance(self.measured, tuple):
             return
-        found, quantity = read_column(self.measured, self.column), "length" if measure == "diameter" else measure
+        found, quantity = self._column(self.measured, measure), _quantity(measure)
         if found.unit is not None and found.unit.quantity != quantity:
             raise refuse(f"has sizes in {found.unit.name}, by the name of the column {found.name!r}, but must be in "
                          f"{SI[quantity]} or another unit of {quantity}", measure)  # fmt: skip
@@ -75,13 +78,32 @@ class MeasuredList(StrictModel):
         """
         if isinstance(self.measured, tuple):
             return ""
-        found = read_column(self.measured, self.column)
+        found = self._column(self.measured, measure)
         column = f"column {found.name!r}" if found.name else "the only column"
         if found.unit is not None and found.unit.name != unit:
             unit = f"{found.unit.name} and converted to {unit}"
         low, high = float(found.values.min()), float(found.values.max())
         return (f"{measure}: {column} of {self.measured.name}, read in {unit}: {len(found.values):,} values from "
                 f"{low:g} to {high:g}")  # fmt: skip
+
+    def doubt(self, measure: str) -> str:
+        """Return a sentence on a conversion by an end of the column's name that may be no unit, such as `mass_t`.
+
+        The result is "" without such a conversion. measure : as in `check_unit`
+        """
+        if isinstance(self.measured, tuple):
+            return ""
+        found, unit = self._column(self.measured, measure), SI[_quantity(measure)]
+        if found.unit is None or found.unit.clear or found.unit.name == unit:
+            return ""
+        return (f"the name of the column {found.name!r} of {self.measured.name} is read as a unit: its sizes are "
+                f"converted from {found.unit.name} to {unit}; if they are in {unit}, write the unit in brackets: "
+                f"'{measure} ({unit})'")  # fmt: skip
+
+
+def _quantity(measure: str) -> str:
+    """Return the quantity, a key of `SI`, of the sizes with a key such as `diameter`."""
+    return "length" if measure == "diameter" else measure
 
 
 if TYPE_CHECKING:
@@ -98,6 +120,9 @@ def check_units(spec: StrictModel, measures: Sequence[str]) -> None:
             size.check_unit(measure)
 
 
-def sizes_from(value: float | Draw | MeasuredList) -> Distribution | Measured:
-    """Return the distribution, or the measured sizes, from which sizes are drawn, for a value of a scene."""
-    return value.prepared if isinstance(value, MeasuredList) else distribution_of(value)
+def sizes_from(value: float | Draw | MeasuredList, measure: str) -> Distribution | Measured:
+    """Return the distribution, or the measured sizes, from which sizes are drawn.
+
+    value : of the scene; measure : its key, such as `mass`
+    """
+    return value.sizes(measure) if isinstance(value, MeasuredList) else distribution_of(value)

@@ -33,6 +33,10 @@ HIGHEST, NO_HEIGHT = 9_000.0, 30_000.0
 
 Mount Everest is 8,849 m or 29,032 ft high.
 """
+VERTICAL, TALL = 2.0, 2.0
+"""A terrain may lie on its side if its facets seen along another axis cover more than VERTICAL times the area seen from
+above, or if it is more than TALL times as high as wide. A pit wall with berms covers about as much as seen from above.
+"""
 NEARLY_ALL = 0.95
 """Smallest share (-) of facets that were turned over for which the terrain may be mirrored."""
 WGS84 = "EPSG:4326"
@@ -50,6 +54,8 @@ def placing_notes(scene: Scene, faults: FaultReport, others: Sequence[Extent]) -
     up = scene.terrain.up
     notes = list(placing_hints([terrain, *others], scene.terrain.crs, up))
     is_explained = _is_on_its_side(terrain, up) or _are_axes_known(terrain, others, up)
+    if not is_explained and not _is_too_large(terrain, up):
+        notes.extend(_mostly_vertical(terrain, faults, up))
     if _is_turned_over(faults) and not is_explained:
         notes.append(
             f"{faults.flipped_facets:,} of {faults.triangles:,} triangles faced down and were turned over: either the "
@@ -57,6 +63,28 @@ def placing_notes(scene: Scene, faults: FaultReport, others: Sequence[Extent]) -
             "compare it with a map"
         )
     return tuple(notes)
+
+
+def _mostly_vertical(terrain: Extent, faults: FaultReport, up: str) -> Iterator[str]:
+    """Yield a sentence on a terrain in local coordinates that looks as if another axis pointed up.
+
+    Its facets then are mostly vertical, or it is far higher than wide. Survey coordinates are no heights.
+    terrain : extent of the terrain; faults : the report on its mesh; up : the axis that points up in the input
+    """
+    other = "y" if up == "z" else "z"
+    along = "xyz".index(other)
+    width, relief = _size(terrain, up)
+    _, from_front, from_above = faults.seen
+    is_steep, is_tall = from_front > VERTICAL * from_above, relief > TALL * width
+    if (is_steep or is_tall) and max(abs(terrain.low[along]), abs(terrain.high[along])) < HIGHEST:
+        why = (
+            f"its facets cover {from_front:,.0f} m2 seen along {other}, and {from_above:,.0f} m2 seen from above"
+            if is_steep else f"it is {plain(round(relief))} m high and {plain(round(width))} m wide"
+        )  # fmt: skip
+        yield (
+            f"the terrain looks as if it lay on its side: {why}; if {other} points up in its file, give the terrain "
+            f"`up: {other}` (`rpf3d new`: --up {other})"
+        )
 
 
 def is_misread(scene: Scene, faults: FaultReport) -> bool:

@@ -5,21 +5,24 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 
 import numpy as np
 
+from rpf3d_core.detection.closest import closest_facet
 from rpf3d_core.ensemble.release_heights import ground_below_releases
 from rpf3d_core.ensemble.releases import Releases
-from rpf3d_core.errors import InputError
 from rpf3d_core.setup.coverage import covered_share
 from rpf3d_core.setup.prepared import Prepared, places_of, releases_in_ranges
 from rpf3d_core.setup.rounds import rounds_of
 from rpf3d_core.setup.source_heights import SourceHeight, heights_of
-from rpf3d_core.setup.sources import source_outline
+from rpf3d_core.terrain.frame import FloatArray
 
 MOST_ABOVE = 30.0
 """A source is suspicious if all its rocks start more than this (m) above the ground: higher than a bench face."""
+AT_CREST = 5.0
+"""A source is at a crest if ground is within this (m) of a rock: the brow of a face, whose foot may be far below."""
+MOST_TRIED = 500
+"""Approximate number of rocks of a source for which ground is searched in any direction."""
 WHOLE = 0.99
 """An outline counts as on the terrain if at least this share (-) of its area is, because users draw roughly."""
 
@@ -50,22 +53,34 @@ def source_heights(prepared: Prepared, releases: Releases) -> list[SourceHeight]
     return heights_of(names, rocks, releases, ground_below_releases(prepared.engine, releases.x), prepared.engine)
 
 
-def placement_warnings(prepared: Prepared, heights: Sequence[SourceHeight]) -> list[str]:
+def placement_warnings(prepared: Prepared, releases: Releases, heights: Sequence[SourceHeight]) -> list[str]:
     """Return a warning for each source in the air, each source with unused points, and each outline partly off.
 
-    heights : start heights of the sources, from `source_heights`
+    releases : from `some_releases`; heights : start heights of the sources, from `source_heights`
     """
-    return [*_high_above(heights), *_unused_points(prepared), *_partly_off(prepared)]
+    return [*_high_above(prepared, releases, heights), *_unused_points(prepared), *_partly_off(prepared)]
 
 
-def _high_above(heights: Sequence[SourceHeight]) -> Iterator[str]:
-    """Yield a warning for each source whose rocks all start higher above the ground than a bench face."""
-    for source in heights:
-        if np.isfinite(source.lowest) and source.lowest > MOST_ABOVE:
+def _high_above(prepared: Prepared, releases: Releases, heights: Sequence[SourceHeight]) -> Iterator[str]:
+    """Yield a warning for each source whose rocks all start higher above the ground than a bench face.
+
+    Rocks over a crest are no such source, although the ground straight below them may be the foot of a high face.
+    """
+    for number, source in enumerate(heights):
+        if not np.isfinite(source.lowest) or source.lowest <= MOST_ABOVE:
+            continue
+        if not _at_a_crest(prepared, releases.x[releases.source == number]):
             yield (
                 f"source {source.name!r} starts {source.lowest:,.0f} m or more above the ground; are its heights "
                 "right? `above_ground` is the height above the ground"
             )
+
+
+def _at_a_crest(prepared: Prepared, x: FloatArray) -> bool:
+    """True if points x (N, 3) m, local frame, have ground within AT_CREST in any direction; some of many are tried."""
+    engine = prepared.engine
+    places = [(float(point[0]), float(point[1]), float(point[2])) for point in x[:: max(1, len(x) // MOST_TRIED)]]
+    return any(closest_facet(engine.locator, engine.facets, place, AT_CREST).facet >= 0 for place in places)
 
 
 def _unused_points(prepared: Prepared) -> Iterator[str]:
@@ -81,10 +96,7 @@ def _partly_off(prepared: Prepared) -> Iterator[str]:
     A part over a hole counts as beyond the terrain.
     """
     outlines = {f"the area of interest {name!r}": area for name, area in prepared.polygons.items()}
-    for number, source in enumerate(prepared.scene.sources):
-        if source.polygon is not None:
-            with suppress(InputError):  # a file that was removed after the rocks were released says nothing
-                outlines[f"the polygon of source {source.name!r}"] = source_outline(prepared.scene, number)
+    outlines |= {f"the polygon of source {name!r}": area for name, area in prepared.source_polygons.items()}
     for name, polygons in outlines.items():
         share = covered_share(prepared.terrain, polygons)
         if share < WHOLE:

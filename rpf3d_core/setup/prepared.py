@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from shapely.geometry import MultiPolygon
@@ -58,7 +58,7 @@ class Prepared:
 
     faults : report on the mesh of the terrain; flight : materials, settings and models
     sources, rock : sources and rocks of the scene, from which the releases are drawn; raster : cells of the hazard maps
-    polygons : polygons of each area of interest, in plan coordinates of the input
+    polygons : polygons of each area of interest, in plan coordinates of the input; source_polygons : of the sources
     outlines : outline rings (N, 2) m of each area of interest, in the local frame
     read_s : wall time (s) to read and check the terrain; index_s : wall time (s) to build the engine's locator
     began : `time.perf_counter()` at the start of the preparation
@@ -79,6 +79,7 @@ class Prepared:
     index_s: float
     began: float
     placing: tuple[str, ...] = ()
+    source_polygons: Mapping[str, MultiPolygon] = field(default_factory=dict)
 
     @property
     def area_names(self) -> tuple[str, ...]:
@@ -108,11 +109,11 @@ def prepare(
     """
     began = time.perf_counter()
     check_engine(scene)
-    polygons = read_companions(scene)
+    polygons, source_polygons = read_companions(scene)
     others = other_extents(scene)
     refuse_other_systems(others, scene.terrain.crs)
     terrain, faults = read_terrain(scene) if terrain_read is None else terrain_read
-    flight, sources = scene_flight(scene, terrain), scene_sources(scene, terrain)
+    flight, sources = scene_flight(scene, terrain), scene_sources(scene, terrain, source_polygons)
     raster = scene_raster(scene, terrain, sources=sources)
     outlines = area_outlines(scene, terrain, polygons)
     read_s = time.perf_counter() - began
@@ -123,30 +124,30 @@ def prepare(
         scene=scene, terrain=terrain, faults=faults, engine=engine, flight=flight, sources=sources,
         rock=rock_of_scene(scene), raster=raster, polygons=polygons, outlines=outlines, read_s=read_s,
         index_s=time.perf_counter() - began - read_s, began=began, placing=placing_notes(scene, faults, others),
+        source_polygons=source_polygons,
     )  # fmt: skip
 
 
-def read_companions(scene: Scene) -> dict[str, MultiPolygon]:
+def read_companions(scene: Scene) -> tuple[dict[str, MultiPolygon], dict[str, MultiPolygon]]:
     """Read the small files of a scene to find errors in them before the large terrain file is read.
 
     Returns
     -------
-    dict
-        The polygons of the areas of interest, as from `read_areas`.
+    tuple
+        The polygons of the areas of interest, as from `read_areas`, and of the sources, as from `read_source_files`.
 
     Raises
     ------
     InputError
         A file of points or polygons is damaged; the message names the file.
     """
-    read_source_files(scene)
-    areas = read_areas(scene)
+    source_polygons, areas = read_source_files(scene), read_areas(scene)
     for number, zone in enumerate(scene.zones):
         with named_by_key(scene, "zones", number, "polygons"):
             read_polygons(zone.polygons)
     if scene.observed is not None:
         read_points(scene.observed.points_file, scene.terrain.up, heights=False)
-    return areas
+    return areas, source_polygons
 
 
 def check_engine(scene: Scene) -> None:

@@ -1,6 +1,8 @@
 """Divide the rocks of a run into rounds that fly one after another, or into parts for several workers."""
 
+import math
 from collections.abc import Iterator, Sequence
+from fractions import Fraction
 from itertools import count, pairwise, takewhile
 from typing import NamedTuple
 
@@ -31,10 +33,10 @@ class Round(NamedTuple):
         """Yield the rocks of each source, in blocks that fit into memory."""
         return blocks_of(self.first, self.last)
 
-    def laps(self, most: int) -> "Iterator[Round]":
-        """Yield parts of the round with at most about `most` rocks each, which fly one after another."""
-        laps = max(1, -(-self.rocks // most))
-        ends = [_ends_of_laps(low, high, laps) for low, high in zip(self.first, self.last, strict=True)]
+    def laps(self, first: int, most: int) -> "Iterator[Round]":
+        """Yield parts of the round, which fly one after another; first, most : as in `_shares_of_laps`."""
+        shares = _shares_of_laps(self.rocks, first, most)
+        ends = [_ends_of_laps(low, high, shares) for low, high in zip(self.first, self.last, strict=True)]
         yield from (Round(first, last) for first, last in pairwise([list(its) for its in zip(*ends, strict=True)]))
 
     def dealt(self, sets: int) -> Iterator[list[IntArray]]:
@@ -65,11 +67,11 @@ class EvenRound(NamedTuple):
         for block in range(blocks):
             yield [its[block::blocks] for its in self.numbers]
 
-    def laps(self, most: int) -> "Iterator[EvenRound]":
-        """Yield parts of the round with at most about `most` rocks each, which fly one after another."""
-        laps = max(1, -(-self.rocks // most))
-        for parts in zip(*(np.split(its, _ends_of_laps(0, len(its), laps)[1:-1]) for its in self.numbers), strict=True):
-            yield EvenRound(list(parts))
+    def laps(self, first: int, most: int) -> "Iterator[EvenRound]":
+        """Yield parts of the round, which fly one after another; first, most : as in `_shares_of_laps`."""
+        shares = _shares_of_laps(self.rocks, first, most)
+        parts = [np.split(its, _ends_of_laps(0, len(its), shares)[1:-1]) for its in self.numbers]
+        yield from (EvenRound(list(lap)) for lap in zip(*parts, strict=True))
 
     def dealt(self, sets: int) -> Iterator[list[IntArray]]:
         """Yield, for each parameter set, a list over the sources: the numbers (N,) of the rocks that fly with the set.
@@ -84,9 +86,22 @@ class EvenRound(NamedTuple):
 AnyRound = Round | EvenRound
 
 
-def _ends_of_laps(low: int, high: int, laps: int) -> list[int]:
-    """Return the laps + 1 numbers that divide the rocks from `low` to before `high` into laps of equal size."""
-    return [low + lap * (high - low) // laps for lap in range(laps + 1)]
+def _shares_of_laps(rocks: int, first: int, most: int) -> list[Fraction]:
+    """Return the shares (-) of the rocks of a round that have flown at the start and after each lap, from 0 to 1.
+
+    first : approximate number of rocks of the first lap; most : largest number of rocks of further laps, each of which
+        has twice as many rocks as the lap before
+    """
+    ends, size = [0, min(first, rocks)], first
+    while ends[-1] < rocks:
+        size = max(first, min(2 * size, most))
+        ends.append(min(ends[-1] + size, rocks))
+    return [Fraction(end, max(rocks, 1)) for end in ends[:-1]] + [Fraction(1)]
+
+
+def _ends_of_laps(low: int, high: int, shares: Sequence[Fraction]) -> list[int]:
+    """Return the numbers that divide the rocks from `low` to before `high` into laps; shares : `_shares_of_laps`."""
+    return [low + math.floor(share * (high - low)) for share in shares]
 
 
 def _by_set(rocks: IntArray, sets: int, source: int) -> list[IntArray]:

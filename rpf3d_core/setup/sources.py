@@ -1,6 +1,7 @@
 """Convert the sources and rocks of a scene into the form for flights: local frame, angles in radians."""
 
 import math
+from collections.abc import Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -32,35 +33,45 @@ from rpf3d_core.values import Rock, Vec
 NO_POINTS = np.empty((0, 3))
 
 
-def scene_sources(scene: Scene, terrain: Terrain) -> list[Source]:
+def scene_sources(scene: Scene, terrain: Terrain, polygons: Mapping[str, MultiPolygon] | None = None) -> list[Source]:
     """Return all sources of a scene in order, in the local frame, ready to release rocks.
 
     Sources without rocks are included, because random draws depend on the index of a source.
+
+    polygons : from `read_source_files`, if they were read before
 
     Raises
     ------
     InputError
         A file is damaged, a polygon lies off the terrain, or a zone has no suitable facet; the message names the key.
     """
-    return [_source(scene, number, terrain) for number in range(len(scene.sources))]
+    known = read_source_files(scene) if polygons is None else polygons
+    return [_source(scene, number, terrain, known) for number in range(len(scene.sources))]
 
 
-def read_source_files(scene: Scene) -> None:
+def read_source_files(scene: Scene) -> dict[str, MultiPolygon]:
     """Read the files of a scene's sources to find errors in them before the large terrain file is read.
+
+    Returns
+    -------
+    dict
+        The polygons of each source that has some, by name, in the plan coordinates of the input.
 
     Raises
     ------
     InputError
         A file of points or polygons is damaged; the message names the file.
     """
+    polygons = {}
     for number, spec in enumerate(scene.sources):
         if spec.points_file:
             source_points(spec, scene.terrain.up)
-        elif spec.polygon:
-            source_outline(scene, number)
+        elif spec.polygon is not None:
+            polygons[spec.name] = source_outline(scene, number)
         elif isinstance(spec.line, Path):
             with named_by_key(scene, "sources", number, "line"):
                 read_lines(spec.line)
+    return polygons
 
 
 def rock_of(spec: RockSpec) -> Rock | DrawnRock:
@@ -86,7 +97,7 @@ def _rock(density: float, spec: RockSpec | SourceSpec) -> Rock | DrawnRock:
     measure = next(name for name in SIZES if getattr(spec, name) is not None)
     size = getattr(spec, measure)
     if not isinstance(size, float):
-        return DrawnRock(density=density, measure=measure, size=sizes_from(size))
+        return DrawnRock(density=density, measure=measure, size=sizes_from(size, measure))
     if measure == "diameter":
         radius = 0.5 * size
         return Rock(density * 4.0 / 3.0 * math.pi * radius**3, radius)
@@ -94,8 +105,8 @@ def _rock(density: float, spec: RockSpec | SourceSpec) -> Rock | DrawnRock:
     return Rock(mass, (3.0 * mass / (4.0 * math.pi * density)) ** (1.0 / 3.0))
 
 
-def _source(scene: Scene, number: int, terrain: Terrain) -> Source:
-    """Return one source of a scene in the local frame, ready to release rocks."""
+def _source(scene: Scene, number: int, terrain: Terrain, polygons: Mapping[str, MultiPolygon]) -> Source:
+    """Return one source of a scene in the local frame, ready to release rocks; polygons : as in `scene_sources`."""
     spec, frame = scene.sources[number], terrain.frame
     is_crest = spec.crest is not None
     return Source(
@@ -108,7 +119,7 @@ def _source(scene: Scene, number: int, terrain: Terrain) -> Source:
         spread=_vector(np.abs(frame.directions_to_local(spec.spread))),
         velocity_spread=_vector(np.abs(frame.directions_to_local(spec.velocity_spread))),
         above_ground=None if is_crest else spec.above_ground,
-        triangles=_triangles(scene, number, terrain),
+        triangles=_triangles(scene, number, terrain, polygons),
         throw=_throw(spec),
     )
 
@@ -166,20 +177,22 @@ def _throw(spec: SourceSpec) -> Throw | None:
     )
 
 
-def _triangles(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangles | None:
+def _triangles(
+    scene: Scene, number: int, terrain: Terrain, polygons: Mapping[str, MultiPolygon]
+) -> ReleaseTriangles | None:
     """Return the triangles on which a source with an area releases rocks; None for other sources.
 
     The area is a polygon or a zone.
     """
     spec = scene.sources[number]
     if spec.polygon is not None:
-        return _within_polygon(scene, number, terrain)
+        return _within_polygon(scene, number, terrain, polygons[spec.name])
     return _steep_facets(scene, number, terrain) if spec.zone is not None else None
 
 
-def _within_polygon(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangles:
-    """Return the parts of the terrain's facets inside a source's polygon, on which its rocks start."""
-    plan = plan_triangles(source_outline(scene, number))
+def _within_polygon(scene: Scene, number: int, terrain: Terrain, polygons: MultiPolygon) -> ReleaseTriangles:
+    """Return the parts of the terrain's facets inside a source's polygons, on which its rocks start."""
+    plan = plan_triangles(polygons)
     parts = facets_within(terrain.vertices[terrain.triangles], local_plan(terrain.frame, plan))
     if not len(parts):
         raise _refused(scene, number, "polygon", f"lies off the terrain: {extents(terrain, plan)}")

@@ -6,8 +6,10 @@ from rpf3d_core.ensemble.sizes import diameter_of, mass_range
 from rpf3d_core.hazard.benches import three_figures
 from rpf3d_core.scene.draws import distribution_of
 from rpf3d_core.scene.material import Material
+from rpf3d_core.scene.measured import MeasuredList
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.models.sphere import SPHERE_GROUND
+from rpf3d_core.scene.releases import SIZES
 from rpf3d_core.setup.shapes import rock_of_scene
 
 LEAST_FRICTION = 1.0
@@ -44,6 +46,7 @@ def warnings_of(scene: Scene) -> Iterator[str]:
         yield f"`rock.density` is {scene.rock.density:g} kg/m3; is it in t/m3?"
     else:
         yield from _sizes(scene)
+    yield from _doubtful_units(scene)
     for name, material in scene.materials.items():
         if material.is_of_a_body:
             continue
@@ -90,6 +93,16 @@ def _sizes(scene: Scene) -> Iterator[str]:
         )
     elif smallest < SMALLEST_ROCK:
         yield f"`rock` has {three_figures(smallest)} m in diameter, less than gravel; is its mass in t?"
+
+
+def _doubtful_units(scene: Scene) -> Iterator[str]:
+    """Yield a warning for each file of sizes that is converted by an end of a column's name that may be no unit."""
+    places = [("rock", scene.rock), *((f"sources[{number}]", source) for number, source in enumerate(scene.sources))]
+    for place, section in places:
+        for measure in SIZES:
+            size = getattr(section, measure)
+            if isinstance(size, MeasuredList) and (doubt := size.doubt(measure)):
+                yield f"`{place}.{measure}`: {doubt}"
 
 
 def _swapped(name: str, material: Material) -> Iterator[str]:

@@ -6,6 +6,7 @@ from pathlib import Path
 from rpf3d_core.errors import InputError
 from rpf3d_core.results.hazard_files.benches_csv import write_csv
 from rpf3d_core.results.series import Curve, Panel
+from rpf3d_core.scene.listings.key_words import KeyWords, key_in_words
 from rpf3d_core.sweep.cells import Cell, value_text
 from rpf3d_core.sweep.figures import PREDICTIVE, REACHED, RETAINED, RUNOUT, STOPPED
 from rpf3d_core.sweep.flying import CELLS, CellRecord
@@ -62,7 +63,8 @@ def write_sweep(folder: Path, varied: Sequence[Varied], cells: Sequence[Cell], r
     title = f"{scene.path.stem}: {len(cells)} cells of about {records[0].rocks:,} rocks, seed {scene.seed}"
     try:
         write_csv(folder / TABLE, [*keys, *CSV_COLUMNS], csv_rows(cells, records))
-        write_curves(folder / PICTURE, title, keys[0], panels_of(varied, cells, records))
+        axis = f"{key_in_words(keys[0]).label}\n{keys[0]}"
+        write_curves(folder / PICTURE, title, axis, panels_of(varied, cells, records))
     except OSError as fault:
         raise InputError(f"{folder}: could not be written ({fault.strerror or fault})") from fault
 
@@ -122,15 +124,22 @@ def _curves(
     for cell, record in zip(cells, records, strict=True):
         first, *others = cell.values.values()
         first = first if isinstance(first, int | float) else value_text(first)
-        name = ", ".join(f"{key} {value_text(value)}" for key, value in zip(keys, others, strict=True))
+        name = ", ".join(_named(key, value_text(value)) for key, value in zip(keys, others, strict=True))
         found.setdefault(name, []).append((first, record))
     return [_curve(name, points, what, scale) for name, points in found.items()]
 
 
-def _short(keys: Sequence[str]) -> Sequence[str]:
-    """Return the last key of each key path, if all last keys are different; else the key paths unchanged."""
-    last = [key.rpartition(".")[2] for key in keys]
-    return last if len(set(last)) == len(last) else keys
+def _short(keys: Sequence[str]) -> Sequence[KeyWords]:
+    """Return words for each key path; their names are the key paths if two of the names are equal."""
+    words = [key_in_words(key) for key in keys]
+    if len({each.name for each in words}) == len(words):
+        return words
+    return [each._replace(name=key) for key, each in zip(keys, words, strict=True)]
+
+
+def _named(key: KeyWords, value: str) -> str:
+    """Return a key with its value and its unit, such as `face angle 60 degrees`."""
+    return f"{key.name} {value}{f' {key.unit}' if key.unit not in ('', '-') else ''}"
 
 
 def _curve(name: str, points: Sequence[tuple[object, CellRecord]], what: tuple[str, Place], scale: float) -> Curve:

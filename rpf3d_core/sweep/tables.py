@@ -27,6 +27,7 @@ from rpf3d_core.sweep.figures import (
     Figure,
 )
 from rpf3d_core.sweep.flying import CellRecord
+from rpf3d_core.values import UNSTOPPED
 
 CSV_COLUMNS = ("cell", "rocks", *Figure._fields)
 """Columns of sweep.csv after those of the keys; `cell` is the name of the cell's result folder."""
@@ -42,6 +43,10 @@ PREDICTIVE_NOTE = (
 SAMPLING_NOTE = "the 95 % sampling interval of the number of rocks"
 BEYOND_TERRAIN = "beyond the terrain"
 RUNOUT_NOTE = f"`{BEYOND_TERRAIN}`: more than 5 % of the rocks did not stop; most of them left the terrain"
+STOPPED_NOTE = (
+    "runout p95 is that of the rocks that stopped; it leaves out the others, up to {share} % of the rocks of a cell, "
+    "most of which left the terrain and went farther"
+)
 SAMPLING_ONLY = "sampling only"
 """Words before a sampling interval if a cell has unknowns, because the interval does not cover the unknowns."""
 
@@ -110,8 +115,19 @@ def notes_of(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
     notes += [COMMON.format(seed=cells[0].scene.seed)] if are_alike(cells) else []
     printed = [figure for record in records for figure in record.figures if _is_printed(figure)]
     notes += [RUNOUT_NOTE] if any(map(is_beyond_terrain, _of_runs(records))) else []
+    left_out = max((_left_out(record) for record in records), default=0.0)
+    notes += [STOPPED_NOTE.format(share=in_percent(left_out, 2))] if left_out else []
     open_ends = any((one.sampling_low is None) != (one.sampling_high is None) for one in printed)
     return [*notes, f"`{UNKNOWN_END}`: too few rocks determine this end of an interval"] if open_ends else notes
+
+
+def _left_out(record: CellRecord) -> float:
+    """Return the share (-) of the rocks that the p95 runout of a cell leaves out; 0 if the p95 runout is unknown."""
+    runout = figure_of(record, RUNOUT)
+    if runout is None or runout.value is None:
+        return 0.0
+    shares = (figure_of(record, outcome.name.lower()) for outcome in UNSTOPPED)
+    return sum(share.value or 0.0 for share in shares if share is not None)
 
 
 def is_beyond_terrain(figure: Figure) -> bool:

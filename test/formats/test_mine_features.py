@@ -12,7 +12,7 @@ from terrain_files import grid
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.apart import read_apart
 from rpf3d_core.formats.mine import vector_files
-from rpf3d_core.formats.mine.vector_files import vector_crs
+from rpf3d_core.formats.mine.vector_files import read_vector, vector_crs
 from rpf3d_core.formats.points import read_points
 from rpf3d_core.formats.polygons import read_polygons
 from rpf3d_core.formats.polylines import read_lines
@@ -76,6 +76,37 @@ def test_a_file_is_read_once_by_a_process_until_it_changes(tmp_path, name, monke
     monkeypatch.setattr(vector_files, "MOST_KEPT", 0)
     os.utime(path, ns=(2, 2))
     assert read_polygons(path) == read_polygons(path) and len(started) == 4, "too large to be kept"
+
+
+def test_only_the_latest_layers_are_kept(tmp_path, monkeypatch):
+    pytest.importorskip("pyogrio", reason=VECTOR)
+    monkeypatch.setattr(vector_files, "MOST_ENTRIES", 2)
+    paths = [write_vector(tmp_path / f"{name}.gpkg", [SQUARE]) for name in "abc"]
+    for path in paths:
+        read_polygons(path)
+    kept = [path for path, *_ in vector_files._kept]
+    assert kept == paths[1:]
+    size = vector_files._size(vector_files._kept[paths[2], "polygon", ""][1])
+    monkeypatch.setattr(vector_files, "MOST_KEPT", size)
+    read_polygons(paths[0])
+    assert [path for path, *_ in vector_files._kept] == [paths[0]], "two layers are too large together"
+
+
+@pytest.mark.parametrize("damage", ["view", "system"])
+def test_a_damaged_first_layer_does_not_matter_if_another_is_named(tmp_path, damage):
+    pytest.importorskip("pyogrio", reason=VECTOR)
+    path = write_vector(tmp_path / "a.gpkg", [SQUARE], layer="bad", crs="EPSG:31287")
+    write_vector(path, [OTHER], layer="walls")
+    with sqlite3.connect(path) as database:
+        if damage == "view":
+            database.execute("ALTER TABLE bad RENAME TO gone")
+            database.execute("CREATE VIEW bad AS SELECT * FROM missing")
+        else:
+            database.execute("UPDATE gpkg_geometry_columns SET srs_id = 999999 WHERE table_name = 'bad'")
+    database.close()
+    (found,) = read_vector(path, "polygon", "walls")
+    assert shapely.geometry.shape(found).equals(OTHER)
+    assert vector_crs(path) == "EPSG:32719", "the system of the layer that was read"
 
 
 def test_another_reference_system_of_a_shapefile_is_noticed(tmp_path):

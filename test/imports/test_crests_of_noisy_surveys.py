@@ -144,3 +144,19 @@ def test_the_highest_crest_is_listed_among_larger_ones() -> None:
     assert [each.height for each in listed(found, 3)] == [25.0, 24.0, 5.0]
     assert [each.height for each in listed(found, 7)] == [25.0, 24.0, 23.0, 22.0, 21.0, 20.0, 5.0]
     assert listed([], 3) == []
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.2])
+def test_the_first_crest_is_that_of_the_longest_fall_and_each_has_its_fall(noise: float) -> None:
+    crests = crests_of(wall(Survey(noise=noise)))
+    assert np.median(crests[0].points[:, 2]) == pytest.approx(3 * HEIGHT, abs=2.0)
+    assert sorted(crest.fall for crest in crests) == pytest.approx([HEIGHT, 2 * HEIGHT, 3 * HEIGHT], abs=2.0)
+
+
+def test_a_short_crest_is_not_the_first_although_its_fall_is_the_longest() -> None:
+    def crest(length: float, fall: float) -> Crest:
+        return Crest(points=np.array([[0.0, 0.0, fall], [length, 0.0, fall]]), length=length, height=10.0, fall=fall)
+
+    found = [crest(300.0, 50.0), crest(20.0, 120.0), crest(80.0, 115.0), crest(90.0, 115.3)]
+    assert [each.length for each in listed(found, 4)] == [90.0, 300.0, 80.0, 20.0]
+    assert [each.length for each in listed(found[1:2], 2)] == [20.0], "there is no longer one"

@@ -287,6 +287,21 @@ def test_commented_crests_are_valid_sources(tmp_path: Path) -> None:
     assert [source.name for source in read_scene(path).sources] == ["crest_1", "crest_2"]
 
 
+def test_the_source_is_the_crest_from_which_rocks_fall_farthest(tmp_path: Path) -> None:
+    """The lower face is twice as high as the upper one, but rocks from the upper crest reach both berm and floor."""
+    vertices, triangles = surveyed()
+    z = np.interp(vertices[:, 0], [-20.0, 0.0, 4.0, 12.0, 20.0, 60.0], [30.0, 30.0, 20.0, 20.0, 0.0, 0.0])
+    write_obj(tmp_path / "pit.obj", np.column_stack([vertices[:, :2], z]), triangles)
+    written = write_new_scene(tmp_path / "site", tmp_path / "pit.obj", FileChoice())
+    (source,) = read_scene(written.path).sources
+    x, _, heights = np.array(source.line).T
+    assert x == pytest.approx(np.full(len(x), OVER), abs=0.3) and heights.min() > 28.0
+    (count, first, second) = written.sentences[-3:]
+    assert count.startswith("2 crest candidates; the source is crest_1, because rocks from there may fall farthest")
+    assert first.startswith("crest_1: ") and first.endswith("above a face of 10 m, fall 30 m")
+    assert second.startswith("crest_2: ") and second.endswith("above a face of 20 m, fall 20 m")
+
+
 def test_a_folder_with_files_is_not_touched(tmp_path: Path) -> None:
     vertices, triangles = surveyed()
     write_obj(tmp_path / "pit.obj", vertices, triangles)

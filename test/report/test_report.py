@@ -1,5 +1,6 @@
 """A report is complete, says first what weakens it, and needs nothing but its one file."""
 
+import io
 import json
 import re
 import shutil
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benches_fallen_from import bench
+from matplotlib.image import imread, imsave
 from typer.testing import CliRunner
 
 from rpf3d_core.cli import app
@@ -18,7 +20,7 @@ from rpf3d_core.report import view
 from rpf3d_core.report.content import FIELDS, LIMITS, report_elements
 from rpf3d_core.report.elements import Heading, Picture, Table, Text, Warnings
 from rpf3d_core.report.html import html_document
-from rpf3d_core.report.pdf import quoted, write_pdf
+from rpf3d_core.report.pdf import quoted, write_pdf, write_source
 from rpf3d_core.report.report import write_report
 from rpf3d_core.report.run_files import read_hazard, read_impacts, read_run
 from rpf3d_core.report.segments import segments_of
@@ -226,6 +228,27 @@ def test_the_pdf_has_pages_pictures_and_fonts_of_its_own(report, unknown_ground,
     assert len(PAGE.findall(content)) >= 4
     fonts = set(FONT.findall(content))
     assert fonts and fonts <= EMBEDDED
+
+
+def filled(folder: Path, elements) -> list[float]:
+    """How much of the height of each page has text or pictures, without the number of the page."""
+    typst = pytest.importorskip("typst", reason="typst is not installed: it is in the extra `report`")
+    found = typst.compile(write_source(folder, "t", elements), ignore_system_fonts=True, format="png", ppi=30.0)
+    pages = [imread(io.BytesIO(page))[..., :3] for page in (found if isinstance(found, list) else [found])]
+    bodies = [page[: int(0.94 * len(page))] for page in pages]
+    return [np.flatnonzero((body < 0.95).any(axis=(1, 2)))[-1] / len(body) for body in bodies]
+
+
+@pytest.mark.parametrize("rows", range(2, 30, 3))
+def test_pages_with_large_pictures_and_tables_are_full(tmp_path, rows: int) -> None:
+    """A square picture, as of a deep section, and a table go on below whatever is on the page before them."""
+    png = io.BytesIO()
+    imsave(png, np.full((200, 200, 3), 0.5), format="png")
+    table = Table(("zone", "reached"), [(f"bench_{row}", "1 %") for row in range(14)])
+    above = Table(("this run", ""), [("site", str(row)) for row in range(rows)])
+    picture = Picture(png.getvalue(), "A caption.", 0.9)
+    *pages, _ = filled(tmp_path, [Heading("Report", 1), above, picture, picture, table, picture, table, table])
+    assert min(pages) > 0.7, pages
 
 
 def test_a_report_that_cannot_be_laid_out_says_so(tmp_path) -> None:

@@ -1,6 +1,7 @@
 """Pictures are made from the right numbers, and show them."""
 
 import csv
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -195,7 +196,11 @@ def test_pictures_count_all_rocks_and_say_how_many_are_drawn_and_that_a_run_is_p
     ]  # fmt: skip
     write_profile_plots(tmp_path, SOURCES, terrain, flights, samples, STANDARD_GRAVITY, PARTIAL)
     title = figures["overview.png"].axes[0].get_title(loc="left")
-    assert title == "Paths of 2 of 6,000 rocks, partial"
+    scale = "heights are drawn [0-9.]+ times as large as lengths"
+    assert re.fullmatch(f"Paths of 2 of 6,000 rocks, partial; {scale}", title)
+    upper, lower = figures["sections.png"].axes
+    assert (upper.get_ylabel(), lower.get_ylabel()) == ("elevation (m)", "speed (m/s)")
+    assert lower.get_xlabel() == "horizontal distance travelled (m)" and "heights" in upper.get_title(loc="left")
     (legend,) = figures["sections.png"].legends
     assert legend.get_title().get_text().startswith("Shortest, median and longest runout of 2 of 6,000")
     write_map(tmp_path / "map.png", MapContent("pit", terrain, {}, ALL), flights.deposits, sample_paths(flights.paths))

@@ -255,6 +255,14 @@ def test_a_source_half_off_the_terrain_says_how_much_of_it_is_on(folder: Path) -
     assert told.startswith("50 % of the polygon of source 'scar' lies on the terrain")
 
 
+def test_a_run_warns_of_the_polygon_that_it_flew_with_although_the_file_is_gone(folder: Path) -> None:
+    write_square(folder, "scar.json", -2.0, 2.0)
+    (folder / "scene.yaml").write_text(SLOPE + "  - {name: scar, polygon: scar.json, rocks: 5}\n")
+    run = simulate(folder / "scene.yaml", engine="reference")
+    (folder / "scar.json").unlink()
+    assert any(told.startswith("50 % of the polygon of source 'scar' lies on") for told in warnings_of_run(run))
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("command", ["run", "check"])
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import json
 import shlex
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -308,6 +309,44 @@ def test_a_source_high_in_the_air_is_warned_of(folder):
     (folder / "scene.yaml").write_text(with_models(text))
     warnings = check_scene(read_scene(folder / "scene.yaml")).warnings
     assert any("source 'top' starts 1" in told and "are its heights right?" in told for told in warnings)
+
+
+@pytest.mark.parametrize(("height", "told"), [(0.5, False), (60.0, True)])
+def test_a_source_over_the_crest_of_a_high_overhang_is_not_high_in_the_air(folder, height, told):
+    """The face leans out by 5 m over 60 m, and straight below the source is its foot."""
+    brow, foot, back, far = (5.0, 60.0), (0.0, 0.0), (-30.0, 60.0), (40.0, 0.0)
+    quads = [[(*one, -20.0), (*other, -20.0), (*other, 20.0), (*one, 20.0)]
+             for one, other in ((far, foot), (foot, brow), (brow, back))]  # fmt: skip
+    corners = np.array(quads)[:, :, [0, 2, 1]]
+    write_binary_stl(folder / "wall.stl", np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]]))
+    text = SCENE.format(terrain="wall.stl", point=[5.2, 0.0, 60.0 + height]).replace(", above_ground: 1.0", "")
+    (folder / "scene.yaml").write_text(with_models(text))
+    warnings = check_scene(read_scene(folder / "scene.yaml")).warnings
+    assert any("are its heights right?" in warning for warning in warnings) is told
+
+
+@pytest.mark.parametrize(("up", "told"), [("z", True), ("y", False)])
+def test_a_terrain_of_a_local_grid_with_y_up_is_noticed_by_its_facets(folder, up, told):
+    """A bench in local coordinates, whose heights are in y: read with z up, its level ground is vertical."""
+    x, north = np.meshgrid(np.linspace(0.0, 80.0, 41), np.linspace(0.0, 60.0, 31))
+    heights = np.interp(x, [30.0, 36.0], [15.0, 0.0])
+    points = np.stack([x, heights, -north], axis=-1)
+    a, b, c, d = points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]
+    corners = np.concatenate([np.stack(half, axis=2).reshape(-1, 3, 3) for half in ((a, b, c), (a, c, d))])
+    write_binary_stl(folder / "bench.stl", corners)
+    scene = SCENE.format(terrain="bench.stl", point=[10.0, 20.0, -10.0])
+    (folder / "scene.yaml").write_text(with_models(scene.replace("terrain:\n", f"terrain:\n  up: {up}\n")))
+    hints = []
+    with suppress(InputError):
+        check_scene(read_scene(folder / "scene.yaml"), lambda extents, sentences: hints.extend(sentences))
+    found = [hint for hint in hints if "lay on its side" in hint]
+    assert len(found) == told and all("give the terrain `up: y` (`rpf3d new`: --up y)" in hint for hint in found)
+
+
+def test_a_terrain_that_is_far_higher_than_wide_is_noticed(folder):
+    write_binary_stl(folder / "wall.stl", np.array([[[0, 0, 0], [0, 10, 0], [15, 5, 40]]], float))
+    _, hints, *_ = seen(folder, "wall.stl", [5.0, 5.0, 0.0])
+    assert any("it is 40 m high and 15 m wide; if y points up in its file" in hint for hint in hints)
 
 
 def test_the_extent_of_the_terrain_is_that_of_its_vertices_and_in_metres(folder):

@@ -6,6 +6,7 @@ from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -285,10 +286,20 @@ def test_a_stopped_run_of_many_rocks_has_flown_rocks_of_all_sets(
 
 
 @pytest.mark.parametrize("each", [Round([0, 5], [1001, 17]), EvenRound([np.arange(1001)[::-1], np.arange(5, 17)])])
-def test_laps_are_of_equal_size_and_hold_each_rock_once(each: AnyRound) -> None:
-    laps = list(each.laps(100))
-    assert {lap.rocks for lap in laps} <= {91, 92, 93, 94} and len(laps) == 11
+def test_laps_double_up_to_a_bound_and_hold_each_rock_once(each: AnyRound) -> None:
+    laps = list(each.laps(100, 250))
+    sizes = np.array([lap.rocks for lap in laps])
+    assert np.abs(sizes - [100, 200, 250, 250, 213]).max() <= 1 and sizes.sum() == each.rocks
+    assert [lap.rocks for lap in each.laps(5000, 250)] == [each.rocks], "a first lap may be longer than the bound"
     for source in range(2):
         rocks = [rock for lap in laps for dealt in lap.dealt(3) for rock in dealt[source].tolist()]
         want = [rock for dealt in each.dealt(3) for rock in dealt[source].tolist()]
         assert sorted(rocks) == sorted(want)
+
+
+def test_a_hundred_million_rocks_take_few_laps_and_empty_parts_are_not_kept() -> None:
+    laps = Round([0], [10**8]).laps(over_sets.LAP * 64, over_sets.MOST_IN_LAP)
+    assert len([lap.rocks for lap in laps]) < 40
+    gathered = over_sets.Gathered(lambda deposits, impacts: None)
+    gathered(SimpleNamespace(rock=np.empty(0)), None)
+    assert gathered.parts == []

@@ -9,11 +9,12 @@ from typer.testing import CliRunner
 import rpf3d_core as rpf3d
 from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
-from rpf3d_core.formats.numbers import read_numbers
+from rpf3d_core.formats.numbers import read_column
 from rpf3d_core.runs.check import check_scene
 from rpf3d_core.runs.check_shapes import measured_sizes
 from rpf3d_core.scene.measured import sizes_from
 from rpf3d_core.scene.reading import read_scene, scene_digest
+from rpf3d_core.setup.warnings import warnings_of
 
 SCENE = """\
 terrain: {{benches: {{number: 1, height: 8}}}}
@@ -77,7 +78,7 @@ def test_the_digest_follows_the_content_of_the_file(tmp_path: Path) -> None:
 def test_a_file_that_is_no_list_is_refused_by_its_line(tmp_path: Path, content: str, sentence: str) -> None:
     (tmp_path / "sizes.csv").write_text(content)
     with pytest.raises(InputError) as caught:
-        read_numbers(tmp_path / "sizes.csv")
+        read_column(tmp_path / "sizes.csv", None, "mass")
     assert sentence in str(caught.value)
     with pytest.raises(InputError, match="rock"):
         read_scene(written(tmp_path, "mass: {measured: sizes.csv}"))
@@ -103,13 +104,16 @@ def test_a_text_in_another_encoding_is_refused_with_what_to_do(tmp_path: Path) -
         ("diameter", "Diameter, mm", 0.001), ("diameter", "width ( Inches )", 0.0254), ("diameter", "a (m)", 1.0),
         ("diameter", "d_max", 1.0), ("diameter", "axis (a)", 1.0), ("diameter", "block_l", 1.0),
         ("mass", "m (t)", 1000.0), ("mass", "mass_t", 1000.0), ("mass", "kg", 1.0),
-        ("volume", "V (dm³)", 0.001), ("volume", "volume_m3", 1.0),
+        ("volume", "V (dm³)", 0.001), ("volume", "volume_m3", 1.0), ("volume", "V (L)", 0.001),
+        ("diameter", "Length (L)", 1.0), ("diameter", "thickness (t)", 1.0), ("mass", "mass (m)", 1.0),
+        ("mass", "mass, t", 1000.0), ("mass", "weight t", 1.0),
     ],
 )  # fmt: skip
 def test_a_unit_in_the_header_converts_the_sizes(tmp_path: Path, measure: str, header: str, factor: float) -> None:
     (tmp_path / "blocks.csv").write_text(f'number;"{header}"\n1;200\n2;50\n')
     scene = read_scene(written(tmp_path, f'{measure}: {{measured: blocks.csv, column: "{header}"}}'))
-    assert sizes_from(getattr(scene.rock, measure)).values.tolist() == pytest.approx([50.0 * factor, 200.0 * factor])
+    found = sizes_from(getattr(scene.rock, measure), measure).values.tolist()
+    assert found == pytest.approx([50.0 * factor, 200.0 * factor])
     (told,) = measured_sizes(scene)
     assert ("converted to" in told) is (factor != 1.0), told
 
@@ -127,6 +131,23 @@ def test_a_unit_of_another_quantity_is_refused(tmp_path: Path, size: str, senten
     (tmp_path / "blocks.csv").write_text("a (mm)\n200\n")
     with pytest.raises(InputError, match=sentence):
         read_scene(written(tmp_path, size))
+
+
+@pytest.mark.parametrize(
+    ("measure", "header", "converted"),
+    [("mass", "mass_t", "from t to kg"), ("diameter", "d_in", "from in to m"), ("mass", "mass (t)", None),
+     ("diameter", "d_mm", None), ("diameter", "d_m", None)],
+)  # fmt: skip
+def test_a_conversion_by_an_end_of_a_name_that_may_be_no_unit_is_warned_of(
+    tmp_path: Path, measure: str, header: str, converted: str | None
+) -> None:
+    """The t of `mass_t` may mean tonnes or total; a run that converts says so, and not only a check."""
+    (tmp_path / "blocks.csv").write_text(f"{header}\n1\n2\n")
+    found = [told for told in warnings_of(read_scene(written(tmp_path, f"{measure}: {{measured: blocks.csv}}")))
+             if "read as a unit" in told]  # fmt: skip
+    assert len(found) == (converted is not None)
+    assert all(told.startswith(f"`rock.{measure}`: the name of the column {header!r}") for told in found)
+    assert all(f"its sizes are converted {converted};" in told for told in found)
 
 
 def test_a_size_of_zero_in_a_file_is_refused(tmp_path: Path) -> None:
@@ -207,7 +228,7 @@ def test_a_column_that_cannot_be_read_is_named(
 ) -> None:
     (tmp_path / "blocks.csv").write_text(content)
     with pytest.raises(InputError) as caught:
-        read_numbers(tmp_path / "blocks.csv", column)
+        read_column(tmp_path / "blocks.csv", column, "mass")
     assert sentence in str(caught.value)
 
 

@@ -137,7 +137,7 @@ def test_the_picture_has_a_curve_for_each_combination_of_the_other_keys(scene: P
     panels = panels_of(found.varied, found.cells, found.records)
     assert [panel.title for panel in panels[-3:]] == ["runout p95", "energy p95", "height p95"]
     for panel in panels:
-        assert [curve.name for curve in panel.curves] == ["face_angle_deg 70", "face_angle_deg 90"]
+        assert [curve.name for curve in panel.curves] == ["face angle 70 degrees", "face angle 90 degrees"]
         assert all(set(curve.at) <= {3, 6} for curve in panel.curves)  # a share of no rocks is no point
     assert all(list(curve.at) == [3, 6] for curve in panels[-1].curves)
     energy = figure_of(found.records[3], "energy_p95")

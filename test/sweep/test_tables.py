@@ -130,3 +130,14 @@ def test_a_runout_is_unknown_if_many_rocks_left_the_terrain(folder: Path, text: 
     assert rows[0] == "beyond the terrain" and rows[1] != rows[0]
     assert any("did not stop" in note for note in notes_of(found.cells, found.records))
     assert panels_of(found.varied, found.cells, found.records)[-3].unknown == "beyond the terrain"
+
+
+def test_a_p95_runout_says_which_rocks_it_leaves_out(folder: Path) -> None:
+    found = sweep(written(folder, SCENE), {BERM: (4,)}, folder / "out", Here())
+    (record,) = found.records
+    assert not any("of the rocks that stopped" in note for note in notes_of(found.cells, found.records))
+    left = [each._replace(value=0.03) if each.result == "left_terrain" else each for each in record.figures]
+    notes = notes_of(found.cells, [record._replace(figures=tuple(left))])
+    assert any(note.startswith("runout p95 is that of the rocks that stopped; it leaves out the others, up to 3.00 %")
+               for note in notes)  # fmt: skip
+    assert not any("beyond the terrain" in note for note in notes)

@@ -26,7 +26,9 @@ MOST_FEATURES = 1_000_000
 FAMILIES = {"polygon": "polygons", "line": "lines", "point": "points"}
 """Plural of each kind of geometry, for messages."""
 MOST_KEPT = 2**24
-"""Largest content (bytes) of a layer that is kept after it was read."""
+"""Largest content (bytes) of all layers together that are kept after they were read; the latest are kept."""
+MOST_ENTRIES = 64
+"""Largest number of layers that are kept."""
 COMPANIONS = {".shp": (".shx", ".prj", ".dbf", ".cpg"), ".gpkg": (".gpkg-wal",)}
 """Extensions of the files that belong to a file of each kind, and that may change without it."""
 
@@ -55,11 +57,16 @@ def read_vector(path: Path, family: str, layer: str = "") -> list[dict[str, Any]
 
 
 def vector_crs(path: Path) -> str | None:
-    """Return the coordinate reference system that a file states; None if it states none, or cannot be read."""
+    """Return the coordinate reference system that a file states; None if it states none, or cannot be read.
+
+    The layers of a GeoPackage may have different systems: the result is that of the layer that was read last or, if
+    none was read, that of the first layer with a system.
+    """
     try:
         needed(path, "pyogrio")
         state = _state(path)
-        known = (arrays for (file, *_), (then, arrays) in list(_kept.items()) if file == path and then == state)
+        kept = reversed(list(_kept.items()))
+        known = (arrays for (file, *_), (then, arrays) in kept if file == path and then == state)
         arrays = next(known, None) or read_apart(path, "rpf3d_core.formats.mine.vector_files:vector_system")
         return str(arrays["crs"]) or None
     except TerrainError:
@@ -74,9 +81,22 @@ def _arrays(path: Path, family: str, layer: str) -> Arrays:
         return arrays
     arrays = read_apart(path, "rpf3d_core.formats.mine.vector_files:vector_arrays", family, layer)
     _kept.pop(key, None)
-    if arrays["content"].nbytes <= MOST_KEPT:
+    if _size(arrays) <= MOST_KEPT:
         _kept[key] = state, arrays
+        _forget()
     return arrays
+
+
+def _forget() -> None:
+    """Forget the layers that were read first until the others fit into MOST_KEPT bytes and MOST_ENTRIES layers."""
+    entries = [(key, _size(arrays)) for key, (_, arrays) in list(_kept.items())]  # other threads may read as well
+    while len(entries) > MOST_ENTRIES or sum(size for _, size in entries) > MOST_KEPT:
+        _kept.pop(entries.pop(0)[0], None)
+
+
+def _size(arrays: Arrays) -> int:
+    """Return the memory of arrays (bytes)."""
+    return sum(np.asarray(each).nbytes for each in arrays.values())
 
 
 def _state(path: Path) -> State:
@@ -92,24 +112,29 @@ def _state(path: Path) -> State:
 
 
 def vector_system(path: Path) -> Arrays:
-    """Return the array `crs`, read in this process: the reference system of a file's first layer; "" if it has none."""
+    """Return the array `crs`, read in this process: the first reference system of the layers of a file, "" for none."""
     pyogrio = needed(path, "pyogrio")
     try:
-        return {"crs": _system(path, pyogrio, pyogrio.list_layers(path).tolist())}
+        layers = pyogrio.list_layers(path).tolist()
     except Exception as fault:
         raise TerrainError(f"{path}: cannot be read ({fault})") from fault
+    systems = (_system(path, pyogrio, str(name)) for name, _ in layers)
+    return {"crs": next((system for system in systems if system), "")}
 
 
-def _system(path: Path, pyogrio: Any, layers: list[list[Any]]) -> str:
-    """Return the reference system of a file's first layer; "" if it has none; layers : as in `_layer`."""
-    return str(pyogrio.read_info(path, layer=str(layers[0][0]))["crs"] or "")
+def _system(path: Path, pyogrio: Any, layer: str) -> str:
+    """Return the reference system of a layer; "" if it has none, or is damaged: another layer may be the wanted one."""
+    try:
+        return str(pyogrio.read_info(path, layer=layer)["crs"] or "")
+    except Exception:  # any fault of the library
+        return ""
 
 
 def vector_arrays(path: Path, family: str, layer: str = "") -> Arrays:
     """Return the geometries of a layer as arrays, read in this process; arguments are as in `read_vector`.
 
     `content` has the bytes of all geometries in WKB, one after another; `lengths` (N,) has their sizes (bytes); `crs`
-    is as in `vector_system`.
+    is the reference system of the layer, "" if it has none.
     """
     pyogrio = needed(path, "pyogrio")
     try:
@@ -117,11 +142,12 @@ def vector_arrays(path: Path, family: str, layer: str = "") -> Arrays:
         name = _layer(path, layers, family, layer)
         if path.suffix.lower() == ".gpkg":
             _refuse_computed(path, name)
-        count = int(pyogrio.read_info(path, layer=name, force_feature_count=True)["features"])
+        known = pyogrio.read_info(path, layer=name, force_feature_count=True)
+        count = int(known["features"])
         if count > MOST_FEATURES:
             raise TerrainError(f"{path}: layer {name!r} has {count:,} features, more than {MOST_FEATURES:,}; cut it")
         geometries = pyogrio.raw.read(path, layer=name, columns=[])[2]
-        system = _system(path, pyogrio, layers)
+        system = str(known["crs"] or "")
     except (InputError, MemoryError):
         raise
     except Exception as fault:

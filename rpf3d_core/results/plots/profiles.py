@@ -20,12 +20,13 @@ from rpf3d_core.ensemble.flights import Flights, FloatArray, IntArray
 from rpf3d_core.ensemble.paths import PathSamples, display_step, run_starts, sample_paths
 from rpf3d_core.ensemble.totals import runout
 from rpf3d_core.results.plots.path_profiles import Profile, profile_of, terrain_below, typical_rows
-from rpf3d_core.results.plots.style import GROUND, PATH, hex_colour, label, save
+from rpf3d_core.results.plots.style import GROUND, PATH, hex_colour, label, save, scale_in_words
 from rpf3d_core.results.shown import RunCounts
 from rpf3d_core.results.tables import write_profiles
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import Outcome
 
+DISTANCE = "horizontal distance travelled (m)"
 FINER = 4
 """Ratio of the time step between points of the overview to the time step between points of a section."""
 
@@ -86,8 +87,8 @@ def overview(profile: Profile, outcome: IntArray, title: str) -> Figure:
         panel.autoscale_view()
     lower.set_ylim(bottom=0.0)
     label(upper, "", "elevation (m)")
-    label(lower, "horizontal distance travelled (m)", "speed (m/s)")
-    upper.set_title(title, loc="left")
+    label(lower, DISTANCE, "speed (m/s)")
+    upper.set_title(f"{title}; {scale_in_words(_exaggeration(upper))}", loc="left", fontsize=11)
     figure.legend(handles=_outcome_lines(outcome[rows]), loc="lower center", ncols=4, frameon=False)
     return figure
 
@@ -105,12 +106,10 @@ def sections(profile: Profile, ground: FloatArray, titles: Mapping[int, str], wh
     for upper, lower, (row, title) in zip(axes[0], axes[1], titles.items(), strict=False):
         one = profile.row == row
         _height_panel(upper, profile, ground, one)
-        upper.set_title(title, loc="left", fontsize=10)
+        upper.set_title(f"{title}\n{scale_in_words(_exaggeration(upper))}", loc="left", fontsize=10)
         lower.plot(profile.distance[one], profile.speed[one], color=PATH, linewidth=1.0)
         lower.set_ylim(bottom=0.0)
-        label(lower, "horizontal distance travelled (m)", "")
-    axes[0, 0].set_ylabel("elevation (m)")
-    axes[1, 0].set_ylabel("speed (m/s)")
+        label(lower, DISTANCE, "speed (m/s)")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="lower center", ncols=3, frameon=False,
                   title=which)  # fmt: skip
     return figure
@@ -125,7 +124,7 @@ def _panels(columns: int, size: tuple[float, float]) -> tuple[Figure, NDArray[An
     axes = figure.subplots(2, columns, sharex="col", squeeze=False, height_ratios=(3, 2))
     width, height = size
     figure.subplots_adjust(
-        left=0.85 / width, right=1 - 0.2 / width, bottom=1.0 / height, top=1 - 0.4 / height, hspace=0.06, wspace=0.15
+        left=0.85 / width, right=1 - 0.2 / width, bottom=1.0 / height, top=1 - 0.6 / height, hspace=0.06, wspace=0.22
     )
     return figure, axes
 
@@ -137,7 +136,15 @@ def _height_panel(axes: Axes, profile: Profile, ground: FloatArray, one: NDArray
     axes.plot(distance, below, color=GROUND, linewidth=1.6, label="terrain under the path")
     axes.plot(distance, elevation, color=PATH, linewidth=1.0, label="path of the rock")
     axes.plot(distance[-1:], elevation[-1:], "o", color="#c81e1e", markersize=5, label="end")
-    label(axes, "", "")
+    label(axes, "", "elevation (m)")
+
+
+def _exaggeration(axes: Axes) -> float:
+    """Return the factor (-) by which a panel draws heights larger than lengths."""
+    panel = axes.get_position()
+    assert isinstance(axes.figure, Figure)
+    (width, height), (left, right), (low, high) = axes.figure.get_size_inches(), axes.get_xlim(), axes.get_ylim()
+    return float((panel.height * height / (high - low)) / (panel.width * width / (right - left)))
 
 
 def _lines(row: IntArray, x: FloatArray, y: FloatArray) -> list[NDArray[np.float64]]:

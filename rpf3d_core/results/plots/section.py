@@ -9,13 +9,16 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from rpf3d_core.results.plots.style import GROUND, PATH, label
+from rpf3d_core.results.plots.style import GROUND, PATH, label, scale_in_words
 
 FloatArray = NDArray[np.float64]
-WIDTH, PANEL, SHARES = 10.0, 9.0, 2.4
-"""Width of the picture, width of its panels, and height of the lower panel (inches)."""
-LOWEST, HIGHEST = 2.0, 7.5
-"""Smallest and largest height (inches) of the upper panel; between them, lengths and heights have the same scale."""
+PANEL, NARROWEST, SHARES = 6.6, 3.4, 1.9
+"""Largest and smallest width of the panels, and height of the lower panel (inches); letters are readable on paper."""
+LOWEST, HIGHEST = 1.8, 4.4
+"""Smallest and largest height (inches) of the upper panel; within these limits, lengths and heights have the same
+scale. A section that is higher than HIGHEST has narrower panels instead."""
+TOP, BETWEEN, BELOW, LEFT, RIGHT = 0.35, 0.75, 0.6, 0.75, 0.15
+"""Sizes (inches) of the title, of the labels between, below and left of the panels, and of the margin on the right."""
 LIMIT, BAND, FENCE = "#b3007a", "#9bb8e0", "#111111"
 
 
@@ -46,12 +49,16 @@ def section_figure(drawing: SectionDrawing) -> Figure:
     """Draw the critical section above, and the share of rocks that pass each distance below."""
     length = float(drawing.distance[-1] - drawing.distance[0])
     floor, top = _heights(drawing)
-    true = PANEL * (top - floor) / length
+    across = min(max(HIGHEST * length / (top - floor), NARROWEST), PANEL)
+    true = across * (top - floor) / length
     height = min(max(true, LOWEST), HIGHEST)
-    figure = Figure(figsize=(WIDTH, height + SHARES + 1.0))
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(height, SHARES))
-    below = 0.6 / (height + SHARES + 1.0)
-    figure.subplots_adjust(left=(WIDTH - PANEL) / WIDTH - 0.02, right=0.98, top=1.0 - 0.3 * below, bottom=below)
+    wide, whole = LEFT + across + RIGHT, height + SHARES + TOP + BETWEEN + BELOW
+    figure = Figure(figsize=(wide, whole))
+    upper, lower = figure.subplots(2, 1, height_ratios=(height, SHARES))
+    figure.subplots_adjust(
+        left=LEFT / wide, right=1.0 - RIGHT / wide, top=1.0 - TOP / whole, bottom=BELOW / whole,
+        hspace=BETWEEN / (0.5 * (height + SHARES)),
+    )  # fmt: skip
     upper.set_ylim(floor, top)
     _draw_section(upper, drawing, floor, height / true)
     _draw_shares(lower, drawing)
@@ -59,7 +66,7 @@ def section_figure(drawing: SectionDrawing) -> Figure:
         axes.axvline(0.0, color="#444444", linewidth=0.8, linestyle=":")
         if drawing.held is not None:
             axes.axvline(drawing.held, color=LIMIT, linewidth=1.2, linestyle="--")
-    upper.set_xlim(drawing.distance[0], drawing.distance[-1])
+        axes.set_xlim(drawing.distance[0], drawing.distance[-1])
     return figure
 
 
@@ -88,8 +95,14 @@ def _draw_section(axes: Axes, drawing: SectionDrawing, floor: float, exaggerated
                   label=f"barrier {name}: {top - foot:g} m high")  # fmt: skip
     if drawing.held is not None:
         axes.plot([], [], color=LIMIT, linestyle="--", label=f"holds 90 % of the rocks: {drawing.held:.1f} m")
-    label(axes, "", "elevation (m)" + ("" if abs(exaggerated - 1.0) < 0.02 else f", heights x {exaggerated:.2g}"))
-    axes.legend(loc="upper right", framealpha=0.9)
+    label(axes, _distance(drawing), "elevation (m)")
+    axes.set_title(scale_in_words(exaggerated), loc="left", fontsize=10)
+    axes.legend(loc="upper right", framealpha=0.9, fontsize=8)
+
+
+def _distance(drawing: SectionDrawing) -> str:
+    """Return the label of the axis of distances."""
+    return f"horizontal distance beyond {drawing.origin} (m)"
 
 
 def _draw_shares(axes: Axes, drawing: SectionDrawing) -> None:
@@ -101,5 +114,5 @@ def _draw_shares(axes: Axes, drawing: SectionDrawing) -> None:
                       label="95 % sampling interval")  # fmt: skip
     axes.plot(drawing.at, 100.0 * drawing.passed, color=PATH, linewidth=1.4, label="rocks of all sections")
     axes.set_ylim(0.0, 100.0)
-    label(axes, f"horizontal distance beyond {drawing.origin} (m)", "rocks that pass (%)")
-    axes.legend(loc="upper right", framealpha=0.9)
+    label(axes, _distance(drawing), "rocks that pass (%)")
+    axes.legend(loc="upper right", framealpha=0.9, fontsize=8)

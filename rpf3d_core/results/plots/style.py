@@ -12,6 +12,9 @@ from matplotlib.figure import Figure
 RESOLUTION = 120
 """Resolution of the pictures (dots per inch)."""
 
+EQUAL = 0.02
+"""Scales of heights and lengths that differ by less than this share (-) count as equal."""
+
 GROUND, PATH = "#8a7a5c", "#1f4e9c"
 """Colours of the terrain and of paths in profiles and sections."""
 
@@ -29,6 +32,16 @@ def label(axes: Axes, x: str, y: str) -> None:
     axes.grid(visible=True, color="#dddddd", linewidth=0.6)
     axes.set_axisbelow(True)
     axes.ticklabel_format(useOffset=False, style="plain")
+
+
+def scale_in_words(exaggerated: float) -> str:
+    """Return the scale of heights of a section in words.
+
+    exaggerated : factor (-) by which heights are drawn larger than lengths, 1 for equal scales
+    """
+    if abs(exaggerated - 1.0) < EQUAL:
+        return "heights and lengths have the same scale"
+    return f"heights are drawn {exaggerated:.2g} times as large as lengths"
 
 
 def hex_colour(rgb: tuple[int, int, int]) -> str:

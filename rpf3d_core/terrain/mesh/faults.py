@@ -36,6 +36,7 @@ class FaultReport:
     steepest_deg : the largest angle of a facet from the horizontal; a facet above 90 overhangs
     median_edge : median length of an edge
     remarks : sentences on data that were left out or assumed when the files were read
+    seen : area of all facets seen along x, along y, and from above, where z points up
     """
 
     files: tuple[str, ...]
@@ -57,6 +58,7 @@ class FaultReport:
     steepest_deg: float
     median_edge: float
     remarks: tuple[str, ...] = ()
+    seen: Vec = (0.0, 0.0, 0.0)
 
     def describe(self) -> list[str]:
         """Return the report as lines of text."""
@@ -122,7 +124,14 @@ def fault_report(terrain: Terrain, winding: Winding, edges: Edges, files: tuple[
         high=high,
         steepest_deg=_steepest(winding.areas, area, flat),
         median_edge=_median_edge(terrain.vertices, edges),
+        seen=_seen(winding.areas),
     )
+
+
+def _seen(areas: FloatArray) -> Vec:
+    """Return the area (m2) of all facets seen along x, y and z; areas : (F, 3) m^2, as in `Winding`."""
+    x, y, z = (float(np.abs(column).sum()) for column in areas.T)
+    return x, y, z
 
 
 def _extent(terrain: Terrain) -> tuple[Vec, Vec]:

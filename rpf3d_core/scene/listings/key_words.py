@@ -1,0 +1,79 @@
+"""Name a key of a scene in words, with its unit, for the axes and legends of pictures: `friction angle (degrees)`."""
+
+import re
+from collections.abc import Iterator, Mapping
+from functools import cache
+from typing import Any, NamedTuple
+
+from rpf3d_core.scene.listings.json_schema import DEFINITIONS, scene_schema
+from rpf3d_core.terrain.benches import parameters as benches
+from rpf3d_core.terrain.pit import parameters as pit
+
+UNIT = re.compile(r"\((-|m|m2|m3|m/s|m/s2|kg|kg/m3|kg/s|kJ|s|Pa|cm|1/m|1/ha|degrees)\)")
+"""Pattern of a unit in the description of a key."""
+ENDS = {"_deg": "degrees", "_cm": "cm", "_kj": "kJ", "_per_ha": "1/ha"}
+"""Units that a key may end with."""
+RATIOS = ("elongation", "ramp_grade")
+"""Names of the parameters of synthetic terrains that are ratios."""
+TERRAINS = {"terrain.benches.": benches, "terrain.pit.": pit}
+"""Modules with the meanings of the parameters of synthetic terrains, by the beginning of their key paths."""
+
+
+class KeyWords(NamedTuple):
+    """A key in words.
+
+    name : the last key of its key path, without a unit, such as `face angle`
+    words : its meaning if there is a short one, else its name
+    unit : "-" for a number without a unit, "" for an unknown unit or no number
+    """
+
+    name: str
+    words: str
+    unit: str
+
+    @property
+    def label(self) -> str:
+        """The words with the unit in brackets."""
+        return f"{self.words} ({self.unit})" if self.unit else self.words
+
+
+def key_in_words(path: str) -> KeyWords:
+    """Return the last key of a key path such as `materials.default.friction_angle_deg` in words, with its unit."""
+    last = path.rpartition(".")[2]
+    end = next((each for each in ENDS if last.endswith(each)), "")
+    name = last.removesuffix(end).replace("_", " ")
+    for beginning, module in TERRAINS.items():
+        if path == beginning + last and last in module.MEANINGS:
+            unit = "-" if last in (*module.WHOLE, *RATIOS) else ENDS.get(end, "m")
+            return KeyWords(name, re.split(r"[;,:]", module.MEANINGS[last])[0], unit)
+    return KeyWords(name, name, ENDS.get(end) or _unit(path.split(".")))
+
+
+def _unit(keys: list[str]) -> str:
+    """Return the unit that the description of a key states, or that of a section around it; "" without one."""
+    unit, places = "", [_schema()]
+    for key in keys:
+        places = [below for place in places for below in _below(place, key)]
+        found = [match[1] for place in places if (match := UNIT.search(place.get("description", "")))]
+        unit = found[0] if found else unit
+    return unit
+
+
+@cache
+def _schema() -> dict[str, Any]:
+    return scene_schema()
+
+
+def _below(place: Mapping[str, Any], key: str) -> Iterator[dict[str, Any]]:
+    """Yield the schemas of a key in a section; in a list or a mapping with names of the user, of each entry."""
+    if "$ref" in place:
+        yield from _below(_schema()["$defs"][place["$ref"].removeprefix(DEFINITIONS)], key)
+    for each in (*place.get("anyOf", ()), *place.get("oneOf", ()), *place.get("allOf", ())):
+        yield from _below(each, key)
+    properties, entries = place.get("properties", {}), place.get("additionalProperties")
+    if key in properties:
+        yield properties[key]
+    elif isinstance(entries, dict):
+        yield entries
+    if isinstance(place.get("items"), dict):
+        yield place["items"]

@@ -1,0 +1,36 @@
+"""The critical section names its axes with units, and draws heights and lengths to the same scale where it can."""
+
+import numpy as np
+import pytest
+
+from rpf3d_core.results.plots.section import SectionDrawing, section_figure
+
+
+def drawing(length: float, relief: float) -> SectionDrawing:
+    distance = np.linspace(0.0, length, 50)
+    at = np.linspace(0.0, length, 20)
+    return SectionDrawing(
+        distance=distance, ground=np.linspace(relief, 0.0, 50), paths=[], held=None, at=at, passed=np.zeros(20),
+        sampling=np.zeros((2, 20)), predictive=None, origin="the toe of the first face",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("length", "relief", "scale"),
+    [
+        (100.0, 60.0, "heights and lengths have the same scale"), (300.0, 300.0, "the same scale"),
+        (500.0, 20.0, "times as large as lengths"), (100.0, 200.0, "times as large as lengths"),
+    ],
+)  # fmt: skip
+def test_both_panels_name_their_axes_and_the_scale_is_stated_and_true(length: float, relief: float, scale: str) -> None:
+    figure = section_figure(drawing(length, relief))
+    upper, lower = figure.axes
+    assert upper.get_xlabel() == lower.get_xlabel() == "horizontal distance beyond the toe of the first face (m)"
+    assert (upper.get_ylabel(), lower.get_ylabel()) == ("elevation (m)", "rocks that pass (%)")
+    assert scale in upper.get_title(loc="left")
+    (wide, high), box = figure.get_size_inches(), upper.get_position()
+    (left, right), (low, top) = upper.get_xlim(), upper.get_ylim()
+    drawn = (box.height * high / (top - low)) / (box.width * wide / (right - left))
+    stated = 1.0 if "same" in scale else float(upper.get_title(loc="left").split()[3])
+    assert drawn == pytest.approx(stated, rel=0.05)
+    assert high < 8.2, "letters are readable on a page"
