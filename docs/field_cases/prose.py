@@ -23,8 +23,8 @@ question. If no rocks fell there, use ranges for the coefficients, and accept th
 - **Rocks with a shape spread as the blocks do at Authume.** Their lateral standard deviation is {shaped_side:.1f} m.
   The 90 % intervals contain {shaped_along_quarry} kept-out stops along the slope and {shaped_across_quarry} across. At
   Tschamut, the intervals contain {shaped_along_meadow} stops along, where 16 are expected (with two other seeds: 16
-  and 14), and {shaped_across_meadow} across. The spread along the slope is too large there ({meadow_along:.0f} m, field:
-  {field_along:.0f} m).
+  and 14), and {shaped_across_meadow} across. The spread along the slope is too large there
+  ({meadow_along:.0f} m, field: {field_along:.0f} m).
 - **The predictive intervals of a calibrated run include the misfit of the model, and are therefore wide enough**,
   except for `constant` along the slope at Tschamut. But at Tschamut the misfit of points and spheres is as large as the
   spread of the stops themselves: such intervals repeat the spread of the field and predict nothing.
