@@ -80,7 +80,7 @@ The steps of a design: [how-to](../howto/catch-bench-design.md).
 POINTS = """## Files of points
 | file | content |
 |---|---|
-| text with blanks between the numbers | x y z first on each line; a `#` begins a comment |
+| text with spaces between the numbers | x y z first on each line; a `#` begins a comment |
 | CSV: a comma, semicolon or tab in the first line | the columns that the header names, otherwise the first three \
 columns; a line that begins with `#` is a comment |
 | `.geojson`, `.json` | Points and MultiPoints, `[x, y, z]` in the input's coordinates |

@@ -99,7 +99,9 @@ def fall_time(z_speed: float, height: float, gravity: float) -> float:
 
 @kernel
 def falling_time(c: float, b: float, a: float) -> float:
-    """Return the first time t >= 0 when c + b t + a t^2 falls through zero, as when a rock reaches a plane; else inf.
+    """Return the first time t >= 0 when c + b t + a t^2 falls through zero, as when a rock reaches a plane.
+
+    The result is inf if there is no such time.
 
     c, b, a : height (m), speed (m/s) and half the acceleration (m/s^2) of the rock above the plane
 

@@ -100,8 +100,8 @@ def undecided(
 ) -> list[str]:
     """Return the names of the areas on which no decision is possible if too few rocks of the new answer have flown.
 
-    For all other areas, the previous decision is kept. It cannot be kept for an area that it does not contain, or that
-    it judged for a place that the area left too long ago.
+    For all other areas, the previous decision is kept. The previous decision cannot be kept for an area that it does
+    not contain, or if the area left the judged place too long ago.
 
     worst : for each area, by name, the answer's finding with the highest level; now_ns : time of the new decision (ns)
     """

@@ -136,7 +136,7 @@ def _predictive_faults(area: AreaEvidence) -> Iterator[str]:
 def _end_faults(area: AreaEvidence) -> Iterator[str]:
     """Yield a fault for an `energy_high`, `energy_sets` or `first_arrival_low_s` of an area that cannot be right.
 
-    The value is impossible, or it is less safe than the figure of all rocks together.
+    Such a value is impossible, or less safe than the figure of all rocks together.
     """
     energy, arrival = area.energy_high, area.first_arrival_low_s
     for what, end in (("upper end of the energy", energy), ("lower end of the first arrival", arrival)):

@@ -227,7 +227,7 @@ class DecisionLog:
             return
         path, tail = tails[0]
         if tail.broken:
-            why = "lines in it are not as they were written; it stays as it is, and the log goes on in a new file"
+            why = "lines in this file were damaged or changed; the file is kept, and the log continues in a new file"
             self.problems = (*self.problems, f"{path}: {why}")
             return
         self._resume(path, tail)
@@ -271,7 +271,7 @@ class DecisionLog:
             self._witness.begin()
         except OSError as error:
             if not tails:
-                self.unknown = self.unknown or f"a first start cannot be told from a lost log: {error}"
+                self.unknown = self.unknown or f"a first start cannot be distinguished from a lost log: {error}"
         if self.unknown != self._facts.get("unknown", ""):
             self._keep(unknown=self.unknown)
         if self.unknown and self.unknown not in self.problems:
@@ -311,7 +311,8 @@ class DecisionLog:
                 write_whole(self._file, b"\n", self._size)
                 self._size += 1
         if torn:
-            self.problems = (*self.problems, f"{path}: the last line is torn, {len(torn)} bytes, kept as {aside.name}")
+            why = f"the last line was cut off; its {len(torn)} bytes are kept as {aside.name}"
+            self.problems = (*self.problems, f"{path}: {why}")
             facts = {"bytes": len(torn), "of": hashlib.sha256(torn).hexdigest(), "kept_as": aside.name}
             facts |= {"damaged": True} if tail.doubtful else {}
             self._append([("torn", facts)], None)

@@ -170,7 +170,10 @@ def separation(corners: Any, first: int, last: int, size: float, facet: Facet, g
 
 @kernel
 def _found(corners: Any, size: float, facet: Facet, now: Simplex, n: Vec, overlap: bool) -> Separation:
-    """Return the result of a search that ended with the simplex `now` and the normal n (3,), of any length."""
+    """Return the result of a search that ended with the simplex `now` and the normal n (3,), of any length.
+
+    corners, size, facet : as in `separation`; overlap : True if body and facet overlap
+    """
     a, b, c = now.a, now.b, now.c
     ground = corner_of(facet, a.corner), corner_of(facet, b.corner), corner_of(facet, c.corner)
     body = corner_at(corners, a.body, size), corner_at(corners, b.body, size), corner_at(corners, c.body, size)

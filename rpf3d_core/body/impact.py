@@ -99,13 +99,19 @@ def sustained(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloci
 
 @kernel
 def _size(velocity: Velocity, moments: Vec) -> float:
-    """Return the speed (m/s) at which a body without spin has the same kinetic energy as this motion."""
+    """Return the speed (m/s) at which a body without spin has the same kinetic energy as this motion.
+
+    moments : (3,) principal moments of inertia over mass (m2)
+    """
     return math.sqrt(2.0 * kinetic(velocity, moments))
 
 
 @kernel
 def _largest_goal(rows: Any, count: int) -> float:
-    """Return the largest goal velocity (m/s) of the contacts."""
+    """Return the largest goal velocity (m/s) of the contacts.
+
+    rows : the solver's rows of the contacts; count : number of contacts
+    """
     largest = 0.0
     for i in range(count):
         largest = max(largest, norm((rows[i, AIM], rows[i, AIM + 1], rows[i, AIM + 2])))

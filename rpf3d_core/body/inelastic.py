@@ -232,6 +232,7 @@ def _resisted(
 
     moment : previous rolling moment (m2/s); limit : largest length of the new moment (m2/s)
     size : length of the order of the body's size (m)
+    velocity : of the body, with the previous moment; moments : (3,) principal moments of inertia over mass (m2)
     """
     w = velocity.w
     free = (w[0] - moment[0] / moments[0], w[1] - moment[1] / moments[1], w[2] - moment[2] / moments[2])

@@ -136,7 +136,10 @@ def spin_bound(turning: Turning) -> float:
 
 @kernel
 def is_steady(moments: Vec, w: Vec) -> bool:
-    """True if the spin is constant, because it is negligible or, to rounding, parallel to the angular momentum."""
+    """True if the spin is constant, because it is negligible or, to rounding, parallel to the angular momentum.
+
+    moments : (3,) principal moments of inertia, in ascending order; w : (3,) rad/s, spin
+    """
     top = max(abs(w[0]), abs(w[1]), abs(w[2]))
     change = (
         abs((moments[2] - moments[1]) * w[1] * w[2])
@@ -153,6 +156,7 @@ def beyond_separatrix(moments: Vec, w: Vec) -> float:
     The result is positive if the spin circles the axis of the largest moment of inertia, negative for the smallest,
     and 0 on the boundary between the two (separatrix). L : angular momentum; T : rotational energy; I2 : middle moment.
     Unit: moments squared times (rad/s)^2.
+    moments : (3,) principal moments of inertia, in ascending order; w : (3,) rad/s, spin
     """
     a, c = moments[2] - moments[1], moments[1] - moments[0]
     x, y = moments[2] * a * w[2] * w[2], moments[0] * c * w[0] * w[0]
@@ -195,7 +199,10 @@ def term_of(moment: float, gap: tuple[float, float], w: float) -> tuple[float, f
 
 @kernel
 def axes_of(moments: Vec, w: Vec, low: bool) -> Axes:
-    """Return the relabelled axes of a body with spin w (rad/s); low : true if `beyond_separatrix` is below 0."""
+    """Return the relabelled axes of a body with spin w (rad/s); low : true if `beyond_separatrix` is below 0.
+
+    moments : (3,) principal moments of inertia, in ascending order
+    """
     first, third = (w[2], w[0]) if low else (w[0], w[2])
     signs = (1.0 if first >= 0.0 else -1.0), (1.0 if third >= 0.0 else -1.0)
     turn = NO_TURN
@@ -257,6 +264,8 @@ def placed(axes: Axes, cycle: Cycle, L: float, t: float) -> tuple[Quaternion, Ve
     """Return, for time t (s), the turn from the relabelled axes to axes fixed in space, and the spin of the body.
 
     The third of the axes in space is along the angular momentum. The spin (rad/s) is along the relabelled axes.
+
+    L : length of the angular momentum
     """
     x, half_angle, sign, A = cycle.rate * t + cycle.start, 0.5 * cycle.precession * t, 1.0, cycle.amplitudes
     f, q = cycle.phase, cycle.nome
@@ -300,6 +309,7 @@ def nutation(moments: Vec, w: Vec, L: float) -> Quaternion:
     """Return the turn about the first axis, then the second axis, that turns the angular momentum onto the third axis.
 
     moments, w : principal moments and spin (rad/s) along the relabelled axes
+    L : length of the angular momentum
     """
     M1, M2, M3 = moments[0] * w[0], moments[1] * w[1], moments[2] * w[2]
     a = half_of(M3, M2)

@@ -123,7 +123,8 @@ class Findings:
 def _shares_inside(rank: FloatArray, blocks: int) -> dict[str, dict[str, float]]:
     """Return the shares of blocks within 50 and 90 % intervals, along and across.
 
-    rank : (K, 2) of the blocks that have a prediction; blocks : number of all blocks, of which the others are outside
+    rank : (K, 2) of the blocks that have a prediction
+    blocks : number of all blocks; a block without a prediction counts as outside its intervals
     """
     inside = {percent: covered(rank, percent / 100.0, blocks) for percent in (50, 90)}
     return {str(percent): {"along": float(two[0]), "across": float(two[1])} for percent, two in inside.items()}

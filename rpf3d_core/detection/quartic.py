@@ -39,9 +39,9 @@ def slope_of(q: Quartic) -> Quartic:
 
 @kernel
 def first_fall(q: Quartic, begin: float, end: float) -> float:
-    """Return the first time in (begin, end] when a quartic polynomial falls from above zero to zero or below; else inf.
+    """Return the first time in (begin, end] when a quartic polynomial falls from above zero to zero or below.
 
-    If q is a squared distance minus a squared radius, the fall is a contact.
+    The result is inf if there is none. If q is a squared distance minus a squared radius, the fall is a contact.
 
     begin, end : s, finite; if q is zero at `begin`, this is not a fall
     """

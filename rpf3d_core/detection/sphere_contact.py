@@ -164,15 +164,15 @@ def _is_over(facets: Facets, f: int, course: Course, t: float) -> bool:
 
 @kernel
 def _entry_time(facets: Facets, f: int, course: Course, n: Vec, t: float) -> float:
-    """Return the time when a flying sphere meets facet f, whose plane it reaches outside f at time t (s); else inf.
+    """Return the time when a flying sphere meets facet f, whose plane it reaches outside f at time t (s); inf if never.
 
     n : normal of the facet towards the sphere
 
     A sphere that rolls fast takes off where its facet and facet f bend away from each other. At an angle of 1e-10 to
-    1e-3, it must come back to facet f at once. But rounding may have put it just below the plane, or it may reach the
-    plane before its foot has crossed the border of facet f. Then it meets facet f at this border, unless it is more
-    than NEAR tolerances below the plane there, or above it, or rises. At a greater depth, it has met the edge before
-    (RIM).
+    1e-3, the sphere must come back to facet f at once. But rounding may have put the sphere just below the plane, or
+    the sphere may reach the plane before its foot has crossed the border of facet f. Then the sphere meets facet f at
+    this border, unless it rises, or is above the plane or more than NEAR tolerances below the plane. At a greater
+    depth, the sphere has met the edge before (RIM).
     """
     x, v = course_position(course, t), course_velocity(course, t)
     later = time_into(facets, f, x, v, course.a, facets.tolerance)

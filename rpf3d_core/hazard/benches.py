@@ -58,6 +58,7 @@ ZONE, AREA = "zone", "area"
 class Bench(NamedTuple):
     """A row of the bench table, for a zone of the terrain (ZONE) or an area of interest (AREA).
 
+    kind : ZONE or AREA; name : of the zone or area
     reached, stopped : shares of all rocks flown, as in `share_of`
     retained : of the rocks that reached the place, the share that stopped there
     energy_p95 : 95th percentile of each rock's largest energy in the place, J; None for fewer than 20 rocks

@@ -41,6 +41,7 @@ Bins of energy cover these octaves, and twice the octaves of speed.
 class Scales(NamedTuple):
     """The bins of energy (J), speed (m/s) and height (m): largest value and number of bins of each, bins per octave.
 
+    per_octave : number of bins over which values double
     top, bins : for energy, speed and height, in this order. The largest speed and height are powers of two, so that
     scaling is exact. If all rocks have one mass and none spins, speed has no bins: percentiles of speed then follow
     from the percentiles of energy.

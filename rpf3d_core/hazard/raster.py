@@ -104,7 +104,7 @@ def check_memory(raster: Raster, facets: int, memory_gb: float, bytes_per_cell: 
     ------
     InputError
         The maps need more memory than allowed. The message states both amounts and a cell size that fits. If no cell
-        fits, because the facets alone need more, it states a sufficient `memory_gb`.
+        fits, because the facets alone need more, the message states a sufficient `memory_gb`.
     """
     allowed = memory_gb * GIGABYTE / bytes_per_cell - facets
     if raster.nx * raster.ny <= allowed:

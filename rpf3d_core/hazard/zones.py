@@ -128,7 +128,7 @@ def _flags(maps: HazardMaps, belongs: Flags) -> Flags:
 def _energy(maps: HazardMaps, percentile: int) -> tuple[FloatArray, Flags]:
     """Return the percentile of energy (S,) J that the matrix uses, and flags (S,) of cells where it is missing.
 
-    Where it is missing, the largest energy takes its place.
+    In cells without a percentile, the largest energy takes the place of the percentile.
     """
     energy = getattr(maps.cells.energy, f"p{percentile}")
     guessed = np.isnan(energy)

@@ -33,7 +33,7 @@ def check_new_folder(folder: Path) -> Path:
 def new_folder(folder: Path) -> Iterator[Path]:
     """Yield a hidden folder to write an import into.
 
-    At the end it is renamed to `folder`; after an error it is deleted.
+    At the end, the hidden folder is renamed to `folder`; after an error, the hidden folder is deleted.
 
     Raises
     ------

@@ -169,7 +169,7 @@ def _left(blocks: Blocks) -> list[str]:
         where = f"in the outer {IGNORED_RIM} rows and columns, which {PROGRAM} ignores, too"
         left.append(f"{counted(rim, 'source cell')} {where}")
     if gaps:
-        left.append(f"{counted(gaps, 'source cell')} beside missing ground: a rock might start off the terrain")
+        left.append(f"{counted(gaps, 'source cell')} next to missing ground: a rock might start off the terrain")
     if len(np.unique(blocks.volume)) > 1:
         left.append("which block falls from which cell: every rock draws its volume from those of all source cells, "
                     "and tangential_restitution holds for the mean one, of a radius of "

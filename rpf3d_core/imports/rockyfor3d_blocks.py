@@ -63,7 +63,7 @@ def blocks_of(grids: Grids) -> Blocks:
     cells = wanted & inside & surrounded(grids.ground)
     if not cells.any():
         raise InputError(
-            f"{grids.files[DENSITY]}: is 0 everywhere but in the outer {IGNORED_RIM} rows and columns and beside "
+            f"{grids.files[DENSITY]}: is 0 everywhere but in the outer {IGNORED_RIM} rows and columns and next to "
             "missing ground, so no rock falls; source cells must have the density of their rock (kg/m3)"
         )
     _refuse_sizeless(grids, cells)

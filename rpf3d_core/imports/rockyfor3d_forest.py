@@ -107,4 +107,4 @@ def without_effect(folder: Path, files: Mapping[str, Path]) -> list[Path]:
 def without_effect_lines(extra: list[Path]) -> list[str]:
     """Return comment lines for the scene file that name the files that are copied but not read; [] if none."""
     names = ", ".join(path.name.lower() for path in extra)
-    return comment(f"Copied beside this file and without effect: {names}.") if extra else []
+    return comment(f"Copied next to this file, but without effect: {names}.") if extra else []

@@ -94,7 +94,7 @@ def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Sur
 
 @kernel
 def _turning_time(v: Vec, a: Vec, radius: float) -> float:
-    """Return the time (s) until a velocity v, under a constant acceleration a, has turned by TURN or is zero; else inf.
+    """Return the time (s) until a velocity v, at constant acceleration a, has turned by TURN or is zero; inf if never.
 
     A sphere that slows down within BACK times its radius may turn by any angle: the result is inf.
     """
@@ -165,7 +165,9 @@ def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
 
 @kernel
 def _rolling(v: Vec, g_t: Vec, resistance: float, direction: Vec, lowest: float) -> tuple[Vec, float]:
-    """Return the acceleration (3,) m/s^2 of a rolling sphere, and the time (s) until its speed is `lowest`; else inf.
+    """Return the acceleration (3,) m/s^2 of a rolling sphere, and the time (s) until its speed is `lowest`.
+
+    The time is inf if the sphere does not brake.
 
     direction : (3,) unit vector against which the rolling resistance (m/s^2) acts; lowest : m/s
     v : (3,) m/s, velocity of the centre; g_t : (3,) m/s^2, gravity along the ground

@@ -29,7 +29,7 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.gap_around_patch import CROSSING, rim_edges, triangles_between
 from rpf3d_core.terrain.grid_rows import Mesh
 
-OUTSIDE = "the patch lies beside the ground: it touches none of it"
+OUTSIDE = "the patch lies outside the terrain: the patch touches no part of it"
 FOLDED = "the patch folds over itself or stands upright in plan: only a patch that looks up everywhere can be joined"
 
 

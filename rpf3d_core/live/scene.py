@@ -124,7 +124,7 @@ def why_excluded(key: str) -> str | None:
 def _from_file(path: str, given: Mapping[str, Any]) -> Scene:
     if given:
         raise SceneError(
-            f"parameter `{SCENE}` names a scene file, which says everything; remove it, or those set beside it: "
+            f"parameter `{SCENE}` names a scene file, which has all settings; remove it, or these parameters: "
             f"{', '.join(f'`{name}`' for name in sorted(given))}"
         )
     scene = read_scene(path)

@@ -103,7 +103,7 @@ def _refuse_foreign_content(target: Path) -> None:
     if not _is_result(target):
         raise InputError(f"{target}: holds files that are not rpf3d's; give the path of a new or empty folder")
     if foreign := sorted(names - RESULT_NAMES):
-        raise InputError(f"{target}: holds {foreign[0]!r} beside a result; move it away or give another folder")
+        raise InputError(f"{target}: holds {foreign[0]!r} next to a result; move this file away or give another folder")
 
 
 def _is_result(target: Path) -> bool:

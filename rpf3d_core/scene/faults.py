@@ -84,7 +84,7 @@ def unknown_key(path: KeyPath, document: Document, root: Root = None) -> Fault:
         sentence = f"`{key_name(path)}` is not a key of the top level; did you mean `{place}`?"
         return Fault(_line(path, document), sentence)
     if near == path[-1]:
-        return Fault(_line(path, document), f"`{key_name(path)}` cannot stand beside the other keys there; remove it")
+        return Fault(_line(path, document), f"`{key_name(path)}` is not allowed with the other keys there; remove it")
     advice = f"did you mean `{near}`?" if near else f"the keys here are {', '.join(_known(path, root))}"
     return Fault(_line(path, document), f"`{key_name(path)}` is not a key of a {file}; {advice}")
 

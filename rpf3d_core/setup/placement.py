@@ -100,4 +100,5 @@ def _partly_off(prepared: Prepared) -> Iterator[str]:
     for name, polygons in outlines.items():
         share = covered_share(prepared.terrain, polygons)
         if share < WHOLE:
-            yield f"{100.0 * share:.0f} % of {name} lies on the terrain; the rest is beside it or over a hole"
+            part = f"{100.0 * share:.0f} % of {name} lies on the terrain"
+            yield f"{part}; the other part lies outside the terrain or over a hole"

@@ -70,8 +70,9 @@ def _without_far_ends(run: Run, runout: Figure) -> Figure:
     """Return the p95 runout of the rocks that stopped, without value and ends that the other rocks make unknown.
 
     The other rocks went on, most of them beyond the terrain. If they are more than 5 % of all rocks, they determine the
-    p95 runout of all rocks, and the result is unknown; so is the upper end of an interval if their share may be more
-    than 5 %. With fewer such rocks, the p95 runout of all rocks is larger than the result (`tables.STOPPED_NOTE`).
+    p95 runout of all rocks, and the result is unknown. The upper end of an interval is unknown if the share of the
+    other rocks may be more than 5 %. With fewer such rocks, the p95 runout of all rocks is larger than the result
+    (`tables.STOPPED_NOTE`).
     """
     rocks, sets = run.totals.rocks, run.maps.sets
     share = share_of(sum(run.totals.outcomes[each] for each in UNSTOPPED), rocks)

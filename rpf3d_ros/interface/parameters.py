@@ -247,12 +247,12 @@ class AlarmBridgeParameters:
     """Parameters of `rpf3d_alarm_bridge`."""
 
     stale_after: float = parameter(
-        3.0, "time (s) without a message of alerts or alarm after which the contact opens", 0.1, 3600.0
+        3.0, "time (s) without a message of alerts or alarm after which the alarm contact opens", 0.1, 3600.0
     )
     clock_offset_s: float = parameter(
         1.0,
         "time (s) by which the clock of the bridge may differ from that of the simulator; an alert that is older or "
-        "newer opens the contact",
+        "newer opens the alarm contact",
         0.0, 3600.0,
     )  # fmt: skip
     contact_file: str = parameter(

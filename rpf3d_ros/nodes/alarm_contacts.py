@@ -1,8 +1,10 @@
-"""Contacts of an alarm bridge that open by themselves when the bridge ends or hangs: a file, and a TCP connection.
+"""Alarm contacts, the outputs of an alarm bridge for a PLC. They open by themselves when the bridge ends or hangs.
 
-Both replace hardware: on a site, use a relay that opens as soon as the bridge no longer powers its coil.
+There are two kinds: a file, and a TCP connection. Both replace hardware: on a site, use a relay that opens as soon as
+the bridge no longer powers its coil.
 
-Each contact has a thread of its own. It opens the contact if the bridge has not called `set` for LOOKED seconds.
+Each contact has a thread of its own. If the bridge has not called `set` for LOOKED seconds, the thread opens the
+contact.
 """
 
 import contextlib
@@ -34,7 +36,7 @@ REPEAT = 0.5
 
 
 class Wanted:
-    """The state that the bridge wants a contact to have; closed only if the bridge has wanted that recently."""
+    """The state that the bridge wants a contact to have; closed only if the last call of `set` was recent."""
 
     def __init__(self) -> None:
         self.changed = threading.Condition()
@@ -42,14 +44,14 @@ class Wanted:
         self._is_closed, self._said_at = False, 0.0
 
     def set(self, is_closed: bool) -> None:
-        """Want the contact to be closed or open."""
+        """Store whether the contact must be closed or open, and the time of the call."""
         with self.changed:
             is_new, self._is_closed, self._said_at = is_closed != self._is_closed, is_closed, time.monotonic()
             if is_new:
                 self.changed.notify_all()
 
     def end(self) -> None:
-        """Want the contact to be open for ever, and its threads to end."""
+        """Store that the contact must stay open from now on, and that its threads must end."""
         with self.changed:
             self.has_ended, self._is_closed = True, False
             self.changed.notify_all()

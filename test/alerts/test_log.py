@@ -120,7 +120,7 @@ def test_a_torn_last_line_is_kept_aside_and_said_and_the_log_goes_on(tmp_path: P
     else:
         (aside,) = tmp_path.glob("*.torn-*")
         assert aside.read_bytes() == last[:kept]
-        assert f"the last line is torn, {len(last[:kept])} bytes" in log.problems[0]
+        assert f"the last line was cut off; its {len(last[:kept])} bytes are kept" in log.problems[0]
         assert kinds(tmp_path)[-2:] == ["torn", "decision"]
     found = audit_log(tmp_path)
     assert found.sound, found.findings
@@ -142,7 +142,7 @@ def test_a_log_with_a_damaged_middle_stays_as_it_is_and_goes_on_in_a_new_file(tm
     path.write_bytes(path.read_bytes().replace(b'"level":"watch"', b'"level":"evacuate"'))
     damaged = path.read_bytes()
     log = log_one_more(tmp_path)
-    assert "not as they were written" in log.problems[0]
+    assert "were damaged or changed" in log.problems[0]
     assert path.read_bytes() == damaged
     assert contents_of(tmp_path / "decisions-000002.jsonl")[-1]["previous"]["at_ns"] == alerts[-1].at_ns
     assert not audit_log(tmp_path).sound

@@ -209,7 +209,7 @@ def test_a_first_start_that_cannot_be_told_from_a_lost_log_needs_a_person(
 
     monkeypatch.setattr(Path, "touch", read_only)
     with DecisionLog(folder, "0.1.0") as log:
-        assert "a first start cannot be told from a lost log" in log.unknown
+        assert "a first start cannot be distinguished from a lost log" in log.unknown
         log_one(log)
         log.settle()
     with DecisionLog(folder, "0.1.0") as log:

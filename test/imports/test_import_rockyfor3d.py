@@ -277,6 +277,6 @@ def test_source_cells_beside_missing_ground_are_left_out_and_told(tmp_path: Path
     grids["dem"][:3, :3] = np.nan
     folder = write_folder(tmp_path / "in", grids)
     done = import_rockyfor3d(folder, tmp_path / "scene")
-    assert "2 source cells beside missing ground: a rock might start off the terrain" in done.left
+    assert "2 source cells next to missing ground: a rock might start off the terrain" in done.left
     assert read_scene(done.scene).sources[0].rocks == 4
     assert simulate(done.scene, engine="reference").totals.rocks == 4

@@ -185,7 +185,7 @@ def test_a_scene_file_is_read_as_it_stands(tmp_path, written):
 
 def test_a_scene_file_and_values_beside_it_are_refused_with_their_names(written):
     sentence = refusal(scene=str(written("").path), gravity=9.81, rock__mass=3.0)
-    assert sentence.endswith("remove it, or those set beside it: `gravity`, `rock.mass`")
+    assert sentence.endswith("remove it, or these parameters: `gravity`, `rock.mass`")
 
 
 def test_an_empty_name_of_a_scene_file_is_none():

@@ -244,7 +244,7 @@ def test_the_patch_may_come_over_a_mesh_with_walls_and_overhangs_beneath_it():
 
 
 REFUSED = {
-    "beside the ground": (grid(5, 5, 100.0, 100.0), "beside the ground"),
+    "outside the terrain": (grid(5, 5, 100.0, 100.0), "outside the terrain"),
     "without a square": (GridSurvey(np.full((4, 4, 3), np.nan)), "no square"),
     "far too wide": (grid(4, 4, 20.0, 20.0, step=30.0), "far beyond the ground"),
     "too many points": (GridSurvey(np.broadcast_to(np.zeros(3), (5_000, 10_000, 3))), "more than the 5,000,000"),

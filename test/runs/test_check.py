@@ -233,7 +233,8 @@ def test_an_area_of_interest_off_the_terrain_is_refused_and_one_partly_off_is_to
     assert code == 2 and "(30, 0.5) to (40, 3.5), the terrain from (0, 0) to (5, 4); it must be in the plan" in said
     write_square(folder, "ramp.json", 3.0, 11.0)
     (told,) = checked(folder, SLOPE + ABOVE + area).warnings
-    assert told == "25 % of the area of interest 'ramp' lies on the terrain; the rest is beside it or over a hole"
+    part = "25 % of the area of interest 'ramp' lies on the terrain"
+    assert told == f"{part}; the other part lies outside the terrain or over a hole"
     code, _, said = shown(monkeypatch, capsys, folder)
     assert code == 0 and said == f"rpf3d: note: {told}\n"
     run = simulate(folder / "scene.yaml", engine="reference")

@@ -88,7 +88,7 @@ def test_a_number_or_a_distribution_is_read_as_what_is_drawn(
         ("rock", "mass: {uniform: [2, 1]}", ["`rock.mass.uniform` is [2, 1], but must be two numbers [low, high]"]),
         ("rock", "mass: {uniform: [1, a]}", ['`rock.mass.uniform` is [1, "a"], but must be two numbers [low, high]']),
         ("rock", "mass: {uniform: 3}", ["`rock.mass.uniform` is 3, but must be two numbers [low, high]"]),
-        ("rock", "mass: {uniform: [1, 2], mean: 3}", ["`rock.mass.mean` cannot stand beside the other keys there"]),
+        ("rock", "mass: {uniform: [1, 2], mean: 3}", ["`rock.mass.mean` is not allowed with the other keys there"]),
         ("rock", "volume: {power_law: {exponent: 0, min: 1, max: 2}}", [
             "`rock.volume.power_law.exponent` is 0, but must be a number above 0, b in N(> x) ~ x^-b"]),
         ("rock", "volume: {power_law: {exponnt: 1, min: 1, max: 2}}", [

@@ -101,7 +101,10 @@ def _refuse_impossible(path: Path, header: Any) -> None:
 
 
 def _crs(header: Any) -> str:
-    """Return the horizontal coordinate reference system of a header: its EPSG code or else WKT; "" if it has none."""
+    """Return the horizontal coordinate reference system of a header, as EPSG code or WKT.
+
+    The EPSG code is preferred; the result is "" if the header states no system.
+    """
     try:
         system = header.parse_crs()
     except Exception:

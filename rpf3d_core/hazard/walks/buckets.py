@@ -152,7 +152,9 @@ def _note_heights(
 ) -> None:
     """Record the rock's largest height above facet f in each map cell that its track crosses from `low` to `high` (s).
 
-    most : the largest of these heights (m), which is already known; it is recorded if the track crosses only one cell
+    most : the largest of these heights (m), which is already known
+
+    If the track crosses only one cell, `most` is recorded.
     """
     raster, x, v = ground.raster, track.arc.x, track.arc.v
     i = square_at(x[0] + v[0] * low, raster.x, raster.cell, raster.nx)

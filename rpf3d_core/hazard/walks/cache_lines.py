@@ -21,7 +21,10 @@ LINE_MOST, LINE_FIRST = 12, 15
 
 
 class CacheLines(NamedTuple):
-    """The counts of S cells, seen as whole numbers of 64 bits (S, 8), of 32 bits (S, 16), and as float32 (S, 16)."""
+    """The counts of S cells: three arrays that show the same memory as numbers of different types.
+
+    long : (S, 8) int64; short : (S, 16) uint32; single : (S, 16) float32
+    """
 
     long: Any
     short: Any

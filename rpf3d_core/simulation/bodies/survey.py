@@ -1,5 +1,7 @@
 """Examine single facets near a body: the gap, and a plane that separates body and facet for a known time.
 
+The gap is the distance (m) between body and facet; it is negative if they overlap.
+
 While the body stays on its side of such a plane, it does not touch the facet. This is true for every kind of contact:
 corners on facets, edges on edges, and corners of the terrain under faces of the body, on walls and overhangs, too. So
 no kind of contact needs a search of its own.

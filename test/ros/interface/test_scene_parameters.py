@@ -77,7 +77,7 @@ def test_a_whole_number_is_taken_for_a_length_as_in_a_scene_file(node_with):
         ({"max_impacts": 0}, "parameter `max_impacts` is 0, but"),
         ({"engine": "fast"}, "parameter `engine` is 'fast', but must be auto, reference or compiled"),
         ({"scene": "nowhere.yaml"}, "nowhere.yaml: there is no such scene file"),
-        ({"scene": "site.yaml", "gravity": 9.81}, "remove it, or those set beside it: `gravity`"),
+        ({"scene": "site.yaml", "gravity": 9.81}, "remove it, or these parameters: `gravity`"),
     ],
 )
 def test_what_makes_no_scene_is_refused_in_the_words_of_a_scene_file(node_with, given, saying):
