@@ -20,7 +20,7 @@ TYPES = {
     float: Parameter.Type.DOUBLE,
     str: Parameter.Type.STRING,
 }
-ABOUT_SCENE = "path of a scene file, which then says everything that the parameters named as its keys would say"
+ABOUT_SCENE = "path of a scene file with all settings; the parameters named as keys of a scene must then not be set"
 
 
 class SceneParameters:
