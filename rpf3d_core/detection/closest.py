@@ -8,10 +8,13 @@ import numpy as np
 from rpf3d_core.detection.bucket_grid import cells_between
 from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
 from rpf3d_core.jit.dispatch import kernel, model_function
-from rpf3d_core.terrain.facet_geometry import corner, stored_normal
+from rpf3d_core.terrain.facet_geometry import contains, corner, on_plane, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, dot, scale, subtract
+
+SURELY = 1e-300
+"""m: a point farther inside the edges than this is inside a facet; 0 is not allowed."""
 
 
 class Closest(NamedTuple):
@@ -101,3 +104,15 @@ def closest_point(facets: Facets, f: int, x: Vec) -> Vec:
         return add(b, scale((d4 - d3) / ((d4 - d3) + (d5 - d6)), subtract(c, b)))
     whole = beside_ab + beside_ac + beside_bc
     return add(a, add(scale(beside_ac / whole, ab), scale(beside_ab / whole, ac)))
+
+
+@kernel
+def foot_on(facets: Facets, f: int, x: Vec) -> Vec:
+    """Return the point of facet f closest to x (m), exact to rounding also on needles.
+
+    In `closest_point` the place on a needle is a quotient of small areas, with errors of many tolerances along the
+    needle. A sphere would then touch the facet at a wrong angle. So where x is above or below the inside of the facet,
+    the result is the foot of the perpendicular.
+    """
+    foot = on_plane(facets, f, x)
+    return foot if contains(facets, f, foot, True, SURELY) else closest_point(facets, f, x)

@@ -6,7 +6,7 @@ A feature is the interior, an edge or a corner of a facet.
 import math
 from typing import NamedTuple
 
-from rpf3d_core.detection.closest import closest_point
+from rpf3d_core.detection.closest import foot_on
 from rpf3d_core.detection.contact import GRAZING
 from rpf3d_core.detection.sphere_contact import ON_RIM, Course, Touch, earlier_touch, stays_on
 from rpf3d_core.jit.dispatch import kernel, model_function
@@ -86,7 +86,7 @@ def nearest(quest: Nearest, facets: Facets, f: int, best: Touch) -> Touch:
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
         return best
-    gap = subtract(quest.x, closest_point(facets, f, quest.x))
+    gap = subtract(quest.x, foot_on(facets, f, quest.x))
     distance = norm(gap)
     if distance > best.t:
         return best
@@ -105,7 +105,7 @@ def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
         return best
-    p = closest_point(facets, f, quest.x)
+    p = foot_on(facets, f, quest.x)
     gap = subtract(quest.x, p)
     distance = norm(gap)
     if distance > quest.radius + NEAR * facets.tolerance or distance == 0.0:

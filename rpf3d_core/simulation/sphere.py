@@ -66,6 +66,11 @@ It continues the same slide, as in `state.with_slide`.
 """
 SAME = math.cos(2.0 * CURVE)
 """Least cosine of the angle between the normals at both ends of a segment; beyond it, the second is of other ground."""
+VANISHED = 1e-30
+"""Speed (m/s) up to which a sphere on the ground is at rest; `quartic.first_fall` misses roots of 1e-40 s.
+
+In corners a speed may decay without end.
+"""
 WALL = 0.01
 """Least share of gravity (-) that is assumed to press the sphere on a contact, in the test for a slight impact.
 
@@ -89,10 +94,10 @@ def roll_on(
 ) -> State:
     """Return the state of a sphere after its next ground segment, after an impact on the way, or at take-off."""
     facets, motion = physics.facets, state.motion
-    gravity, noise = (0.0, 0.0, -physics.settings.gravity), GRAZING * norm(motion.v)
+    v = motion.v if norm(motion.v) > VANISHED else ZERO
+    gravity, noise = (0.0, 0.0, -physics.settings.gravity), GRAZING * norm(v)
     if state.tally.idle >= WEDGED:
         return ended(state, wedged(physics, motion))
-    v = motion.v
     onward = Against(x=motion.x, way=v, v=ZERO, down=gravity, radius=locator.radius, noise=0.5 * noise)
     met = most_against(locator.locator, facets, onward)
     if met.facet >= 0:
@@ -200,6 +205,19 @@ def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
     return scale(dot(slip, line), line)
 
 
+@kernel
+def _gripped(held: Held, motion: Motion, n: Vec, radius: float) -> tuple[Vec, Vec]:
+    """Return velocity and spin of a sphere at the end of skidding: friction removes the slip that is left.
+
+    The slip turns while the sphere skids, so a little of it is left across its first direction (`_skids`).
+
+    held : the contacts that carry the sphere; motion : just before; n, radius : as in `_slip`
+    """
+    slip = _slip(held, motion, n, radius)
+    after = kicked(motion, n, radius, STICKS * norm(slip), slip)
+    return after.v, after.w
+
+
 class Lying(NamedTuple):
     """A sphere on the ground: its motion, the contacts that carry it, and n (3,), the unit direction of their push."""
 
@@ -233,6 +251,8 @@ def _follow_piece(
     x, v = course_position(course, t), course_velocity(course, t)
     turned = add(motion.w, scale(t, piece.turn))
     whole = touch.t > t and span.t >= piece.t
+    if whole and piece.rolls and norm(piece.turn) > 0.0:
+        v, turned = _gripped(held, Motion(t=motion.t, x=x, v=v, w=turned), n, radius)
     began = Motion(t=motion.t, x=motion.x, v=piece.v, w=motion.w)
     length = length_between(began.v, v, t)
     x, n_end = put_back(facets, locator, x, n, length, span.curved or held.contacts == 2)
@@ -254,9 +274,9 @@ def _follow_piece(
         motion=end, length=length, stopped=False, late=late, left_first=False, left_second=False, bends=bends
     )
     loss = loss_on_way(physics.caps, began.x, subtract(end.x, began.x))
-    if loss.t <= 1.0:
-        return _lost(facets, going, gone, on_piece(began, end, loss.t), loss, record)
     meeting = obstacle_on(physics.effects, going, gone, rock)
+    if loss.t <= 1.0 and loss.t < meeting.t:
+        return _lost(facets, going, gone, on_piece(began, end, loss.t), loss, record)
     if meeting.t < math.inf:
         lies_on = normal_between(n, n_end, meeting.t)
         return at_obstacle_on(physics, going, gone, meeting, lies_on, rock, record)
@@ -274,5 +294,6 @@ def _lost(facets: Facets, state: State, piece: SlideSegment, at: Motion, loss: L
     piece : the ground segment; at : motion at the cap; loss : the passage, with t as the share of the segment's chord
     """
     note_piece(record, state.tally, state.motion, at.v, SLIDING)
+    note_piece_spins(record, state.tally, state.motion.w, at.w)
     tally = with_piece(state.tally, loss.t * piece.length, at, facets.tolerance)
     return State(motion=at, left=state.left, stands=False, tally=tally, outcome=loss.outcome, passed=state.passed)

@@ -103,7 +103,7 @@ def put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turn
     of the facet would then stop it.
     """
     near = NEAR * facets.tolerance
-    gap = near + length * length / (2.0 * locator.radius)
+    gap = near + length * length / (2.0 * locator.radius) if turns else near
     touch = nearest_to(locator.locator, facets, x, locator.radius + gap)
     if touch.t > locator.radius + gap:
         return x, n

@@ -123,16 +123,35 @@ def section_of(terrain: Terrain, begin: FloatArray, end: FloatArray) -> Section 
     edges[-1] = 1.0
     pieces = []
     for share in pairwise(edges):
-        middle = begin + 0.5 * (share[0] + share[1]) * (end - begin)
         there = np.flatnonzero((first <= 0.5 * sum(share)) & (last >= 0.5 * sum(share)))
         if not len(there):
             return None
-        highest = there[np.argmax(_height_in(corners[there], np.tile(middle, (len(there), 1)))[0])]
-        at = np.array([begin + s * (end - begin) for s in share])
-        z, _ = _height_in(np.repeat(corners[[highest]], 2, axis=0), at)
-        pieces.append((share, z, facets[highest]))
+        cuts = _crossings(corners[there], begin, end, share)
+        for part in pairwise([share[0], *cuts[np.diff(cuts, prepend=share[0]) * length > SHORTEST], share[1]]):
+            middle = begin + 0.5 * sum(part) * (end - begin)
+            highest = there[np.argmax(_height_in(corners[there], np.tile(middle, (len(there), 1)))[0])]
+            at = np.array([begin + s * (end - begin) for s in part])
+            z, _ = _height_in(np.repeat(corners[[highest]], 2, axis=0), at)
+            pieces.append((part, z, facets[highest]))
     shares, heights, numbers = zip(*pieces, strict=True)
     return Section(share=np.array(shares), z=np.array(heights), facet=np.array(numbers, dtype=np.int64))
+
+
+def _crossings(corners: FloatArray, begin: FloatArray, end: FloatArray, share: tuple[float, float]) -> FloatArray:
+    """Return where another facet becomes the highest between two shares of a line, as shares in ascending order.
+
+    Such facets pass through each other. Facets that differ by less than SHORTEST at both shares are one ground.
+
+    corners : (N, 3, 3) m, of the facets that lie under this whole part; begin, end : (2,) m, ends of the line
+    """
+    both = [_height_in(corners, np.tile(begin + s * (end - begin), (len(corners), 1)))[0] for s in share]
+    one, other = np.triu_indices(len(corners), 1)
+    before, after = (z[one] - z[other] for z in both)
+    cross = (before * after < 0.0) & (np.maximum(np.abs(before), np.abs(after)) > SHORTEST)
+    at = before[cross] / (before[cross] - after[cross])
+    highest = np.max(both[0] + at[:, None] * (both[1] - both[0]), axis=1, initial=-np.inf)
+    z = both[0][one[cross]] + at * (both[1] - both[0])[one[cross]]
+    return np.unique(share[0] + at[highest - z <= SHORTEST] * (share[1] - share[0]))
 
 
 def _facets_near(terrain: Terrain, begin: FloatArray, end: FloatArray) -> NDArray[np.int64]:

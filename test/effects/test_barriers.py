@@ -11,6 +11,7 @@ from rolling_spheres import roll, spheres
 
 from rpf3d_core.kinetics.sphere_ground import TURN
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.simulation import capped
 from rpf3d_core.simulation.record import FIRST_OBSTACLE
 from rpf3d_core.values import Mode, Outcome
 
@@ -265,3 +266,34 @@ def test_a_rolling_sphere_has_the_spin_of_rolling_when_it_breaks_through_a_net(e
     (at,) = np.flatnonzero(met(flights))
     assert flights.impacts.x[at, 0] == pytest.approx(7.0, abs=1e-9)
     assert flights.impacts.spin_in[at] == pytest.approx(flights.impacts.speed_in[at] / radius, rel=1e-6)
+
+
+@BOTH
+@pytest.mark.parametrize("before", [0.1, 0.5, 1.0])
+def test_a_sphere_that_rolls_off_the_terrain_is_caught_by_a_net_before_its_border(engine, before):
+    """Its centre is ahead of its contact, so the segment to the net may also pass the border.
+
+    before : m, of the net from the border
+    """
+    level = made.rough_grid(10, 20.0, 0.36, 0.0)
+    slope = made.terrain_of(made.turned(level.vertices, 30.0), level.triangles)
+    ends = made.turned(np.array([[20.0 - before, 0.2, 0.0], [20.0 - before, 19.8, 0.0]]), 30.0)[:, :2]
+    net = fence(slope, [tuple(end) for end in ends], 5.0, 1e8)
+    y = np.linspace(4.0, 16.0, 7)
+    on_slope = np.column_stack([np.full(7, 8.0), y, np.full(7, -8.0 * 0.36)])
+    on_slope += 0.25 / math.hypot(1.0, 0.36) * np.array([0.36, 0.0, 1.0])
+    physics = with_effects(spheres(Surface(0.3, 0.8, 0.7, 0.5, 0.1)), net)
+    flights = roll(capped.engine_over(engine, slope), physics, 0.25, made.turned(on_slope, 30.0))
+    assert (flights.deposits.outcome == Outcome.CAUGHT).all()
+
+
+def test_the_foot_of_a_net_follows_the_higher_of_two_grounds_that_pass_through_each_other():
+    slope = made.rough_grid(1, 40.0, 0.5, 0.0)
+    tilt = np.array([[5.0, 5.0], [35.0, 35.0]]), np.array([[5.0, 35.0], [5.0, 35.0]])
+    heap = np.stack([*tilt, -0.5 * tilt[0] + 0.4 * (tilt[1] - 20.0)], -1).reshape(-1, 3)
+    both = made.joined(slope, made.terrain_of(heap, made.grid_triangles(2, 2)))
+    panel = fence(both, [(30.0, 1.0), (30.0, 39.0)], 2.0, 1e3).panel
+    for share in (0.1, 0.5, 0.9):
+        y, z = panel.y + share * panel.dy, panel.z + share * panel.dz
+        over_heap = np.where((y > 5.0) & (y < 35.0), 0.4 * (y - 20.0), 0.0)
+        np.testing.assert_allclose(z, -15.0 + np.maximum(over_heap, 0.0), atol=1e-9)

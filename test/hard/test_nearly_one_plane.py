@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from on_both_engines import BOTH
 from rolling_spheres import places_of, roll, spheres
-from scenes_of_facets import engine_over, rough_grid
+from scenes_of_facets import engine_over, grid_triangles, rough_grid, terrain_of
 
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import Outcome
@@ -58,3 +58,18 @@ def test_both_engines_keep_a_sphere_on_the_plane(engine):
     terrain, (x, v) = rough_grid(20, 60.0, FALL, 1e-8), released(np.random.default_rng(11), 2)
     flights = roll(engine_over(engine, terrain), spheres(GROUND, max_time=30.0), RADIUS, x, v)
     assert height_of(places_of(flights)).min() > RADIUS - 1e-7
+
+
+@pytest.mark.parametrize("width", [1e-3, 3e-4, 3e-5, 1e-6])
+def test_spheres_roll_over_needles_in_the_plane_as_if_there_were_none(width):
+    """A strip of this width (m), of triangles 4 m long, lies across the slope, as along the lines of berms."""
+    corners = np.meshgrid([0.0, 8.0, 8.0 + width, 24.0], np.arange(0.0, 60.1, 4.0), indexing="ij")
+    slope = terrain_of(np.stack([*corners, -FALL * corners[0]], -1).reshape(-1, 3), grid_triangles(4, 16))
+    random, count, up = np.random.default_rng(31), 150, math.hypot(1.0, FALL)
+    radius = np.repeat([0.1, 0.25, 1.0], count // 3)
+    at = np.column_stack([np.full(count, 3.0), random.uniform(8.0, 52.0, count), np.full(count, -3.0 * FALL)])
+    at += radius[:, None] / up * np.array([FALL, 0.0, 1.0])
+    v = np.column_stack([np.zeros(count), random.normal(0.0, 0.5, count), np.zeros(count)])
+    flights = roll(engine_over("compiled", slope), spheres(GROUND, max_time=60.0), radius, at, v)
+    assert (flights.deposits.outcome == Outcome.LEFT_TERRAIN).all()
+    assert flights.deposits.x[:, 0].min() > 23.0, "at the lower border"

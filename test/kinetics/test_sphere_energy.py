@@ -97,6 +97,18 @@ def test_a_sphere_that_tips_over_an_edge_comes_to_a_wall_as_it_passes_this_place
 
 
 @BOTH
+def test_a_sphere_whose_slip_has_turned_gains_no_energy_when_it_begins_to_roll(engine):
+    """On rough ground, spheres skid in a direction that turns; then friction removes what is left across it."""
+    slope, physics = rough_grid(30, 60.0, 0.3, 0.4, seed=3), spheres(Surface(0.2, 0.8, 0.25, 0.0, 0.0))
+    for number in (0, 3, 18):
+        random = np.random.default_rng([3, number])
+        x, v = (5.0, random.uniform(10.0, 50.0), 4.0), (random.uniform(0.0, 9.0), random.uniform(-6.0, 6.0), 0.0)
+        _, batch = watched(engine, slope, physics, x, v)
+        on_ground = (batch.modes[:-1] == Mode.SLIDING) & (batch.modes[1:] == Mode.SLIDING)
+        assert np.diff(energies(batch))[on_ground].max() < 1e-9, "J/kg"
+
+
+@BOTH
 def test_without_friction_a_sphere_never_spins(engine):
     """It skids up a slope of several facets, and down again."""
     physics = spheres(Surface(0.0, 0.8, 0.0, 0.0, 0.0), max_time=30.0)
