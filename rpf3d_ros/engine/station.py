@@ -363,6 +363,8 @@ class Station:
 
     def set_areas(self, topic: str, outlines: Outlines) -> None:
         """Replace the areas of interest of a topic, map frame; evidence for their former places is outdated."""
+        if outlines:
+            self._areas.announce(topic)
         self.flyer.set_areas(topic, outlines)
         self._areas.received(topic, bool(outlines))
         self._watch_present()

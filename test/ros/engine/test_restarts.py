@@ -220,6 +220,22 @@ def test_what_is_received_while_nothing_is_decided_is_known_after_a_restart(mine
     assert "1 patches are not in the terrain" in faults and "areas/equipment has published nothing" in faults
 
 
+def test_an_area_is_remembered_as_soon_as_the_thread_that_flies_rocks_watches_it(mine, monkeypatch):
+    """That thread may be the first to see the new area; then the desk is not asked again before a kill."""
+    station = mine.run.node.station
+    set_areas, log = station.flyer.set_areas, station._configuration.log
+
+    def seen_at_once(topic, outlines):
+        set_areas(topic, outlines)
+        station._watch_present()
+        mine.run.node.settle()
+
+    monkeypatch.setattr(station.flyer, "set_areas", seen_at_once)
+    mine.send(ROAD)
+    mine.run.node.settle()
+    assert log._facts["memory"]["areas"] == ["areas/polygon"]
+
+
 def test_what_the_terrain_lacked_before_anything_was_decided_is_a_fault_after_a_restart(mine, monkeypatch):
     """As before the first /clock: no decision has the fault, so the memory of the node must have it."""
     monkeypatch.setattr(mine.run.node.station.desk, "_now", lambda: 0)
