@@ -250,7 +250,8 @@ def test_what_the_terrain_lacked_before_anything_was_decided_is_a_fault_after_a_
 @pytest.mark.parametrize("has_lacks", [True, False], ids=["this version", "a former version"])
 def test_what_the_terrain_lacked_is_known_before_the_desk_writes_or_decides(mine, monkeypatch, has_lacks):
     """Formerly the desk's thread could overwrite it on disk, or decide without it, while the node was starting."""
-    faults = " ".join(mine.send(ROAD, QUIET, PATCH._replace(frame="drone"), WHOLE._replace(frame="drone"), QUIET).faults)
+    mine.send(ROAD, QUIET, PATCH._replace(frame="drone"), WHOLE._replace(frame="drone"))
+    faults = " ".join(mine.send(QUIET).faults)
     assert "1 patches are not in the terrain" in faults and "a survey was refused" in faults
     configured, remember, repeat, lacks = mine.configured, DecisionLog.remember, AreasBefore.repeat, []
 
