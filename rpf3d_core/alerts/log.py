@@ -73,11 +73,10 @@ class DecisionLog:
         self.problems: tuple[str, ...] = ()
         self.unknown, self.missing = "", 0
         self.memory: dict[str, Any] = {}
-        self._received = self.memory
+        self._received: dict[str, Any] | None = self.memory
         self._state: StateFile | None = None
         self._witness = Witness(self.folder)
         self._next, self._lost, self._site = 0, 0, ""
-        self._has_unlogged = False
         self._file, self._number, self._size, self._lock = -1, 0, 0, -1
         try:
             self._open()
@@ -123,10 +122,21 @@ class DecisionLog:
         return self.head
 
     def remember(self, received: dict[str, Any]) -> None:
-        """Keep what the node has received, as plain values, for the next start; write only what has changed."""
+        """Keep what the node has received, as plain values, for the next start; write only what has changed.
+
+        Raises
+        ------
+        NotLogged
+            It is not on disk. Unless a later call succeeds, the next start does not trust the log.
+        """
         self._received = received
-        if received != self._facts.get("memory"):
-            self._keep(memory=received)
+        if received != self._facts.get("memory") and (why := self._keep(memory=received)):
+            raise NotLogged(f"{self.folder}: what was received cannot be kept for the next start: {why}")
+
+    def lose_received(self) -> None:
+        """Note that it is unknown what the node has received: unless `remember` follows, no start trusts the log."""
+        self._received = None
+        self._witness.unlog()
 
     def settle(self) -> None:
         """Note that a person has acknowledged that a higher level may have been held: it is not unknown any more."""
@@ -152,15 +162,18 @@ class DecisionLog:
     def _facts(self) -> dict[str, Any]:
         return {} if self._state is None else self._state.facts
 
-    def _keep(self, **facts: Any) -> bool:
-        """Replace some facts of the state file; if that fails, return False: the next start must not trust the log."""
+    def _keep(self, **facts: Any) -> str:
+        """Replace some facts of the state file, and return "".
+
+        If that fails, return the reason; the next start must not trust the log.
+        """
         assert self._state is not None
         try:
             self._state.write({**self._facts, **facts})
-        except (OSError, TypeError, ValueError):
-            self._has_unlogged = self._witness.unlog() or self._has_unlogged
-            return False
-        return True
+        except (OSError, TypeError, ValueError) as error:
+            self._witness.unlog()
+            return str(getattr(error, "strerror", None) or error)
+        return ""
 
     def _follow(self) -> None:
         """Bring the state file up to date with the decision that has just been written.
@@ -168,11 +181,10 @@ class DecisionLog:
         Then nothing is missing any more, so an earlier failure to write the state file needs no acknowledgement.
         """
         wanted = {"lost": 0, "alert": None, "file": self._number, "unknown": self.unknown}
-        is_current = all(self._facts.get(name) == value for name, value in wanted.items()) or self._keep(**wanted)
+        is_current = all(self._facts.get(name) == value for name, value in wanted.items()) or not self._keep(**wanted)
         is_remembered = self._received == (self._facts.get("memory") or {})
-        if self._has_unlogged and is_current and is_remembered and not self.unknown:
+        if is_current and is_remembered and not self.unknown and self._witness.is_own:
             self._witness.settle()
-            self._has_unlogged = False
 
     def _append(self, lines: list[tuple[str, dict[str, Any]]], thresholds: Thresholds | None) -> None:
         """Write all lines to disk, or none. Raises OSError if the lines are not on disk.

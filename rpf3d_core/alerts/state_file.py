@@ -20,7 +20,7 @@ SLOT = 64 * 1024
 SLOTS = 2
 
 BLOCK = 4096
-"""Size (bytes) of the blocks of a slot: only blocks with content are written, to spare a flash disk."""
+"""Size (bytes) of the blocks of a slot: blocks that stay zero are not written, to spare a flash disk."""
 
 
 class StateFile:
@@ -33,6 +33,7 @@ class StateFile:
     def __init__(self, folder: Path) -> None:
         """Read the state file of a folder, if there is one. Raises OSError if the file cannot be opened."""
         self._path, self._file, self._number = folder / NAME, -1, 0
+        self._filled = [SLOT] * SLOTS  # number of bytes of each slot that may be other than zero
         self.facts: dict[str, Any] = {}
         self.is_damaged = False
         if self._path.exists():
@@ -86,12 +87,17 @@ class StateFile:
             part.unlink(missing_ok=True)
             raise
         self._file = file
+        self._filled = [len(raw) if slot * SLOT == place else 0 for slot in range(SLOTS)]
 
     def _overwrite(self, raw: bytes, slot: int) -> None:
-        data = raw.ljust(-(-len(raw) // BLOCK) * BLOCK, b"\0")
+        """Write a line into a slot, and zeros over the rest of a longer line, which earlier versions do not accept."""
+        filled = max(len(raw), self._filled[slot])
+        data = raw.ljust(-(-filled // BLOCK) * BLOCK, b"\0")
+        self._filled[slot] = filled  # also if only a part can be written
         if os.pwrite(self._file, data, slot * SLOT) != len(data):
             raise OSError(f"{self._path}: not all bytes could be written")
         os.fsync(self._file)
+        self._filled[slot] = len(raw)
 
     def _read(self) -> None:
         slots = [os.pread(self._file, SLOT, slot * SLOT) for slot in range(SLOTS)]

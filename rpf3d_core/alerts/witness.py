@@ -20,6 +20,8 @@ class Witness:
         whole = folder.resolve()
         self.begun_path = whole.with_name(f"{whole.name}{BEGUN}") if whole.name else whole / BEGUN
         self.unlogged_path = self.begun_path.with_suffix(UNLOGGED)
+        self._own_ns: int | None = None  # time of the last change of the file when this object renamed it
+        self._is_synced = False
 
     @property
     def is_there(self) -> bool:
@@ -31,29 +33,49 @@ class Witness:
         """True if decisions were made that the log does not have, and no person has acknowledged since."""
         return self.unlogged_path.exists()
 
+    @property
+    def is_own(self) -> bool:
+        """True if this object has noted that decisions are missing, and no other program has noted it since."""
+        return self._own_ns is not None and self._own_ns == self._changed_ns()
+
     def begin(self) -> None:
         """Note that a log was begun. Raises OSError if the file cannot be made."""
         if not self.is_there:
             self.begun_path.touch()
             sync_folder(self.begun_path.parent)
 
-    def unlog(self) -> bool:
+    def unlog(self) -> None:
         """Note that decisions are made that the log does not have; do nothing if the file cannot be changed.
 
-        Return True if this was not noted before.
+        What another program has noted is touched, so that the other program does not take it away (`is_own`).
         """
-        was_unlogged = self.is_unlogged
+        if self._is_synced and self.is_unlogged:
+            return
         with contextlib.suppress(OSError):
-            if self.begun_path.exists():
-                self.begun_path.replace(self.unlogged_path)
-            else:
+            if not self.is_unlogged:
+                self._rename_to_unlogged()
+            elif not self.is_own:
                 self.unlogged_path.touch()
             sync_folder(self.begun_path.parent)
-        return not was_unlogged and self.is_unlogged
+            self._is_synced = True
+
+    def _rename_to_unlogged(self) -> None:
+        if self.begun_path.exists():
+            self.begun_path.replace(self.unlogged_path)
+        else:
+            self.unlogged_path.touch()
+        self._own_ns = self._changed_ns()
+
+    def _changed_ns(self) -> int | None:
+        try:
+            return self.unlogged_path.stat().st_mtime_ns
+        except OSError:
+            return None
 
     def settle(self) -> None:
         """Note that a person has acknowledged that decisions are missing; do nothing if the file cannot be changed."""
         with contextlib.suppress(OSError):
             if self.unlogged_path.exists():
                 self.unlogged_path.replace(self.begun_path)
+                self._own_ns, self._is_synced = None, False
                 sync_folder(self.begun_path.parent)

@@ -4,6 +4,7 @@ If the log cannot be written, the alert is published anyway, together with the f
 without an error delays the alert; after a second the delay is reported and the alarm sounds.
 """
 
+import contextlib
 import queue
 import threading
 import time
@@ -40,7 +41,7 @@ If half of the validity is shorter than this time, the next decision is made aft
 """
 
 LONGEST_WRITE = 1.0
-"""Time (s) that a decision may take to reach the disk; after this time the alarm sounds without the decision."""
+"""Time (s) that all writes of one request may take; after this time the alarm sounds without the decision."""
 
 MOST_UNDECIDED = 2
 """Number of answers that may wait for their decision, including the answer that is being decided on."""
@@ -57,6 +58,9 @@ class DecisionListener(Protocol):
 
     def logged(self, fault: str) -> None:
         """Report why the last decision is not on disk; "" if it is on disk."""
+
+    def remembered(self, fault: str) -> None:
+        """Report why what the node has received is not on disk for the next start; "" if it is on disk."""
 
     def held_up(self, why: str) -> None:
         """Report why no decision can be made; "" as soon as decisions can be made again.
@@ -179,13 +183,16 @@ class AlertDesk:
         self._requests.put(Request(faults=why, is_error=True))
 
     def acknowledge(self, by: str, why: str, reply: Reply, client: str = "") -> None:
-        """Ask for a decision with an acknowledgement; a standing fault that ends later still makes it void.
+        """Ask for a decision with an acknowledgement; a fault that was shown still makes it void if it ends later.
 
         by, why : name and reason; client : as in `Acknowledgement`
         reply : called with the result, on the thread of the alert desk
         """
         given = Acknowledgement(by=by, why=why, at_ns=self._now(), client=client)
-        self._requests.put(Request(acknowledged=given, reply=reply, standing=self.standing.sentences))
+        faults = self.alert.faults if self.alert is not None else ()
+        ended_by_it = self._unknown.sentences  # otherwise no acknowledgement could end it
+        shown = tuple(each for each in _once(*self.standing.sentences, *faults) if each not in ended_by_it)
+        self._requests.put(Request(acknowledged=given, reply=reply, shown=shown))
 
     def tick(self) -> None:
         """Request a decision if the last one failed or its validity ends soon, unless a request is already waiting.
@@ -203,8 +210,9 @@ class AlertDesk:
 
     def _waiting_since(self) -> float | None:
         """Return since when (s, steady clock) the oldest evidence or decision waits; None if nothing waits."""
+        writing = self._writing_since  # read once: the thread of the desk may set it to None at any time
         with self._served:
-            since = [*list(self._undecided)[:1], *([] if self._writing_since is None else [self._writing_since])]
+            since = [*list(self._undecided)[:1], *([] if writing is None else [writing])]
         return min(since, default=None)
 
     def close(self, timeout: float) -> bool:
@@ -221,6 +229,9 @@ class AlertDesk:
         try:
             self._serve_requests()
         finally:
+            with contextlib.suppress(Exception):  # what waiting requests would have kept on disk
+                self._note_lost_messages()
+                self._remember()
             if self._log is not None:
                 self._log.close()
 
@@ -241,6 +252,7 @@ class AlertDesk:
                 self._failed = True
                 report_error(self._listener.undecided, error)
             finally:
+                self._writing_since = None
                 self._note_served(request)
 
     def _next(self) -> Request | None:
@@ -290,12 +302,16 @@ class AlertDesk:
         log = self._log
         if log is None:
             return
-        evidence = self._evidence
-        fault = self._fault_of_writing(
-            lambda: log.remember({**self._remembered(), "heard": list(evidence.heard), "missed": evidence.missed})
-        )
-        if fault:
-            self._listener.logged(fault)
+        self._listener.remembered(self._fault_of_writing(partial(self._keep_received, log)))
+
+    def _keep_received(self, log: DecisionLog) -> None:
+        try:
+            topics = {"heard": list(self._evidence.heard), "missed": self._evidence.missed}
+            received = {**self._remembered(), **topics}
+        except Exception:
+            log.lose_received()
+            raise
+        log.remember(received)
 
     def _wait_for_clock(self, request: Request) -> None:
         """Report that the clock does not run yet; evidence is kept, and the decision is made when the clock runs."""
@@ -315,8 +331,8 @@ class AlertDesk:
             if self._log is not None:
                 self._log_it(partial(self._log.refused, said._replace(at_ns=now), str(refusal)))
         else:
-            result = self._decide_with(given, now, request.standing)
-            if set(request.standing) - set(self.standing.sentences):
+            result = self._decide_with(given, now, request.shown)
+            if set(request.shown) - set(self.standing.sentences):
                 self._decide(now, None)  # without the faults that have ended since it was given
         if request.reply is not None:
             request.reply(result)
@@ -327,7 +343,7 @@ class AlertDesk:
         If it is unknown which level was held before the start, the acknowledgement may end this fault, but then it does
         not also lower a held level.
 
-        shown : the standing faults when the acknowledgement was given; they count although they may have ended
+        shown : the faults that were shown when the acknowledgement was given; they count although they may have ended
         """
         if not self._unknown.sentences:
             alert = self._decide(now, given, shown)
@@ -365,14 +381,16 @@ class AlertDesk:
         self._listener.logged(self._fault_of_writing(write))
 
     def _fault_of_writing(self, write: Callable[[], object]) -> str:
-        """Write to the log; return why that failed, or "": the alert is published whatever the error is."""
-        self._writing_since = time.monotonic()
+        """Write to the log; return why that failed, or "": the alert is published whatever the error is.
+
+        The time counts from the first write of the request, because the alert waits for all writes before it.
+        """
+        if self._writing_since is None:
+            self._writing_since = time.monotonic()
         try:
             write()
         except Exception as fault:
             return str(fault) if isinstance(fault, NotLogged) else f"{type(fault).__name__}: {fault}"
-        finally:
-            self._writing_since = None
         return ""
 
     def _is_over(self, now: int) -> bool:

@@ -19,7 +19,7 @@ class Request:
     is_error : True if the reason is an error of the program; then only messages with a stamp later than that of the
         last message of their topic count
     acknowledged : an acknowledgement, whose name and reason are not checked yet
-    standing : the standing faults when the acknowledgement was given
+    shown : the faults that were shown when the acknowledgement was given, except the one that it may end
     reply : called with True and a sentence if the request succeeded, or with False and the reason
     is_changed : True to decide again because standing faults or lost messages have changed
     is_moved : True to decide again on the evidence, if there is any, because an outline or the terrain has changed
@@ -31,7 +31,7 @@ class Request:
     faults: str = ""
     is_error: bool = False
     acknowledged: Acknowledgement | None = None
-    standing: tuple[str, ...] = ()
+    shown: tuple[str, ...] = ()
     reply: Reply | None = None
     is_changed: bool = False
     is_moved: bool = False

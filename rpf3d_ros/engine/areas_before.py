@@ -10,7 +10,7 @@ class AreasBefore:
     """The topics with an area now, and the topics that had an area before the restart and have not published since.
 
     report : called with the cause and the sentence of each fault; an empty sentence ends the fault. Only one thread may
-        call `received`.
+        call `announce` and `received`.
     """
 
     def __init__(self, report: Callable[[str, str], None], before: Iterable[str]) -> None:
@@ -32,6 +32,10 @@ class AreasBefore:
     def topics(self) -> tuple[str, ...]:
         """The topics that must publish again after a restart, sorted. Any thread may call."""
         return tuple(sorted(self._missing | self._defined))
+
+    def announce(self, topic: str) -> None:
+        """Note that a topic defines an area, before the area is used: the desk may write to disk as soon as it is."""
+        self._defined = self._defined | {topic}
 
     def received(self, topic: str, has_area: bool) -> None:
         """Note a message of a topic that was understood; has_area : False if the topic now defines no area."""

@@ -18,6 +18,7 @@ class DecisionReports:
         self._level: Level | None = None
         self._is_silent = False
         self._before, self._missing = "", False
+        self._not_logged = self._not_remembered = ""
 
     def begin(self, problems: str) -> None:
         """Report problems of the log that were found at the start; problems : sentences."""
@@ -64,13 +65,21 @@ class DecisionReports:
         self._outlets.health.set("run", ERROR, f"no decision: {type(error).__name__}: {error}")
 
     def logged(self, fault: str) -> None:
-        """Report why the last decision is not on disk; fault : the reason, "" if the decision is on disk.
+        """Report why the last decision is not on disk; fault : the reason, "" if the decision is on disk."""
+        self._not_logged, self._missing = fault, self._missing or bool(fault)
+        self._report_log()
 
-        The report also states problems of earlier decisions, because an audit finds them.
-        """
-        if fault:
-            self._missing = True
-            self._outlets.health.set("decision log", ERROR, fault)
+    def remembered(self, fault: str) -> None:
+        """Report why what was received is not on disk; fault : the reason, "" if it is on disk."""
+        if fault != self._not_remembered:
+            self._not_remembered = fault
+            self._report_log()
+
+    def _report_log(self) -> None:
+        """Report the state of the log, with problems of earlier decisions, because an audit finds them."""
+        faults = "; ".join(filter(None, (self._not_logged, self._not_remembered)))
+        if faults:
+            self._outlets.health.set("decision log", ERROR, faults)
         elif self._before or self._missing:
             lacking = "the log lacks decisions since the start" if self._missing else ""
             earlier = "; ".join(filter(None, (self._before, lacking)))

@@ -67,7 +67,9 @@ class MessageGaps:
         Each of several publishers that cannot be distinguished counts by itself. A message belongs to the publisher
         whose number it continues, otherwise to the one with the nearest lower number: then messages are missing. Only
         the last numbers of as many publishers as there are now count, so that no message continues the number of a
-        publisher that has gone.
+        publisher that has gone: otherwise a loss could remain unnoticed. Therefore messages count as lost that were not
+        if a publisher ends before its last messages are read, and another has published, or if the node begins to
+        listen to several publishers.
         """
         known = self._last.pop(publisher, [])
         if known[-1:] != [number - 1]:

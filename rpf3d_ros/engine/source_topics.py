@@ -35,6 +35,7 @@ class SourceTopics:
         # Topics from before a restart, or before all was forgotten: a message counts only after this stamp.
         self._heard = dict.fromkeys(heard, ANY_STAMP)
         self._missed: dict[str, int] = {}  # when messages of a topic were lost on their way (ns)
+        self._is_new_time = True  # the clock may have gone back, also during a restart
         self._lost_click: int | None = None
 
     def miss(self, topic: str, now_ns: int) -> None:
@@ -104,6 +105,7 @@ class SourceTopics:
         self._heard = dict.fromkeys((*self._heard, *self._last), ANY_STAMP)
         self._last.clear()
         self._lost_click = None
+        self._is_new_time = True
 
     def lose(self, click_ns: int | None = None) -> None:
         """Note that the evidence of all messages was lost by an error, so that every topic must publish again.
@@ -121,11 +123,14 @@ class SourceTopics:
     def _missing(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
         """Return a fault for each topic with lost messages whose sources would not be too old yet.
 
-        A loss in the future happened before the clock went back, or before a restart: it counts as a loss at this time.
+        After a restart or `forget`, a loss in the future happened before the clock went back: it counts as a loss at
+        this time. Otherwise the clock may be wrong for a moment only, so the time of the loss stays.
         """
-        self._missed = {topic: min(at, now_ns) for topic, at in self._missed.items() if at >= oldest_ns}
+        latest_ns = now_ns if self._is_new_time else max((now_ns, *self._missed.values()))
+        self._is_new_time = False
+        self._missed = {topic: min(at, latest_ns) for topic, at in self._missed.items() if at >= oldest_ns}
         return tuple(
-            f"messages on {topic} were lost {span(now_ns - missed_ns)} ago, before they could be read"
+            f"messages on {topic} were lost {span(max(now_ns - missed_ns, 0))} ago, before they could be read"
             for topic, missed_ns in self._missed.items()
         )
 

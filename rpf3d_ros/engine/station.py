@@ -103,14 +103,17 @@ class Station:
         self._refused_inputs = RefusedInputs(self.report_fault, age, persons)
         self._areas = AreasBefore(self.report_fault, self._areas_before())
         self.decisions = DecisionReports(outlets, parameters.map_frame)
+        self._note_terrain_before()
         if configuration.thresholds is not None:
-            self._remember_refusals()  # before the desk may write them to disk again
+            # The desk's thread may write to disk and decide at once: all that is known from before the start is noted
+            # before it starts.
+            self._remember_refusals()
             self.desk = self._desk_of(configuration, configuration.thresholds)
+            self._report_terrain()
             self._refused_inputs.repeat()
             self._areas.repeat()
         if configuration.log_fault:
             self.decisions.begin(configuration.log_fault)
-        self._note_terrain_before()
         if configuration.standing is not None:
             self.flyer.hand_over(ready=configuration.standing)
             self.stands(configuration.standing.ground, configuration.standing_report)
@@ -165,7 +168,8 @@ class Station:
 
         A whole survey that arrives late, but was published before these patches, lacks all of them.
         """
-        alert, before = self.desk.alert if self.desk is not None else None, self._configuration.before
+        log, before = self._configuration.log, self._configuration.before
+        alert = log.last_alert if log is not None else None
         lack, standing = lack_of(alert.faults if alert is not None else ()), self._configuration.standing
         remembered = TerrainLack(*self._memory.get("lacks", ()))
         missing = not_restored(self._memory, standing.ground if standing is not None else None, before.unread)
@@ -359,6 +363,8 @@ class Station:
 
     def set_areas(self, topic: str, outlines: Outlines) -> None:
         """Replace the areas of interest of a topic, map frame; evidence for their former places is outdated."""
+        if outlines:
+            self._areas.announce(topic)
         self.flyer.set_areas(topic, outlines)
         self._areas.received(topic, bool(outlines))
         self._watch_present()

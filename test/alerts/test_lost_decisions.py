@@ -3,6 +3,7 @@
 import errno
 import os
 import shutil
+import time
 from pathlib import Path
 
 import pytest
@@ -99,7 +100,8 @@ def test_a_failure_after_which_all_was_written_needs_no_person(folder: Path, fai
         log_one(log)
         with pytest.MonkeyPatch.context() as patched:
             without_room(patched, *failing)
-            log.remember({"heard": ["north"]})
+            with pytest.raises(NotLogged, match="what was received cannot be kept for the next start: No space left"):
+                log.remember({"heard": ["north"]})
             if "write" in failing:
                 with pytest.raises(NotLogged):
                     log_one(log, DANGER, 1)
@@ -115,16 +117,67 @@ def test_a_failure_after_which_all_was_written_needs_no_person(folder: Path, fai
         assert log.last_alert.held == (Level.EVACUATE if "write" in failing else Level.NORMAL)
 
 
-def test_a_log_takes_away_no_sign_that_another_program_made(folder: Path) -> None:
-    with DecisionLog(folder, "0.1.0") as log:
-        Witness(folder).unlog()  # as a second simulator does that cannot open the log
-        with pytest.MonkeyPatch.context() as patched:
-            without_room(patched, "pwrite")
+def fail_to_remember(log: DecisionLog) -> None:
+    with pytest.MonkeyPatch.context() as patched:
+        without_room(patched, "pwrite")
+        with pytest.raises(NotLogged):
             log.remember({"heard": ["north"]})
+
+
+@pytest.mark.parametrize("order", [1, -1], ids=["before", "after"])
+@pytest.mark.parametrize("has_begun", [True, False])
+def test_a_log_takes_away_no_sign_that_another_program_made(folder: Path, order: int, has_begun: bool) -> None:
+    """A second simulator makes the sign before or after the log's own failure; it cannot open the log."""
+    with DecisionLog(folder, "0.1.0") as log:
+        if not has_begun:
+            Witness(folder).begun_path.unlink()
+        for step in (lambda: Witness(folder).unlog(), lambda: fail_to_remember(log))[::order]:
+            step()
+            time.sleep(0.02)  # longer than a file system's step of time
         log.remember({"heard": ["north"]})
         log_one(log)
     with DecisionLog(folder, "0.1.0") as log:
         assert "not in the log" in log.unknown
+
+
+def test_what_was_received_and_is_not_known_makes_the_next_start_unknown(folder: Path) -> None:
+    with DecisionLog(folder, "0.1.0") as log:
+        log.remember({"heard": ["north"]})
+        log.lose_received()
+        log_one(log)
+    with DecisionLog(folder, "0.1.0") as log:
+        assert "not in the log" in log.unknown
+        log.settle()
+        log.lose_received()
+        log.remember({"heard": ["north"]})
+        log_one(log, CALM, 1)
+    with DecisionLog(folder, "0.1.0") as log:
+        assert log.unknown == "", "known again"
+
+
+def test_a_log_takes_away_no_sign_while_the_level_is_unknown(folder: Path) -> None:
+    with DecisionLog(folder, "0.1.0") as log:
+        log_one(log)
+    state_deleted(folder)
+    with DecisionLog(folder, "0.1.0") as log:
+        fail_to_remember(log)
+        log.remember({"heard": ["north"]})
+        log_one(log, CALM, 1)
+        assert log.unknown and Witness(folder).is_unlogged
+
+
+def test_why_a_level_is_unknown_is_kept_as_soon_as_the_state_can_be_written(folder: Path) -> None:
+    with DecisionLog(folder, "0.1.0") as log:
+        log_one(log)
+    zeros_at_the_end(folder)
+    with pytest.MonkeyPatch.context() as patched:
+        without_room(patched, "pwrite")
+        log = DecisionLog(folder, "0.1.0")
+    log_one(log, CALM, 1)
+    log.close()
+    Witness(folder).settle()  # only the state can have it now
+    with DecisionLog(folder, "0.1.0") as log:
+        assert "are damaged" in log.unknown
 
 
 def test_the_sign_that_a_log_was_begun_is_on_disk_at_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -134,6 +187,25 @@ def test_the_sign_that_a_log_was_begun_is_on_disk_at_once(folder: Path, monkeypa
     for count, change in enumerate((sign.begin, sign.unlog, sign.settle), 1):
         change()
         assert synced == [folder.parent] * count
+
+
+def test_a_sign_is_synced_once_however_many_writes_fail(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The disk may be slow, and each alert waits for it."""
+    sign, synced, failing = Witness(folder), [], [True]
+
+    def sync(path: Path) -> None:
+        if failing:
+            raise OSError(failing.pop())
+        synced.append(path)
+
+    sign.begin()
+    monkeypatch.setattr(witness, "sync_folder", sync)
+    for _ in range(4):
+        sign.unlog()
+    assert len(synced) == 1 and sign.is_own, "again only after it failed"
+    sign.settle()
+    sign.unlog()
+    assert len(synced) == 3 and sign.is_unlogged
 
 
 def zeros_at_the_end(folder: Path) -> None:
@@ -251,6 +323,26 @@ def test_a_change_writes_few_blocks_and_what_has_not_changed_writes_none(
         monkeypatch.setattr(os, "pwrite", lambda file, data, at: sizes.append(len(data)) or pwrite(file, data, at))
         for memory in ({"heard": ["north"]}, {"heard": ["north"]}, {"heard": ["n" * BLOCK]}, {"heard": []}, {"a": 1}):
             log.remember(memory)
-    assert sizes == [BLOCK, 2 * BLOCK, BLOCK, BLOCK]
+        assert sizes == [BLOCK, 2 * BLOCK, BLOCK, 2 * BLOCK], "the last one erases a longer one in its slot"
+        for number in range(2):
+            log.remember({"a": [number]})
+    assert sizes[4:] == [BLOCK, BLOCK]
     with DecisionLog(folder, "0.1.0") as log:
-        assert log.memory == {"a": 1}, "the rest of the longer one in its slot does not count"
+        assert log.memory == {"a": [1]}
+
+
+def test_the_rest_of_a_slot_is_zero_because_earlier_versions_accept_nothing_else(tmp_path: Path) -> None:
+    def rests() -> list[bytes]:
+        data = (tmp_path / NAME).read_bytes()
+        return [data[at : at + SLOT].partition(b"\n")[2].strip(b"\0") for at in (0, SLOT)]
+
+    state = StateFile(tmp_path)
+    for text in ("a", "a" * 3 * BLOCK, "b", "b" * 2 * BLOCK, "c", "c"):
+        state.write({"text": text})
+        assert rests() == [b"", b""]
+    for text in ("a" * 3 * BLOCK, "a" * 3 * BLOCK, "b", "b"):
+        state.close()
+        state = StateFile(tmp_path)
+        state.write({"text": text})
+    assert rests() == [b"", b""]
+    state.close()

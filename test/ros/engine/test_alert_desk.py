@@ -52,6 +52,9 @@ class DeskReports:
     def logged(self, fault):
         self.faults.append(fault)
 
+    def remembered(self, fault):
+        """Only `test_hanging_disk` asks for it."""
+
     def held_up(self, why):
         self.hindrances.append(why)
 
@@ -649,6 +652,20 @@ def test_lost_messages_stay_a_fault_when_the_clock_goes_back_or_the_node_is_acti
     clock.now = now + (30 - since) * S + 1
     desk.decide_on("wall", evidence(now=clock.now), RADAR)
     assert decided(reports, 5).faults == ()
+
+
+def test_a_clock_that_is_wrong_for_one_decision_ends_no_loss_early(desk):
+    desk, reports, clock = desk
+    desk.decide_on("wall", evidence(), RADAR)
+    desk.miss(RADAR, NOW)
+    decided(reports, 2)
+    clock.now = NOW - 3600 * S
+    desk.tick()
+    assert any(f"on {RADAR} were lost 0.000 s ago" in fault for fault in decided(reports, 3).faults)
+    clock.now = NOW + 2 * S
+    desk.forget("the clock went back")  # noticed only now
+    desk.decide_on("wall", evidence(now=clock.now), RADAR)
+    assert f"on {RADAR} were lost 2.000 s ago" in decided(reports, 5).faults[0]
 
 
 def test_a_loss_that_is_over_is_no_fault_again_after_the_clock_went_back(desk):

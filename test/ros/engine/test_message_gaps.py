@@ -40,6 +40,18 @@ def test_of_publishers_that_cannot_be_distinguished_each_counts_by_itself():
     assert lost(gaps, 507) == [496], "the former one has gone: no message continues its number"
 
 
+def test_a_loss_is_noticed_although_it_seems_to_continue_a_publisher_that_has_gone():
+    gaps = MessageGaps(100)
+    assert lost(gaps, 1, 2, 3) + lost(gaps, 1, 2, there=2) == [0] * 5
+    assert lost(gaps, 4) == [1], "3 was lost; the former publisher had come to 3, too"
+
+
+def test_the_last_message_of_a_publisher_that_has_gone_counts_as_a_loss():
+    """It cannot be distinguished from a loss, see the test before."""
+    gaps = MessageGaps(100)
+    assert lost(gaps, 500) + lost(gaps, 1, there=2) + lost(gaps, 501) == [0, 0, 499]
+
+
 def test_a_third_start_forgets_the_publisher_that_was_silent_for_longest():
     gaps = MessageGaps(100)
     assert lost(gaps, 500) + lost(gaps, 1, 2, 1, 3, 2, there=2) == [0] * 6

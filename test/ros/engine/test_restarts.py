@@ -14,10 +14,13 @@ from never_green import combination, pit
 from never_green.combination import Run, configuration_of
 from never_green.plan import Plan, Send, Speaker, Truth
 from never_green.stories import MAX_AGE, RADAR_A, RADAR_B, patch_send, survey
+from waiting import wait_for
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.levels import Level
+from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.site_model import AcknowledgeSpec, Thresholds
+from rpf3d_ros.engine.areas_before import AreasBefore
 from rpf3d_ros.engine.configuration import _log_of
 from rpf3d_ros.engine.terrain_faults import TerrainBefore
 from rpf3d_ros.engine.unknown_before import ADVICE, UnknownBefore
@@ -217,6 +220,22 @@ def test_what_is_received_while_nothing_is_decided_is_known_after_a_restart(mine
     assert "1 patches are not in the terrain" in faults and "areas/equipment has published nothing" in faults
 
 
+def test_an_area_is_remembered_as_soon_as_the_thread_that_flies_rocks_watches_it(mine, monkeypatch):
+    """That thread may be the first to see the new area; then the desk is not asked again before a kill."""
+    station = mine.run.node.station
+    set_areas, log = station.flyer.set_areas, station._configuration.log
+
+    def seen_at_once(topic, outlines):
+        set_areas(topic, outlines)
+        station._watch_present()
+        mine.run.node.settle()
+
+    monkeypatch.setattr(station.flyer, "set_areas", seen_at_once)
+    mine.send(ROAD)
+    mine.run.node.settle()
+    assert log._facts["memory"]["areas"] == ["areas/polygon"]
+
+
 def test_what_the_terrain_lacked_before_anything_was_decided_is_a_fault_after_a_restart(mine, monkeypatch):
     """As before the first /clock: no decision has the fault, so the memory of the node must have it."""
     monkeypatch.setattr(mine.run.node.station.desk, "_now", lambda: 0)
@@ -224,6 +243,38 @@ def test_what_the_terrain_lacked_before_anything_was_decided_is_a_fault_after_a_
     decided = mine.alert
     assert mine.send(PATCH._replace(frame="drone"), WHOLE._replace(frame="drone")) is decided
     mine.restart(has_survey=False)
+    faults = " ".join(mine.send(ROAD, QUIET).faults)
+    assert "1 patches are not in the terrain" in faults and "a survey was refused" in faults
+
+
+@pytest.mark.parametrize("has_lacks", [True, False], ids=["this version", "a former version"])
+def test_what_the_terrain_lacked_is_known_before_the_desk_writes_or_decides(mine, monkeypatch, has_lacks):
+    """Formerly the desk's thread could overwrite it on disk, or decide without it, while the node was starting."""
+    mine.send(ROAD, QUIET, PATCH._replace(frame="drone"), WHOLE._replace(frame="drone"))
+    faults = " ".join(mine.send(QUIET).faults)
+    assert "1 patches are not in the terrain" in faults and "a survey was refused" in faults
+    configured, remember, repeat, lacks = mine.configured, DecisionLog.remember, AreasBefore.repeat, []
+
+    def of_former_version(plan):
+        made = configured(plan)
+        made.log.memory.pop("lacks")
+        return made
+
+    def observed(log, received):
+        remember(log, received)
+        lacks.append(received["lacks"])
+
+    def slow(areas):
+        repeat(areas)
+        wait_for(lambda: lacks, seconds=20.0)
+
+    if not has_lacks:
+        monkeypatch.setattr(combination, "configuration_of", of_former_version)
+    monkeypatch.setattr(DecisionLog, "remember", observed)
+    monkeypatch.setattr(AreasBefore, "repeat", slow)
+    mine.restart(has_survey=False)
+    assert lacks[0][0] == 1 and "drone" in lacks[0][1]
+    mine.run.deliver(WHOLE._replace(at=mine.at))  # latched, from before the refused survey
     faults = " ".join(mine.send(ROAD, QUIET).faults)
     assert "1 patches are not in the terrain" in faults and "a survey was refused" in faults
 

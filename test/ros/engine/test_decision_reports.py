@@ -1,0 +1,45 @@
+"""What the diagnostics say of the decision log."""
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from rpf3d_ros.engine.decision_reports import DecisionReports
+from rpf3d_ros.engine.outlets import NoOutput, Outlets
+from rpf3d_ros.messages.health import ERROR, OK, WARN
+
+
+class Health:
+    """Keeps the last report."""
+
+    last = (OK, "")
+
+    def set(self, part, level, sentence):
+        self.last = level, sentence
+
+
+@pytest.fixture
+def reports():
+    """The reports of decisions, and the health that they set."""
+    health, none = Health(), NoOutput()
+    yield DecisionReports(Outlets(answers=none, alerts=none, health=health, logger=none, now=lambda: 0), "map"), health
+
+
+def test_what_cannot_be_kept_is_an_error_until_it_is_kept_and_no_missing_decision(reports):
+    reports, health = reports
+    for fault in ("", "what was received cannot be kept"):
+        reports.remembered(fault)
+        reports.logged("")
+    assert health.last == (ERROR, "what was received cannot be kept"), "a decision on disk does not hide it"
+    reports.remembered("")
+    assert health.last == (OK, "every decision is on disk")
+
+
+def test_a_missing_decision_is_told_of_after_it_too(reports):
+    reports, health = reports
+    reports.remembered("no memory")
+    reports.logged("the disk is full")
+    assert health.last == (ERROR, "the disk is full; no memory")
+    reports.remembered("")
+    reports.logged("")
+    assert health.last == (WARN, "decisions are on disk now; earlier: the log lacks decisions since the start")
