@@ -12,7 +12,7 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.formats.features import features_of
 from rpf3d_core.formats.points import COLUMN_NAMES, GEOJSON, NUMBER, OTHERS, UNIT, Row, rows_of, text_of
 from rpf3d_core.formats.polygons import geometries
-from rpf3d_core.formats.units import unit_of_column
+from rpf3d_core.formats.units import other_quantity, unit_of_column
 
 FloatArray = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ def _factor(path: Path, name: str, key: str) -> float:
     """Return the unit (kg) that the name of a column of masses states; 1 without a unit."""
     unit = unit_of_column(name, "mass")
     if unit is not None and unit.quantity != "mass":
-        raise InputError(f"{path}: `calibration.{key}` is {name!r}, by its name in {unit.name}, but must be masses")
+        raise InputError(f"{path}: `calibration.{key}` has masses {other_quantity(name, unit, 'mass')}")
     return 1.0 if unit is None else unit.factor
 
 

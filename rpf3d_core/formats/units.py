@@ -28,26 +28,28 @@ _SPELT_OUT = {
 _IN_BRACKETS, _SUFFIX = re.compile(r"[(\[]\s*([^()\[\]]+?)\s*[)\]]\s*$"), re.compile(r"(_|,\s*|\s)([a-z]+3?)$")
 _NO_WORD = ("l", "g", "t", "m", "in")
 """Units that are not read after a blank, because they may be other words."""
+_SYMBOLS = (("length", "l"), ("mass", "m"), ("thickness", "t"))
+"""Names of columns with the letter in brackets that is their symbol, and no unit of another quantity."""
 
 
 class TableUnit(NamedTuple):
     """A unit that the header of a column states, such as `mm`.
 
     quantity : key of `SI`; factor : size of the unit in the unit of `SI`
-    clear : False for an end of a name that may also be something else than a unit, such as the `t` of `mass_t`
+    is_certain : False for an end of a name that may also be something else than a unit, such as the `t` of `mass_t`
     """
 
     name: str
     quantity: str
     factor: float
-    clear: bool
+    is_certain: bool
 
 
 def unit_of_column(header: str, quantity: str) -> TableUnit | None:
     """Return the unit that the name of a column states, such as `length (mm)` or `mass_t`; None if it states none.
 
-    A unit of another quantity is returned only if it is clear: the `m` of `width (m)`, but not the symbols of
-    `Length (L)` and `mass (m)`, with which the names begin.
+    A unit of another quantity is returned, too, even if it is uncertain, so that the caller can refuse it. Only the
+    symbols of `Length (L)` and the like are no units then.
 
     quantity : key of `SI`, the quantity of the numbers in the column
     """
@@ -59,8 +61,14 @@ def unit_of_column(header: str, quantity: str) -> TableUnit | None:
     if suffix and not bracket and suffix[1].isspace() and word in _NO_WORD:
         return None
     found = next((each for each, units in _TABLE_UNITS.items() if name in units), None)
-    is_clear = bool(bracket) or (len(word) > 1 and word != "in")
-    is_symbol = len(word) == 1 and lower.startswith(word)
-    if found is None or (found != quantity and (is_symbol or not is_clear)):
+    is_symbol = bracket is not None and (lower[: bracket.start()].strip(), word) in _SYMBOLS
+    if found is None or (found != quantity and is_symbol):
         return None
-    return TableUnit(name, found, _TABLE_UNITS[found][name], is_clear)
+    return TableUnit(name, found, _TABLE_UNITS[found][name], bool(bracket) or (len(word) > 1 and word != "in"))
+
+
+def other_quantity(header: str, unit: TableUnit, quantity: str) -> str:
+    """Return the end of a sentence that refuses a column with a unit of another quantity, such as kg for a diameter."""
+    advice = "" if unit.is_certain else f"; if {unit.name!r} is no unit there, name the column '{header} ({SI[quantity]})'"
+    return (f"in {unit.name}, by the name of the column {header!r}, but must be in {SI[quantity]} or another unit of "
+            f"{quantity}{advice}")  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Discriminator, Field, SerializerFunctionWrapHandler, Tag, model_serializer, model_validator
 
 from rpf3d_core.formats.numbers import NumberColumn, read_column
-from rpf3d_core.formats.units import SI
+from rpf3d_core.formats.units import SI, other_quantity
 from rpf3d_core.materials.distributions import Distribution, Measured
 from rpf3d_core.scene.draws import MEASURED, Draw, distribution_of, drawn
 from rpf3d_core.scene.values import InputFile, Name, Number, StrictModel, refuse
@@ -68,8 +68,7 @@ class MeasuredList(StrictModel):
             return
         found, quantity = self._column(self.measured, measure), _quantity(measure)
         if found.unit is not None and found.unit.quantity != quantity:
-            raise refuse(f"has sizes in {found.unit.name}, by the name of the column {found.name!r}, but must be in "
-                         f"{SI[quantity]} or another unit of {quantity}", measure)  # fmt: skip
+            raise refuse(f"has sizes {other_quantity(found.name or '', found.unit, quantity)}", measure)
 
     def describe(self, measure: str, unit: str) -> str:
         """Return a sentence with file, column, unit, number and range of the sizes; "" if the sizes are not in a file.
@@ -94,7 +93,7 @@ class MeasuredList(StrictModel):
         if isinstance(self.measured, tuple):
             return ""
         found, unit = self._column(self.measured, measure), SI[_quantity(measure)]
-        if found.unit is None or found.unit.clear or found.unit.name == unit:
+        if found.unit is None or found.unit.is_certain or found.unit.name == unit:
             return ""
         return (f"the name of the column {found.name!r} of {self.measured.name} is read as a unit: its sizes are "
                 f"converted from {found.unit.name} to {unit}; if they are in {unit}, write the unit in brackets: "

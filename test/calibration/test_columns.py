@@ -36,7 +36,7 @@ def test_masses_are_converted_by_the_unit_in_the_header(tmp_path: Path) -> None:
     in_json = points(tmp_path, geojson(2, 3).replace('"mass"', '"mass_t"'), "stops.geojson")
     np.testing.assert_allclose(column_of(in_json, "mass_t", "mass_column"), [2000.0, 3000.0])
     wide = points(tmp_path, BEFORE.replace("mass", "width (m)"))
-    with pytest.raises(InputError, match=r"`calibration\.mass_column` is 'width \(m\)', by its name in m"):
+    with pytest.raises(InputError, match=r"has masses in m, by the name of the column 'width \(m\)'"):
         column_of(wide, "width (m)", "mass_column")
 
 

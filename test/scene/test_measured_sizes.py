@@ -102,7 +102,7 @@ def test_a_text_in_another_encoding_is_refused_with_what_to_do(tmp_path: Path) -
     [
         ("diameter", "length (mm)", 0.001), ("diameter", "d [cm]", 0.01), ("diameter", "d_mm", 0.001),
         ("diameter", "Diameter, mm", 0.001), ("diameter", "width ( Inches )", 0.0254), ("diameter", "a (m)", 1.0),
-        ("diameter", "d_max", 1.0), ("diameter", "axis (a)", 1.0), ("diameter", "block_l", 1.0),
+        ("diameter", "d_max", 1.0), ("diameter", "axis (a)", 1.0),
         ("mass", "m (t)", 1000.0), ("mass", "mass_t", 1000.0), ("mass", "kg", 1.0),
         ("volume", "V (dm³)", 0.001), ("volume", "volume_m3", 1.0), ("volume", "V (L)", 0.001),
         ("diameter", "Length (L)", 1.0), ("diameter", "thickness (t)", 1.0), ("mass", "mass (m)", 1.0),
@@ -127,10 +127,24 @@ def test_a_unit_in_the_header_converts_the_sizes(tmp_path: Path, measure: str, h
          r"`sources\[0\]\.volume`"),
     ],
 )  # fmt: skip
-def test_a_unit_of_another_quantity_is_refused(tmp_path: Path, size: str, sentence: str) -> None:
+def test_a_unit_of_another_quantity_is_refused_by_its_place(tmp_path: Path, size: str, sentence: str) -> None:
     (tmp_path / "blocks.csv").write_text("a (mm)\n200\n")
     with pytest.raises(InputError, match=sentence):
         read_scene(written(tmp_path, size))
+
+
+@pytest.mark.parametrize(
+    ("measure", "header", "unit"),
+    [("diameter", "mass_t", "t"), ("diameter", "mass_g", "g"), ("mass", "width_m", "m"),
+     ("mass", "mean diameter (m)", "m"), ("mass", "max size (m)", "m"), ("diameter", "tonnage (t)", "t"),
+     ("diameter", "block_l", "l"), ("volume", "mass, t", "t")],
+)  # fmt: skip
+def test_a_unit_of_another_quantity_is_refused(tmp_path: Path, measure: str, header: str, unit: str) -> None:
+    """An end of a name that may be no unit, too: 2 t must not be read as 2 m. The message says how to rename it."""
+    (tmp_path / "blocks.csv").write_text(f'number;"{header}"\n1;2\n')
+    with pytest.raises(InputError, match=f"`rock.{measure}` has sizes in {unit}, by the name of the column") as caught:
+        read_scene(written(tmp_path, f'{measure}: {{measured: blocks.csv, column: "{header}"}}'))
+    assert ("is no unit there, name the column" in str(caught.value)) is ("(" not in header)
 
 
 @pytest.mark.parametrize(
