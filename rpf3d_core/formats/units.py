@@ -69,6 +69,7 @@ def unit_of_column(header: str, quantity: str) -> TableUnit | None:
 
 def other_quantity(header: str, unit: TableUnit, quantity: str) -> str:
     """Return the end of a sentence that refuses a column with a unit of another quantity, such as kg for a diameter."""
-    advice = "" if unit.is_certain else f"; if {unit.name!r} is no unit there, name the column '{header} ({SI[quantity]})'"
-    return (f"in {unit.name}, by the name of the column {header!r}, but must be in {SI[quantity]} or another unit of "
+    wanted = SI[quantity]
+    advice = "" if unit.is_certain else f"; if {unit.name!r} is no unit there, name the column '{header} ({wanted})'"
+    return (f"in {unit.name}, by the name of the column {header!r}, but must be in {wanted} or another unit of "
             f"{quantity}{advice}")  # fmt: skip
