@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Discriminator, Field, SerializerFunctionWrapHandler, Tag, model_serializer, model_validator
 
 from rpf3d_core.formats.numbers import NumberColumn, read_column
-from rpf3d_core.formats.units import SI, other_quantity
+from rpf3d_core.formats.units import doubt_on_unit, other_quantity
 from rpf3d_core.materials.distributions import Distribution, Measured
 from rpf3d_core.scene.draws import MEASURED, Draw, distribution_of, drawn
 from rpf3d_core.scene.values import InputFile, Name, Number, StrictModel, refuse
@@ -86,18 +86,14 @@ class MeasuredList(StrictModel):
                 f"{low:g} to {high:g}")  # fmt: skip
 
     def doubt(self, measure: str) -> str:
-        """Return a sentence on a conversion by an end of the column's name that may be no unit, such as `mass_t`.
+        """Return a sentence on a unit that the column's name may not mean, such as that of `mass_t`; "" without doubt.
 
-        The result is "" without such a conversion. measure : as in `check_unit`
+        measure : as in `check_unit`
         """
         if isinstance(self.measured, tuple):
             return ""
-        found, unit = self._column(self.measured, measure), SI[_quantity(measure)]
-        if found.unit is None or found.unit.is_certain or found.unit.name == unit:
-            return ""
-        return (f"the name of the column {found.name!r} of {self.measured.name} is read as a unit: its sizes are "
-                f"converted from {found.unit.name} to {unit}; if they are in {unit}, write the unit in brackets: "
-                f"'{measure} ({unit})'")  # fmt: skip
+        doubt = doubt_on_unit(self._column(self.measured, measure).name or "", _quantity(measure))
+        return f"{self.measured.name}: {doubt}" if doubt else ""
 
 
 def _quantity(measure: str) -> str:
