@@ -4,7 +4,7 @@ from rpf3d_core.ensemble.statistics import words_on_pieces
 from rpf3d_core.hazard.benches import lost_in_words
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_files.zones_geojson import zones_without_cells
-from rpf3d_core.setup.warnings import warnings_of, warnings_of_speed
+from rpf3d_core.setup.warnings import warnings_of_speed
 
 UNEQUAL = 1.2
 """Ratio of the rocks of two parameter sets (-) above which a run says that their weights differ."""
@@ -28,7 +28,7 @@ def doubts_of_run(run: Run) -> list[str]:
         *run.placement,
         *([lost_in_words(run.maps.lost, totals.rocks)] if run.maps.lost else []),
         *run.faults.remarks,
-        *warnings_of(run.scene),
+        *run.prepared.doubts,
         *warnings_of_speed(totals.max_speed.high),
         *([words_on_pieces(totals.rocks, totals.pieces)] if totals.pieces else []),
     ]

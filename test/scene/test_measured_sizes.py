@@ -10,6 +10,7 @@ import rpf3d_core as rpf3d
 from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.numbers import read_column
+from rpf3d_core.results.notes import doubts_of_run
 from rpf3d_core.runs.check import check_scene
 from rpf3d_core.runs.check_shapes import measured_sizes
 from rpf3d_core.scene.measured import sizes_from
@@ -169,6 +170,18 @@ def test_a_unit_that_the_name_of_a_column_may_not_mean_is_warned_of(
     assert len(found) == (doubt is not None)
     assert all(told.startswith(f"`rock.{measure}`: blocks.csv: the name of the column {header!r}") for told in found)
     assert all(doubt is not None and doubt in told for told in found)
+
+
+@pytest.mark.parametrize("content", [None, "mass (kg)\n900\n"])
+def test_a_file_of_sizes_may_be_removed_or_edited_after_the_flight(tmp_path: Path, content: str | None) -> None:
+    """The warnings of a run are of the file that was flown."""
+    sizes = tmp_path / "blocks.csv"
+    sizes.write_text("mass_t\n0.4\n0.9\n")
+    run = rpf3d.simulate(written(tmp_path, "mass: {measured: blocks.csv}"), rocks=20, engine="reference")
+    sizes.unlink()
+    if content is not None:
+        sizes.write_text(content)
+    assert len([told for told in doubts_of_run(run) if "'mass_t' is read as a unit" in told]) == 1
 
 
 def test_a_size_of_zero_in_a_file_is_refused(tmp_path: Path) -> None:
