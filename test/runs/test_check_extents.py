@@ -311,15 +311,22 @@ def test_a_source_high_in_the_air_is_warned_of(folder):
     assert any("source 'top' starts 1" in told and "are its heights right?" in told for told in warnings)
 
 
-@pytest.mark.parametrize(("height", "told"), [(0.5, False), (60.0, True)])
-def test_a_source_over_the_crest_of_a_high_overhang_is_not_high_in_the_air(folder, height, told):
-    """The face leans out by 5 m over 60 m, and straight below the source is its foot."""
+@pytest.mark.parametrize(
+    ("last", "height", "told"), [(5.2, 0.5, False), (5.2, 60.0, True), (6.2, 0.5, False), (40.0, 0.5, True)]
+)
+def test_a_source_over_the_crest_of_a_high_overhang_is_not_high_in_the_air(folder, last, height, told):
+    """The face leans out by 5 m over 60 m, and straight below the source is its foot.
+
+    A line of rocks from the crest to x = `last` (m) is in the air if only one end is near the crest.
+    """
     brow, foot, back, far = (5.0, 60.0), (0.0, 0.0), (-30.0, 60.0), (40.0, 0.0)
     quads = [[(*one, -20.0), (*other, -20.0), (*other, 20.0), (*one, 20.0)]
              for one, other in ((far, foot), (foot, brow), (brow, back))]  # fmt: skip
     corners = np.array(quads)[:, :, [0, 2, 1]]
     write_binary_stl(folder / "wall.stl", np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]]))
     text = SCENE.format(terrain="wall.stl", point=[5.2, 0.0, 60.0 + height]).replace(", above_ground: 1.0", "")
+    points = [[float(x), 0.0, 60.0 + height] for x in np.linspace(5.2, last, 4)]
+    text = text.replace(str([points[0]]), f"{points}, rocks: 4")
     (folder / "scene.yaml").write_text(with_models(text))
     warnings = check_scene(read_scene(folder / "scene.yaml")).warnings
     assert any("are its heights right?" in warning for warning in warnings) is told
