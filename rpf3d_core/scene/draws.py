@@ -84,7 +84,7 @@ class PowerLawSpec(StrictModel):
     Physics reference 6.4: volumes of blocks have exponents of 0.4 to 0.6.
     """
 
-    exponent: Number = Field(gt=0, description="a number above 0, b in N(> x) ~ x^-b")
+    exponent: Number = Field(gt=0, description="a number above 0 (-), b in N(> x) ~ x^-b")
     min: Number = Field(gt=0, description="a number above 0 and below max")
     max: Number = Field(gt=0, description="a number above min")
 
@@ -157,7 +157,7 @@ class Uniform(StrictModel):
 class WeibullSpec(StrictModel):
     """A Weibull distribution, 1 - exp(-(x/scale)^shape) below x, cut off at its bounds."""
 
-    shape: Number = Field(gt=0, description="a number above 0, k in 1 - exp(-(x/scale)^k)")
+    shape: Number = Field(gt=0, description="a number above 0 (-), k in 1 - exp(-(x/scale)^k)")
     scale: Number = Field(gt=0, description="a number above 0, below which 63 % of the numbers are before the cut")
     min: Number = Field(ge=0, description="a number >= 0 and below max; nothing below it is drawn")
     max: Number = Field(description="a number above min; nothing above it is drawn")
