@@ -244,7 +244,8 @@ def drawn(unit: str, further: Mapping[str, type[StrictModel]] = MappingProxyType
     """Return the type of a scene field that takes a number or a distribution within limits (ge, gt, le, lt).
 
     A mark is the name in brackets by which pydantic selects the type of a value, such as `[uniform]`.
-    further : types that the field takes besides KINDS, by mark; unit : unit of the numbers, for messages
+    further : types that the field takes besides KINDS, by mark, which check their limits themselves
+    unit : unit of the numbers, for messages
     """
     kinds = {**KINDS, **further}
     number = Annotated[Number, Field(**limits)]
@@ -264,9 +265,9 @@ def _kind_of(kinds: Mapping[str, type[StrictModel]], value: Any) -> str:
     return next((mark for mark, kind in kinds.items() if type(value) is kind), NUMBER)
 
 
-def _within(limits: Mapping[str, float], unit: str, value: float | Draw) -> float | Draw:
+def _within(limits: Mapping[str, float], unit: str, value: Any) -> Any:
     """Return the value unchanged, after a check that a distribution cannot give a number outside the limits."""
-    if isinstance(value, float):
+    if not isinstance(value, Draw):
         return value
     low, high = (value.min, value.max) if isinstance(value, Normal) else value.bounds
     least, most = limits.get("ge", limits.get("gt")), limits.get("le", limits.get("lt"))

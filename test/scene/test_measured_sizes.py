@@ -184,10 +184,15 @@ def test_a_file_of_sizes_may_be_removed_or_edited_after_the_flight(tmp_path: Pat
     assert len([told for told in doubts_of_run(run) if "'mass_t' is read as a unit" in told]) == 1
 
 
-def test_a_size_of_zero_in_a_file_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "sizes.csv").write_text("0\n1\n")
-    with pytest.raises(InputError, match=r"`rock\.mass` may be drawn from 0 to 1, but must be above 0"):
-        read_scene(written(tmp_path, "mass: {measured: sizes.csv}"))
+@pytest.mark.parametrize(
+    ("header", "measure", "told"),
+    [("", "mass", "0 to 1 kg"), ("mass (t)\n", "mass", "0 to 1000 kg"), ("V (l)\n", "volume", "0 to 0.001 m3"),
+     ("d (mm)\n", "diameter", "0 to 0.001 m")],
+)  # fmt: skip
+def test_a_size_of_zero_in_a_file_is_refused(tmp_path: Path, header: str, measure: str, told: str) -> None:
+    (tmp_path / "sizes.csv").write_text(header + "0\n1\n")
+    with pytest.raises(InputError, match=rf"`rock\.{measure}` may be drawn from {told}, but must be above 0"):
+        read_scene(written(tmp_path, f"{measure}: {{measured: sizes.csv}}"))
 
 
 TWO_SOURCES = """\

@@ -118,7 +118,7 @@ def test_a_number_or_a_distribution_is_read_as_what_is_drawn(
         ("rock", "mass: {measured: []}", [
             "`rock.mass.measured` is [], but must be a list of at least one number, or the path of a file"]),
         ("rock", "mass: {measured: [1, .nan]}", ["`rock.mass.measured"]),
-        ("rock", "mass: {measured: [3, 0, 1]}", ["`rock.mass` may be drawn from 0 to 3, but must be above 0"]),
+        ("rock", "mass: {measured: [3, 0, 1]}", ["`rock.mass` may be drawn from 0 to 3 kg, but must be above 0"]),
         ("rock", "mass: {measured: none.csv}", ["`rock.mass.measured` names 'none.csv', but there is no such file"]),
         ("R_n", "{measured: [0.3, 0.4]}", [
             "`materials.hard.normal_restitution.measured` is for sizes of rocks; give a number or a distribution"]),
