@@ -124,10 +124,11 @@ def prepare(
     if before_index:
         before_index(terrain)
     engine = build_engine(scene, terrain)
+    placing = placing_notes(scene, faults, others, is_run=True)
     return Prepared(
         scene=scene, terrain=terrain, faults=faults, engine=engine, flight=flight, sources=sources,
         rock=rock_of_scene(scene), raster=raster, polygons=polygons, outlines=outlines, read_s=read_s,
-        index_s=time.perf_counter() - began - read_s, began=began, placing=placing_notes(scene, faults, others),
+        index_s=time.perf_counter() - began - read_s, began=began, placing=placing,
         doubts=tuple(warnings_of(scene)), source_polygons=source_polygons,
     )  # fmt: skip
 

@@ -17,6 +17,7 @@ from rpf3d_core.runs.check import Check, check_scene
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.extents import Extent
 from rpf3d_core.setup.misplaced import placing_hints
+from rpf3d_core.setup.prepared import prepare
 
 VERTICES, TRIANGLES = grid(9, 11, 2.0)
 SITE = at_site(VERTICES)
@@ -348,6 +349,16 @@ def test_a_terrain_of_a_local_grid_with_y_up_is_noticed_by_its_facets(folder, up
         check_scene(read_scene(folder / "scene.yaml"), lambda extents, sentences: hints.extend(sentences))
     found = [hint for hint in hints if "lay on its side" in hint]
     assert len(found) == told and all("give the terrain `up: y` (`rpf3d new`: --up y)" in hint for hint in found)
+
+
+@pytest.mark.parametrize(("up", "told"), [("", True), ("  up: z\n", False)])
+def test_a_run_trusts_an_axis_that_the_scene_states(folder, up, told):
+    """A scan of a steep wall is right as it is; its owner has seen the note in a check, and stated the axis."""
+    write_binary_stl(folder / "wall.stl", np.array([[[0, 0, 0], [0, 10, 0], [15, 5, 40]]], float))
+    scene = SCENE.format(terrain="wall.stl", point=[5.0, 5.0, 13.0]).replace("terrain:\n", f"terrain:\n{up}")
+    (folder / "scene.yaml").write_text(with_models(scene))
+    placing = prepare(read_scene(folder / "scene.yaml")).placing
+    assert any("lay on its side" in note for note in placing) is told
 
 
 def test_a_terrain_that_is_far_higher_than_wide_is_noticed(folder):
