@@ -30,7 +30,7 @@ _SPELT_OUT = {
 _IN_BRACKETS = re.compile(r"[(\[]\s*([^()\[\]]+?)\s*[)\]]\s*$")
 _SUFFIX = re.compile(r"(^|_|,\s*|\s)([a-z]+3?)$")
 _MEGAGRAM = re.compile(r"(?<![A-Za-z])Mg(?![A-Za-z])")
-"""The symbol of a megagram, a tonne, which only its capital tells from a milligram."""
+"""The symbol of a megagram, a tonne, which is that of a milligram in small letters."""
 _NO_WORD = ("l", "g", "t", "m", "in")
 """Units that are not read after a blank, because they may be other words."""
 _TONS = ("ton", "tons")
