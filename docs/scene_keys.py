@@ -176,9 +176,10 @@ same probability; a file has a number on each line, and may have a header |
 
 - If the header of measured sizes states a unit, such as `length (mm)`, `diameter_cm` or `mass (t)`, the sizes are
   converted to m, kg or m3. Without a unit they are read in m, kg or m3. `rpf3d check` prints the unit. Names such as
-  `mass_t`, whose last letter may be no unit, are converted with a warning; write the unit in brackets. A unit of
-  another quantity, as in `width (m)` for masses, is refused. The letter in `Length (L)` or `mass (m)`, with which the
-  name begins, is a symbol and no unit.
+  `mass_t`, whose last letter may be no unit, and tons (`ton`, read as 1,000 kg) are converted with a warning; write
+  the unit in brackets, as `mass (t)`. A word in brackets that is no known unit is warned of, too. A unit of another
+  quantity, as in `width (m)` or `width_m` for masses, is refused. The letters in `Length (L)`, `mass (m)` and
+  `thickness (t)` are symbols and no units of another quantity.
 - A random number depends only on the seed, the source, the number of the rock and the purpose of the number. Therefore
   it is the same on both engines.
 - A coefficient of a material is drawn for each rock and zone; with `draw: per_impact`, for each impact. The last

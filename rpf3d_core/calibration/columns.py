@@ -12,7 +12,7 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.formats.features import features_of
 from rpf3d_core.formats.points import COLUMN_NAMES, GEOJSON, NUMBER, OTHERS, UNIT, Row, rows_of, text_of
 from rpf3d_core.formats.polygons import geometries
-from rpf3d_core.formats.units import unit_of_column
+from rpf3d_core.formats.units import doubt_on_unit, other_quantity, unit_of_column
 
 FloatArray = NDArray[np.float64]
 
@@ -47,11 +47,7 @@ def column_of(path: Path, column: int | str, key: str) -> FloatArray:
         The file has no such column, the column is that of a coordinate, a cell is not a number above 0, or the header
         of masses states a unit of another quantity.
     """
-    suffix = path.suffix.lower()
-    if suffix in OTHERS:
-        raise InputError(f"{path}: `calibration.{key}` needs a CSV, text or GeoJSON; columns of {suffix} are not read")
-    is_geojson = suffix in GEOJSON
-    cells = list(_properties(path, column, key) if is_geojson else _cells(path, column, key))
+    cells = _all_cells(path, column, key)
     for cell in cells:
         if not 0.0 < _number(cell.content) < np.inf:
             raise InputError(f"{path}, {cell.place}: `calibration.{key}` must be a number above 0, but is "
@@ -60,11 +56,26 @@ def column_of(path: Path, column: int | str, key: str) -> FloatArray:
     return factor * np.array([_number(cell.content) for cell in cells])
 
 
+def doubt_on_masses(path: Path, column: int | str) -> str:
+    """Return a sentence on a unit that the name of the column of masses may not mean; "" without doubt."""
+    cells = _all_cells(path, column, MASS)
+    doubt = doubt_on_unit(cells[0].name, "mass") if cells else ""
+    return f"`calibration.{MASS}`: {doubt}" if doubt else ""
+
+
+def _all_cells(path: Path, column: int | str, key: str) -> list[Cell]:
+    """Return the cells of a column of a text, CSV or GeoJSON; arguments : as in `column_of`."""
+    suffix = path.suffix.lower()
+    if suffix in OTHERS:
+        raise InputError(f"{path}: `calibration.{key}` needs a CSV, text or GeoJSON; columns of {suffix} are not read")
+    return list(_properties(path, column, key) if suffix in GEOJSON else _cells(path, column, key))
+
+
 def _factor(path: Path, name: str, key: str) -> float:
     """Return the unit (kg) that the name of a column of masses states; 1 without a unit."""
     unit = unit_of_column(name, "mass")
     if unit is not None and unit.quantity != "mass":
-        raise InputError(f"{path}: `calibration.{key}` is {name!r}, by its name in {unit.name}, but must be masses")
+        raise InputError(f"{path}: `calibration.{key}` has masses {other_quantity(name, unit, 'mass')}")
     return 1.0 if unit is None else unit.factor
 
 

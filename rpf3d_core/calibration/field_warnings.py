@@ -33,9 +33,11 @@ def _of_number(stops: int) -> Iterator[str]:
 
 
 def _of_masses(prepared: Prepared, field: Field) -> Iterator[str]:
-    """Yield a sentence if the observed masses are not those of the scene's rocks, perhaps in another unit."""
+    """Yield a sentence if the observed masses are not those of the scene's rocks, or their unit is in doubt."""
     if field.masses is None:
         return
+    if field.doubt:
+        yield field.doubt
     rocks = min(sum(source.rocks for source in prepared.sources), COMPARED)
     masses = releases_in_ranges(prepared, rocks_of_round(prepared.sources, rocks, 0)).mass
     observed, simulated = float(np.median(field.masses)), float(np.median(masses))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.calibration.columns import column_of
+from rpf3d_core.calibration.columns import column_of, doubt_on_masses
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.points import read_points
 from rpf3d_core.scene.calibration import CalibrationSpec
@@ -69,6 +69,7 @@ class Field(NamedTuple):
     stops : (N, 2) m, along and across, in the input's coordinates; (0, 2) if no end points were observed
     masses : (N,) kg, or None if unknown; shapes : (N,) numbers of the shapes from 0, or None if unknown
     values : values observed at gates; counted : counts of observed rocks
+    doubt : a sentence on the unit of the masses, "" without doubt
     """
 
     stops: FloatArray
@@ -76,6 +77,7 @@ class Field(NamedTuple):
     shapes: IntArray | None
     values: tuple[Values, ...]
     counted: tuple[Counted, ...]
+    doubt: str = ""
 
 
 def calibration_of(scene: Scene) -> CalibrationSpec:
@@ -115,17 +117,19 @@ def field_of(scene: Scene, frame: Frame) -> Field:
         The scene has no observations, a file is damaged, or a column or a place is missing.
     """
     spec, directions = calibration_of(scene), directions_of(scene, frame)
-    stops, masses, shapes = np.empty((0, 2)), None, None
+    stops, masses, shapes, doubt = np.empty((0, 2)), None, None, ""
     if scene.observed is not None:
         points = read_points(scene.observed.points_file, frame.up, heights=False)
         stops = directions.places(frame.points_to_local(points))
         masses = _column(scene, spec.mass_column, "mass_column")
         shapes = _shape_numbers(scene, spec)
+        if spec.mass_column is not None:
+            doubt = doubt_on_masses(scene.observed.points_file, spec.mass_column)
     values, counted = tuple(_values_of(spec)), tuple(_counted_in(scene, spec))
     if not len(stops) and not values and not counted:
         raise InputError(f"{scene.path}: there is nothing to calibrate on; add `observed: {{points_file: ...}}`, or "
                          "`calibration: {gates: ..., shares: ...}`")  # fmt: skip
-    return Field(stops=stops, masses=masses, shapes=shapes, values=values, counted=counted)
+    return Field(stops=stops, masses=masses, shapes=shapes, values=values, counted=counted, doubt=doubt)
 
 
 def _column(scene: Scene, column: int | str | None, key: str) -> FloatArray | None:

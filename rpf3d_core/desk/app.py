@@ -31,7 +31,6 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.formats.extras import library_of
 from rpf3d_core.results.findings import Run
 from rpf3d_core.setup.prepared import Prepared
-from rpf3d_core.setup.warnings import warnings_of
 
 REFUSAL, NOTE, GOOD = "refusal", "note", "good"
 """Kinds of messages on the page."""
@@ -229,7 +228,7 @@ class Desk:
             return
         new = self.shown.show_scene(prepared)
         self.state.ready = True
-        for sentence in (*prepared.placing, *prepared.faults.remarks, *warnings_of(prepared.scene)):
+        for sentence in (*prepared.placing, *prepared.faults.remarks, *prepared.doubts):
             self._say(NOTE, sentence)
         self.view.update()
         if new:

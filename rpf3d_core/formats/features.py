@@ -29,7 +29,7 @@ def features_of(path: Path, family: str) -> Any:
     if extension in (".gpkg", ".shp"):
         from rpf3d_core.formats.mine.vector_files import read_vector
 
-        return _collection(read_vector(path, family))
+        return _collection(read_vector(path, family).geometries)
     if extension == ".dxf":
         return _collection(_dxf(path, family))
     if extension == ".str":

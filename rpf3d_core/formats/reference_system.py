@@ -74,11 +74,17 @@ def reference_system_of_file(path: Path) -> str | None:
     return None if stated is None or why_unusable(stated) else stated
 
 
-def stated_reference_system(path: Path) -> str | None:
+def stated_reference_system(path: Path, family: str = "polygon") -> str | None:
     """Return the coordinate reference system that an input file states, even one in degrees; None if it states none.
 
     GeoTIFF, LandXML, LAS, GeoPackage, Shapefile and GeoJSON with the member `crs` can state one.
+
+    family : of the geometries that are read from a GeoPackage, whose layers may have different systems
     """
+    if path.suffix.lower() in (".gpkg", ".shp"):
+        from rpf3d_core.formats.mine.vector_files import vector_crs
+
+        return vector_crs(path, family)
     try:
         state = path.stat()
     except OSError:
@@ -101,10 +107,6 @@ def _stated(path: Path, changed: int, size: int) -> str | None:
         from rpf3d_core.formats.mine.las import las_crs
 
         return las_crs(path)
-    if extension in (".gpkg", ".shp"):
-        from rpf3d_core.formats.mine.vector_files import vector_crs
-
-        return vector_crs(path)
     return None
 
 

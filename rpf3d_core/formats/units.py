@@ -16,51 +16,96 @@ SI = {"length": "m", "mass": "kg", "volume": "m3"}
 """Unit in which a scene gives each quantity."""
 _TABLE_UNITS = {
     "length": {key: length for key, (_, length) in LENGTHS.items() if key not in ("us_ft", "mi")},
-    "mass": {"kg": 1.0, "g": 0.001, "t": 1000.0, "lb": 0.45359237},
+    "mass": {"kg": 1.0, "g": 0.001, "t": 1000.0, "kt": 1e6, "lb": 0.45359237},
     "volume": {"m3": 1.0, "dm3": 0.001, "cm3": 1e-6, "mm3": 1e-9, "ft3": 0.3048**3, "l": 0.001},
 }
 """Units that headers of tables state, as multiples of the unit in `SI`, by quantity (NIST SP 811)."""
 _SPELT_OUT = {
-    "metres": "m", "meters": "m", "millimetres": "mm", "millimeters": "mm", "centimetres": "cm", "centimeters": "cm",
-    "inch": "in", "inches": "in", "foot": "ft", "feet": "ft", "kilograms": "kg", "grams": "g", "tonnes": "t",
-    "pounds": "lb", "lbs": "lb", "litres": "l", "liters": "l",
+    "metre": "m", "meter": "m", "millimetre": "mm", "millimeter": "mm", "centimetre": "cm", "centimeter": "cm",
+    "inch": "in", "inche": "in", "foot": "ft", "feet": "ft", "kilogram": "kg", "kg": "kg", "gram": "g", "tonne": "t",
+    "ton": "t", "kilotonne": "kt", "pound": "lb", "lb": "lb", "litre": "l", "liter": "l", "cubic metre": "m3",
+    "cubic meter": "m3", "cubic feet": "ft3", "cubic foot": "ft3",
 }  # fmt: skip
-_IN_BRACKETS, _SUFFIX = re.compile(r"[(\[]\s*([^()\[\]]+?)\s*[)\]]\s*$"), re.compile(r"(_|,\s*|\s)([a-z]+3?)$")
+"""Key of each unit that is written as a word, in the singular; most may also end with s."""
+_IN_BRACKETS = re.compile(r"[(\[]\s*([^()\[\]]+?)\s*[)\]]\s*$")
+_SUFFIX = re.compile(r"(^|_|,\s*|\s)([a-z]+3?)$")
+_MEGAGRAM = re.compile(r"(?<![A-Za-z])Mg(?![A-Za-z])")
+"""The symbol of a megagram, a tonne, which is that of a milligram in small letters."""
 _NO_WORD = ("l", "g", "t", "m", "in")
 """Units that are not read after a blank, because they may be other words."""
+_TONS = ("ton", "tons")
+"""Words that are always uncertain: a ton is read as 1,000 kg, but may also be 907 or 1,016 kg."""
+_SYMBOLS = (("length", "l"), ("mass", "m"), ("thickness", "t"))
+"""Names of columns with the letter in brackets that is their symbol, and no unit of another quantity."""
 
 
 class TableUnit(NamedTuple):
     """A unit that the header of a column states, such as `mm`.
 
     quantity : key of `SI`; factor : size of the unit in the unit of `SI`
-    clear : False for an end of a name that may also be something else than a unit, such as the `t` of `mass_t`
+    is_certain : False for an end of a name that may also be something else than a unit, such as the `t` of `mass_t`
     """
 
     name: str
     quantity: str
     factor: float
-    clear: bool
+    is_certain: bool
 
 
 def unit_of_column(header: str, quantity: str) -> TableUnit | None:
     """Return the unit that the name of a column states, such as `length (mm)` or `mass_t`; None if it states none.
 
-    A unit of another quantity is returned only if it is clear: the `m` of `width (m)`, but not the symbols of
-    `Length (L)` and `mass (m)`, with which the names begin.
+    A unit of another quantity is returned, too, even if it is uncertain, so that the caller can refuse it. Only the
+    symbols of `Length (L)` and the like are no units then.
 
     quantity : key of `SI`, the quantity of the numbers in the column
     """
-    lower = header.strip().lower()
-    lower = lower.replace("³", "3").replace("^3", "3")
-    bracket, suffix = _IN_BRACKETS.search(lower), _SUFFIX.search(lower)
-    word = bracket[1] if bracket else suffix[2] if suffix else ""
-    name = _SPELT_OUT.get(word, word)
-    if suffix and not bracket and suffix[1].isspace() and word in _NO_WORD:
+    name, bracket, suffix = _parts_of(header)
+    word = bracket or suffix
+    unit = _key_of(word)
+    found = next((each for each, units in _TABLE_UNITS.items() if unit in units), None)
+    if found is None or (found != quantity and (name, bracket) in _SYMBOLS):
         return None
-    found = next((each for each, units in _TABLE_UNITS.items() if name in units), None)
-    is_clear = bool(bracket) or (len(word) > 1 and word != "in")
-    is_symbol = len(word) == 1 and lower.startswith(word)
-    if found is None or (found != quantity and (is_symbol or not is_clear)):
-        return None
-    return TableUnit(name, found, _TABLE_UNITS[found][name], is_clear)
+    is_certain = word not in _TONS and (bool(bracket) or (len(word) > 1 and word != "in"))
+    return TableUnit(unit, found, _TABLE_UNITS[found][unit], is_certain)
+
+
+def _parts_of(header: str) -> tuple[str, str, str]:
+    """Return the name of a column, the words in brackets at its end, and its last word if there are no brackets.
+
+    All are in small letters. Missing parts are "", and so is a last word that is hardly a unit.
+    """
+    lower = _MEGAGRAM.sub("t", header.strip()).lower().replace("³", "3").replace("^3", "3")
+    if bracket := _IN_BRACKETS.search(lower):
+        return lower[: bracket.start()].strip(), bracket[1], ""
+    suffix = _SUFFIX.search(lower)
+    is_word = suffix is None or (suffix[1].isspace() and suffix[2] in _NO_WORD)
+    return lower, "", "" if suffix is None or is_word else suffix[2]
+
+
+def _key_of(word: str) -> str:
+    """Return the key of a unit that is written as a word, also in the plural; other words as they are."""
+    return _SPELT_OUT.get(word) or _SPELT_OUT.get(word.removesuffix("s"), word)
+
+
+def doubt_on_unit(header: str, quantity: str) -> str:
+    """Return a sentence on a unit that the name of a column may not mean, such as that of `mass_t`; "" without doubt.
+
+    quantity : as in `unit_of_column`
+    """
+    unit, wanted, bracket = unit_of_column(header, quantity), SI[quantity], _parts_of(header)[1]
+    if unit is None and len(bracket) > 1:
+        return (f"the name of the column {header!r} has no known unit in brackets: its numbers are read in {wanted}; "
+                f"give them in {wanted} or another unit of {quantity}")  # fmt: skip
+    if unit is None or unit.is_certain or unit.factor == 1.0:
+        return ""
+    return (f"the name of the column {header!r} is read as a unit: its numbers are converted from {unit.name} to "
+            f"{wanted}; if they are in {wanted}, write this unit in brackets: '{quantity} ({wanted})'")  # fmt: skip
+
+
+def other_quantity(header: str, unit: TableUnit, quantity: str) -> str:
+    """Return the end of a sentence that refuses a column with a unit of another quantity, such as kg for a diameter."""
+    wanted = SI[quantity]
+    advice = "" if unit.is_certain else f"; if {unit.name!r} is no unit there, name the column '{header} ({wanted})'"
+    return (f"in {unit.name}, by the name of the column {header!r}, but must be in {wanted} or another unit of "
+            f"{quantity}{advice}")  # fmt: skip

@@ -38,8 +38,6 @@ COARSE = 1.0
 """Smallest side (m) of the pixels in which faces are searched."""
 MOST_CRESTS = 16
 """Largest number of crests that are found."""
-
-
 ENERGY_LINE = 30.0
 """Smallest angle (degrees) from the horizontal of the straight line from a crest to ground that rocks may reach.
 
@@ -49,6 +47,10 @@ Jaboyedoff & Labiouse 2011, Nat. Hazards Earth Syst. Sci. 11, 819: energy lines 
 """
 LONG = 50.0
 """Length (m) from which a crest may be the first, because a short one may be a gap of a road or noise of the survey."""
+STOPPING = 1.0
+"""Ground that rises this (m) above the line from a crest stops rocks, such as a wide road below a cut."""
+LOW = 0.1
+"""Percentile (%) of the heights of the vertices that counts as the lowest ground, because of spikes of the survey."""
 RAYS, STEPS = 12, 250
 """Number of places along a crest where its fall is searched, and number of points of the ground in front of each."""
 
@@ -63,18 +65,19 @@ class Crest(NamedTuple):
     points: FloatArray
     length: float
     height: float
-    fall: float = 0.0
+    fall: float
 
 
 def crests_of(terrain: Terrain) -> list[Crest]:
     """Return at most MOST_CRESTS crests of a terrain: first the one with the longest fall, then the largest ones."""
     image = height_image(terrain, terrain.vertices[:, :2], 2.0 * COARSE, COARSE)
+    lowest = float(np.percentile(terrain.vertices[:, 2], LOW, method="lower"))
     lines = [part for line in upper_borders(image, SHORTEST) for part in _stretches(line)]
-    rough = [(_with_fall(image, crest), line) for line in lines for crest in _on_the_brow(image, line)]
+    rough = [(_with_fall(image, crest, lowest), line) for line in lines for crest in _on_the_brow(image, line)]
     kept = _in_order([crest for crest, _ in rough], MOST_CRESTS)
     lines = [rough[i][1] for i in kept]
     found = (crest for line in lines for crest in _on_the_brow(height_image(terrain, line, HIGHEST, PIXEL), line))
-    exact = [_with_fall(image, crest) for crest in found]
+    exact = [_with_fall(image, crest, lowest) for crest in found]
     return [exact[i] for i in _in_order(exact, len(exact))]
 
 
@@ -108,27 +111,29 @@ def _size(crest: Crest) -> float:
     return crest.length * crest.height
 
 
-def _with_fall(image: HeightImage, crest: Crest) -> Crest:
-    """Return a crest with its fall; image : heights of the whole terrain."""
-    return crest._replace(fall=max(_fall(image, crest.points), crest.height))
+def _with_fall(image: HeightImage, crest: Crest, lowest: float) -> Crest:
+    """Return a crest with its fall; image : heights of the whole terrain; lowest : as in `_fall`."""
+    return crest._replace(fall=max(_fall(image, crest.points, lowest), crest.height))
 
 
-def _fall(image: HeightImage, points: FloatArray) -> float:
+def _fall(image: HeightImage, points: FloatArray, lowest: float) -> float:
     """Return the fall (m) from a crest (N, 3) m: down to the lowest ground in front that rocks may reach.
 
-    Ground may be reached if the straight line to it from the crest is steeper than ENERGY_LINE. The result is the
-    median of RAYS places along the crest.
+    Ground may be reached if the straight line to it from the crest is steeper than ENERGY_LINE, and if no ground before
+    it stops the rocks. The result is the median of RAYS places along the crest.
+
+    lowest : height (m) of the lowest ground of the terrain
     """
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1))])
     at = (np.arange(RAYS) + 0.5) / RAYS * along[-1]
     x, y, top = (np.interp(at, along, column) for column in points.T)
     plan, slope = np.column_stack([x, y]), math.tan(math.radians(ENERGY_LINE))
-    relief = float(top.max() - image.terrain.vertices[:, 2].min())
-    distance = np.linspace(0.0, max(relief, LOWEST) / slope, STEPS + 1)[1:]
+    relief = max(float(top.max()) - lowest, LOWEST)
+    distance = np.linspace(0.0, relief / slope, STEPS + 1)[1:]
     ground = heights_at(image, plan[:, None, :] + distance[:, None] * _outwards(plan)[:, None, :])
-    drop = top[:, None] - ground
-    reached = np.where(drop >= slope * distance, drop, 0.0)  # False where there is no ground
-    return float(np.median(reached.max(axis=1)))
+    drop, line = top[:, None] - ground, slope * distance
+    stopped = np.logical_or.accumulate(drop + STOPPING < line, axis=1)  # not in holes, where there is no ground
+    return float(np.median(np.where((drop >= line) & ~stopped, drop, 0.0).max(axis=1)))
 
 
 def _stretches(line: FloatArray) -> list[FloatArray]:
@@ -188,7 +193,8 @@ def _crest(points: FloatArray, height: FloatArray) -> Iterator[Crest]:
     points = shapely.get_coordinates(shapely.simplify(shapely.LineString(points), FINE), include_z=True)
     length = float(np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1).sum())
     if length >= SHORTEST:
-        yield Crest(points=points, length=length, height=float(np.median(height)))
+        face = float(np.median(height))
+        yield Crest(points=points, length=length, height=face, fall=face)
 
 
 def _brow_and_height(distance: FloatArray, ground: FloatArray) -> tuple[float, float]:

@@ -2,11 +2,11 @@
 
 import json
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.features import features_of
-from rpf3d_core.formats.mine.vector_files import VECTOR_EXTENSIONS, read_vector
+from rpf3d_core.formats.mine.vector_files import VECTOR_EXTENSIONS, VectorLayer, read_vector
 from rpf3d_core.formats.polygons import geometries
 from rpf3d_core.formats.reference_system import stated_reference_system
 from rpf3d_core.formats.transformation import feature_collection
@@ -39,8 +39,8 @@ def import_layer(
         raise InputError(f"{out}: must be the path of a new .geojson file")
     if not path.is_file():
         raise InputError(f"{path}: there is no such file")
-    found = _read(path, kind, layer)
-    begin = begin or stated_reference_system(path)
+    found, stated = _read(path, kind, layer)
+    begin = begin or stated
     if end is not None and begin is None:
         raise InputError(f"{path}: states no coordinate reference system; name it with --from, such as EPSG:4326")
     content = feature_collection(path, found, begin, end)
@@ -51,8 +51,8 @@ def import_layer(
     return len(found)
 
 
-def _read(path: Path, kind: Kind, layer: str) -> list[dict[str, Any]]:
-    """Return the geometries of one kind in a file, in the form of GeoJSON."""
+def _read(path: Path, kind: Kind, layer: str) -> VectorLayer:
+    """Return the geometries of one kind in a file, and their reference system."""
     if path.suffix.lower() in VECTOR_EXTENSIONS:
         return read_vector(path, kind, layer)
     if layer:
@@ -60,4 +60,4 @@ def _read(path: Path, kind: Kind, layer: str) -> list[dict[str, Any]]:
     found = list(geometries(path, features_of(path, kind), TYPES[kind]))
     if not found:
         raise InputError(f"{path}: holds no {kind}")
-    return found
+    return VectorLayer(found, stated_reference_system(path))

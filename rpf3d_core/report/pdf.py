@@ -1,7 +1,8 @@
 """Lay out a report as PDF with typst, which needs no network, no browser and no fonts of the system."""
 
+import json
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rpf3d_core.errors import InputError
@@ -41,10 +42,9 @@ def write_pdf(path: Path, title: str, elements: Sequence[Element]) -> None:
     typst = needed("typst")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        source = write_source(folder, title, elements)
         try:
-            content = typst.compile(source, root=folder, ignore_system_fonts=True)
-        except typst.TypstError as fault:
+            content = typst.compile(write_source(folder, title, elements), root=folder, ignore_system_fonts=True)
+        except RuntimeError as fault:  # also typst.TypstError
             raise InputError(f"{path}: could not be laid out as PDF ({fault}); the HTML report is complete") from fault
     try:
         path.write_bytes(content)
@@ -53,11 +53,33 @@ def write_pdf(path: Path, title: str, elements: Sequence[Element]) -> None:
 
 
 def write_source(folder: Path, title: str, elements: Sequence[Element]) -> Path:
-    """Write the report in the language of typst, with its pictures, into a folder; return the path of the text."""
-    text = [STYLE, f"#set document(title: {quoted(title)})"]
-    text += [_element(element, folder, number) for number, element in enumerate(elements)]
-    (folder / "report.typ").write_text("\n\n".join(text), encoding="utf-8")
-    return folder / "report.typ"
+    """Write the report in the language of typst, with its pictures, into a folder; return the path of the text.
+
+    A picture that is too high for the rest of its page is reduced to fit, but not below LEAST of its height. The
+    heights are chosen here, one picture after another, because typst does not converge if each height depends on the
+    places of all pictures before it. A height changes nothing before its picture, so none is chosen twice.
+    """
+    pictures = {number: element for number, element in enumerate(elements) if isinstance(element, Picture)}
+    for number, picture in pictures.items():
+        (folder / f"{number}.png").write_bytes(picture.png)
+    full = {number: _height(picture.png, picture.width) for number, picture in pictures.items()}
+    heights, last, source = dict(full), -1, folder / "report.typ"
+    while True:
+        text = [STYLE, f"#set document(title: {quoted(title)})"]
+        text += [_element(element, number, heights) for number, element in enumerate(elements)]
+        source.write_text("\n\n".join(text), encoding="utf-8")
+        left = _left(source) if pictures else {}
+        fitting = [n for n in pictures if n > last and LEAST * full[n] < left.get(n, 0.0) < full[n]]
+        if not fitting:
+            return source
+        last = fitting[0]
+        heights[last] = left[last]
+
+
+def _left(source: Path) -> dict[int, float]:
+    """Return the height (mm) that is left for each picture on the page where it would begin, by number."""
+    marks = needed("typst").query(source, "<picture>", field="value", root=source.parent, ignore_system_fonts=True)
+    return {int(number): BOTTOM - CAPTION - float(y) for number, y in json.loads(marks)}
 
 
 def quoted(text: str) -> str:
@@ -65,8 +87,8 @@ def quoted(text: str) -> str:
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
 
 
-def _element(element: Element, folder: Path, number: int) -> str:
-    """Return one element of the report as typst; a picture is written into the folder under the element's number."""
+def _element(element: Element, number: int, heights: Mapping[int, float]) -> str:
+    """Return one element of the report as typst; heights : of the pictures (mm), by number of the element."""
     match element:
         case Heading(text, level):
             return f"#heading(level: {level}, {quoted(text)})"
@@ -79,9 +101,8 @@ def _element(element: Element, folder: Path, number: int) -> str:
                     f"[#strong({quoted(title)}) {_bullets(sentences)}]")  # fmt: skip
         case Table():
             return _table(element)
-        case Picture(png, caption, width):
-            (folder / f"{number}.png").write_bytes(png)
-            return _picture(number, _height(png, width), caption)
+        case Picture(_, caption, _):
+            return _picture(number, heights[number], caption)
         case View(_, _, instead):
             return f"#par(text(size: 8pt, fill: luma(90), {quoted(instead)}))"
         case SignOff(fields):
@@ -95,20 +116,19 @@ def _height(png: bytes, width: float) -> float:
     if not png.startswith(PNG):
         return HIGHEST  # typst names what is wrong with the picture
     across, down = (int.from_bytes(png[at : at + 4], "big") for at in (len(PNG), len(PNG) + 4))
+    if not across or not down:
+        return HIGHEST
     return min(width * WIDTH * down / across, HIGHEST)
 
 
 def _picture(number: int, height: float, caption: str) -> str:
-    """Return a picture as typst; if it is too high for the rest of the page, it is reduced, down to LEAST.
+    """Return a picture as typst; height : mm.
 
-    A mark before the picture, which stays on its page if the picture does not fit, shows how much of the page is left.
-    height : mm
+    A mark before the picture, which stays on its page if the picture does not fit, has the place (mm) on the page.
     """
-    return (f"#block(height: 0pt, above: 10pt, below: 0pt)[#metadata(none) <picture-{number}>]\n"
-            f"#context {{ let left = {BOTTOM - CAPTION}mm - locate(<picture-{number}>).position().y; "
-            f"let fits = left < {height:.1f}mm and left > {LEAST * height:.1f}mm; "
-            f'figure(image("{number}.png", height: if fits {{ left }} else {{ {height:.1f}mm }}), '
-            f"caption: {quoted(caption)}, numbering: none) }}")  # fmt: skip
+    return (f"#block(height: 0pt, above: 10pt, below: 0pt)[#context [#metadata(({number}, here().position().y / 1mm)) "
+            f'<picture>]]\n#figure(image("{number}.png", height: {height:.2f}mm), caption: {quoted(caption)}, '
+            "numbering: none)")  # fmt: skip
 
 
 def _bullets(sentences: Sequence[str]) -> str:

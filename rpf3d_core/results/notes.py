@@ -4,7 +4,10 @@ from rpf3d_core.ensemble.statistics import words_on_pieces
 from rpf3d_core.hazard.benches import lost_in_words
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_files.zones_geojson import zones_without_cells
-from rpf3d_core.setup.warnings import warnings_of, warnings_of_speed
+from rpf3d_core.setup.warnings import warnings_of_speed
+
+UNEQUAL = 1.2
+"""Ratio of the rocks of two parameter sets (-) above which a run says that their weights differ."""
 
 
 def warnings_of_run(run: Run) -> list[str]:
@@ -15,19 +18,32 @@ def warnings_of_run(run: Run) -> list[str]:
 def doubts_of_run(run: Run) -> list[str]:
     """Return the warnings that weaken the figures of a run.
 
-    Their order: misplaced inputs, sources in the air and outlines partly off the terrain, rocks lost to holes, faults
-    of the terrain, the scene's settings, speeds, fragments.
+    Their order: parameter sets with unequal numbers of rocks, misplaced inputs, sources in the air and outlines partly
+    off the terrain, rocks lost to holes, faults of the terrain, the scene's settings, speeds, fragments.
     """
     totals = run.totals
     return [
+        *_unequal_sets(run),
         *run.prepared.placing,
         *run.placement,
         *([lost_in_words(run.maps.lost, totals.rocks)] if run.maps.lost else []),
         *run.faults.remarks,
-        *warnings_of(run.scene),
+        *run.prepared.doubts,
         *warnings_of_speed(totals.max_speed.high),
         *([words_on_pieces(totals.rocks, totals.pieces)] if totals.pieces else []),
     ]
+
+
+def _unequal_sets(run: Run) -> list[str]:
+    """Return a warning if an interrupted run has flown more rocks with some parameter sets than with others."""
+    sets = run.maps.sets
+    if sets is None or run.totals.rocks >= run.planned or not sets.flown:
+        return []
+    least, most = (int(bound) for bound in (sets.rocks[sets.rocks > 0].min(), sets.rocks.max()))
+    if most <= UNEQUAL * least:
+        return []
+    return [f"the interrupted run has flown parameter sets with {least:,} to {most:,} rocks each: figures of all rocks "
+            "together give more weight to the sets with more rocks"]  # fmt: skip
 
 
 def notes_of_run(run: Run) -> list[str]:

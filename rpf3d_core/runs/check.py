@@ -31,7 +31,7 @@ from rpf3d_core.setup.placement import placement_warnings, rocks_of_sources, som
 from rpf3d_core.setup.prepared import Prepared, check_engine, engine_for, prepare, read_companions
 from rpf3d_core.setup.source_heights import SourceHeight
 from rpf3d_core.setup.terrain import read_terrain
-from rpf3d_core.setup.warnings import warnings_of, warnings_of_speed
+from rpf3d_core.setup.warnings import warnings_of_speed
 from rpf3d_core.simulation.engines import Compiled, Models, Reference, is_precompiled
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport
@@ -166,11 +166,10 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
     releases = some_releases(prepared, MOST_CHECKED)
     heights = source_heights(prepared, releases)
     maps = Maps(raster=prepared.raster, facets=len(prepared.terrain.triangles), allowed=scene.hazard.memory_gb)
-    of_scene = warnings_of(scene)
     placed = placement_warnings(prepared, releases, heights)
     rims = hanging_rims(prepared.terrain, prepared.engine)
     observed, doubts = observations_in_words(prepared)
-    warnings = [*prepared.faults.remarks, *of_scene, *placed, *rims, *doubts]
+    warnings = [*prepared.faults.remarks, *prepared.doubts, *placed, *rims, *doubts]
     assumed = without_friction(scene, prepared.terrain.zones)
     report = Check(
         scene=scene,

@@ -97,8 +97,9 @@ class SetFlyer:
 
         A round of many rocks flies in laps, so that a run that is stopped has flown rocks of all sets, unless it is
         stopped in its first lap. For every n, the first n sets are spread evenly over the values of the unknowns. So
-        even then the sets that have flown represent all sets. Each lap is twice as long as the lap before, up to
-        MOST_IN_LAP, because the counts of all map cells are copied for each set in each lap.
+        even then the sets that have flown represent all sets. Laps grow, because the counts of all map cells are copied
+        for each set in each lap; but only with the rocks that have flown, because a set that is ahead by a whole lap
+        has more weight in the figures of all sets.
         """
         gathered = Gathered(self.sink)
         whole = all(self._fly_sets(lap, gathered) for lap in rocks.laps(LAP * len(self.flights), MOST_IN_LAP))

@@ -84,7 +84,7 @@ class PowerLawSpec(StrictModel):
     Physics reference 6.4: volumes of blocks have exponents of 0.4 to 0.6.
     """
 
-    exponent: Number = Field(gt=0, description="a number above 0, b in N(> x) ~ x^-b")
+    exponent: Number = Field(gt=0, description="a number above 0 (-), b in N(> x) ~ x^-b")
     min: Number = Field(gt=0, description="a number above 0 and below max")
     max: Number = Field(gt=0, description="a number above min")
 
@@ -157,7 +157,7 @@ class Uniform(StrictModel):
 class WeibullSpec(StrictModel):
     """A Weibull distribution, 1 - exp(-(x/scale)^shape) below x, cut off at its bounds."""
 
-    shape: Number = Field(gt=0, description="a number above 0, k in 1 - exp(-(x/scale)^k)")
+    shape: Number = Field(gt=0, description="a number above 0 (-), k in 1 - exp(-(x/scale)^k)")
     scale: Number = Field(gt=0, description="a number above 0, below which 63 % of the numbers are before the cut")
     min: Number = Field(ge=0, description="a number >= 0 and below max; nothing below it is drawn")
     max: Number = Field(description="a number above min; nothing above it is drawn")
@@ -244,7 +244,8 @@ def drawn(unit: str, further: Mapping[str, type[StrictModel]] = MappingProxyType
     """Return the type of a scene field that takes a number or a distribution within limits (ge, gt, le, lt).
 
     A mark is the name in brackets by which pydantic selects the type of a value, such as `[uniform]`.
-    further : types that the field takes besides KINDS, by mark; unit : unit of the numbers, for messages
+    further : types that the field takes besides KINDS, by mark, which check their limits themselves
+    unit : unit of the numbers, for messages
     """
     kinds = {**KINDS, **further}
     number = Annotated[Number, Field(**limits)]
@@ -264,9 +265,9 @@ def _kind_of(kinds: Mapping[str, type[StrictModel]], value: Any) -> str:
     return next((mark for mark, kind in kinds.items() if type(value) is kind), NUMBER)
 
 
-def _within(limits: Mapping[str, float], unit: str, value: float | Draw) -> float | Draw:
+def _within(limits: Mapping[str, float], unit: str, value: Any) -> Any:
     """Return the value unchanged, after a check that a distribution cannot give a number outside the limits."""
-    if isinstance(value, float):
+    if not isinstance(value, Draw):
         return value
     low, high = (value.min, value.max) if isinstance(value, Normal) else value.bounds
     least, most = limits.get("ge", limits.get("gt")), limits.get("le", limits.get("lt"))

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Discriminator, Field, SerializerFunctionWrapHandler, Tag, model_serializer, model_validator
 
 from rpf3d_core.formats.numbers import NumberColumn, read_column
-from rpf3d_core.formats.units import SI
+from rpf3d_core.formats.units import SI, doubt_on_unit, other_quantity
 from rpf3d_core.materials.distributions import Distribution, Measured
 from rpf3d_core.scene.draws import MEASURED, Draw, distribution_of, drawn
 from rpf3d_core.scene.values import InputFile, Name, Number, StrictModel, refuse
@@ -33,19 +33,19 @@ class MeasuredList(StrictModel):
             raise refuse("is given, but the sizes are in the scene and not in a file", "column")
         return self
 
+    @model_validator(mode="after")
+    def _can_be_read(self) -> Self:
+        if isinstance(self.measured, Path):
+            read_column(self.measured, self.column, "length")  # here, so that a message names the key of the file
+        return self
+
     @model_serializer(mode="wrap")
     def _without_an_empty_column(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Leave out a column that is not given, so that a scene without one keeps its digest."""
         return {key: value for key, value in plain(self).items() if key != "column" or value is not None}
 
-    @property
-    def bounds(self) -> tuple[float, float]:
-        """The smallest and the largest size that can be drawn, in m, or in the file's unit if this is no length."""
-        sizes = self.sizes("diameter")
-        return sizes.low, sizes.high
-
     def sizes(self, measure: str) -> Measured:
-        """Return the sizes (m, kg or m3) in the form from which they are drawn; measure : as in `check_unit`.
+        """Return the sizes (m, kg or m3) in the form from which they are drawn; measure : as in `check_sizes`.
 
         Raises
         ------
@@ -59,17 +59,20 @@ class MeasuredList(StrictModel):
     def _column(self, file: Path, measure: str) -> NumberColumn:
         return read_column(file, self.column, _quantity(measure))
 
-    def check_unit(self, measure: str) -> None:
-        """Refuse a column whose header states the unit of another quantity, such as kg for a diameter.
+    def check_sizes(self, measure: str) -> None:
+        """Refuse sizes that are not above 0, and a column whose header states the unit of another quantity.
 
         measure : the key of the sizes: `diameter`, `mass` or `volume`
         """
-        if isinstance(self.measured, tuple):
-            return
-        found, quantity = self._column(self.measured, measure), _quantity(measure)
-        if found.unit is not None and found.unit.quantity != quantity:
-            raise refuse(f"has sizes in {found.unit.name}, by the name of the column {found.name!r}, but must be in "
-                         f"{SI[quantity]} or another unit of {quantity}", measure)  # fmt: skip
+        quantity = _quantity(measure)
+        if isinstance(self.measured, Path):
+            found = self._column(self.measured, measure)
+            if found.unit is not None and found.unit.quantity != quantity:
+                raise refuse(f"has sizes {other_quantity(found.name or '', found.unit, quantity)}", measure)
+        sizes = self.sizes(measure)
+        if sizes.low <= 0.0:
+            drawn_from = f"from {sizes.low:g} to {sizes.high:g} {SI[quantity]}"
+            raise refuse(f"may be drawn {drawn_from}, but must be above 0", measure)
 
     def describe(self, measure: str, unit: str) -> str:
         """Return a sentence with file, column, unit, number and range of the sizes; "" if the sizes are not in a file.
@@ -87,18 +90,14 @@ class MeasuredList(StrictModel):
                 f"{low:g} to {high:g}")  # fmt: skip
 
     def doubt(self, measure: str) -> str:
-        """Return a sentence on a conversion by an end of the column's name that may be no unit, such as `mass_t`.
+        """Return a sentence on a unit that the column's name may not mean, such as that of `mass_t`; "" without doubt.
 
-        The result is "" without such a conversion. measure : as in `check_unit`
+        measure : as in `check_sizes`
         """
         if isinstance(self.measured, tuple):
             return ""
-        found, unit = self._column(self.measured, measure), SI[_quantity(measure)]
-        if found.unit is None or found.unit.clear or found.unit.name == unit:
-            return ""
-        return (f"the name of the column {found.name!r} of {self.measured.name} is read as a unit: its sizes are "
-                f"converted from {found.unit.name} to {unit}; if they are in {unit}, write the unit in brackets: "
-                f"'{measure} ({unit})'")  # fmt: skip
+        doubt = doubt_on_unit(self._column(self.measured, measure).name or "", _quantity(measure))
+        return f"{self.measured.name}: {doubt}" if doubt else ""
 
 
 def _quantity(measure: str) -> str:
@@ -112,12 +111,12 @@ else:
     Size = drawn("", further={MEASURED: MeasuredList}, gt=0)
 
 
-def check_units(spec: StrictModel, measures: Sequence[str]) -> None:
-    """Refuse files of sizes of a section whose columns state the unit of another quantity; measures : keys of sizes."""
+def check_sizes(spec: StrictModel, measures: Sequence[str]) -> None:
+    """Refuse measured sizes of a section that are not above 0 or of another quantity; measures : keys of sizes."""
     for measure in measures:
         size = getattr(spec, measure)
         if isinstance(size, MeasuredList):
-            size.check_unit(measure)
+            size.check_sizes(measure)
 
 
 def sizes_from(value: float | Draw | MeasuredList, measure: str) -> Distribution | Measured:

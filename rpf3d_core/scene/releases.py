@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, ModelWrapValidatorHandler, model_va
 
 from rpf3d_core.formats.points import read_points
 from rpf3d_core.scene.draws import Speed, distribution_of
-from rpf3d_core.scene.measured import Size, check_units
+from rpf3d_core.scene.measured import Size, check_sizes
 from rpf3d_core.scene.shapes import ShapeSpec, shape_values
 from rpf3d_core.scene.values import (
     MOST_ROCKS,
@@ -77,7 +77,7 @@ class RockSpec(StrictModel):
     def _one_size(self) -> Self:
         if not self.has_own_size:
             exactly_one(self, *SIZES)
-        check_units(self, SIZES)
+        check_sizes(self, SIZES)
         return self
 
     @property
@@ -169,7 +169,7 @@ class SourceSpec(StrictModel):
     def _one_size(self) -> Self:
         if self.size_key is not None:
             exactly_one(self, *SIZES)
-        check_units(self, SIZES)
+        check_sizes(self, SIZES)
         return self
 
     @property

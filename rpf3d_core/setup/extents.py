@@ -111,7 +111,7 @@ def _sources(scene: Scene) -> Iterator[Extent | None]:
                 found = _in_plan(name, lines, scene.terrain.up, spec.line, "line")
             elif spec.zone is None:
                 file = spec.points_file
-                crs = None if file is None else stated_reference_system(file)
+                crs = None if file is None else stated_reference_system(file, "point")
                 found = _extent(name, [_source_points(spec, scene)], file, crs)
         # The points of a crest already have the height of the brow.
         above = spec.above_ground if spec.crest is None else None
@@ -153,7 +153,7 @@ def _observed(scene: Scene) -> Iterator[Extent | None]:
             points, up = read_points(file, scene.terrain.up, heights=False), "xyz".index(scene.terrain.up)
             if not points[:, up].any():
                 points[:, up] = np.nan  # without heights, which are never compared
-            yield _extent("observed", [points], file, stated_reference_system(file))
+            yield _extent("observed", [points], file, stated_reference_system(file, "point"))
         except InputError:
             return
 
@@ -162,7 +162,8 @@ def _in_plan(name: str, plan: FloatArray, up: Up, file: Path | None, kind: str =
     """Return the extent of places (N, 2) m in plan, which are x y, or x z where y is up; kind : as in `Extent`."""
     missing = np.full(len(plan), np.nan)
     columns = (plan[:, 0], plan[:, 1], missing) if up == "z" else (plan[:, 0], missing, plan[:, 1])
-    extent = _extent(name, [np.stack(columns, axis=1)], file, None if file is None else stated_reference_system(file))
+    crs = None if file is None else stated_reference_system(file, kind)
+    extent = _extent(name, [np.stack(columns, axis=1)], file, crs)
     return None if extent is None else extent._replace(kind=kind)
 
 

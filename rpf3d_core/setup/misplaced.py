@@ -44,17 +44,21 @@ WGS84 = "EPSG:4326"
 Box = tuple[FloatArray, FloatArray]
 
 
-def placing_notes(scene: Scene, faults: FaultReport, others: Sequence[Extent]) -> tuple[str, ...]:
+def placing_notes(
+    scene: Scene, faults: FaultReport, others: Sequence[Extent], is_run: bool = False
+) -> tuple[str, ...]:
     """Return sentences on wrong-looking coordinates of the terrain, and on inputs that look misplaced.
 
     The result is empty if everything looks right. The function reads no file.
     faults : the report on the mesh of the terrain; others : from `extents.other_extents`
+    is_run : True for the notes of a run, which trusts an axis `up` that the scene states although facets are vertical
     """
     terrain = terrain_extent(scene, faults)
     up = scene.terrain.up
     notes = list(placing_hints([terrain, *others], scene.terrain.crs, up))
     is_explained = _is_on_its_side(terrain, up) or _are_axes_known(terrain, others, up)
-    if not is_explained and not _is_too_large(terrain, up):
+    is_trusted = is_run and "up" in scene.terrain.model_fields_set
+    if not is_explained and not is_trusted and not _is_too_large(terrain, up):
         notes.extend(_mostly_vertical(terrain, faults, up))
     if _is_turned_over(faults) and not is_explained:
         notes.append(

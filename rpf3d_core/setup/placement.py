@@ -20,7 +20,9 @@ from rpf3d_core.terrain.frame import FloatArray
 MOST_ABOVE = 30.0
 """A source is suspicious if all its rocks start more than this (m) above the ground: higher than a bench face."""
 AT_CREST = 5.0
-"""A source is at a crest if ground is within this (m) of a rock: the brow of a face, whose foot may be far below."""
+"""A rock is at a crest if ground is within this (m) of it: the brow of a face, whose foot may be far below."""
+MOSTLY = 0.5
+"""A source is at a crest if at least this share (-) of its rocks is."""
 MOST_TRIED = 500
 """Approximate number of rocks of a source for which ground is searched in any direction."""
 WHOLE = 0.99
@@ -77,10 +79,11 @@ def _high_above(prepared: Prepared, releases: Releases, heights: Sequence[Source
 
 
 def _at_a_crest(prepared: Prepared, x: FloatArray) -> bool:
-    """True if points x (N, 3) m, local frame, have ground within AT_CREST in any direction; some of many are tried."""
+    """True if most points x (N, 3) m, local frame, have ground within AT_CREST in any direction; some are tried."""
     engine = prepared.engine
     places = [(float(point[0]), float(point[1]), float(point[2])) for point in x[:: max(1, len(x) // MOST_TRIED)]]
-    return any(closest_facet(engine.locator, engine.facets, place, AT_CREST).facet >= 0 for place in places)
+    near = [closest_facet(engine.locator, engine.facets, place, AT_CREST).facet >= 0 for place in places]
+    return float(np.mean(near)) >= MOSTLY
 
 
 def _unused_points(prepared: Prepared) -> Iterator[str]:

@@ -43,6 +43,7 @@ from rpf3d_core.setup.observed import position_along
 from rpf3d_core.setup.shapes import rock_of_scene
 from rpf3d_core.setup.sources import read_source_files, scene_sources
 from rpf3d_core.setup.terrain import read_terrain
+from rpf3d_core.setup.warnings import warnings_of
 from rpf3d_core.simulation.capped import engine_over
 from rpf3d_core.simulation.engines import Compiled, Engine, spins_of, stepping
 from rpf3d_core.simulation.settings import Settings
@@ -63,6 +64,8 @@ class Prepared:
     read_s : wall time (s) to read and check the terrain; index_s : wall time (s) to build the engine's locator
     began : `time.perf_counter()` at the start of the preparation
     placing : sentences on inputs that look misplaced or in a wrong unit
+    doubts : warnings about the settings of the scene, taken before the rocks fly, because files of sizes may be edited
+        or removed while they do
     """
 
     scene: Scene
@@ -79,6 +82,7 @@ class Prepared:
     index_s: float
     began: float
     placing: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
     source_polygons: Mapping[str, MultiPolygon] = field(default_factory=dict)
 
     @property
@@ -120,11 +124,12 @@ def prepare(
     if before_index:
         before_index(terrain)
     engine = build_engine(scene, terrain)
+    placing = placing_notes(scene, faults, others, is_run=True)
     return Prepared(
         scene=scene, terrain=terrain, faults=faults, engine=engine, flight=flight, sources=sources,
         rock=rock_of_scene(scene), raster=raster, polygons=polygons, outlines=outlines, read_s=read_s,
-        index_s=time.perf_counter() - began - read_s, began=began, placing=placing_notes(scene, faults, others),
-        source_polygons=source_polygons,
+        index_s=time.perf_counter() - began - read_s, began=began, placing=placing,
+        doubts=tuple(warnings_of(scene)), source_polygons=source_polygons,
     )  # fmt: skip
 
 

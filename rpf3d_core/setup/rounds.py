@@ -89,12 +89,15 @@ AnyRound = Round | EvenRound
 def _shares_of_laps(rocks: int, first: int, most: int) -> list[Fraction]:
     """Return the shares (-) of the rocks of a round that have flown at the start and after each lap, from 0 to 1.
 
-    first : approximate number of rocks of the first lap; most : largest number of rocks of further laps, each of which
-        has twice as many rocks as the lap before
+    Further laps have at most a quarter of the rocks that have flown before, or as many as the first lap if this is
+    more. So wherever a run is stopped, a set has flown at most 5/4 of the rocks of another set, or 2, 3/2 and 4/3 of
+    them in laps 2 to 4.
+
+    first : approximate number of rocks of the first lap; most : largest number of rocks of a further lap
     """
-    ends, size = [0, min(first, rocks)], first
+    ends = [0, min(first, rocks)]
     while ends[-1] < rocks:
-        size = max(first, min(2 * size, most))
+        size = max(first, min(ends[-1] // 4, most))
         ends.append(min(ends[-1] + size, rocks))
     return [Fraction(end, max(rocks, 1)) for end in ends[:-1]] + [Fraction(1)]
 

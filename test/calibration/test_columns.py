@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rpf3d_core.calibration.columns import column_of
+from rpf3d_core.calibration.columns import column_of, doubt_on_masses
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.points import read_points
 from rpf3d_core.scene.calibration import CalibrationSpec
@@ -36,8 +36,20 @@ def test_masses_are_converted_by_the_unit_in_the_header(tmp_path: Path) -> None:
     in_json = points(tmp_path, geojson(2, 3).replace('"mass"', '"mass_t"'), "stops.geojson")
     np.testing.assert_allclose(column_of(in_json, "mass_t", "mass_column"), [2000.0, 3000.0])
     wide = points(tmp_path, BEFORE.replace("mass", "width (m)"))
-    with pytest.raises(InputError, match=r"`calibration\.mass_column` is 'width \(m\)', by its name in m"):
+    with pytest.raises(InputError, match=r"has masses in m, by the name of the column 'width \(m\)'"):
         column_of(wide, "width (m)", "mass_column")
+
+
+def test_masses_with_a_doubtful_unit_are_warned_of_and_lengths_are_refused(tmp_path: Path) -> None:
+    doubtful = points(tmp_path, BEFORE.replace("mass", "mass_t"))
+    for column in ("mass_t", 2):
+        told = doubt_on_masses(doubtful, column)
+        assert told.startswith("`calibration.mass_column`: the name of the column 'mass_t' is read as a unit: its ")
+        assert "converted from t to kg" in told
+    assert doubt_on_masses(points(tmp_path, BEFORE.replace("mass", "mass (t)")), 2) == ""
+    assert doubt_on_masses(points(tmp_path, NO_HEADER), 4) == ""
+    with pytest.raises(InputError, match="has masses in m, by the name of the column 'mass_m'"):
+        column_of(points(tmp_path, BEFORE.replace("mass", "mass_m")), 2, "mass_column")
 
 
 @pytest.mark.parametrize(

@@ -43,6 +43,13 @@ def written(folder: Path, calibration: str = CALIBRATION, stops: str = "30,20,40
     return path
 
 
+def test_a_doubtful_unit_of_the_masses_is_told(tmp_path: Path) -> None:
+    path = written(tmp_path, CALIBRATION.replace("mass_column: mass", "mass_column: mass_t"))
+    (tmp_path / "stops.csv").write_text("x,y,mass_t\n30,20,0.4\n20,5,0.6\n")
+    _, warnings = observations_in_words(prepare(read_scene(path)))
+    assert [told for told in warnings if "'mass_t' is read as a unit" in told]
+
+
 def test_the_observations_are_counted_and_those_outside_are_named(tmp_path: Path) -> None:
     lines, warnings = observations_in_words(prepare(read_scene(written(tmp_path))))
     assert lines == (

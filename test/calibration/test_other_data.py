@@ -117,10 +117,10 @@ def test_values_at_gates_carry_no_error_of_the_model(site: Path, tmp_path: Path)
 
 def test_masses_in_another_unit_are_named_with_those_of_the_scene(site: Path, tmp_path: Path) -> None:
     lines = (site.parent / "stops.csv").read_text().splitlines()
-    text = "\n".join([f"{lines[0]},tonnes", *(f"{line},0.5" for line in lines[1:])])
+    text = "\n".join([f"{lines[0]},weight", *(f"{line},0.5" for line in lines[1:])])
     (site.parent / "tonnes.csv").write_text(text + "\n")
     out, data = tmp_path / "tonnes", STOPS.replace("stops", "tonnes")
-    done = calibrated(site, out, STOPS + "calibration:\n", data + "calibration:\n  mass_column: tonnes\n")
+    done = calibrated(site, out, STOPS + "calibration:\n", data + "calibration:\n  mass_column: weight\n")
     assert done.exit_code == 0, done.output
     warned = "observed blocks is 0.5 kg, that of the scene's rocks 500 kg: check the unit of the masses"
     assert warned in content(out)["verdict"]

@@ -14,7 +14,9 @@ from typer.testing import CliRunner
 
 from rpf3d_core import cli
 from rpf3d_core.errors import InputError
+from rpf3d_core.formats.mine import vector_files
 from rpf3d_core.formats.polygons import read_polygons
+from rpf3d_core.formats.polylines import read_lines
 from rpf3d_core.formats.reference_system import stated_reference_system
 from rpf3d_core.imports.cloud import import_cloud
 from rpf3d_core.imports.layer import import_layer
@@ -99,9 +101,30 @@ def test_a_layer_of_a_geopackage_is_written_with_its_reference_system(tmp_path):
     write_vector(path, [shapely.box(5, 5, 8, 9)], layer="dumps")
     import_layer(path, tmp_path / "dumps.geojson", layer="dumps")
     assert read_polygons(tmp_path / "dumps.geojson").bounds == (5, 5, 8, 9)
-    assert stated_reference_system(path) == stated_reference_system(tmp_path / "dumps.geojson") == "EPSG:32719"
+    assert stated_reference_system(tmp_path / "dumps.geojson") == "EPSG:32719"
     with pytest.raises(InputError, match="has no layer 'roads'; it has walls"):
         import_layer(path, tmp_path / "c.geojson", layer="roads")
+
+
+@pytest.mark.parametrize("kept", [vector_files.MOST_KEPT, 0])
+def test_each_layer_of_a_geopackage_has_its_own_reference_system(tmp_path, monkeypatch, kept):
+    """Also if two layers of one file are imported in one process, or the layers are too large to be kept."""
+    pytest.importorskip("pyogrio", reason="pyogrio is not installed: it is in the extra `mine`")
+    monkeypatch.setattr(vector_files, "MOST_KEPT", kept)
+    systems = {"walls": "EPSG:31287", "dumps": "EPSG:32719", "roads": "EPSG:32633"}
+    for layer, system in systems.items():
+        path = write_vector(tmp_path / "a.gpkg", [shapely.box(0, 0, 1, 2)], layer=layer, crs=system)
+    for layer, system in systems.items():
+        import_layer(path, tmp_path / f"{layer}.geojson", layer=layer)
+        assert stated_reference_system(tmp_path / f"{layer}.geojson") == system
+
+
+def test_a_line_and_a_polygon_of_one_geopackage_have_their_own_reference_systems(tmp_path):
+    pytest.importorskip("pyogrio", reason="pyogrio is not installed: it is in the extra `mine`")
+    path = write_vector(tmp_path / "a.gpkg", [shapely.box(0, 0, 1, 2)], layer="walls", crs="EPSG:31287")
+    write_vector(path, [shapely.LineString([(0, 0), (1, 2)])], layer="crest")
+    assert read_polygons(path) and read_lines(path)
+    assert [stated_reference_system(path, kind) for kind in ("polygon", "line")] == ["EPSG:31287", "EPSG:32719"]
 
 
 @pytest.mark.parametrize("name", ["gone.shp", "gone.gpkg", "gone.geojson"])

@@ -17,12 +17,17 @@ from rpf3d_core.terrain.facets import Terrain
 HEIGHT, BERM, FLOOR, LENGTH, RADIUS = 15.0, 8.0, 30.0, 150.0, 150.0
 """Height of a face, width of berms and floor, length of the wall, radius of a curved wall in front of it (m)."""
 RUN = HEIGHT / math.tan(math.radians(70.0))
+ROAD = 35.0
+"""Width (m) of a road above the wall."""
 NEAR = 1.5
 """Distance (m) in plan within which a candidate covers a true crest."""
 
 
 class Survey(NamedTuple):
-    """How a wall is surveyed; noise, spacing and behind (m of level ground behind the top crest); turn in radians."""
+    """How a wall is surveyed; noise, spacing and behind (m of level ground behind the top crest); turn in radians.
+
+    cut : m, height of a cut in the soil behind a road of ROAD above the wall; 0 for none
+    """
 
     noise: float = 0.1
     spacing: float = 1.0
@@ -30,11 +35,16 @@ class Survey(NamedTuple):
     behind: float = 20.0
     curved: bool = False
     turn: float = 0.5
+    cut: float = 0.0
 
 
 def profile(survey: Survey) -> np.ndarray:
     """Distance down the slope from the top crest and height (P, 2) m, with a point every `spacing` m and at edges."""
-    corners = [(-survey.behind, survey.benches * HEIGHT), (0.0, survey.benches * HEIGHT)]
+    top = survey.benches * HEIGHT
+    corners = [(-survey.behind, top), (0.0, top)]
+    if survey.cut:
+        cut = [(-ROAD - 1.5 - survey.behind, top + survey.cut), (-ROAD - 1.5, top + survey.cut), (-ROAD, top)]
+        corners[:1] = cut
     for below in range(survey.benches)[::-1]:
         corners.append((corners[-1][0] + RUN, below * HEIGHT))
         corners.append((corners[-1][0] + (BERM if below else FLOOR), below * HEIGHT))
@@ -138,7 +148,7 @@ def test_one_bench_has_one_crest(noise: float) -> None:
 
 def test_the_highest_crest_is_listed_among_larger_ones() -> None:
     def crest(height: float, z: float) -> Crest:
-        return Crest(points=np.array([[0.0, 0.0, z], [50.0, 0.0, z]]), length=50.0, height=height)
+        return Crest(points=np.array([[0.0, 0.0, z], [50.0, 0.0, z]]), length=50.0, height=height, fall=height)
 
     found = [*(crest(20.0 + i, 100.0 - i) for i in range(6)), crest(5.0, 300.0)]
     assert [each.height for each in listed(found, 3)] == [25.0, 24.0, 5.0]
@@ -151,6 +161,23 @@ def test_the_first_crest_is_that_of_the_longest_fall_and_each_has_its_fall(noise
     crests = crests_of(wall(Survey(noise=noise)))
     assert np.median(crests[0].points[:, 2]) == pytest.approx(3 * HEIGHT, abs=2.0)
     assert sorted(crest.fall for crest in crests) == pytest.approx([HEIGHT, 2 * HEIGHT, 3 * HEIGHT], abs=2.0)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.2])
+def test_the_crest_of_a_cut_behind_a_road_is_not_the_first(noise: float) -> None:
+    """The line from the cut to the toe of the wall is steep enough, but the road between them stops the rocks."""
+    crests = crests_of(wall(Survey(noise=noise, benches=4, cut=4.0)))
+    assert np.median(crests[0].points[:, 2]) == pytest.approx(4 * HEIGHT, abs=1.5)
+    assert crests[0].fall == pytest.approx(4 * HEIGHT, abs=2.0)
+    (cut,) = (crest for crest in crests if crest.points[:, 2].mean() > 4 * HEIGHT + 2.0)
+    assert cut.fall == pytest.approx(4.0, abs=1.5)
+
+
+def test_a_deep_spike_of_the_survey_does_not_change_the_falls() -> None:
+    terrain = wall(Survey())
+    terrain.vertices[:, 2][np.argmin(np.hypot(*terrain.vertices[:, :2].T))] -= 20_000.0
+    falls = sorted(crest.fall for crest in crests_of(terrain))
+    assert falls == pytest.approx([HEIGHT, 2 * HEIGHT, 3 * HEIGHT], abs=2.0)
 
 
 def test_a_short_crest_is_not_the_first_although_its_fall_is_the_longest() -> None:

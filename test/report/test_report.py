@@ -20,7 +20,7 @@ from rpf3d_core.report import view
 from rpf3d_core.report.content import FIELDS, LIMITS, report_elements
 from rpf3d_core.report.elements import Heading, Picture, Table, Text, Warnings
 from rpf3d_core.report.html import html_document
-from rpf3d_core.report.pdf import quoted, write_pdf, write_source
+from rpf3d_core.report.pdf import PNG, quoted, write_pdf, write_source
 from rpf3d_core.report.report import write_report
 from rpf3d_core.report.run_files import read_hazard, read_impacts, read_run
 from rpf3d_core.report.segments import segments_of
@@ -230,6 +230,12 @@ def test_the_pdf_has_pages_pictures_and_fonts_of_its_own(report, unknown_ground,
     assert fonts and fonts <= EMBEDDED
 
 
+def square_picture() -> Picture:
+    png = io.BytesIO()
+    imsave(png, np.full((200, 200, 3), 0.5), format="png")
+    return Picture(png.getvalue(), "A caption.", 0.9)
+
+
 def filled(folder: Path, elements) -> list[float]:
     """How much of the height of each page has text or pictures, without the number of the page."""
     typst = pytest.importorskip("typst", reason="typst is not installed: it is in the extra `report`")
@@ -242,17 +248,26 @@ def filled(folder: Path, elements) -> list[float]:
 @pytest.mark.parametrize("rows", range(2, 30, 3))
 def test_pages_with_large_pictures_and_tables_are_full(tmp_path, rows: int) -> None:
     """A square picture, as of a deep section, and a table go on below whatever is on the page before them."""
-    png = io.BytesIO()
-    imsave(png, np.full((200, 200, 3), 0.5), format="png")
     table = Table(("zone", "reached"), [(f"bench_{row}", "1 %") for row in range(14)])
     above = Table(("this run", ""), [("site", str(row)) for row in range(rows)])
-    picture = Picture(png.getvalue(), "A caption.", 0.9)
+    picture = square_picture()
     *pages, _ = filled(tmp_path, [Heading("Report", 1), above, picture, picture, table, picture, table, table])
     assert min(pages) > 0.7, pages
 
 
-def test_a_report_that_cannot_be_laid_out_says_so(tmp_path) -> None:
-    broken = [Picture(b"no picture", "a picture that is damaged")]
+@pytest.mark.parametrize("rows", [3, 9, 20])
+def test_the_layout_of_many_pictures_converges(tmp_path, rows: int) -> None:
+    typst = pytest.importorskip("typst", reason="typst is not installed: it is in the extra `report`")
+    table = Table(("zone", "reached"), [(f"bench_{row}", "1 %") for row in range(rows)])
+    elements = [Heading("Report", 1), *[table, *[square_picture()] * 3] * 5]
+    _, warnings = typst.compile_with_warnings(write_source(tmp_path, "t", elements), ignore_system_fonts=True)
+    assert [warning.message for warning in warnings] == []
+
+
+@pytest.mark.parametrize("png", [b"no picture", PNG + bytes(8)])
+def test_a_report_that_cannot_be_laid_out_says_so(tmp_path, png: bytes) -> None:
+    """A picture may be no PNG, or have no width."""
+    broken = [Picture(png, "a picture that is damaged")]
     with pytest.raises(InputError, match=r"r\.pdf: could not be laid out as PDF \(.+\); the HTML report is complete"):
         write_pdf(tmp_path / "r.pdf", "title", broken)
     assert not (tmp_path / "r.pdf").exists()

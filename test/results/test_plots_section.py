@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rpf3d_core.results.plots.section import SectionDrawing, section_figure
+from rpf3d_core.results.plots.style import scale_in_words
 
 
 def drawing(length: float, relief: float) -> SectionDrawing:
@@ -34,3 +35,8 @@ def test_both_panels_name_their_axes_and_the_scale_is_stated_and_true(length: fl
     stated = 1.0 if "same" in scale else float(upper.get_title(loc="left").split()[3])
     assert drawn == pytest.approx(stated, rel=0.05)
     assert high < 8.2, "letters are readable on a page"
+
+
+@pytest.mark.parametrize(("factor", "told"), [(2.56, "2.6"), (9.5, "9.5"), (12.4, "12"), (1234.0, "1,234")])
+def test_a_large_exaggeration_is_written_without_an_exponent(factor: float, told: str) -> None:
+    assert scale_in_words(factor) == f"heights are drawn {told} times as large as lengths"

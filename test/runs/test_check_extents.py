@@ -17,6 +17,7 @@ from rpf3d_core.runs.check import Check, check_scene
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.extents import Extent
 from rpf3d_core.setup.misplaced import placing_hints
+from rpf3d_core.setup.prepared import prepare
 
 VERTICES, TRIANGLES = grid(9, 11, 2.0)
 SITE = at_site(VERTICES)
@@ -311,15 +312,22 @@ def test_a_source_high_in_the_air_is_warned_of(folder):
     assert any("source 'top' starts 1" in told and "are its heights right?" in told for told in warnings)
 
 
-@pytest.mark.parametrize(("height", "told"), [(0.5, False), (60.0, True)])
-def test_a_source_over_the_crest_of_a_high_overhang_is_not_high_in_the_air(folder, height, told):
-    """The face leans out by 5 m over 60 m, and straight below the source is its foot."""
+@pytest.mark.parametrize(
+    ("last", "height", "told"), [(5.2, 0.5, False), (5.2, 60.0, True), (6.2, 0.5, False), (40.0, 0.5, True)]
+)
+def test_a_source_over_the_crest_of_a_high_overhang_is_not_high_in_the_air(folder, last, height, told):
+    """The face leans out by 5 m over 60 m, and straight below the source is its foot.
+
+    A line of rocks from the crest to x = `last` (m) is in the air if only one end is near the crest.
+    """
     brow, foot, back, far = (5.0, 60.0), (0.0, 0.0), (-30.0, 60.0), (40.0, 0.0)
     quads = [[(*one, -20.0), (*other, -20.0), (*other, 20.0), (*one, 20.0)]
              for one, other in ((far, foot), (foot, brow), (brow, back))]  # fmt: skip
     corners = np.array(quads)[:, :, [0, 2, 1]]
     write_binary_stl(folder / "wall.stl", np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]]))
     text = SCENE.format(terrain="wall.stl", point=[5.2, 0.0, 60.0 + height]).replace(", above_ground: 1.0", "")
+    points = [[float(x), 0.0, 60.0 + height] for x in np.linspace(5.2, last, 4)]
+    text = text.replace(str([points[0]]), f"{points}, rocks: 4")
     (folder / "scene.yaml").write_text(with_models(text))
     warnings = check_scene(read_scene(folder / "scene.yaml")).warnings
     assert any("are its heights right?" in warning for warning in warnings) is told
@@ -341,6 +349,16 @@ def test_a_terrain_of_a_local_grid_with_y_up_is_noticed_by_its_facets(folder, up
         check_scene(read_scene(folder / "scene.yaml"), lambda extents, sentences: hints.extend(sentences))
     found = [hint for hint in hints if "lay on its side" in hint]
     assert len(found) == told and all("give the terrain `up: y` (`rpf3d new`: --up y)" in hint for hint in found)
+
+
+@pytest.mark.parametrize(("up", "told"), [("", True), ("  up: z\n", False)])
+def test_a_run_trusts_an_axis_that_the_scene_states(folder, up, told):
+    """A scan of a steep wall is right as it is; its owner has seen the note in a check, and stated the axis."""
+    write_binary_stl(folder / "wall.stl", np.array([[[0, 0, 0], [0, 10, 0], [15, 5, 40]]], float))
+    scene = SCENE.format(terrain="wall.stl", point=[5.0, 5.0, 13.0]).replace("terrain:\n", f"terrain:\n{up}")
+    (folder / "scene.yaml").write_text(with_models(scene))
+    placing = prepare(read_scene(folder / "scene.yaml")).placing
+    assert any("lay on its side" in note for note in placing) is told
 
 
 def test_a_terrain_that_is_far_higher_than_wide_is_noticed(folder):

@@ -1,8 +1,27 @@
 """Keys are named in words with their units on the axes of pictures."""
 
+import re
+from collections.abc import Iterator
+from typing import Any
+
 import pytest
 
-from rpf3d_core.scene.listings.key_words import key_in_words
+from rpf3d_core.scene.listings.json_schema import scene_schema
+from rpf3d_core.scene.listings.key_words import UNIT, key_in_words
+
+SYMBOLS = {
+    *("-", "1", "m", "m2", "m3", "cm", "mm", "km", "ha", "s", "s2", "h", "kg", "g", "t"),
+    *("J", "kJ", "N", "kN", "Pa", "kPa", "MPa", "degrees", "rad"),
+}
+"""Symbols of units, of which a unit consists."""
+
+
+def descriptions(part: Any) -> Iterator[str]:
+    """All descriptions of a schema."""
+    if isinstance(part, dict) and isinstance(part.get("description"), str):
+        yield part["description"]
+    for below in part.values() if isinstance(part, dict) else part if isinstance(part, list) else ():
+        yield from descriptions(below)
 
 
 @pytest.mark.parametrize(
@@ -20,7 +39,20 @@ from rpf3d_core.scene.listings.key_words import key_in_words
         ("effects.barriers.panels.fence.height", "height (m)"),
         ("effects.roughness.angle_sd_deg", "angle sd (degrees)"),
         ("rebound", "rebound"),
+        ("rock.mass.power_law.exponent", "exponent (-)"),
+        ("rock.diameter.weibull.shape", "shape (-)"),
+        ("rock.diameter.weibull.scale", "scale (m)"),
+        ("effects.fragmentation.surface_factor", "surface factor (m2/J^e)"),
+        ("effects.fragmentation.surface_exponent", "surface exponent (-)"),
+        ("materials.default.slip_friction.beta", "beta (1/s)"),
     ],
 )
 def test_a_key_is_named_in_words_with_its_unit(key: str, label: str) -> None:
     assert key_in_words(key).label == label
+
+
+def test_each_unit_in_brackets_of_the_schema_is_known() -> None:
+    found = {inside for text in descriptions(scene_schema()) for inside in re.findall(r"\(([^()]+)\)", text)}
+    units = {inside for inside in found if set(inside.split("/")) <= SYMBOLS}
+    assert len(units) > 10
+    assert [unit for unit in sorted(units) if not UNIT.fullmatch(f"({unit})")] == []

@@ -10,6 +10,7 @@ import rpf3d_core as rpf3d
 from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.numbers import read_column
+from rpf3d_core.results.notes import doubts_of_run
 from rpf3d_core.runs.check import check_scene
 from rpf3d_core.runs.check_shapes import measured_sizes
 from rpf3d_core.scene.measured import sizes_from
@@ -102,11 +103,15 @@ def test_a_text_in_another_encoding_is_refused_with_what_to_do(tmp_path: Path) -
     [
         ("diameter", "length (mm)", 0.001), ("diameter", "d [cm]", 0.01), ("diameter", "d_mm", 0.001),
         ("diameter", "Diameter, mm", 0.001), ("diameter", "width ( Inches )", 0.0254), ("diameter", "a (m)", 1.0),
-        ("diameter", "d_max", 1.0), ("diameter", "axis (a)", 1.0), ("diameter", "block_l", 1.0),
+        ("diameter", "d_max", 1.0), ("diameter", "axis (a)", 1.0),
         ("mass", "m (t)", 1000.0), ("mass", "mass_t", 1000.0), ("mass", "kg", 1.0),
         ("volume", "V (dm³)", 0.001), ("volume", "volume_m3", 1.0), ("volume", "V (L)", 0.001),
         ("diameter", "Length (L)", 1.0), ("diameter", "thickness (t)", 1.0), ("mass", "mass (m)", 1.0),
-        ("mass", "mass, t", 1000.0), ("mass", "weight t", 1.0),
+        ("mass", "mass, t", 1000.0), ("mass", "weight t", 1.0), ("mass", "t", 1000.0), ("diameter", "mm", 0.001),
+        ("mass", "mass (tonne)", 1000.0), ("mass", "mass (ton)", 1000.0), ("mass", "mass (Mg)", 1000.0),
+        ("mass", "mass (kt)", 1e6), ("mass", "mass (pound)", 0.45359237), ("mass", "mass (gram)", 0.001),
+        ("diameter", "size (metre)", 1.0), ("diameter", "size (millimetre)", 0.001), ("mass", "mass (lbs)", 0.45359237),
+        ("volume", "volume (cubic metres)", 1.0), ("mass", "mass (mg)", 1.0), ("mass", "mass (tons)", 1000.0),
     ],
 )  # fmt: skip
 def test_a_unit_in_the_header_converts_the_sizes(tmp_path: Path, measure: str, header: str, factor: float) -> None:
@@ -127,33 +132,67 @@ def test_a_unit_in_the_header_converts_the_sizes(tmp_path: Path, measure: str, h
          r"`sources\[0\]\.volume`"),
     ],
 )  # fmt: skip
-def test_a_unit_of_another_quantity_is_refused(tmp_path: Path, size: str, sentence: str) -> None:
+def test_a_unit_of_another_quantity_is_refused_by_its_place(tmp_path: Path, size: str, sentence: str) -> None:
     (tmp_path / "blocks.csv").write_text("a (mm)\n200\n")
     with pytest.raises(InputError, match=sentence):
         read_scene(written(tmp_path, size))
 
 
 @pytest.mark.parametrize(
-    ("measure", "header", "converted"),
-    [("mass", "mass_t", "from t to kg"), ("diameter", "d_in", "from in to m"), ("mass", "mass (t)", None),
-     ("diameter", "d_mm", None), ("diameter", "d_m", None)],
+    ("measure", "header", "unit"),
+    [("diameter", "mass_t", "t"), ("diameter", "mass_g", "g"), ("mass", "width_m", "m"),
+     ("mass", "mean diameter (m)", "m"), ("mass", "max size (m)", "m"), ("diameter", "tonnage (t)", "t"),
+     ("diameter", "block_l", "l"), ("volume", "mass, t", "t"), ("diameter", "t", "t")],
 )  # fmt: skip
-def test_a_conversion_by_an_end_of_a_name_that_may_be_no_unit_is_warned_of(
-    tmp_path: Path, measure: str, header: str, converted: str | None
+def test_a_unit_of_another_quantity_is_refused(tmp_path: Path, measure: str, header: str, unit: str) -> None:
+    """An end of a name that may be no unit, too: 2 t must not be read as 2 m. The message says how to rename it."""
+    (tmp_path / "blocks.csv").write_text(f'number;"{header}"\n1;2\n')
+    with pytest.raises(InputError, match=f"`rock.{measure}` has sizes in {unit}, by the name of the column") as caught:
+        read_scene(written(tmp_path, f'{measure}: {{measured: blocks.csv, column: "{header}"}}'))
+    assert ("is no unit there, name the column" in str(caught.value)) is ("(" not in header)
+
+
+@pytest.mark.parametrize(
+    ("measure", "header", "doubt"),
+    [("mass", "mass_t", "converted from t to kg;"), ("diameter", "d_in", "converted from in to m;"),
+     ("mass", "mass (ton)", "converted from t to kg;"), ("mass", "t", "converted from t to kg;"),
+     ("mass", "mass (stone)", "has no known unit in brackets: its numbers are read in kg;"),
+     ("mass", "mass (mg)", "has no known unit in brackets"), ("mass", "mass (t)", None), ("diameter", "d_mm", None),
+     ("diameter", "d_m", None), ("diameter", "axis (a)", None), ("mass", "mass (tonne)", None)],
+)  # fmt: skip
+def test_a_unit_that_the_name_of_a_column_may_not_mean_is_warned_of(
+    tmp_path: Path, measure: str, header: str, doubt: str | None
 ) -> None:
     """The t of `mass_t` may mean tonnes or total; a run that converts says so, and not only a check."""
     (tmp_path / "blocks.csv").write_text(f"{header}\n1\n2\n")
-    found = [told for told in warnings_of(read_scene(written(tmp_path, f"{measure}: {{measured: blocks.csv}}")))
-             if "read as a unit" in told]  # fmt: skip
-    assert len(found) == (converted is not None)
-    assert all(told.startswith(f"`rock.{measure}`: the name of the column {header!r}") for told in found)
-    assert all(f"its sizes are converted {converted};" in told for told in found)
+    scene = read_scene(written(tmp_path, f"{measure}: {{measured: blocks.csv}}"))
+    found = [told for told in warnings_of(scene) if "the name of the column" in told]
+    assert len(found) == (doubt is not None)
+    assert all(told.startswith(f"`rock.{measure}`: blocks.csv: the name of the column {header!r}") for told in found)
+    assert all(doubt is not None and doubt in told for told in found)
 
 
-def test_a_size_of_zero_in_a_file_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "sizes.csv").write_text("0\n1\n")
-    with pytest.raises(InputError, match=r"`rock\.mass` may be drawn from 0 to 1, but must be above 0"):
-        read_scene(written(tmp_path, "mass: {measured: sizes.csv}"))
+@pytest.mark.parametrize("content", [None, "mass (kg)\n900\n"])
+def test_a_file_of_sizes_may_be_removed_or_edited_after_the_flight(tmp_path: Path, content: str | None) -> None:
+    """The warnings of a run are of the file that was flown."""
+    sizes = tmp_path / "blocks.csv"
+    sizes.write_text("mass_t\n0.4\n0.9\n")
+    run = rpf3d.simulate(written(tmp_path, "mass: {measured: blocks.csv}"), rocks=20, engine="reference")
+    sizes.unlink()
+    if content is not None:
+        sizes.write_text(content)
+    assert len([told for told in doubts_of_run(run) if "'mass_t' is read as a unit" in told]) == 1
+
+
+@pytest.mark.parametrize(
+    ("header", "measure", "told"),
+    [("", "mass", "0 to 1 kg"), ("mass (t)\n", "mass", "0 to 1000 kg"), ("V (l)\n", "volume", "0 to 0.001 m3"),
+     ("d (mm)\n", "diameter", "0 to 0.001 m")],
+)  # fmt: skip
+def test_a_size_of_zero_in_a_file_is_refused(tmp_path: Path, header: str, measure: str, told: str) -> None:
+    (tmp_path / "sizes.csv").write_text(header + "0\n1\n")
+    with pytest.raises(InputError, match=rf"`rock\.{measure}` may be drawn from {told}, but must be above 0"):
+        read_scene(written(tmp_path, f"{measure}: {{measured: sizes.csv}}"))
 
 
 TWO_SOURCES = """\

@@ -90,7 +90,7 @@ def test_a_number_or_a_distribution_is_read_as_what_is_drawn(
         ("rock", "mass: {uniform: 3}", ["`rock.mass.uniform` is 3, but must be two numbers [low, high]"]),
         ("rock", "mass: {uniform: [1, 2], mean: 3}", ["`rock.mass.mean` is not allowed with the other keys there"]),
         ("rock", "volume: {power_law: {exponent: 0, min: 1, max: 2}}", [
-            "`rock.volume.power_law.exponent` is 0, but must be a number above 0, b in N(> x) ~ x^-b"]),
+            "`rock.volume.power_law.exponent` is 0, but must be a number above 0 (-), b in N(> x) ~ x^-b"]),
         ("rock", "volume: {power_law: {exponnt: 1, min: 1, max: 2}}", [
             "`rock.volume.power_law.exponnt` is not a key of a scene; did you mean `exponent`?"]),
         ("rock", "volume: {power_law: {exponent: 1, min: 3, max: 2}}", [
@@ -118,7 +118,7 @@ def test_a_number_or_a_distribution_is_read_as_what_is_drawn(
         ("rock", "mass: {measured: []}", [
             "`rock.mass.measured` is [], but must be a list of at least one number, or the path of a file"]),
         ("rock", "mass: {measured: [1, .nan]}", ["`rock.mass.measured"]),
-        ("rock", "mass: {measured: [3, 0, 1]}", ["`rock.mass` may be drawn from 0 to 3, but must be above 0"]),
+        ("rock", "mass: {measured: [3, 0, 1]}", ["`rock.mass` may be drawn from 0 to 3 kg, but must be above 0"]),
         ("rock", "mass: {measured: none.csv}", ["`rock.mass.measured` names 'none.csv', but there is no such file"]),
         ("R_n", "{measured: [0.3, 0.4]}", [
             "`materials.hard.normal_restitution.measured` is for sizes of rocks; give a number or a distribution"]),

@@ -8,7 +8,7 @@ import json
 import shlex
 import sqlite3
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
@@ -36,8 +36,15 @@ _kept: dict[tuple[Path, str, str], tuple[State, Arrays]] = {}
 """What was read of each file: its state then, and the arrays, by path, family and layer."""
 
 
-def read_vector(path: Path, family: str, layer: str = "") -> list[dict[str, Any]]:
-    """Return the geometries of a layer in the form of GeoJSON; only points keep their heights.
+class VectorLayer(NamedTuple):
+    """The geometries of a layer in the form of GeoJSON, and its coordinate reference system; None if it states none."""
+
+    geometries: list[dict[str, Any]]
+    crs: str | None
+
+
+def read_vector(path: Path, family: str, layer: str = "") -> VectorLayer:
+    """Return the geometries of a layer and its reference system; only points keep their heights.
 
     family : "polygon", "line" or "point", the kind of geometry of the wanted layer
     layer : its name; "" for the only layer with such geometries
@@ -51,24 +58,20 @@ def read_vector(path: Path, family: str, layer: str = "") -> list[dict[str, Any]
     arrays = _arrays(path, family, layer)
     content, ends = arrays["content"].tobytes(), np.cumsum(arrays["lengths"]).tolist()
     parts = [content[begin:end] for begin, end in zip([0, *ends[:-1]], ends, strict=True)]
-    found = np.asarray(shapely.from_wkb(parts), dtype=object)
-    shapes = found if family == "point" else shapely.force_2d(found)
-    return [json.loads(text) for text in shapely.to_geojson(shapes[~shapely.is_empty(shapes)])]
+    read = np.asarray(shapely.from_wkb(parts), dtype=object)
+    shapes = read if family == "point" else shapely.force_2d(read)
+    found = [json.loads(text) for text in shapely.to_geojson(shapes[~shapely.is_empty(shapes)])]
+    return VectorLayer(found, str(arrays["crs"]) or None)
 
 
-def vector_crs(path: Path) -> str | None:
-    """Return the coordinate reference system that a file states; None if it states none, or cannot be read.
+def vector_crs(path: Path, family: str) -> str | None:
+    """Return the reference system of the only layer of a family; None if it states none, or cannot be read.
 
-    The layers of a GeoPackage may have different systems: the result is that of the layer that was read last or, if
-    none was read, that of the first layer with a system.
+    The layers of a GeoPackage may have different systems, even if a scene names the file for several inputs.
     """
     try:
         needed(path, "pyogrio")
-        state = _state(path)
-        kept = reversed(list(_kept.items()))
-        known = (arrays for (file, *_), (then, arrays) in kept if file == path and then == state)
-        arrays = next(known, None) or read_apart(path, "rpf3d_core.formats.mine.vector_files:vector_system")
-        return str(arrays["crs"]) or None
+        return str(_arrays(path, family, "")["crs"]) or None
     except TerrainError:
         return None
 
@@ -109,25 +112,6 @@ def _state(path: Path) -> State:
         except OSError:
             found.append(None)
     return tuple(found)
-
-
-def vector_system(path: Path) -> Arrays:
-    """Return the array `crs`, read in this process: the first reference system of the layers of a file, "" for none."""
-    pyogrio = needed(path, "pyogrio")
-    try:
-        layers = pyogrio.list_layers(path).tolist()
-    except Exception as fault:
-        raise TerrainError(f"{path}: cannot be read ({fault})") from fault
-    systems = (_system(path, pyogrio, str(name)) for name, _ in layers)
-    return {"crs": next((system for system in systems if system), "")}
-
-
-def _system(path: Path, pyogrio: Any, layer: str) -> str:
-    """Return the reference system of a layer; "" if it has none, or is damaged: another layer may be the wanted one."""
-    try:
-        return str(pyogrio.read_info(path, layer=layer)["crs"] or "")
-    except Exception:  # any fault of the library
-        return ""
 
 
 def vector_arrays(path: Path, family: str, layer: str = "") -> Arrays:

@@ -41,7 +41,8 @@ def scale_in_words(exaggerated: float) -> str:
     """
     if abs(exaggerated - 1.0) < EQUAL:
         return "heights and lengths have the same scale"
-    return f"heights are drawn {exaggerated:.2g} times as large as lengths"
+    factor = f"{exaggerated:,.0f}" if exaggerated >= 10.0 else f"{exaggerated:.2g}"
+    return f"heights are drawn {factor} times as large as lengths"
 
 
 def hex_colour(rgb: tuple[int, int, int]) -> str:

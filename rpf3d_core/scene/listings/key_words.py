@@ -9,7 +9,7 @@ from rpf3d_core.scene.listings.json_schema import DEFINITIONS, scene_schema
 from rpf3d_core.terrain.benches import parameters as benches
 from rpf3d_core.terrain.pit import parameters as pit
 
-UNIT = re.compile(r"\((-|m|m2|m3|m/s|m/s2|kg|kg/m3|kg/s|kJ|s|Pa|cm|1/m|1/ha|degrees)\)")
+UNIT = re.compile(r"\((-|m|m2|m3|m/s|m/s2|kg|kg/m3|kg/s|kJ|J|s|Pa|cm|1/m|1/s|1/ha|degrees)\)")
 """Pattern of a unit in the description of a key."""
 ENDS = {"_deg": "degrees", "_cm": "cm", "_kj": "kJ", "_per_ha": "1/ha"}
 """Units that a key may end with."""
@@ -54,9 +54,14 @@ def _unit(keys: list[str]) -> str:
     unit, places = "", [_schema()]
     for key in keys:
         places = [below for place in places for below in _below(place, key)]
-        found = [match[1] for place in places if (match := UNIT.search(place.get("description", "")))]
-        unit = found[0] if found else unit
+        unit = next(filter(None, map(_stated, places)), unit)
     return unit
+
+
+def _stated(place: Mapping[str, Any]) -> str:
+    """Return the unit of a key: that of the parameter of a model, or the first one in its description; "" for none."""
+    match = UNIT.search(place.get("description", ""))
+    return str(place.get("unit", match[1] if match else ""))
 
 
 @cache
