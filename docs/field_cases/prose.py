@@ -133,7 +133,7 @@ TSCHAMUT_FAILS = """**Where it fails.**
   gentler. Up to half of the rocks of a model stop within 10 m of their release; no block did. For the other eleven
   runs, the mean error of all calibrated models except `constant` is below 8 m. These data do not show whether the
   terrain or the models are the reason.
-- With the known release of each run, the intervals of points and spheres contain 0 to 8 of 18 stops along the slope,
+- With the known release of each run, the intervals of points and spheres contain 0 to 7 of 18 stops along the slope,
   and 1 or 2 across.
 - No calibrated model distinguishes long runs from short runs. The correlation over runs is within 0.25 of zero; by
   chance it would be within 0.47.
