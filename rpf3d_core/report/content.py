@@ -15,7 +15,7 @@ from rpf3d_core.report.run_files import RunFiles, read_hazard
 from rpf3d_core.report.section import critical_section
 from rpf3d_core.report.section_part import section_part
 from rpf3d_core.report.segments import IMPACTS, KEPT, Segments, segments_of
-from rpf3d_core.report.toe import DESIGN, MOST_ROCKS, BeyondToe, beyond_toe, directions, held_beyond
+from rpf3d_core.report.toe import DESIGN, BeyondToe, beyond_toe, directions, held_beyond
 from rpf3d_core.report.view import MOST_TRIANGLES, terrain_seen, view_html
 from rpf3d_core.report.words import (
     UNKNOWN,
@@ -91,7 +91,7 @@ def report_elements(run: RunFiles, site: str) -> list[Element]:
     """
     beyond, section = beyond_toe(run), critical_section(run)
     segments = segments_of(run)
-    measured = places_beyond(run, beyond, segments) if len(beyond.rows) else []
+    measured = places_beyond(run, beyond, segments) if beyond.enough else []
     warnings = list(_warnings(run, beyond))
     return [
         Heading(f"Rockfall report: {site}", 1),
@@ -102,7 +102,7 @@ def report_elements(run: RunFiles, site: str) -> list[Element]:
         *section_part(run, beyond, section),
         *_benches(run),
         *_distances(run, beyond),
-        *_fences(run, measured, segments),
+        *_fences(run, measured, segments, beyond),
         *inputs_part(run),
         Heading("Limits of the answer"), Bullets(LIMITS),
         Heading("Sign-off"), SignOff(FIELDS),
@@ -132,7 +132,7 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
     yield from (_as_sentence(warning) for warning in run.inputs["warnings"])
     for sentence in run.inputs["surer_than_it_may_be"]:
         yield f"Surer than it may be: {sentence}."
-    of = min(len(run.ends.key), MOST_ROCKS)
+    of = beyond.of
     missing = of - len(beyond.rows)
     if len(beyond.rows) == 0:
         yield (f"No face steeper than {STEEP:g} degrees and {LOWEST:g} m high lies below the releases: there is no "
@@ -154,7 +154,8 @@ def _as_sentence(warning: str) -> str:
 
 def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
     """Return the section with the main figures: distance beyond the toe, rocks that reach areas, retention of zones."""
-    rows = [["distance beyond the toe of the first face that holds 90 % of the rocks",
+    some = "" if len(beyond.rows) == beyond.of else f" ({len(beyond.rows):,} of {beyond.of:,} have a face below)"
+    rows = [[f"distance beyond the toe of the first face that holds 90 % of the rocks{some}",
              *figure_cells(held_beyond(beyond, run.sets, DESIGN), metres)]]  # fmt: skip
     for name, area in run.summary["areas_of_interest"].items():
         rows.append([f"rocks that reach the area {name}", *share_cells(area["reached"])])
@@ -246,8 +247,8 @@ def _benches(run: RunFiles) -> Iterator[Element]:
 def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Element]:
     """Yield the table of the distances beyond the toe within which 50, 75, 90 and 95 % of the rocks stop."""
     yield Heading("Distance from the toe")
-    if len(beyond.rows) == 0:
-        yield Text("Not known: no face lies below the releases.")
+    if not beyond.enough:
+        yield Text(_too_few_toes(beyond))
         return
     yield Table(
         ("holds", *THREE),
@@ -260,11 +261,18 @@ def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Element]:
                quiet=True)  # fmt: skip
 
 
-def _fences(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iterator[Element]:
+def _too_few_toes(beyond: BeyondToe) -> str:
+    """Return a sentence that distances beyond the toe are not known, because no rock or only few have a toe."""
+    if len(beyond.rows) == 0:
+        return "Not known: no face lies below the releases."
+    return f"Not known: only {len(beyond.rows):,} of {beyond.of:,} rocks have a face below their release."
+
+
+def _fences(run: RunFiles, places: list[FencePlace], segments: Segments, beyond: BeyondToe) -> Iterator[Element]:
     """Yield the tables of the rocks that pass places beyond the toe, for the design of fences, and of the barriers."""
     yield Heading("Where a fence would stand")
     if not places:
-        yield Text("Not known: no face lies below the releases.")
+        yield Text(_too_few_toes(beyond))
     else:
         yield from _fence_tables(run, places, segments)
     if run.summary.get("barriers"):
