@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rpf3d_core.hazard.benches import in_percent
+from rpf3d_core.hazard.benches import CAUGHT_COUNT, in_percent
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.barriers_part import barriers_part
 from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
@@ -35,6 +35,12 @@ HELD = (50, 75, 90, 95)
 """Percentages of the rocks; for each, a report states the distance beyond the toe within which they stop."""
 MOST_ROWS, FEWEST_BENCHES = 12, 3
 """Largest number of rows of the table of main figures; but at least FEWEST_BENCHES zones are always shown."""
+MOST_NAMED = 8
+"""Largest number of zones without rocks that a sentence names."""
+AT_BARRIERS = {
+    "caught": "caught in the end by", "first_broken_through": "broke through", "first_flown_over": "flew over",
+}  # fmt: skip
+"""What rocks did at a barrier, as rows of the table of main figures, by name in summary.json."""
 THREE = ("value", "95 % predictive", "95 % sampling")
 NO_PREDICTIVE = (
     "Predictive intervals are not known: the scene takes every coefficient of the ground as known. The sampling "
@@ -153,25 +159,45 @@ def _as_sentence(warning: str) -> str:
 
 
 def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
-    """Return the section with the main figures: distance beyond the toe, rocks that reach areas, retention of zones."""
+    """Return the section with the main figures: distance beyond the toe, areas, barriers and zones.
+
+    If there are too many zones for the table, it has those in which most rocks stopped: faces hold none.
+    """
     some = "" if len(beyond.rows) == beyond.of else f" ({len(beyond.rows):,} of {beyond.of:,} have a face below)"
     rows = [[f"distance beyond the toe of the first face that holds 90 % of the rocks{some}",
              *figure_cells(held_beyond(beyond, run.sets, DESIGN), metres)]]  # fmt: skip
     for name, area in run.summary["areas_of_interest"].items():
         rows.append([f"rocks that reach the area {name}", *share_cells(area["reached"])])
-    retained = {name: bench["retained"] for name, bench in run.summary["benches"].items()
-                if bench["retained"]["share"] is not None}  # fmt: skip
-    reached = {name: run.summary["benches"][name]["reached"]["rocks"] for name in retained}
-    order = sorted(retained, key=lambda name: (retained[name]["share"], -reached[name]))
-    worst = order[: max(MOST_ROWS - len(rows), FEWEST_BENCHES)]
-    rows += [[f"retained by {name}, of the rocks that came", *share_cells(found)]
-             for name, found in retained.items() if name in worst]  # fmt: skip
+    for name, found in run.summary.get("barriers", {}).items():
+        rows += [[f"{words} {name}, of the rocks that came", *share_cells(found[did])]
+                 for did, words in AT_BARRIERS.items()]  # fmt: skip
+    retained = {name: bench for name, bench in run.summary["benches"].items() if bench["reached"]["rocks"]}
+    order = sorted(retained, key=lambda name: [-retained[name][did]["rocks"] for did in ("stopped", "reached")])
+    holding = order[: max(MOST_ROWS - len(rows), FEWEST_BENCHES)]
+    rows += [[f"retained by {name}, of the rocks that came", *share_cells(bench["retained"])]
+             for name, bench in retained.items() if name in holding]  # fmt: skip
     note = NO_PREDICTIVE if run.inputs["ground"] == ASSUMED else BOTH
-    left = len(retained) - len(worst)
-    more = (
-        [Text(f"The zones that retained the least; and {left} more in the table of retention below.")] if left else []
-    )
-    return [Heading("The answer"), Table(("", *THREE), rows), *more, *_further_faces(beyond), Text(note, quiet=True)]
+    left = len(retained) - len(holding)
+    sentence = f"The zones that most rocks stopped in; and {left} more in the table of retention below."
+    more = [Text(sentence)] if left else []
+    return [
+        Heading("The answer"), Table(("", *THREE), rows), *more, *_not_reached(run), *_further_faces(beyond),
+        Text(note, quiet=True),
+    ]  # fmt: skip
+
+
+def _not_reached(run: RunFiles) -> list[Element]:
+    """Return a sentence on the zones that no rock reached, with the interval of this share; [] without such zones."""
+    places = {name: bench["reached"] for name, bench in run.summary["benches"].items() if not bench["reached"]["rocks"]}
+    if not places:
+        return []
+    names = list(places)
+    more = f" and {len(names) - MOST_NAMED} more zones" if len(names) > MOST_NAMED else ""
+    widest = max(places.values(), key=lambda found: (found.get("predictive") or [0.0, 0.0])[1])
+    _, predictive, sampling = share_cells(widest)
+    return [Text(f"No rock reached {', '.join(names[:MOST_NAMED])}{more}. That does not mean that none can: the share "
+                 f"of rocks that reach such a zone has the 95 % predictive interval {predictive} and the sampling "
+                 f"interval {sampling}.")]  # fmt: skip
 
 
 def _further_faces(beyond: BeyondToe) -> list[Element]:
@@ -233,7 +259,7 @@ def _benches(run: RunFiles) -> Iterator[Element]:
     ])  # fmt: skip
     yield Text("Reached: share of all rocks. Retained: share of the rocks that came to the zone and stopped there. "
                "A zone is one row, however many surfaces it has: `terrain.split` makes a zone of each. Zones that no "
-               "rock reached are left out.", quiet=True)  # fmt: skip
+               f"rock reached are left out.{_caught(run)}", quiet=True)  # fmt: skip
     yield Table(("zone", "p95 energy", *THREE[1:]), [
         [name, kilojoules(place["energy_p95_j"]), interval(place.get("energy_p95_predictive_j"), kilojoules),
          interval(place.get("energy_p95_sampling_j"), kilojoules)]
@@ -242,6 +268,11 @@ def _benches(run: RunFiles) -> Iterator[Element]:
     yield Text("p95 energy: 95th percentile of the largest energy of each rock in the zone; not known for fewer than "
                f"20 rocks.{'' if run.sets else ' Its intervals are known only for runs with unknowns.'}",
                quiet=True)  # fmt: skip
+
+
+def _caught(run: RunFiles) -> str:
+    """Return a sentence on rocks that barriers caught, which zones count as retained; "" if no rock was caught."""
+    return f" {_as_sentence(CAUGHT_COUNT)}" if run.summary["outcomes"].get("caught", {}).get("rocks") else ""
 
 
 def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Element]:
