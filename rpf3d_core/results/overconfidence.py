@@ -187,10 +187,11 @@ def behind_a_crest(deposits: Deposits, names: Sequence[str], rocks: str = "rocks
     found = np.flatnonzero(behind > MANY_BEHIND * of)
     for number in found[:NAMED].tolist():
         yield (f"{_all_or_some(int(behind[number]), int(of[number]), rocks)} of source {names[number]!r} stopped less "
-               f"than {HARDLY_FELL:g} m below their release, as behind a crest: shares of all rocks count them as safe; "
-               "move the source to where rocks fall")  # fmt: skip
+               f"than {HARDLY_FELL:g} m below their release, as behind a crest: shares of all rocks count them as "
+               "safe; move the source to where rocks fall")  # fmt: skip
     if len(found) > NAMED:
-        yield f"further sources with rocks that stopped less than {HARDLY_FELL:g} m below their release: {len(found) - NAMED}"
+        yield (f"further sources with rocks that stopped less than {HARDLY_FELL:g} m below their release: "
+               f"{len(found) - NAMED}")  # fmt: skip
 
 
 def _all_or_some(some: int, of: int, rocks: str) -> str:
