@@ -62,7 +62,7 @@ def test_each_share_stands_beside_the_other_with_the_difference_b_less_a():
 
 
 def test_both_shares_have_the_same_decimals():
-    """Else 0.02 % stood beside 0.0 %, which is 0.05 %: 1 of 6,400 and 1 of 2,000 rocks."""
+    """Formerly 0.02 % stood next to 0.0 %, which is 0.05 %: 1 of 6,400 and 1 of 2,000 rocks."""
     compared = compare_summaries(told(6400, zones={"pit": (1, 0)}), told(2000, zones={"pit": (1, 0)}))
     row = next(row for row in share_rows(compared) if row[1] == "reached")
     assert row[2].startswith("0.02 % (") and row[3].startswith("0.05 % (") and row[4].startswith("+0.03 (")
