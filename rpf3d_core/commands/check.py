@@ -75,5 +75,21 @@ def _describe_cost(cost: "Cost") -> str:
     seconds = "less than 0.1 s" if cost.fly_s < 0.1 else f"about {float(f'{cost.fly_s:.2g}'):,.12g} s"
     rocks = f"{'at most ' if cost.auto else ''}{rocks_in_words(cost.rocks)}"
     fly = f"{seconds} to fly {rocks} with the {cost.engine} engine"
-    compiling = f", and some {cost.compile_s:.0f} s to compile, the first time" if cost.compile_s else ""
-    return f"{fly}{compiling} (from a pilot of {rocks_in_words(cost.pilot)}: {cost.impacts:.1f} impacts each)"
+    return (f"{fly}{_compiling(cost)} (from a pilot of {rocks_in_words(cost.pilot)}: {cost.impacts:.1f} impacts "
+            "each)")  # fmt: skip
+
+
+def _compiling(cost: "Cost") -> str:
+    """Return a clause on the time to compile; "" for the reference engine.
+
+    Also if a loop with the same models is in the disk cache, one with other effects or materials may be compiled.
+    """
+    from rpf3d_core.runs.check import COMPILE_S
+    from rpf3d_core.simulation.engines import Compiled
+
+    if cost.engine != Compiled.name:
+        return ""
+    some = f"some {COMPILE_S:.0f} to {1.5 * COMPILE_S:.0f} s"
+    if cost.compile_s:
+        return f", and {some} to compile, the first time"
+    return f"; the first run of a new combination of models and effects compiles for {some} before"

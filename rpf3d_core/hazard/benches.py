@@ -35,6 +35,9 @@ OF_SETS = (
 STILL_OPEN = "what the scene takes as known (models, terrain, sources) is in no interval"
 """Note under the printed table of a run over parameter sets, on uncertainties that its intervals do not include."""
 
+CAUGHT_COUNT = "rocks that barriers caught count as stopped (and retained) in the zone or area under the barrier"
+"""Note under the tables of zones if barriers caught rocks; only the table of outcomes has them apart."""
+
 MOST_DECIMALS = 4
 """Largest number of decimals of a share in per cent: 4 show one rock in a million."""
 
@@ -134,7 +137,8 @@ def notes_of(maps: HazardMaps) -> tuple[str, str]:
 
 def notes_below(maps: HazardMaps, rows: Sequence[Sequence[str]]) -> list[str]:
     """Return all notes below the printed table; rows : from `text_rows`."""
-    return [*notes_of(maps), *notes_on_unknown(rows)]
+    caught = [CAUGHT_COUNT] if any(barrier.caught for barrier in maps.barriers) else []
+    return [*notes_of(maps), *caught, *notes_on_unknown(rows)]
 
 
 def notes_on_unknown(rows: Iterable[Sequence[str]]) -> list[str]:

@@ -12,7 +12,7 @@ from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.hazard.barrier_arrivals import HELD, OVER, THROUGH
 from rpf3d_core.hazard.barriers import AtBarrier, BarrierTally
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
-from rpf3d_core.unknowns.predictive import Interval, predictive_shares, ranked_if_enough
+from rpf3d_core.unknowns.predictive import Interval, ranked_if_enough, shares_of_site
 
 P95 = 95
 FIRST = {"first_caught": HELD, "first_broken_through": THROUGH, "first_flown_over": OVER}
@@ -66,7 +66,7 @@ def _share(counts: FloatArray, of: FloatArray) -> tuple[float, float]:
 
     counts, of : (S,) numbers of rocks of each set, numerator and denominator of the share
     """
-    return _ends(predictive_shares(counts[:, None], of[:, None]))
+    return _ends(shares_of_site(counts[:, None], of[:, None]))
 
 
 def _p95(sample: Sample) -> float:

@@ -23,7 +23,7 @@ from rpf3d_core.hazard.set_places import PlaceCounts, PlaceTally, less
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.walks.cache_lines import LINE_ROCKS
 from rpf3d_core.unknowns.parameter_sets import ParameterSets
-from rpf3d_core.unknowns.predictive import ENOUGH, Interval, holding, predictive_shares, ranked_if_enough
+from rpf3d_core.unknowns.predictive import ENOUGH, Interval, holding, ranked_if_enough, shares_of_site
 from rpf3d_core.values import Outcome
 
 RUNOUT = "runout"
@@ -84,7 +84,7 @@ class SetFigures:
     def outcome(self, *outcomes: Outcome) -> list[float]:
         """Return the predictive interval of the share of rocks with one of the outcomes: lower and upper end (-)."""
         counts = np.array([float(sum(each[outcome] for outcome in outcomes)) for each in self.outcomes])
-        return _ends(predictive_shares(counts[:, None], self.rocks[:, None]))
+        return _ends(shares_of_site(counts[:, None], self.rocks[:, None]))
 
     def shares(self, counts: FloatArray, of: FloatArray | None = None) -> Interval:
         """Return the predictive intervals of N shares (-).
@@ -93,7 +93,7 @@ class SetFigures:
         of : (S, N) numbers of rocks of each set, the denominators; None for all rocks of the set
         """
         totals = np.broadcast_to(self.rocks[:, None], counts.shape) if of is None else of
-        return predictive_shares(counts, totals)
+        return shares_of_site(counts, totals)
 
     def predictive(self, kind: str) -> dict[str, Interval]:
         """Return the predictive intervals of all zones (kind "zone") or areas ("area"), for each figure.
@@ -124,7 +124,7 @@ class SetFigures:
         counts, of : (S, N) numbers of rocks of each set, numerators and denominators of the shares
         flown, flown_of : (S, N) numerators and denominators for the paths as simulated
         """
-        found = predictive_shares(counts, of)
+        found = shares_of_site(counts, of)
         return found if self.displaced is None else holding(found, flown.sum(axis=0), flown_of.sum(axis=0))
 
     def sampling_of_energy(self, kind: str) -> FloatArray:

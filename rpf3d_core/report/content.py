@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rpf3d_core.hazard.benches import in_percent
+from rpf3d_core.hazard.benches import CAUGHT_COUNT, in_percent
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.barriers_part import barriers_part
 from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
@@ -15,7 +15,7 @@ from rpf3d_core.report.run_files import RunFiles, read_hazard
 from rpf3d_core.report.section import critical_section
 from rpf3d_core.report.section_part import section_part
 from rpf3d_core.report.segments import IMPACTS, KEPT, Segments, segments_of
-from rpf3d_core.report.toe import DESIGN, MOST_ROCKS, BeyondToe, beyond_toe, directions, held_beyond
+from rpf3d_core.report.toe import DESIGN, BeyondToe, beyond_toe, directions, held_beyond
 from rpf3d_core.report.view import MOST_TRIANGLES, terrain_seen, view_html
 from rpf3d_core.report.words import (
     UNKNOWN,
@@ -35,6 +35,12 @@ HELD = (50, 75, 90, 95)
 """Percentages of the rocks; for each, a report states the distance beyond the toe within which they stop."""
 MOST_ROWS, FEWEST_BENCHES = 12, 3
 """Largest number of rows of the table of main figures; but at least FEWEST_BENCHES zones are always shown."""
+MOST_NAMED = 8
+"""Largest number of zones without rocks that a sentence names."""
+AT_BARRIERS = {
+    "caught": "caught in the end by", "first_broken_through": "broke through", "first_flown_over": "flew over",
+}  # fmt: skip
+"""What rocks did at a barrier, as rows of the table of main figures, by name in summary.json."""
 THREE = ("value", "95 % predictive", "95 % sampling")
 NO_PREDICTIVE = (
     "Predictive intervals are not known: the scene takes every coefficient of the ground as known. The sampling "
@@ -91,7 +97,7 @@ def report_elements(run: RunFiles, site: str) -> list[Element]:
     """
     beyond, section = beyond_toe(run), critical_section(run)
     segments = segments_of(run)
-    measured = places_beyond(run, beyond, segments) if len(beyond.rows) else []
+    measured = places_beyond(run, beyond, segments) if beyond.enough else []
     warnings = list(_warnings(run, beyond))
     return [
         Heading(f"Rockfall report: {site}", 1),
@@ -102,7 +108,7 @@ def report_elements(run: RunFiles, site: str) -> list[Element]:
         *section_part(run, beyond, section),
         *_benches(run),
         *_distances(run, beyond),
-        *_fences(run, measured, segments),
+        *_fences(run, measured, segments, beyond),
         *inputs_part(run),
         Heading("Limits of the answer"), Bullets(LIMITS),
         Heading("Sign-off"), SignOff(FIELDS),
@@ -132,7 +138,7 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
     yield from (_as_sentence(warning) for warning in run.inputs["warnings"])
     for sentence in run.inputs["surer_than_it_may_be"]:
         yield f"Surer than it may be: {sentence}."
-    of = min(len(run.ends.key), MOST_ROCKS)
+    of = beyond.of
     missing = of - len(beyond.rows)
     if len(beyond.rows) == 0:
         yield (f"No face steeper than {STEEP:g} degrees and {LOWEST:g} m high lies below the releases: there is no "
@@ -153,24 +159,45 @@ def _as_sentence(warning: str) -> str:
 
 
 def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
-    """Return the section with the main figures: distance beyond the toe, rocks that reach areas, retention of zones."""
-    rows = [["distance beyond the toe of the first face that holds 90 % of the rocks",
+    """Return the section with the main figures: distance beyond the toe, areas, barriers and zones.
+
+    If there are too many zones for the table, it has those in which most rocks stopped: faces hold none.
+    """
+    some = "" if len(beyond.rows) == beyond.of else f" ({len(beyond.rows):,} of {beyond.of:,} have a face below)"
+    rows = [[f"distance beyond the toe of the first face that holds 90 % of the rocks{some}",
              *figure_cells(held_beyond(beyond, run.sets, DESIGN), metres)]]  # fmt: skip
     for name, area in run.summary["areas_of_interest"].items():
         rows.append([f"rocks that reach the area {name}", *share_cells(area["reached"])])
-    retained = {name: bench["retained"] for name, bench in run.summary["benches"].items()
-                if bench["retained"]["share"] is not None}  # fmt: skip
-    reached = {name: run.summary["benches"][name]["reached"]["rocks"] for name in retained}
-    order = sorted(retained, key=lambda name: (retained[name]["share"], -reached[name]))
-    worst = order[: max(MOST_ROWS - len(rows), FEWEST_BENCHES)]
-    rows += [[f"retained by {name}, of the rocks that came", *share_cells(found)]
-             for name, found in retained.items() if name in worst]  # fmt: skip
+    for name, found in run.summary.get("barriers", {}).items():
+        rows += [[f"{words} {name}, of the rocks that came", *share_cells(found[did])]
+                 for did, words in AT_BARRIERS.items()]  # fmt: skip
+    retained = {name: bench for name, bench in run.summary["benches"].items() if bench["reached"]["rocks"]}
+    order = sorted(retained, key=lambda name: [-retained[name][did]["rocks"] for did in ("stopped", "reached")])
+    holding = order[: max(MOST_ROWS - len(rows), FEWEST_BENCHES)]
+    rows += [[f"retained by {name}, of the rocks that came", *share_cells(bench["retained"])]
+             for name, bench in retained.items() if name in holding]  # fmt: skip
     note = NO_PREDICTIVE if run.inputs["ground"] == ASSUMED else BOTH
-    left = len(retained) - len(worst)
-    more = (
-        [Text(f"The zones that retained the least; and {left} more in the table of retention below.")] if left else []
-    )
-    return [Heading("The answer"), Table(("", *THREE), rows), *more, *_further_faces(beyond), Text(note, quiet=True)]
+    left = len(retained) - len(holding)
+    sentence = f"The zones that most rocks stopped in; and {left} more in the table of retention below."
+    more = [Text(sentence)] if left else []
+    return [
+        Heading("The answer"), Table(("", *THREE), rows), *more, *_not_reached(run), *_further_faces(beyond),
+        Text(note, quiet=True),
+    ]  # fmt: skip
+
+
+def _not_reached(run: RunFiles) -> list[Element]:
+    """Return a sentence on the zones that no rock reached, with the interval of this share; [] without such zones."""
+    places = {name: bench["reached"] for name, bench in run.summary["benches"].items() if not bench["reached"]["rocks"]}
+    if not places:
+        return []
+    names = list(places)
+    more = f" and {len(names) - MOST_NAMED} more zones" if len(names) > MOST_NAMED else ""
+    widest = max(places.values(), key=lambda found: (found.get("predictive") or [0.0, 0.0])[1])
+    _, predictive, sampling = share_cells(widest)
+    return [Text(f"No rock reached {', '.join(names[:MOST_NAMED])}{more}. That does not mean that none can: the share "
+                 f"of rocks that reach such a zone has the 95 % predictive interval {predictive} and the sampling "
+                 f"interval {sampling}.")]  # fmt: skip
 
 
 def _further_faces(beyond: BeyondToe) -> list[Element]:
@@ -232,7 +259,7 @@ def _benches(run: RunFiles) -> Iterator[Element]:
     ])  # fmt: skip
     yield Text("Reached: share of all rocks. Retained: share of the rocks that came to the zone and stopped there. "
                "A zone is one row, however many surfaces it has: `terrain.split` makes a zone of each. Zones that no "
-               "rock reached are left out.", quiet=True)  # fmt: skip
+               f"rock reached are left out.{_caught(run)}", quiet=True)  # fmt: skip
     yield Table(("zone", "p95 energy", *THREE[1:]), [
         [name, kilojoules(place["energy_p95_j"]), interval(place.get("energy_p95_predictive_j"), kilojoules),
          interval(place.get("energy_p95_sampling_j"), kilojoules)]
@@ -243,11 +270,16 @@ def _benches(run: RunFiles) -> Iterator[Element]:
                quiet=True)  # fmt: skip
 
 
+def _caught(run: RunFiles) -> str:
+    """Return a sentence on rocks that barriers caught, which zones count as retained; "" if no rock was caught."""
+    return f" {_as_sentence(CAUGHT_COUNT)}" if run.summary["outcomes"].get("caught", {}).get("rocks") else ""
+
+
 def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Element]:
     """Yield the table of the distances beyond the toe within which 50, 75, 90 and 95 % of the rocks stop."""
     yield Heading("Distance from the toe")
-    if len(beyond.rows) == 0:
-        yield Text("Not known: no face lies below the releases.")
+    if not beyond.enough:
+        yield Text(_too_few_toes(beyond))
         return
     yield Table(
         ("holds", *THREE),
@@ -260,11 +292,18 @@ def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Element]:
                quiet=True)  # fmt: skip
 
 
-def _fences(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iterator[Element]:
+def _too_few_toes(beyond: BeyondToe) -> str:
+    """Return a sentence that distances beyond the toe are not known, because no rock or only few have a toe."""
+    if len(beyond.rows) == 0:
+        return "Not known: no face lies below the releases."
+    return f"Not known: only {len(beyond.rows):,} of {beyond.of:,} rocks have a face below their release."
+
+
+def _fences(run: RunFiles, places: list[FencePlace], segments: Segments, beyond: BeyondToe) -> Iterator[Element]:
     """Yield the tables of the rocks that pass places beyond the toe, for the design of fences, and of the barriers."""
     yield Heading("Where a fence would stand")
     if not places:
-        yield Text("Not known: no face lies below the releases.")
+        yield Text(_too_few_toes(beyond))
     else:
         yield from _fence_tables(run, places, segments)
     if run.summary.get("barriers"):

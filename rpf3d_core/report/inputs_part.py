@@ -105,12 +105,25 @@ def _made(spec: dict[str, Any]) -> str:
 
 def _rock(run: RunFiles, rock: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
     """Yield the rows on density, size and shape of the rocks."""
-    size = next((f"{name} {given(rock[name])} {unit}" for name, unit in SIZES if rock[name] is not None), None)
+    sizes = (f"{name} {_size(run, f'rock.{name}', rock[name], unit)}" for name, unit in SIZES if rock[name] is not None)
+    size = next(sizes, None)
     shape = "point" if rock["shape"] is None else given({k: v for k, v in rock["shape"].items() if k != "weights"})
     paths = [f"rock.{name}" for name, _ in SIZES]
     yield "rock density", f"{given(rock['density'])} kg/m3", _stated(run, "rock.density")
     yield "rock size", size or "that of its shape", STATED if size is None else _stated(run, *paths)
     yield "rock shape", shape, _stated(run, "rock.shape")
+
+
+def _size(run: RunFiles, path: str, value: Any, unit: str) -> str:
+    """Return the size of rocks as text; of a list of measured sizes, their file, number and range.
+
+    path : key path of the size; value : its value in the scene; unit : such as m
+    """
+    found = run.inputs.get("measured", {}).get(path)  # results of earlier versions have none
+    if found is None:
+        return f"{given(value)} {unit}"
+    where = given(value) if isinstance(value["measured"], str) else "measured, listed in the scene"
+    return f"{where}: {found['number']:,} values from {found['min']:.6g} to {found['max']:.6g} {unit}"
 
 
 def _source(run: RunFiles, number: int, source: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
@@ -126,7 +139,7 @@ def _source(run: RunFiles, number: int, source: dict[str, Any]) -> Iterator[tupl
     yield what, where + height, STATED
     for name, unit in SIZES:
         if source.get(name) is not None:
-            yield what, f"{name} of its rocks {given(source[name])} {unit}", STATED
+            yield what, f"{name} of its rocks {_size(run, f'{at}.{name}', source[name], unit)}", STATED
     yield what, f"{source['rocks']:,} rocks, or its share of the scene's", _stated(run, f"{at}.rocks", "rocks")
     yield what, f"{given(speed)} m/s", _stated(run, f"{at}.velocity", f"{at}.speed")
 
@@ -143,10 +156,18 @@ def _coefficients(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:
 
 
 def _range(run: RunFiles, path: str) -> str | None:
-    """Return the range that the value at a key path has in the parameter sets, as text; None if no unknown sets it."""
+    """Return the range of the value at a key path as text: as stated, or of a sample; None if no unknown sets it.
+
+    The parameter sets do not reach the ends of a prior: their ends are not those that the scene states.
+    """
     key = _unknown_at(run, path)
     if key is None:
         return None
+    if key not in run.inputs["sampled"]:
+        prior = run.inputs["scene"]["unknowns"]["priors"][key]
+        more = [f"{name} {given(prior[name])}" for name in ("mean", "sd") if prior[name] is not None]
+        ends = f"{given(prior['min'])} to {given(prior['max'])}"
+        return f"{ends} ({', '.join(more)})" if more else ends
     found = run.summary["unknowns"]["parameters"][key]
     return f"{found['low']:.3g} to {found['high']:.3g} (mean {found['mean']:.3g})"
 

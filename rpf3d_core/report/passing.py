@@ -12,7 +12,7 @@ from rpf3d_core.report.segments import Segments, first_passages
 from rpf3d_core.report.toe import BEYOND, FAR, BeyondToe, Figure, SetValues, percentile_of
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.height_image import height_image, heights_at
-from rpf3d_core.unknowns.predictive import holding, predictive_shares
+from rpf3d_core.unknowns.predictive import holding, shares_of_site
 
 STEPS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 """Possible distances (m) between places; the first that needs at most MOST_PLACES places is used."""
@@ -70,7 +70,7 @@ def _predictive(beyond: BeyondToe, sets: int, distance: FloatArray) -> tuple[Flo
     np.add.at(counts, beyond.set, beyond.displaced[:, None] > distance)
     totals = np.bincount(beyond.set, minlength=sets).astype(float)[:, None] * np.ones(places)
     flown = (beyond.distance[:, None] > distance).sum(axis=0).astype(float)
-    found = holding(predictive_shares(counts, totals), flown, np.full(places, float(len(beyond.distance))))
+    found = holding(shares_of_site(counts, totals), flown, np.full(places, float(len(beyond.distance))))
     return found.low, found.high
 
 

@@ -32,6 +32,8 @@ SHORTEST = 1.0
 """Runout (m) below which a rock gets the mean direction of all rocks in place of its own direction."""
 BEYOND = 1e9
 """Distance (m) of rocks that did not stop; it is larger than any terrain."""
+FEWEST_WITH_TOE, LEAST_WITH_TOE = 20, 0.05
+"""Smallest number, and smallest share (-) of all rocks, of the rocks with a toe that distances beyond it describe."""
 DESIGN = 90
 """Percentage of the rocks that stop within the main distance of a report."""
 FAR = 1e6
@@ -56,6 +58,7 @@ class BeyondToe(NamedTuple):
         misfit
     set : (N,) parameter set of each rock; None without unknowns
     further : (N,) True for a rock that went down a further face below the first one
+    of : number of rocks whose toe was searched
     """
 
     rows: NDArray[np.int64]
@@ -65,6 +68,12 @@ class BeyondToe(NamedTuple):
     shift: FloatArray
     set: NDArray[np.int64] | None
     further: NDArray[np.bool_]
+    of: int
+
+    @property
+    def enough(self) -> bool:
+        """True if enough rocks have a toe: distances beyond it then describe the rocks of the run."""
+        return len(self.rows) >= max(1, min(FEWEST_WITH_TOE, self.of), LEAST_WITH_TOE * self.of)
 
     @property
     def displaced(self) -> FloatArray:
@@ -75,6 +84,7 @@ class BeyondToe(NamedTuple):
 def beyond_toe(run: RunFiles) -> BeyondToe:
     """Return the distances beyond the toe at which rocks stop; rocks with no face below their release are left out."""
     rows = np.unique(np.linspace(0, len(run.ends.runout) - 1, MOST_ROCKS).astype(np.int64))
+    of = len(rows)
     along = directions(run.ends)[rows]
     toe = toes(run, run.ends.release[rows], along, run.ends.runout[rows])
     distance = np.where(run.ends.at_rest[rows], run.ends.runout[rows] - toe, BEYOND)
@@ -84,6 +94,7 @@ def beyond_toe(run: RunFiles) -> BeyondToe:
         rows=rows, along=along, toe=toe[known], distance=distance[known], shift=_shift(run, rows, along),
         set=None if run.ends.set is None else run.ends.set[rows],
         further=_further(run, rows, along, toe[known]),
+        of=of,
     )  # fmt: skip
 
 
@@ -194,8 +205,12 @@ def percentile_of(values: FloatArray, wanted: int, set_values: SetValues | None)
 def held_beyond(beyond: BeyondToe, sets: int, wanted: int) -> Figure:
     """Return the distance (m) beyond the toe within which a wanted percentage of the rocks stops, with its intervals.
 
+    Nothing is known if only few rocks have a toe: the others stopped before a face, or none lies below their release.
+
     wanted : the percentage, such as 90; sets : number of parameter sets
     """
+    if not beyond.enough:
+        return Figure(value=None, sampling=None, predictive=None)
     set_values = None if beyond.set is None else SetValues(values=beyond.displaced, set=beyond.set, sets=sets)
     return percentile_of(beyond.distance, wanted, set_values)
 

@@ -12,7 +12,9 @@ from rpf3d_core.results.findings import Run
 from rpf3d_core.results.notes import doubts_of_run, notes_of_run
 from rpf3d_core.results.overconfidence import SOME_ELSEWHERE, share_calibrated_elsewhere, surer_than_it_may_be
 from rpf3d_core.scene.key_paths import given_keys
+from rpf3d_core.scene.measured import MeasuredList
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.releases import SIZES
 from rpf3d_core.setup.areas import plan_rings
 
 if TYPE_CHECKING:
@@ -53,7 +55,23 @@ def inputs_section(run: Run) -> dict[str, Any]:
             name: [ring.tolist() for ring in plan_rings(area)] for name, area in run.prepared.polygons.items()
         },
         "surer_than_it_may_be": surer_than_it_may_be(run),
+        **_measured(run.scene),
     }
+
+
+def _measured(scene: Scene) -> dict[str, Any]:
+    """Return the key `measured`, number and range (m, kg or m3) of each list of sizes by key path; {} without any.
+
+    The scene may only name the files of the sizes.
+    """
+    sections = {"rock": scene.rock, **{f"sources.{number}": source for number, source in enumerate(scene.sources)}}
+    lists = {(path, measure): size for path, section in sections.items() for measure in SIZES
+             if isinstance(size := getattr(section, measure), MeasuredList)}  # fmt: skip
+    found = {}
+    for (path, measure), size in lists.items():
+        values = size.sizes(measure).values
+        found[f"{path}.{measure}"] = {"number": len(values), "min": float(values[0]), "max": float(values[-1])}
+    return {"measured": found} if found else {}
 
 
 def _ground(run: Run) -> str:

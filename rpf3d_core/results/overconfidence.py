@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rpf3d_core.ensemble.flights import Deposits
 from rpf3d_core.hazard.benches import AREA, bench_table
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.results.calibration_folder import FOUND
@@ -17,7 +18,7 @@ FEW_PATHS = 20
 HARDLY_FELL = 2.0
 """A stopped rock counts as not fallen if its drop (m) from release to end is below this, as behind a bench's crest."""
 MANY_BEHIND = 0.2
-"""A sentence is shown if a larger share of the rocks (-) has not fallen."""
+"""A sentence is shown if a larger share of the rocks of a source (-) has not fallen."""
 MOSTLY_THIN = 0.5
 """A sentence is shown if a larger share (-) of a map's visits is in cells with fewer than 20 rocks."""
 NOTABLE = 0.5
@@ -169,13 +170,35 @@ def _of_paths(run: Run) -> Iterator[str]:
 
 
 def _of_releases(run: Run) -> Iterator[str]:
-    """Yield a sentence if many rocks stopped before they fell from a crest; shares of all rocks then mislead."""
-    deposits = run.flights.deposits
+    """Yield a sentence for each source whose rocks stopped before they fell from a crest; its shares mislead."""
+    yield from behind_a_crest(run.flights.deposits, [source.name for source in run.prepared.sources])
+
+
+def behind_a_crest(deposits: Deposits, names: Sequence[str], rocks: str = "rocks") -> Iterator[str]:
+    """Yield a sentence for each source of which more than MANY_BEHIND of the rocks stopped at once; NAMED at most.
+
+    One source among others would be lost in a share of all rocks.
+
+    names : of the sources; rocks : what the sentences call the rocks
+    """
     drop = deposits.release[:, 2] - deposits.x[:, 2]
     stayed = (deposits.outcome == Outcome.STOPPED) & (drop < HARDLY_FELL)
-    if len(drop) and (share := float(stayed.mean())) > MANY_BEHIND:
-        yield (f"{100 * share:.0f} % of the rocks stopped less than {HARDLY_FELL:g} m below their release, as behind a "
-               "crest: shares of all rocks count them as safe; move the source to where rocks fall")  # fmt: skip
+    of, behind = (np.bincount(rows, minlength=len(names)) for rows in (deposits.source, deposits.source[stayed]))
+    found = np.flatnonzero(behind > MANY_BEHIND * of)
+    for number in found[:NAMED].tolist():
+        yield (f"{_all_or_some(int(behind[number]), int(of[number]), rocks)} of source {names[number]!r} stopped less "
+               f"than {HARDLY_FELL:g} m below their release, as behind a crest: shares of all rocks count them as "
+               "safe; move the source to where rocks fall")  # fmt: skip
+    if len(found) > NAMED:
+        yield (f"further sources with rocks that stopped less than {HARDLY_FELL:g} m below their release: "
+               f"{len(found) - NAMED}")  # fmt: skip
+
+
+def _all_or_some(some: int, of: int, rocks: str) -> str:
+    """Return "all 200 rocks" or "150 of 200 rocks" as text; without shares, which round to 100 %."""
+    if of == 1:
+        return f"the only {rocks.removesuffix('s')}"
+    return f"{'all ' if some == of else f'{some:,} of '}{of:,} {rocks}"
 
 
 def _of_cells(run: Run) -> Iterator[str]:

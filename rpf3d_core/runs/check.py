@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rpf3d_core.ensemble.flights import Flights
+from rpf3d_core.ensemble.flights import Flights, IntArray
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.sizes import diameter_of, mass_range
@@ -19,6 +19,7 @@ from rpf3d_core.hazard.benches import three_figures
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import GIGABYTE
 from rpf3d_core.hazard.tally import BYTES_PER_CELL
+from rpf3d_core.results.overconfidence import behind_a_crest
 from rpf3d_core.runs.check_calibration import observations_in_words, unknowns_in_words
 from rpf3d_core.runs.check_effects import effects_called_for, idle_effects
 from rpf3d_core.runs.check_shapes import measured_sizes, shapes_in_words
@@ -38,7 +39,9 @@ from rpf3d_core.terrain.mesh.faults import FaultReport
 from rpf3d_core.values import Outcome
 
 PILOT_ROCKS = 20
-"""Number of rocks that the reference engine flies to measure the time of one rock."""
+"""Number of rocks of the whole scene that the reference engine flies to measure the time of one rock."""
+OF_A_SOURCE = 3
+"""Smallest number of pilot rocks of a source, if it has as many: they show whether its rocks fall."""
 MOST_CHECKED = 50_000
 """Largest number of rocks whose start is checked, evenly spread over each source, so that a check takes seconds."""
 COMPILED_GAIN = 300.0
@@ -223,15 +226,31 @@ def _with_pilot(report: Check, prepared: Prepared, releases: Releases) -> Check:
 
     releases : of the checked rocks, from which those of the pilot run are chosen
     """
-    chosen = np.unique(np.linspace(0, len(releases.x) - 1, PILOT_ROCKS).astype(int))
+    chosen = _pilots(releases.source)
     few = taken(releases, chosen)
     began = time.perf_counter()
     flown = fly_ensemble(prepared.engine, prepared.flight, few)
     seconds, rocks = (time.perf_counter() - began) / len(chosen), sum(rocks_of_sources(prepared))
     cost = _cost(report.scene, prepared, flown, seconds, rocks)
     fastest = float(flown.deposits.max_speed.max(initial=0.0))
-    told = [*warnings_of_speed(fastest), *effects_called_for(report.scene, flown), *idle_effects(prepared, few, flown)]
+    behind = behind_a_crest(flown.deposits, [source.name for source in prepared.sources], "pilot rocks")
+    told = [
+        *warnings_of_speed(fastest), *behind, *effects_called_for(report.scene, flown),
+        *idle_effects(prepared, few, flown),
+    ]  # fmt: skip
     return replace(report, cost=cost, warnings=[*report.warnings, *told])
+
+
+def _pilots(source: IntArray) -> IntArray:
+    """Return the rows of the pilot rocks: evenly spread over all rocks, and a few of each source with fewer of them.
+
+    source : (N,) number of the source of each checked rock
+    """
+    chosen = np.linspace(0, len(source) - 1, PILOT_ROCKS).astype(int)
+    rare = [number for number in np.unique(source) if (source[chosen] == number).sum() < OF_A_SOURCE]
+    rows = [np.flatnonzero(source == number) for number in rare[:PILOT_ROCKS]]
+    more = [its[np.linspace(0, len(its) - 1, OF_A_SOURCE).astype(int)] for its in rows]
+    return np.unique(np.concatenate([chosen, *more]))
 
 
 def _sizes(prepared: Prepared) -> Sizes:

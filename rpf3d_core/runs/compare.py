@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from rpf3d_core.ensemble.statistics import wilson_interval, words_on_pieces
 from rpf3d_core.ensemble.two_shares import holm, newcombe_interval, p_value
 from rpf3d_core.errors import InputError
-from rpf3d_core.hazard.benches import AREA, ZONE
+from rpf3d_core.hazard.benches import AREA, CAUGHT_COUNT, ZONE
 from rpf3d_core.results.earlier_results import read_summary
 
 MEASURES = ("reached", "stopped", "retained")
@@ -21,6 +21,10 @@ MEASURES = ("reached", "stopped", "retained")
 
 `reached` and `stopped` are shares of all rocks, `retained` is a share of the rocks that reached the place.
 """
+CAUGHT = "caught"
+"""The measure of the rocks that barriers caught, a share of all rocks, which has a row if a run has such rocks."""
+OUTCOME, ALL_ROCKS = "outcome", "all rocks"
+"""Kind and place of the row of CAUGHT."""
 SECTIONS = {ZONE: "benches", AREA: "areas_of_interest"}
 LEVEL = 0.05
 
@@ -46,6 +50,7 @@ class ShareDifference(NamedTuple):
     """One share of rocks in a zone or area of interest, in two runs A and B, with the test of the difference.
 
     kind : ZONE or AREA; place : name of the zone or area; measure : one of MEASURES
+        or OUTCOME, ALL_ROCKS and CAUGHT
     interval : 95 % interval of share B - share A (-); p : two-sided p value
     p_holm : p after Holm's correction for the number of differences
     """
@@ -126,6 +131,9 @@ def compare_summaries(a: Facts, b: Facts) -> Comparison:
         for measure in MEASURES
         if (counted := _counted_in_both(a, b, kind, name, measure)) is not None
     ]
+    if any(map(_caught, (a, b))):
+        one, other = (Counted(_caught(facts), facts["rocks"]) for facts in (a, b))
+        counts.append((OUTCOME, ALL_ROCKS, CAUGHT, one, other))
     p_values = [p_value(*one, *other) for *_, one, other in counts]
     differences = tuple(
         ShareDifference(
@@ -195,6 +203,11 @@ def counted_section(counted: Counted) -> dict[str, Any]:
             "interval_95": list(wilson_interval(*counted))}  # fmt: skip
 
 
+def _caught(facts: Facts) -> int:
+    """Return the number of rocks that barriers caught."""
+    return int(facts.get("outcomes", {}).get(CAUGHT, {}).get("rocks", 0))
+
+
 def _places(facts: Facts) -> list[tuple[str, str]]:
     return [(kind, name) for kind, section in SECTIONS.items() for name in facts[section]]
 
@@ -236,6 +249,8 @@ def _notes(comparison: Comparison) -> Iterator[str]:
                    "only, not what the unknowns leave open")  # fmt: skip
         if pieces := facts.get("pieces"):
             yield f"of {name}, {words_on_pieces(facts['rocks'], pieces)}"
+        if _caught(facts):
+            yield f"{name}: {CAUGHT_COUNT}"
     if a.get("seed") == b.get("seed") and (alike := _alike(a, b)):
         yield (
             f"these are {alike} with the same seed: their rocks start alike, so intervals are, as a rule, rather too "

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from rpf3d_core.ensemble.statistics import wilson_interval
-from rpf3d_core.hazard.benches import ZONE, three_figures
+from rpf3d_core.hazard.benches import AREA, three_figures
 from rpf3d_core.runs.compare import LEVEL, Comparison, Counted, Energies, ShareDifference
 
 SHARES_HEADER = ("place", "share", "A", "B", "B - A in points", "p", "p (Holm)", "significant")
@@ -56,16 +56,25 @@ def markdown_table(header: Sequence[str], rows: Rows) -> str:
     return "\n".join(f"| {' | '.join(cells)} |" for cells in (header, ["---"] * len(header), *rows))
 
 
-def percent(counted: Counted) -> str:
-    """Return a share in per cent with its 95 % interval as text for a table."""
+def percent(counted: Counted, decimals: int = 0) -> str:
+    """Return a share in per cent with its 95 % interval as text for a table; decimals : at least as many."""
     low, high = wilson_interval(*counted)
-    decimals = decimals_for(high - low)
+    decimals = max(decimals, decimals_of(counted))
     return f"{100 * counted.share:.{decimals}f} % ({100 * low:.{decimals}f} to {100 * high:.{decimals}f})"
 
 
-def points(change: float, interval: tuple[float, float]) -> str:
-    """Return a difference of two shares (-) with its interval as text for a table, in percentage points."""
-    decimals = decimals_for(interval[1] - interval[0])
+def decimals_of(counted: Counted) -> int:
+    """Return the number of decimals of a share in per cent that shows its 95 % interval."""
+    low, high = wilson_interval(*counted)
+    return decimals_for(high - low)
+
+
+def points(change: float, interval: tuple[float, float], decimals: int = 0) -> str:
+    """Return a difference of two shares (-) with its interval as text for a table, in percentage points.
+
+    decimals : at least as many
+    """
+    decimals = max(decimals, decimals_for(interval[1] - interval[0]))
     middle, low, high = (f"{100 * value:+.{decimals}f}" for value in (change, *interval))
     return f"{middle} ({low} to {high})"
 
@@ -82,13 +91,15 @@ def p_text(p: float) -> str:
 
 def _share_row(row: ShareDifference) -> tuple[str, ...]:
     verdict = "no" if not row.significant else "yes" if row.p_holm < LEVEL else "alone"
-    change = points(row.change, row.interval)
+    # With fewer decimals, the larger of two shares could look like the smaller one: 0.02 % and 0.0 % for 0.05 %.
+    decimals = max(decimals_of(row.a), decimals_of(row.b))
+    a, b, change = percent(row.a, decimals), percent(row.b, decimals), points(row.change, row.interval, decimals)
     place = _name(row.kind, row.place)
-    return (place, row.measure, percent(row.a), percent(row.b), change, p_text(row.p), p_text(row.p_holm), verdict)
+    return (place, row.measure, a, b, change, p_text(row.p), p_text(row.p_holm), verdict)
 
 
 def _name(kind: str, place: str) -> str:
-    return place if kind == ZONE else f"{place} (area)"
+    return f"{place} (area)" if kind == AREA else place
 
 
 def _kilojoule(energy: float | None) -> str:

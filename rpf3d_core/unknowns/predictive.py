@@ -9,6 +9,9 @@ is known and is subtracted: the shares of the sets are moved towards their mean 
 without noise. The variance between sets is itself an estimate, so one standard error is added to it. Noise is not
 subtracted if a set has, on average, few rocks that the share counts, or few rocks that the share does not count: the
 interval is then wider. The interval is never narrower than the sampling interval of all rocks together.
+
+Where no set or hardly any has a rock that counts, the ranks say nothing about a site that has some. `shares_of_site`
+bounds the share of such a site by Markov's inequality.
 """
 
 from typing import NamedTuple
@@ -67,6 +70,40 @@ def predictive_shares(counts: FloatArray, totals: FloatArray, level: float = LEV
         low=np.where(enough, np.clip(np.minimum(low, pooled[0]), 0.0, 1.0), np.nan),
         high=np.where(enough, np.clip(np.maximum(high, pooled[1]), 0.0, 1.0), np.nan),
     )
+
+
+def shares_of_site(counts: FloatArray, totals: FloatArray) -> Interval:
+    """Return the predictive intervals (95 %) of N shares (-), at least as wide as `least_end` on both sides.
+
+    The live simulator takes `predictive_shares`, for alerts have their own limits on too few rocks.
+
+    counts, totals : (S, N) as for `predictive_shares`
+    """
+    low, high = predictive_shares(counts, totals)
+    return Interval(
+        low=np.minimum(low, 1.0 - least_end(totals - counts, totals)), high=np.maximum(high, least_end(counts, totals))
+    )
+
+
+def least_end(counts: FloatArray, totals: FloatArray) -> FloatArray:
+    """Return the smallest upper ends (N,) that predictive intervals of N shares (-) may have.
+
+    A share p has the mean m over all sites, and P(p > x) <= m / x (Markov's inequality): the upper end is at most
+    m / 0.025, with m the upper end of the sampling interval of the mean share. It is also at most the upper end u of
+    the sampling interval of a single set with as many hits as the set with most. Where more than 2.5 % of the sets have
+    a hit, the ranks are the upper end; it is then only not smaller than the end without any hit.
+
+    counts : (S, N) number of rocks of each set that the share counts, the hits; totals : (S, N) number of rocks of each
+    set; the sets have equal weights, and `rocks` is their mean number of rocks that gives the same sampling error
+    """
+    tail, has = 0.5 * (1.0 - LEVEL), totals > 0
+    sets = np.maximum(has.sum(axis=0), 1)
+    rocks = sets / np.maximum(np.where(has, 1.0 / np.maximum(totals, 1), 0.0).sum(axis=0), 1e-12)
+    few = (counts > 0).sum(axis=0) <= np.ceil(tail * sets)
+    shares = np.where(has & few, counts / np.maximum(totals, 1), 0.0)
+    mean = wilson_intervals(shares.sum(axis=0) * rocks, sets * rocks)[1]
+    most = wilson_intervals(shares.max(axis=0) * rocks, rocks)[1]
+    return np.asarray(np.minimum(np.minimum(mean / tail, most), 1.0))
 
 
 def holding(interval: Interval, counts: FloatArray, totals: FloatArray) -> Interval:

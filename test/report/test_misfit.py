@@ -50,7 +50,7 @@ def test_a_share_beyond_a_place_holds_the_misfit_and_its_sampling_interval() -> 
     beyond = beyond_toe(moved(MISFIT))
     near, at = shares_beyond(beyond, SETS, np.array([STOP - TOE - 2.0, STOP - TOE + 10.0 * MISFIT]))
     assert near.value == 1.0 and near.predictive == pytest.approx((0.0, 1.0), abs=0.01)
-    assert at.value == 0.0 and at.predictive is not None and at.predictive[1] < 0.01, "no set moves so far"
+    assert at.value == 0.0 and at.predictive is not None and at.predictive[1] < 0.05, "no set moves so far"
     for figure in (near, at):
         assert figure.predictive[0] <= figure.sampling[0] and figure.predictive[1] >= figure.sampling[1]
 

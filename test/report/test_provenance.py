@@ -119,3 +119,22 @@ def test_what_a_scene_states_is_called_stated(tmp_path: Path) -> None:
 def test_rocks_with_a_shape_have_no_coefficients_of_points(tmp_path: Path) -> None:
     run = flown(tmp_path, "{restitution: 0.3, friction: 0.6}", "rock: {shape: {box: [1, 1, 1]}}")
     assert sources(run, 1) == {"restitution": STATED, "friction": STATED}
+
+
+def test_a_range_is_that_of_the_scene_and_not_of_the_parameter_sets(tmp_path: Path) -> None:
+    """The ends of the 64 sets were shown as those of the scene: 0.202 to 0.399."""
+    priors = "{prior: {min: 0.2, max: 0.4}}, tangential_restitution: {prior: {min: 0.6, max: 0.9, mean: 0.7, sd: 0.05}}"
+    run = flown(tmp_path, f"{{normal_restitution: {priors}}}")
+    found = [element for element in inputs_part(run) if isinstance(element, Table)][1]
+    shown = {row[1]: row[2] for row in found.rows}
+    assert shown["normal restitution"] == "0.2 to 0.4"
+    assert shown["tangential restitution"] == "0.6 to 0.9 (mean 0.7, sd 0.05)"
+
+
+def test_measured_sizes_have_their_number_and_range(tmp_path: Path) -> None:
+    (tmp_path / "blocks.csv").write_text("Length (mm),note\n400,a\n1500,b\n700,c\n")
+    rock = "rock: {density: 2700, diameter: {measured: blocks.csv, column: Length (mm)}}"
+    run = flown(tmp_path, "{normal_restitution: 0.5, tangential_restitution: 0.8}", rock)
+    found = next(element for element in inputs_part(run) if isinstance(element, Table))
+    size = next(row[1] for row in found.rows if row[0] == "rock size")
+    assert size == "diameter measured blocks.csv, column Length (mm): 3 values from 0.4 to 1.5 m"

@@ -15,6 +15,7 @@ from matplotlib.image import imread, imsave
 from typer.testing import CliRunner
 
 from rpf3d_core.cli import app
+from rpf3d_core.ensemble.statistics import share_of
 from rpf3d_core.errors import InputError
 from rpf3d_core.report import view
 from rpf3d_core.report.content import FIELDS, LIMITS, report_elements
@@ -138,24 +139,51 @@ def answer_of(run) -> tuple[list[str], list[str]]:
     return [row[0] for row in elements[begin].rows], texts
 
 
-def test_the_answer_names_every_area_and_the_worst_zones(known_ground) -> None:
+def test_the_answer_names_every_area_and_the_zones_that_hold_most(known_ground) -> None:
     run = read_run(known_ground)
     some = next(bench for bench in run.summary["benches"].values() if bench["retained"]["share"] is not None)
-    for share, zone in ((0.0, "holds_nothing"), (None, "not_reached"), *((0.5 + 0.01 * i, f"b{i}") for i in range(15))):
-        found = {**some["retained"], "share": share}
-        run.summary["benches"][zone] = {**some, "retained": found}
+    run.summary["benches"] = {
+        **{f"FACE_{i}": {**some, "reached": share_of(30, 40), "stopped": share_of(0, 40)} for i in range(9)},
+        **{f"BENCH_{i}": {**some, "reached": share_of(30, 40), "stopped": share_of(4 + i, 40)} for i in range(3)},
+    }
     area = {"reached": some["reached"], "retained": some["retained"], "energy_p95_j": None}
     run.summary["areas_of_interest"] = {f"a{i}": area for i in range(14)}
     names, texts = answer_of(run)
     assert [name for name in names if " area " in name] == [f"rocks that reach the area a{i}" for i in range(14)]
-    zones = [bench for bench in run.summary["benches"].values() if bench["retained"]["share"] is not None]
-    assert not any("not_reached" in name for name in names)
-    shown = sum(name.startswith("retained by") for name in names)
-    shares = sorted(bench["retained"]["share"] for bench in zones)
-    by_name = {f"retained by {name}, of the rocks that came": bench["retained"]["share"]
-               for name, bench in run.summary["benches"].items()}  # fmt: skip
-    assert sorted(by_name[name] for name in names if name in by_name) == shares[:shown] and shares[0] == 0.0
-    assert 0 < shown < len(zones) and f"and {len(zones) - shown} more in the table" in texts[0]
+    zones = [name for name in names if name.startswith("retained by")]
+    assert zones == [f"retained by BENCH_{i}, of the rocks that came" for i in range(3)], "faces hold none"
+    assert "and 9 more in the table" in texts[0]
+
+
+def test_the_answer_has_the_barriers_and_what_no_rock_reached(unknown_ground) -> None:
+    run = read_run(unknown_ground)
+    bench = next(iter(run.summary["benches"].values()))
+    none = {**bench["reached"], "rocks": 0, "share": 0.0, "predictive": [0.0, 0.024], "sampling": [0.0, 0.0006]}
+    pit_floor = {**bench, "reached": none, "retained": {**none, "share": None}}
+    run.summary["benches"] = {"BENCH": {**bench, "reached": share_of(90, 128)}, "PIT FLOOR": pit_floor}
+    share = {"rocks": 5, "share": 0.4, "interval_95": [0.3, 0.5], "predictive": [0.3, 0.5], "sampling": [0.38, 0.42]}
+    run.summary["barriers"] = {"fence": at_a_barrier(share)}
+    names, texts = answer_of(run)
+    assert [name for name in names if "fence" in name] == [
+        f"{did} fence, of the rocks that came" for did in ("caught in the end by", "broke through", "flew over")
+    ]
+    assert any("No rock reached PIT FLOOR" in text and "interval 0-2 %" in text for text in texts)
+
+
+def at_a_barrier(share: dict) -> dict:
+    """Return the figures of a barrier for summary.json, with one share for all that rocks did."""
+    p95 = {"p95": 1.0, "p95_interval_95": [0.5, 2.0], "p95_predictive": [0.2, 4.0], "max": 3.0}
+    return {
+        "came": 12, "capacity_j": 500.0, "height_m": 2.0, "first_energy_j": p95, "first_height_over_ground_m": p95,
+        "caught": share, "first_broken_through": share, "first_flown_over": share,
+    }  # fmt: skip
+
+
+def test_rocks_that_a_barrier_caught_are_said_to_count_as_retained(unknown_ground) -> None:
+    run, words = read_run(unknown_ground), "Rocks that barriers caught count as stopped"
+    assert not any(words in each.text for each in report_elements(run, "site") if isinstance(each, Text))
+    run.summary["outcomes"]["caught"] = share_of(12, 128)
+    assert any(words in each.text for each in report_elements(run, "site") if isinstance(each, Text))
 
 
 def test_a_run_without_warnings_has_no_box_of_warnings(unknown_ground) -> None:

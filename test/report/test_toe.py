@@ -133,6 +133,16 @@ def test_too_few_rocks_in_each_set_give_no_predictive_interval() -> None:
     assert interval(None, metres) == UNKNOWN
 
 
+def test_few_rocks_with_a_toe_say_nothing_about_the_others() -> None:
+    """6 of 6,400 rocks with a toe, as from a source behind the crest, gave a distance of -8.3 m for 90 % of them."""
+    beyond = beyond_toe(fallen(np.linspace(10.0, 60.0, 101)))
+    assert beyond.of == 101 and held_beyond(beyond, 0, 90).value is not None
+    for few, of in ((6, 6400), (19, 101), (101, 6400), (0, 5)):
+        some = beyond._replace(rows=beyond.rows[:few], distance=beyond.distance[:few], of=of)
+        assert held_beyond(some, 0, 90) == (None, None, None), (few, of)
+    assert held_beyond(beyond._replace(of=2000), 0, 90).value is not None
+
+
 def test_shares_beyond_count_the_rocks() -> None:
     beyond = beyond_toe(fallen(TOE + np.linspace(0.5, 99.5, 100)))
     shares = shares_beyond(beyond, 0, np.array([-1.0, 30.0, 80.0, 300.0]))

@@ -7,8 +7,10 @@ import pytest
 from terrain_files import grid, write_binary_stl
 
 import rpf3d_core as rpf3d
-from rpf3d_core.results.overconfidence import surer_than_it_may_be
+from rpf3d_core.ensemble.flights import Deposits
+from rpf3d_core.results.overconfidence import behind_a_crest, surer_than_it_may_be
 from rpf3d_core.unknowns.parameter_sets import parameter_sets, write_parameter_sets
+from rpf3d_core.values import Outcome
 
 SCENE = """\
 terrain: {files: [{path: slope.stl, zone: rock}]}
@@ -124,4 +126,26 @@ def test_rocks_that_did_not_fall_are_counted(tmp_path: Path, height: float, stay
     flat = [[0, 0, 0], [60, 0, 0], [60, 60, 0], [0, 60, 0]]
     write_binary_stl(tmp_path / "flat.stl", np.array(flat, dtype=float)[[[0, 1, 2], [0, 2, 3]]])
     changes = (("slope.stl", "flat.stl"), ("[[1.3, 1.2, 9]]", f"[[30, 30, {height}]]"), SPREAD)
-    assert has(sentences(tmp_path, *changes), "100 % of the rocks stopped less than 2 m below") is stayed
+    assert has(sentences(tmp_path, *changes), "all 30 rocks of source 'a' stopped less than 2 m below") is stayed
+
+
+def test_a_source_behind_a_crest_is_noticed_among_others(tmp_path: Path) -> None:
+    """Its 20 rocks are a tenth of all rocks, too few to be noticed in a share of all rocks."""
+    flat = [[0, 0, 0], [60, 0, 0], [60, 60, 0], [0, 60, 0]]
+    write_binary_stl(tmp_path / "flat.stl", np.array(flat, dtype=float)[[[0, 1, 2], [0, 2, 3]]])
+    one = "{{name: {}, points: [[30, 30, {}]], rocks: {}, spread: [0.3, 0.3, 0.2]}}"
+    both = f"{one.format('crest', 9, 180)}, {one.format('ledge', 0.5, 20)}"
+    found = sentences(tmp_path, ("slope.stl", "flat.stl"), ("{name: a, points: [[1.3, 1.2, 9]], rocks: 30}", both))
+    assert has(found, "all 20 rocks of source 'ledge' stopped less than 2 m below their release")
+    assert not has(found, "'crest'")
+
+
+def test_rocks_that_went_on_are_not_rounded_away() -> None:
+    drop = np.where(np.arange(1000) < 999, 0.0, 9.0)[:, None] * [0.0, 0.0, 1.0]
+    whole, zeros = np.zeros(1000, dtype=np.int64), np.zeros(1000)
+    deposits = Deposits(
+        source=whole, rock=np.arange(1000), outcome=np.full(1000, Outcome.STOPPED), facet=whole, release=drop,
+        x=np.zeros((1000, 3)), t=zeros, path=zeros, impacts=whole, max_speed=zeros, max_energy=zeros, max_height=zeros,
+        ground_speed=zeros, mass=zeros,
+    )  # fmt: skip
+    assert next(behind_a_crest(deposits, ["a"])).startswith("999 of 1,000 rocks of source 'a' stopped")

@@ -61,6 +61,23 @@ def test_each_share_stands_beside_the_other_with_the_difference_b_less_a():
     assert row_of(compared, "bench_1", "retained").a == Counted(300, 900), "of those that reached it"
 
 
+def test_both_shares_have_the_same_decimals():
+    """Formerly 0.02 % stood next to 0.0 %, which is 0.05 %: 1 of 6,400 and 1 of 2,000 rocks."""
+    compared = compare_summaries(told(6400, zones={"pit": (1, 0)}), told(2000, zones={"pit": (1, 0)}))
+    row = next(row for row in share_rows(compared) if row[1] == "reached")
+    assert row[2].startswith("0.02 % (") and row[3].startswith("0.05 % (") and row[4].startswith("+0.03 (")
+
+
+def test_rocks_that_barriers_caught_are_compared_and_said_to_count_as_stopped():
+    with_fence = {**told(seed=2), "outcomes": {"caught": share_of(110, 1000)}}
+    compared = compare_summaries(told(), with_fence)
+    row = row_of(compared, "all rocks", "caught")
+    assert (row.a, row.b) == (Counted(0, 1000), Counted(110, 1000)) and row.significant
+    assert share_rows(compared)[-1][:2] == ("all rocks", "caught")
+    assert next(note for note in compared.notes if "rocks that barriers caught count" in note).startswith("B: ")
+    assert not any("caught" in note for note in compare_summaries(told(), told()).notes)
+
+
 def test_a_run_does_not_differ_from_itself():
     compared = compare_summaries(told(), told())
     assert not any(row.significant or row.p_holm < 1.0 for row in compared.differences)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from rpf3d_core.unknowns.predictive import ENOUGH, predictive_shares, ranked, ranked_if_enough
+from rpf3d_core.unknowns.predictive import ENOUGH, predictive_shares, ranked, ranked_if_enough, shares_of_site
 
 SETS, SITES = 64, 3000
 Draw = Callable[[np.random.Generator, tuple[int, ...]], np.ndarray]
@@ -31,6 +31,41 @@ def test_the_interval_holds_the_share_of_one_more_site(name: str, rocks: int) ->
     counts = rng.binomial(rocks, sets).astype(float)
     low, high = predictive_shares(counts, np.full((SETS, SITES), float(rocks)))
     assert np.mean((low <= site) & (site <= high)) > 0.93
+
+
+def shares_of(hits: list[float], rocks: float = 100.0) -> tuple[float, float]:
+    """Return the predictive interval (-) of 64 sets; the first sets have these hits, all others none."""
+    counts = np.zeros((SETS, 1))
+    counts[: len(hits), 0] = hits
+    low, high = shares_of_site(counts, np.full((SETS, 1), rocks))
+    return float(low[0]), float(high[0])
+
+
+def test_no_hit_is_bounded_by_markov_and_not_by_the_number_of_all_rocks() -> None:
+    """The upper end of 0 of 6,400 is 0.06 %, and 0.06 % / 0.025 is 2.4 %; that of 0 of 100 is 3.7 %."""
+    assert shares_of([]) == (0.0, pytest.approx(0.0240, abs=1e-4))
+    many = np.full((SETS, 1), 100.0)
+    assert [float(end[0]) for end in shares_of_site(many, many)] == [pytest.approx(0.9760, abs=1e-4), 1.0]
+
+
+@pytest.mark.parametrize("hits", [[1], [2], [1, 1], [1] * 3, [1] * 5, [5], [1] * 20])
+def test_no_hit_is_not_less_than_what_the_first_hits_leave_open(hits: list[float]) -> None:
+    assert shares_of([])[1] <= shares_of(hits)[1]
+
+
+def test_sets_with_few_rocks_leave_much_open() -> None:
+    """Of 60 sets with one rock and 4 with 1,000, the many rocks say nothing about the other sets."""
+    totals = np.where(np.arange(SETS) < 60, 1.0, 1000.0)[:, None]
+    assert shares_of_site(np.zeros((SETS, 1)), totals).high[0] > 0.7
+
+
+@pytest.mark.parametrize("share", [0.005, 0.01, 0.02, 0.03, 0.3])
+@pytest.mark.parametrize("often", [0.02, 0.04, 0.06, 0.1])
+def test_a_share_that_few_sites_have_is_held(share: float, often: float) -> None:
+    rng = np.random.default_rng(11)
+    sets, site = (np.where(rng.random(n) < often, share, 0.0) for n in ((SETS, SITES), (SITES,)))
+    low, high = shares_of_site(rng.binomial(100, sets).astype(float), np.full((SETS, SITES), 100.0))
+    assert np.mean((low <= site) & (site <= high)) > 0.965
 
 
 @pytest.mark.parametrize("name", ["any", "around a half", "high"])
