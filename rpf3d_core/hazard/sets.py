@@ -23,7 +23,14 @@ from rpf3d_core.hazard.set_places import PlaceCounts, PlaceTally, less
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.walks.cache_lines import LINE_ROCKS
 from rpf3d_core.unknowns.parameter_sets import ParameterSets
-from rpf3d_core.unknowns.predictive import ENOUGH, Interval, holding, ranked_if_enough, shares_of_site
+from rpf3d_core.unknowns.predictive import (
+    ENOUGH,
+    Interval,
+    holding,
+    predictive_shares,
+    ranked_if_enough,
+    shares_of_site,
+)
 from rpf3d_core.values import Outcome
 
 RUNOUT = "runout"
@@ -86,14 +93,15 @@ class SetFigures:
         counts = np.array([float(sum(each[outcome] for outcome in outcomes)) for each in self.outcomes])
         return _ends(shares_of_site(counts[:, None], self.rocks[:, None]))
 
-    def shares(self, counts: FloatArray, of: FloatArray | None = None) -> Interval:
-        """Return the predictive intervals of N shares (-).
+    def shares_of_cells(self, counts: FloatArray) -> Interval:
+        """Return the predictive intervals of the shares (-) of all rocks that come to N map cells.
 
-        counts : (S, N) numbers of rocks of each set, the numerators of the shares
-        of : (S, N) numbers of rocks of each set, the denominators; None for all rocks of the set
+        They leave out the least upper end of `shares_of_site`. It would be nearly the same in most cells, because few
+        sets reach a cell, and would hide where rocks go.
+
+        counts : (S, N) numbers of rocks of each set
         """
-        totals = np.broadcast_to(self.rocks[:, None], counts.shape) if of is None else of
-        return shares_of_site(counts, totals)
+        return predictive_shares(counts, np.broadcast_to(self.rocks[:, None], counts.shape))
 
     def predictive(self, kind: str) -> dict[str, Interval]:
         """Return the predictive intervals of all zones (kind "zone") or areas ("area"), for each figure.
@@ -159,7 +167,7 @@ class SetFigures:
         low, high = np.empty(len(cell)), np.empty(len(cell))
         for begin in range(0, len(cell), AT_ONCE):
             some = slice(begin, min(begin + AT_ONCE, len(cell)))
-            low[some], high[some] = self.shares(_counts_at(sets, place, some))
+            low[some], high[some] = self.shares_of_cells(_counts_at(sets, place, some))
         if self.displaced is not None:
             flown = maps.cells.everywhere(maps.cells.rocks, 0)[cell]
             low, high = holding(Interval(low=low, high=high), flown, np.full(len(cell), self.rocks.sum()))

@@ -75,7 +75,8 @@ def predictive_shares(counts: FloatArray, totals: FloatArray, level: float = LEV
 def shares_of_site(counts: FloatArray, totals: FloatArray) -> Interval:
     """Return the predictive intervals (95 %) of N shares (-), at least as wide as `least_end` on both sides.
 
-    The live simulator takes `predictive_shares`, for alerts have their own limits on too few rocks.
+    The live simulator takes `predictive_shares`, because alerts have their own limits on too few rocks. Map cells take
+    it too, because few sets reach a cell (`SetFigures.shares_of_cells`).
 
     counts, totals : (S, N) as for `predictive_shares`
     """
