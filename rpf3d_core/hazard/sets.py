@@ -90,8 +90,15 @@ class SetFigures:
 
     def outcome(self, *outcomes: Outcome) -> list[float]:
         """Return the predictive interval of the share of rocks with one of the outcomes: lower and upper end (-)."""
-        counts = np.array([float(sum(each[outcome] for outcome in outcomes)) for each in self.outcomes])
-        return _ends(shares_of_site(counts[:, None], self.rocks[:, None]))
+        return _ends(shares_of_site(self._with_outcome(*outcomes), self.rocks[:, None]))
+
+    def seen_outcome(self, *outcomes: Outcome) -> list[float]:
+        """Return the interval as `outcome`, without the least upper end of shares that hardly any set has."""
+        return _ends(predictive_shares(self._with_outcome(*outcomes), self.rocks[:, None]))
+
+    def _with_outcome(self, *outcomes: Outcome) -> FloatArray:
+        """Return the numbers (S, 1) of rocks of each set with one of the outcomes."""
+        return np.array([[float(sum(each[outcome] for outcome in outcomes))] for each in self.outcomes])
 
     def shares_of_cells(self, counts: FloatArray) -> Interval:
         """Return the predictive intervals of the shares (-) of all rocks that come to N map cells.

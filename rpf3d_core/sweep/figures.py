@@ -71,13 +71,14 @@ def _without_far_ends(run: Run, runout: Figure) -> Figure:
 
     The other rocks went on, most of them beyond the terrain. If they are more than 5 % of all rocks, they determine the
     p95 runout of all rocks, and the result is unknown. The upper end of an interval is unknown if the share of the
-    other rocks may be more than 5 %. With fewer such rocks, the p95 runout of all rocks is larger than the result
-    (`tables.STOPPED_NOTE`).
+    other rocks in the parameter sets may be more than 5 %; the bound of shares that hardly any set has is left out,
+    because it would leave most runouts unknown. With fewer such rocks, the p95 runout of all rocks is larger than the
+    result (`tables.STOPPED_NOTE`).
     """
     rocks, sets = run.totals.rocks, run.maps.sets
     share = share_of(sum(run.totals.outcomes[each] for each in UNSTOPPED), rocks)
     most, few = share["interval_95"][1] if rocks else 1.0, 1.0 - P95 / 100.0
-    predicted = most if sets is None or runout.interval == SAMPLING else sets.outcome(*UNSTOPPED)[1]
+    predicted = most if sets is None or runout.interval == SAMPLING else sets.seen_outcome(*UNSTOPPED)[1]
     return runout._replace(
         value=None if share["share"] is None or share["share"] > few else runout.value,
         high=runout.high if predicted <= few else None, sampling_high=runout.sampling_high if most <= few else None,
