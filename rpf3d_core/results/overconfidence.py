@@ -181,6 +181,8 @@ def behind_a_crest(deposits: Deposits, names: Sequence[str], rocks: str = "rocks
 
     names : of the sources; rocks : what the sentences call the rocks
     """
+    if not names:  # rocks that a program has released itself
+        return
     drop = deposits.release[:, 2] - deposits.x[:, 2]
     stayed = (deposits.outcome == Outcome.STOPPED) & (drop < HARDLY_FELL)
     of, behind = (np.bincount(rows, minlength=len(names)) for rows in (deposits.source, deposits.source[stayed]))
