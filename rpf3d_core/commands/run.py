@@ -24,7 +24,10 @@ if TYPE_CHECKING:
 
 def run(
     scene: SceneFile,
-    out: Annotated[Path, typer.Option(help="Folder to write the results to.", show_default=False)],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder to write the results to.", show_default="out/, then the name of the scene file"),
+    ] = None,
     rocks: RocksOption = None,
     engine: EngineOption = None,
     seed: Annotated[int | None, typer.Option(help="Seed of all random numbers, instead of the scene's.")] = None,
@@ -36,7 +39,7 @@ def run(
 
     Ctrl-C or SIGTERM while rocks fly stops the run; the rocks flown so far give a result that is marked as partial.
     """
-    times = RunTimes()
+    times, out = RunTimes(), out or Path("out") / scene.stem
     try:
         chosen, wanted = _chosen(scene, out, rocks, accuracy, times)
         # The second process that draws the pictures starts before this process imports anything large.

@@ -192,7 +192,7 @@ def test_files_that_may_not_grow_end_a_run_in_one_sentence_and_leave_nothing(fol
 def test_an_option_that_does_not_exist_or_is_no_number_is_refused(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
 ) -> None:
-    for words in (("run", folder / "scene.yaml"), ("run",), ("frob",), ("run", "a", "--rocks", "x", "--out", "b")):
+    for words in (("cost", folder / "scene.yaml"), ("run",), ("frob",), ("run", "a", "--rocks", "x", "--out", "b")):
         assert call(monkeypatch, *words) == 2
         assert "Traceback" not in capsys.readouterr().err
 
@@ -220,6 +220,14 @@ def test_a_run_says_what_it_did_and_leaves_all_files(folder: Path) -> None:
     facts = json.loads((folder / "out" / "a b" / "summary.json").read_text())
     for name in facts["outcomes"]:
         assert name in done.stdout
+
+
+def test_without_a_folder_the_results_are_in_out_under_the_name_of_the_scene(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    assert call(monkeypatch, "run", "scene.yaml", "--engine", "reference") == 0
+    assert (folder / "out" / "scene" / "summary.json").is_file()
 
 
 def test_pieces_of_rocks_are_told_from_rocks_on_the_screen(
