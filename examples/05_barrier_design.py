@@ -18,7 +18,11 @@ ALONG = [[-142, -50], [-145, 0], [-142, 50]]  # m, in plan: between the toe of t
 
 
 def fly(name: str, height: float, capacity_kj: float) -> dict:
-    """Fly the scene of the road with a fence, and return what the rocks did at the fence."""
+    """Fly the scene of the road with a fence; return counts, energies (J) and heights (m) of rocks at the fence.
+
+    name : name of the scene file and of the result folder; height : height of the fence (m)
+    capacity_kj : energy that the fence can stop (kJ)
+    """
     scene = yaml.safe_load((SCENES / "road.yaml").read_text())
     fence = {"name": "fence", "along": ALONG, "height": height, "capacity_kj": capacity_kj}
     scene["effects"] = {"barriers": {"panels": [fence]}}

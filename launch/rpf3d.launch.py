@@ -51,7 +51,10 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def _nodes(context: LaunchContext) -> list[Node]:
-    """Return the nodes to start, with only the given parameters: defaults would replace those of the parameter file."""
+    """Return the nodes to start, each with the parameters that the user gave as launch arguments.
+
+    Arguments that were not given are left out, because their defaults would replace values of the parameter file.
+    """
 
     def said(name: str) -> str:
         return LaunchConfiguration(name).perform(context)

@@ -11,20 +11,30 @@ from rpf3d_core.vectors import add, dot, scale, without
 
 
 class Sand(NamedTuple):
-    """speed : m/s into the ground at which half of the material's R_n is left."""
+    """A rebound model whose R_n decreases with the speed of the impact.
+
+    speed : speed (m/s) into the ground at which half of the material's R_n is left
+    """
 
     speed: float = 5.0
 
 
 @kernel
 def softened(R_n: float, speed: float, into: float) -> float:
-    """Return R_n (-) at a speed into the ground (m/s)."""
+    """Return R_n (-) at an impact.
+
+    R_n : of the material, for slow impacts; speed : as in `Sand`; into : speed into the ground at the impact (m/s)
+    """
     return R_n / (1.0 + into / speed)
 
 
 @rebound.rule(Sand)
 def rebound_from_sand(model: Sand, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion after an impact; n : unit normal of the ground, turned against the velocity."""
+    """Return the motion of a rock after an impact.
+
+    surface : the coefficients of the ground; motion : before the impact
+    n : (3,) unit normal of the ground, which points away from the ground; rock : not used here
+    """
     into = -dot(motion.v, n)
     along = scale(surface.R_t, without(motion.v, n))
     up = scale(softened(surface.R_n, model.speed, into) * into, n)

@@ -28,8 +28,10 @@ def check_target(target: float) -> None:
 
 
 class Choice(NamedTuple):
-    """A setting that a user could choose, with its errors and cost: contact method, terrain and number of rocks.
+    """A setting that a user could choose, with its errors and its cost.
 
+    method, terrain : method of finding contacts, and full or coarser mesh, as names and values (`Priced.setting`)
+    rocks : number of rocks
     numerical, geometric, statistical : the three errors (-) of the setting
     seconds : cost of all rocks, s of one core
     """
@@ -49,11 +51,12 @@ class Choice(NamedTuple):
 
 
 def errors_of_scene(prices: PriceList) -> dict[str, float]:
-    """Return the errors (-) of a scene as it is now, by name: numerical, geometric, statistical and parametric.
+    """Return the errors (-) of a scene with its own settings, by name.
 
-    The geometric error is the error of a terrain with half of the triangles. The error of the survey itself is unknown,
-    and this error is the nearest value that can be measured. For a scene without unknowns, the result has no key
-    `parametric`: the parametric error cannot be measured.
+    The names are numerical, geometric, statistical and parametric. The geometric error is the error of a terrain with
+    half of the triangles, 0 if this terrain was not measured. The error of the survey itself is unknown, and this error
+    is the nearest value that can be measured. For a scene without unknowns, the result has no key `parametric`: the
+    parametric error cannot be measured.
     """
     halves = [line.error for line in prices.geometric if line.setting["part"] == 2]
     return {
@@ -65,7 +68,7 @@ def errors_of_scene(prices: PriceList) -> dict[str, float]:
 
 
 def largest(prices: PriceList) -> str | None:
-    """Return the name of the largest of the known errors of a scene, the first to reduce; None if all are 0."""
+    """Return the name of the largest known error of a scene, the error to reduce first; None if all errors are 0."""
     errors = errors_of_scene(prices)
     name = max(errors, key=lambda name: errors[name])
     return name if errors[name] > 0.0 else None
@@ -103,12 +106,12 @@ def cheapest_by_events(prices: PriceList, target: float) -> Choice | None:
 def exact_run(scene: str | Path, prices: PriceList, target: float) -> tuple[Scene, int]:
     """Return the scene with exact contacts and the full terrain, and the number of rocks that meets a target.
 
-    target : largest total error (-)
+    scene : scene file; prices : price list of this scene; target : largest total error (-)
 
     Raises
     ------
     InputError
-        The scene is invalid, or no number of rocks up to MOST_ROCKS is enough.
+        The scene is invalid, or no number of rocks up to MOST_ROCKS (10 million) is enough.
     """
     choice = cheapest_by_events(prices, target)
     if choice is None:
@@ -135,16 +138,22 @@ def _chosen(prices: PriceList, method: Priced, terrain: Priced, target: float) -
 
 
 def statistical_error(lines: Sequence[Priced], rocks: int) -> float:
-    """Return the statistical error (-) of a number of rocks, scaled by 1 / sqrt(rocks) from the nearest measurement."""
+    """Return the statistical error (-) of a number of rocks: the nearest measured error, scaled by 1 / sqrt(rocks).
+
+    lines : the statistical lines of a price list, each for one measured number of rocks
+    """
     nearest = min(lines, key=lambda line: abs(math.log(line.setting["rocks"] / rocks)))
     return min(nearest.error * math.sqrt(nearest.setting["rocks"] / rocks), 1.0)
 
 
 def rocks_needed(lines: Sequence[Priced], allowed: float) -> int | None:
-    """Return how many rocks reduce the statistical error to `allowed` (-): a measured or an extrapolated number.
+    """Return how many rocks reduce the statistical error to `allowed` (-) or less.
 
-    Errors are proportional to 1 / sqrt(rocks); the extrapolation starts from the largest measured number. Return None
-    if the number is above MOST_ROCKS, or if `allowed` is not above 0.
+    The result is a measured number of rocks, or an extrapolation from the largest measured number: errors are
+    proportional to 1 / sqrt(rocks). Return None if the result would be above MOST_ROCKS (10 million), or if `allowed`
+    is not above 0.
+
+    lines : the statistical lines of a price list, by ascending number of rocks
     """
     if allowed <= 0.0:
         return None

@@ -11,12 +11,15 @@ from rpf3d_core.scene.reading import read_scene, scene_digest
 
 
 def measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
-    """Measure the price list of a scene, write it into a folder and return it; tell : receives progress texts.
+    """Measure the price list of a scene, write it into a folder and return it.
+
+    scene : scene file; out : folder to write to; target : largest total error (-), for the findings
+    tell : receives progress texts
 
     Raises
     ------
     InputError
-        The target (-) is not between 0 and 1, or the folder or the scene is invalid; raised before the measurement.
+        The target is not between 0 and 1, or the folder or the scene is invalid; raised before the measurement.
     """
     check_target(target)
     check_folder(out)
@@ -28,7 +31,7 @@ def measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
 def kept_or_measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
     """Return the price list in a folder if it belongs to exactly this scene; else measure a new one and write it there.
 
-    Raises the same errors as `measured`.
+    Parameters and errors are those of `measured`; out : the folder.
     """
     check_target(target)
     kept = read_price_list(out, scene_digest(read_scene(scene)))

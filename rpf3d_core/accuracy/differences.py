@@ -49,14 +49,21 @@ def map_distance(a: Reached, b: Reached) -> float:
 
 
 def _shares(some: Reached, cells: IntArray) -> FloatArray:
-    """Return the reach probability (S,) (-) in cells (S,) from a map; cells : ascending, with all reached cells."""
+    """Return the reach probability (S,) (-) of a map in each of S cells; 0 in a cell that no rock reached.
+
+    some : the map; cells : (S,) numbers of cells, ascending; they must include all reached cells of the map
+    """
     shares = np.zeros(len(cells))
     shares[np.searchsorted(cells, some.cells)] = some.rocks / max(some.flown, 1)
     return shares
 
 
 def share_distance(a: Step, b: Step) -> float:
-    """Return the largest difference (-) between two results in the share of rocks that reach or stop in a place."""
+    """Return the largest difference (-) between two results in the share of rocks that reach or stop in a place.
+
+    a, b : the two results; a place is a zone or an area of interest. A place that is missing in a result has the shares
+        0
+    """
     return max((abs(x - y) for name in {*a.places, *b.places} for x, y in _pairs(a, b, name)), default=0.0)
 
 
@@ -67,7 +74,11 @@ def _pairs(a: Step, b: Step, name: str) -> list[tuple[float, float]]:
 
 
 def difference(found: FlownSample, exact: FlownSample, gravity: float) -> AnswerDifference:
-    """Return how far a result is from the exact result of the same rocks; gravity in m/s^2."""
+    """Return how far a result is from the exact result of the same rocks.
+
+    The stopping places are compared only for rocks that stop, or are caught, in both results.
+    found : the result to judge; exact : the exact result; gravity : m/s^2
+    """
     mine, theirs = found.flights, exact.flights
     at_rest = np.isin(mine.deposits.outcome, DEPOSITED) & np.isin(theirs.deposits.outcome, DEPOSITED)
     stop = np.linalg.norm(mine.deposits.x - theirs.deposits.x, axis=1)
@@ -125,7 +136,10 @@ def first_bounces(flights: Flights, gravity: float) -> FloatArray:
 
 
 def metres(distances: FloatArray) -> Metres:
-    """Return median and 95th percentile of distances (N,) m between two results; NaN values are ignored."""
+    """Return median and 95th percentile of distances (N,) m between two results; NaN values are ignored.
+
+    Both are None if no distance is known.
+    """
     known = distances[np.isfinite(distances)]
     if len(known) == 0:
         return Metres(None, None)

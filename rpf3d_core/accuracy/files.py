@@ -17,6 +17,8 @@ JSON, PICTURE, RECORDING = "cost.json", "cost.png", "cost.rrd"
 def write_price_list(folder: str | Path, prices: PriceList, target: float, recording: bool = True) -> Path:
     """Write the price list into a folder and return the folder; results of a run may be in the same folder.
 
+    target : largest total error (-), for the findings and the picture; recording : False to leave out cost.rrd
+
     Raises
     ------
     InputError

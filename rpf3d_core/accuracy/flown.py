@@ -73,7 +73,7 @@ def some_rocks(prepared: Prepared, rocks: int, first: int = 0) -> Releases:
 
 
 def with_engine(prepared: Prepared, engine: Engine) -> Prepared:
-    """Return the same scene, to be flown with another engine or method of finding contacts."""
+    """Return the same scene with another engine, to fly its rocks with another method of finding contacts."""
     return replace(prepared, engine=engine)
 
 
@@ -93,12 +93,12 @@ def fly(prepared: Prepared, releases: Releases, budget: float = math.inf, paths:
 
 
 def affordable(rocks: int, seconds: float, budget: float) -> int:
-    """Return how many rocks can be flown within a time budget (s): the given number, halved until they fit.
+    """Return how many rocks can be flown within a time budget: the given number, halved until the rocks fit.
 
-    The result is at least PILOT, unless fewer rocks are given. Because the number is halved, machines of similar speed
-    fly equally many rocks, and so find equal errors.
+    The result is at least PILOT (40), unless fewer rocks are given. Because the number is halved, machines of similar
+    speed fly equally many rocks, and so find equal errors.
 
-    rocks : the given number; seconds : s, time of one rock
+    rocks : the given number; seconds : s, time of one rock; budget : s, time for all rocks
     """
     while rocks * seconds > budget and rocks > PILOT:
         rocks = max(rocks // 2, PILOT)

@@ -44,7 +44,7 @@ def nearest_ground(engine: Engine, x: FloatArray, z: FloatArray) -> HeightField:
         found = _next_ground(engine, x, found)
         if (found.facet < 0).all():
             break
-        nearer = (found.side > 0.0) & (np.abs(found.z - z) < np.abs(best.z - z))  # False for NaN, without ground
+        nearer = (found.side > 0.0) & (np.abs(found.z - z) < np.abs(best.z - z))  # False without ground (NaN)
         best = HeightField(
             z=np.where(nearer, found.z, best.z),
             facet=np.where(nearer, found.facet, best.facet),

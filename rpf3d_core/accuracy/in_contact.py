@@ -28,7 +28,8 @@ BUDGET = 10.0
 class InContact(NamedTuple):
     """The measured error and cost of one accuracy of the contact.
 
-    accuracy : m; rocks : number of rocks; seconds_per_1000 : s of one core for 1,000 rocks
+    accuracy : m, distance from the ground at which contact begins; rocks : number of rocks flown
+    seconds_per_1000 : s of one core for 1,000 rocks
     off : difference from the result of the same rocks with the smallest `accuracy`
     """
 
@@ -39,9 +40,10 @@ class InContact(NamedTuple):
 
 
 def accuracies(prepared: Prepared, releases: Releases) -> Iterator[InContact]:
-    """Yield the error and the cost of each accuracy of the contact, from the largest to the finest.
+    """Yield the error and the cost of each accuracy of the contact, from the coarsest to the finest.
 
-    All accuracies fly the same rocks: as many of the releases as the finest accuracy can fly within BUDGET.
+    The accuracies are multiples of the scene's own accuracy, from 4 down to 1/8. All accuracies fly the same rocks: as
+    many of the releases as the finest accuracy can fly within BUDGET (10 s of one core).
     """
     own = prepared.flight.models.rebound.accuracy
     exact = fly(with_accuracy(prepared, FINEST * own), releases, BUDGET, paths=True)
@@ -55,7 +57,7 @@ def accuracies(prepared: Prepared, releases: Releases) -> Iterator[InContact]:
 
 
 def with_accuracy(prepared: Prepared, accuracy: float) -> Prepared:
-    """Return the same scene of rocks with a shape with another accuracy of the contact (m)."""
+    """Return the scene with another accuracy of the contact (m), for rocks with a shape."""
     flight = prepared.flight
     models = flight.models._replace(rebound=flight.models.rebound._replace(accuracy=accuracy))
     return replace(prepared, flight=replace(flight, models=models))

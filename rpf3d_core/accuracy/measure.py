@@ -97,7 +97,10 @@ def _own_steps(scene: Scene) -> Steps | None:
 
 
 def _own_method(prepared: Prepared, scene: Scene) -> Mapping[str, Any]:
-    """Return the scene's method as names and values (`Priced.setting`), to find its line in the price list."""
+    """Return the scene's own method of finding contacts, as names and values (`Priced.setting`).
+
+    The result identifies the line of the price list that belongs to the scene's own setting.
+    """
     if scene.rock.is_body:
         return contact_setting(prepared.flight.models.rebound.accuracy)
     own = _own_steps(scene)
@@ -107,10 +110,10 @@ def _own_method(prepared: Prepared, scene: Scene) -> Mapping[str, Any]:
 def _in_contact(
     prepared: Prepared, scene: Scene, sampled: list[Sampled], tell: Tell
 ) -> tuple[list[Priced], list[ImpactErrors]]:  # fmt: skip
-    """Return the lines of the price list for rocks with a shape, one for each accuracy of contact; and an empty list.
+    """Return the numerical lines of the price list for rocks with a shape, one for each accuracy of contact; and [].
 
-    The empty list stands for the rounding errors of single impacts (`_numerical`): they are not measured, because a
-    comparison with 50 digits would have to repeat all steps in contact.
+    The empty list stands for the rounding errors of single impacts, which `_numerical` returns in its place. They are
+    not measured here, because a comparison with 50 digits would have to repeat all steps in contact.
 
     sampled : statistical errors, which state how much of a difference is chance; tell : receives progress texts
     """
@@ -151,7 +154,7 @@ def _geometric(prepared: Prepared, sampled: list[Sampled], tell: Tell) -> list[P
 
 
 def _parametric(prepared: Prepared, tell: Tell) -> list[Priced]:
-    """Return the line of the price list for the unknowns of a scene; an empty list for a scene without unknowns."""
+    """Return the parametric line of the price list as a list; an empty list for a scene without unknowns."""
     tell("parametric: the parameter sets of the unknowns")
     found = over_sets(prepared)
     return [] if found is None else [priced_unknowns(found)]

@@ -131,7 +131,11 @@ def stepped_answers(
 
 
 def raster_answers(prepared: Prepared, releases: Releases, exact: FlownSample) -> Iterator[Measured]:
-    """Yield the error and the cost of fixed steps on rasters; rocks start at the same height above the ground."""
+    """Yield the error and the cost of fixed steps on rasters; rocks start at the same height above the ground.
+
+    A raster with more than MOST_NODES (2 million) heights is left out.
+    exact : result of all releases by events, over the scene's own terrain
+    """
     finest = raster_over(prepared.terrain).cell
     for cell in (times * finest for times in RASTER_CELLS):
         low, high = prepared.engine.facets.low, prepared.engine.facets.high

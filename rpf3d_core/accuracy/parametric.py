@@ -29,6 +29,8 @@ BUDGET = 12.0
 class OverSets(NamedTuple):
     """The parametric error of a scene, measured with some of its parameter sets; each set flies two lots of rocks.
 
+    A lot is a group of rocks that no other lot contains.
+
     sets : number of parameter sets; rocks : number of rocks of each lot
     distance : root mean square of the distances (-) between the maps of two different sets
     of_map : the part of `distance` (-) that chance does not explain
@@ -61,7 +63,11 @@ def over_sets(prepared: Prepared) -> OverSets | None:
 
 
 def _flown(prepared: Prepared, values: dict[str, float], rocks: int, lot: int) -> FlownSample:
-    """Fly one lot of rocks with one parameter set; lot : number of the lot, which selects the rocks."""
+    """Fly one lot of rocks over the ground of one parameter set.
+
+    values : value of each unknown, by key path; rocks : number of rocks of the lot
+    lot : number of the lot, from 0, which selects the rocks
+    """
     return fly(replace(prepared, flight=flight_of_set(prepared, values)), some_rocks(prepared, rocks, lot))
 
 

@@ -68,8 +68,8 @@ class ImpactErrors(NamedTuple):
 def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[ImpactErrors]:
     """Return the rounding errors of some rocks by impact number: of all first impacts, of all second impacts, ...
 
-    The result is [] if the impacts cannot be computed again: with a rebound model that is not in `FOLLOWED`, or with
-    effects.
+    The result is [] if the impacts cannot be computed again: if the scene has effects, or a rebound model other than
+    constant restitution and `coulomb_limited` (`FOLLOWED`).
 
     flights : flights of the rocks, with all impacts and paths; rocks : number of rocks to compute again
     """
@@ -104,9 +104,11 @@ def _off(gaps: list[tuple[float, float]]) -> ImpactErrors:
 
 
 def _gaps(prepared: Prepared, flights: Flights, row: int) -> list[tuple[int, float, float]]:
-    """Return number, place error (m) and time error (s) of each impact of a rock, compared with 50 digits.
+    """Return number (from 0), place error (m) and time error (s) of each impact of a rock, compared with 50 digits.
 
     The list ends when the rock first slides, settles or hits an obstacle.
+
+    row : row of the rock in `Deposits`
     """
     struck = np.flatnonzero(flights.impacts.row == row)
     modes = flights.paths.mode[flights.paths.row == row]
@@ -157,12 +159,13 @@ def impacts_in_digits(
     facets: Facets, recorded: Sequence[RecordedImpact], gravity: float, x: Sequence[float], v: Sequence[float],
     rebound: Rebound | None = None,
 ) -> list[Struck]:  # fmt: skip
-    """Return the impacts of a rock, computed with DIGITS digits on the facets that its recorded impacts name.
+    """Return the impacts of a rock, computed with DIGITS (50) digits on the facets that its recorded impacts name.
 
     Input numbers are used as stored: a coefficient of 0.1 is the nearest float.
 
     recorded : the recorded impacts; each time selects one of the two roots of a parabola
-    x, v : (3,) m and m/s, start of the rock; rebound : None for constant restitution
+    gravity : m/s^2; x, v : (3,) m and m/s, start of the rock
+    rebound : function for the velocity after an impact; None for constant restitution
     """
     bounce = constant if rebound is None else rebound
     with localcontext(prec=DIGITS):

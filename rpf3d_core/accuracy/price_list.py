@@ -59,7 +59,8 @@ GROUPS = ("numerical", "geometric", "statistical", "parametric")
 class Priced(NamedTuple):
     """A line of the price list: one setting with its error and cost.
 
-    setting : names and values; error : (-); seconds_per_1000_rocks : s of one core; more : further values for the table
+    setting : names and values that identify the setting, such as {"rocks": 1000}; error : (-)
+    seconds_per_1000_rocks : s of one core; more : further values of the line, by name, for cost.json and the tables
     """
 
     setting: Mapping[str, Any]
@@ -72,7 +73,7 @@ class Priced(NamedTuple):
 class PriceList:
     """The price list of one scene: error and cost of each measured setting, in four groups of `Priced`.
 
-    digest : of the scene; rocks : number of rocks of a run
+    scene : name of the scene file; digest : of the scene; rocks : number of rocks of a run
     auto : True if the scene has `rocks: auto`; `rocks` is then the number of the first round
     method : the method setting of the scene; cell : side of a map cell, m; triangles : number of triangles
     numerical : lines for methods; geometric : lines for terrains; statistical : lines for numbers of rocks
@@ -246,7 +247,7 @@ KEPT = ("setting", "error", "seconds_per_1000_rocks")
 
 
 def price_list_of(facts: Mapping[str, Any]) -> PriceList:
-    """Return the price list that was read from a cost.json.
+    """Return the price list in the content of a cost.json; facts : the content, as plain values.
 
     Raises KeyError, TypeError or ValueError if the values are not a price list.
     """

@@ -54,7 +54,7 @@ class Pair(NamedTuple):
 def doublings(prepared: Prepared, budget: float) -> list[Sampled]:
     """Return the statistical errors of 125, 250, 500, ... rocks, until a time budget (s of one core) is used up.
 
-    For each number, two ensembles with different rocks are flown.
+    The largest number is 32,000. For each number, two ensembles with different rocks are flown.
     """
     pairs: list[Pair] = []
     rocks, spent = FEWEST, 0.0
@@ -92,7 +92,7 @@ def _sampled(pair: Pair, everything: Reached) -> Sampled:
 
 
 def together(one: Reached, other: Reached) -> Reached:
-    """Return one map of the rocks of two maps; the rocks must be different."""
+    """Return the map of all rocks of two maps together; the two maps must be of different rocks."""
     cells, place = np.unique(np.concatenate([one.cells, other.cells]), return_inverse=True)
     rocks = np.bincount(place, np.concatenate([one.rocks, other.rocks]), len(cells)).astype(np.int64)
     return Reached(cells, rocks, one.flown + other.flown)
@@ -144,7 +144,7 @@ def floor_of(rocks: int, sampled: list[Sampled]) -> float:
 
     The distance is that of the nearest measured number of rocks, scaled by 1 / sqrt(rocks).
 
-    rocks : number of rocks of each ensemble
+    rocks : number of rocks of each ensemble; sampled : statistical errors of the measured numbers of rocks
     """
     nearest = min(sampled, key=lambda one: abs(math.log(one.rocks / rocks)))
     return min(math.sqrt(nearest.rocks / rocks) * nearest.apart, 1.0)

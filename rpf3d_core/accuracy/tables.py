@@ -136,7 +136,7 @@ def findings(prices: PriceList, target: float) -> list[str]:
 def _unbought(prices: PriceList, target: float) -> list[str]:
     """Return a sentence if the parametric error is unknown, or so large that no number of rocks meets the target.
 
-    The list is empty otherwise.
+    The list is empty if the parametric error is within the target.
 
     target : largest total error (-)
     """

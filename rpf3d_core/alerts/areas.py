@@ -98,10 +98,10 @@ def got_worse(previous: Alert, worst: Mapping[str, LimitFinding]) -> bool:
 def undecided(
     previous: Alert | None, worst: Mapping[str, LimitFinding], thresholds: Thresholds, now_ns: int
 ) -> list[str]:
-    """Return the names of the areas on which no decision is possible if too few rocks of the new answer have flown.
+    """Return the names of the areas for which there is no decision if too few rocks of the new answer have flown.
 
     For all other areas, the previous decision is kept. The previous decision cannot be kept for an area that it does
-    not contain, or if the area left the judged place too long ago.
+    not contain, or for an area that moved too long ago, because it judged the former place of the area.
 
     worst : for each area, by name, the answer's finding with the highest level; now_ns : time of the new decision (ns)
     """
@@ -114,7 +114,7 @@ def undecided(
 
 
 def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
-    """Return the held level of each area in the previous decision, by name, and the held level for all other areas.
+    """Return the held levels of the previous decision: of each area, by name, and one level for all other areas.
 
     A decision in the log of an older version contains no areas. Then the held level of the site counts for every area,
     and the names in the result are those of the areas that raised this level, from the sentences in `held_by`.

@@ -142,7 +142,10 @@ class _AuditState:
             self.audit.hidden += 1
 
     def read(self, number: int, path: Path) -> None:
-        """Audit one file of the log; `number` is 0 if the file is audited alone."""
+        """Audit one file of the log.
+
+        number : number of the file in the log, from 1; 0 if the file is audited alone
+        """
         if number > self.file_number + 1:
             self.blame(f"{path.parent}: the files before {path.name} are missing")
         self.file_number, self.audit.files = number, self.audit.files + 1
@@ -285,10 +288,12 @@ def _without(content: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
 
 
 def areas_changed(before: Alert | None, alert: Alert) -> list[tuple[str, Level, Level]]:
-    """Return (name, level before, level after) of each area whose level changed, but not as the site's level did.
+    """Return (name, level before, level after) of each area whose level changed in another way than the site's level.
 
     The level before is NORMAL for an area that the previous decision does not contain. The list is empty if there is no
     previous decision, or if the previous decision contains no areas.
+
+    before : the previous decision; alert : the decision
     """
     if before is None or not before.areas:
         return []

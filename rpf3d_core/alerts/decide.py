@@ -23,7 +23,8 @@ from rpf3d_core.alerts.time_units import ns_of, when
 class _Held(NamedTuple):
     """The held level after a decision.
 
-    by : the sentences of the findings that raised the level; since_ns : time (ns) since when the level is held
+    level : the held level; by : the sentences of the findings that raised the level
+    since_ns : time (ns) since when the level is held
     void : why the acknowledgement has no effect, "" if it has an effect or there is none
     """
 
@@ -43,7 +44,7 @@ def decide(
 ) -> Alert:
     """Decide on the alert level of the site and its areas at this time, and return the alert for the mine.
 
-    The function accepts any numbers in the evidence. The result depends on the parameters only.
+    The evidence may contain any numbers, also NaN. The result depends on the parameters only.
 
     Parameters
     ----------
@@ -179,7 +180,7 @@ def _why_void(
 ) -> str:
     """Return why an acknowledgement does not lower the held level; "" if it lowers the level.
 
-    evident : the level that the evidence gives by itself
+    previous : the previous decision; evident : the level that the evidence gives by itself
     trusted : True if the evidence is believed and enough rocks flew; is_worse : True if the evidence got worse
     """
     if previous is None or previous.held == Level.NORMAL:
@@ -252,6 +253,9 @@ def _reasons(
     The order is: faults, why an acknowledgement has no effect, acknowledgements that wait for another person, why the
     level is held, the findings for the areas (highest level first), the notes of the evidence, and the areas without
     limits. If `evacuate` is held, the faults follow after the findings.
+
+    findings : on each area; held : the held level after this decision; evident : the level of the evidence by itself
+    acknowledged : the acknowledgements after this decision
     """
     said = tuple(finding.sentence for finding in sorted(findings, key=lambda finding: -finding.level))
     holding: tuple[str, ...] = ()

@@ -87,9 +87,11 @@ class AreaEvidence(NamedTuple):
 
 
 class Outdated(NamedTuple):
-    """An area that has moved, and is not yet at its new place in all parts of the evidence; with the time of the move.
+    """An area that has moved, while a part of the evidence still describes its former place.
 
-    since_ns : time (ns) at which the area moved; a part of the evidence is the answer to the sources of one wall
+    A part of the evidence is the answer to the sources of one wall.
+
+    name : of the area; since_ns : time (ns) at which the area moved
     """
 
     name: str
@@ -137,9 +139,10 @@ def areas_of(maps: HazardMaps) -> tuple[AreaEvidence, ...]:
 
 
 def areas_in(layers: Layers, names: Sequence[str], flown: int) -> tuple[AreaEvidence, ...]:
-    """Return the evidence of the areas with the given names.
+    """Return the evidence of the areas with the given names, including areas that no rock reached.
 
     layers : map values, with one row for each area that rocks reached; flown : number of rocks flown
+    names : of all areas of interest, in the order of their numbers in `layers.cell`
     """
     row_of = {int(cell): row for row, cell in enumerate(layers.cell)}
     return tuple(
@@ -164,7 +167,10 @@ def unfinished_of(outcomes: Mapping[Outcome, int]) -> int:
 
 
 def _missed(name: str, flown: int) -> AreaEvidence:
-    """Return the evidence of an area that no rock reached; even so, the upper end of its interval is above 0."""
+    """Return the evidence of an area that no rock reached; the upper end of the interval of its share is above 0.
+
+    name : of the area; flown : number of rocks flown
+    """
     low, high = wilson_interval(0, max(int(flown), 1))
     return AreaEvidence(
         name=name, flown=int(flown), reached=0, low=low, high=high, p95_energy=None, largest_energy=None,

@@ -136,7 +136,8 @@ def _predictive_faults(area: AreaEvidence) -> Iterator[str]:
 def _end_faults(area: AreaEvidence) -> Iterator[str]:
     """Yield a fault for an `energy_high`, `energy_sets` or `first_arrival_low_s` of an area that cannot be right.
 
-    Such a value is impossible, or less safe than the figure of all rocks together.
+    Such a value is impossible, or less safe than the figure of all rocks together: an energy below it, or a later
+    arrival.
     """
     energy, arrival = area.energy_high, area.first_arrival_low_s
     for what, end in (("upper end of the energy", energy), ("lower end of the first arrival", arrival)):
@@ -153,8 +154,8 @@ def _end_faults(area: AreaEvidence) -> Iterator[str]:
 def _unknown_faults(area: AreaEvidence, thresholds: Thresholds) -> Iterator[str]:
     """Yield a fault if too much of an area has no terrain, or if rocks that left the terrain may have reached the area.
 
-    The rocks that left are a fault if their share is too large, or if the area would have a higher level with these
-    rocks counted as rocks that reached the area. An impossible number is also a fault.
+    The rocks that left the terrain are a fault in two cases: their share is too large, or the area would have a higher
+    level if these rocks were counted as rocks that reached the area. An impossible number is also a fault.
     """
     terms = thresholds.evidence
     if not 0.0 <= area.uncovered <= 1.0 or not 0 <= area.left <= max(area.flown, 0):

@@ -22,7 +22,7 @@ SAME_IF_LEFT_OUT = ("energy_high", "first_arrival_low")
 
 
 def evidence_content(evidence: Evidence) -> dict[str, Any]:
-    """Return evidence as plain values for the log."""
+    """Return evidence as plain values for the log; some fields are left out if they have their default value."""
     content = {
         **evidence._asdict(),
         "areas": [_area_evidence_content(area) for area in evidence.areas],
@@ -38,7 +38,11 @@ def _area_evidence_content(area: AreaEvidence) -> dict[str, Any]:
 
 
 def _origins_content(origins: Origins) -> dict[str, Any]:
-    """Return the origins of an area's figures as plain values; an origin equal to that of `reached` is left out."""
+    """Return the origins of an area's figures as plain values, by figure.
+
+    An origin equal to that of `reached` is left out. The origins of `energy_high` and `first_arrival_low` are left out
+    only if they are None.
+    """
     others = {
         name: origin
         for name, origin in origins._asdict().items()

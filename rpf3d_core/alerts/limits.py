@@ -90,12 +90,17 @@ def is_small(area: AreaEvidence, terms: EvidenceSpec) -> bool:
     """True if an answer is small: too few rocks flew to lower an alert level. A small answer may still raise the level.
 
     With unknowns, an answer is also small if the site compares predictive intervals and the answer has none yet.
+
+    area : evidence of the answer on one area; terms : the site's rules for evidence
     """
     return area.flown < terms.fewest_rocks or lacks_predictive(area, terms)
 
 
 def lacks_predictive(area: AreaEvidence, terms: EvidenceSpec) -> bool:
-    """True if the site compares predictive intervals, the scene has unknowns, and this answer has no interval yet."""
+    """True if the site compares predictive intervals, the scene has unknowns, and this answer has no interval yet.
+
+    area : evidence of the answer on one area; terms : the site's rules for evidence
+    """
     return terms.interval == "predictive" and area.sets > 0 and area.predictive_high is None
 
 
@@ -103,6 +108,8 @@ def upper_end(area: AreaEvidence, terms: EvidenceSpec) -> float:
     """Return the upper end (-) of the interval of the share of rocks that reached an area.
 
     This is the predictive interval if the site chooses it and it is known, else the sampling interval.
+
+    terms : the site's rules for evidence
     """
     if terms.interval == "predictive" and area.predictive_high is not None:
         return area.predictive_high
@@ -110,7 +117,7 @@ def upper_end(area: AreaEvidence, terms: EvidenceSpec) -> float:
 
 
 def _is_predictive(area: AreaEvidence, terms: EvidenceSpec) -> bool:
-    """True if `upper_end` is the upper end of the predictive interval."""
+    """True if `upper_end` is the upper end of the predictive interval; parameters as in `upper_end`."""
     return terms.interval == "predictive" and area.predictive_high is not None
 
 
@@ -126,9 +133,11 @@ def _finding(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> L
 
 
 def _ends_below(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> Iterator[str]:
-    """Yield a text on the energy and a text on the first arrival of an area in which no limit is reached.
+    """Yield a text on the energy and a text on the first arrival in an area in which no limit is reached.
 
-    A figure without a limit is left out. Without unknowns, there is no text.
+    A figure for which the site has no limit is left out. Without unknowns, there is no text.
+
+    spec : the site's limits for the area; terms : the site's rules for evidence
     """
     limits = [each for each in (spec.watch, spec.restrict, spec.evacuate) if each is not None and area.sets > 0]
     if energies_of(area, terms) and any(each.p95_energy_j is not None for each in limits):
@@ -138,7 +147,10 @@ def _ends_below(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -
 
 
 def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Iterator[ReachedLimit]:
-    """Yield each limit that the rocks in an area reach, as the reason for its alert level."""
+    """Yield each limit of one alert level that the rocks in an area reach, as the reason for this level.
+
+    limits : the site's limits of the level in the area; terms : the site's rules for evidence
+    """
     origins = area.origins or NOT_KNOWN
     if (limit := limits.reach_probability) is not None and _probability_reaches(area, limit, terms):
         is_predictive = _share_of(area) < limit and _is_predictive(area, terms)
@@ -183,7 +195,7 @@ def _share(area: AreaEvidence, terms: EvidenceSpec) -> str:
 
 
 def _of(area: AreaEvidence, terms: EvidenceSpec) -> str:
-    """Return the words of a reason that state which interval was used for the upper end; "" without unknowns."""
+    """Return the words that name the interval behind the upper end of a share, for a reason; "" without unknowns."""
     if area.sets == 0:
         return ""
     if _is_predictive(area, terms):
@@ -196,6 +208,8 @@ def energies_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
 
     Empty if no rock reached the area. The upper end is left out if the site compares sampling intervals. The energy of
     all rocks is always compared, so that a wrong upper end hides no danger.
+
+    terms : the site's rules for evidence
     """
     return _known(area.pooled_energy, area.energy_high, terms)
 
@@ -205,6 +219,8 @@ def arrivals_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
 
     Empty if no rock reached the area. The arrival of the fastest set is left out if the site compares sampling
     intervals.
+
+    terms : the site's rules for evidence
     """
     return _known(area.first_arrival_s, area.first_arrival_low_s, terms)
 
@@ -215,7 +231,10 @@ def _known(pooled: float | None, end: float | None, terms: EvidenceSpec) -> tupl
 
 
 def _energy(area: AreaEvidence, terms: EvidenceSpec) -> str:
-    """Return the energy in an area as words for a reason; with unknowns, also the upper end over the parameter sets."""
+    """Return the energy in an area as text for the reason of an alert level; with unknowns, also its upper end.
+
+    The upper end is that over the parameter sets. terms : the site's rules for evidence
+    """
     what = "largest energy, for too few rocks came for a p95," if area.p95_energy is None else "p95 energy"
     told = "no rock came" if area.pooled_energy is None else f"{what} {area.pooled_energy:.6g} J"
     if area.sets == 0:
@@ -229,7 +248,10 @@ def _energy(area: AreaEvidence, terms: EvidenceSpec) -> str:
 
 
 def _arrival(area: AreaEvidence, terms: EvidenceSpec) -> str:
-    """Return the first arrival in an area as words for a reason; with unknowns, also that of the fastest set."""
+    """Return the first arrival in an area as text for the reason of an alert level; with unknowns, also its lower end.
+
+    The lower end is the first arrival of the fastest parameter set. terms : the site's rules for evidence
+    """
     first = area.first_arrival_s
     told = "no rock came" if first is None else f"the first rock after {first:.1f} s"
     if area.sets == 0:

@@ -54,7 +54,7 @@ def line_of(number: int, before: str, kind: str, content: dict[str, Any]) -> tup
 
 
 def content_of(raw: bytes) -> dict[str, Any] | None:
-    """Return the content of a log line if its hash is correct; None if the line is damaged or was changed."""
+    """Return the content of a log line, with its hash as `sha256`; None if the line is damaged or was changed."""
     body, mark, rest = raw.rstrip(b"\n").rpartition(OWN_HASH)
     own = hashlib.sha256(body).hexdigest()
     if not mark or rest != own.encode() + b'"}':
@@ -111,7 +111,13 @@ def decision_of(content: dict[str, Any]) -> Decision:
 
 
 def alert_of(content: dict[str, Any]) -> Alert:
-    """Return an alert from the values that `alert_content` wrote. Raises Unreadable as `decision_of` does."""
+    """Return an alert from the values that `alert_content` wrote.
+
+    Raises
+    ------
+    Unreadable
+        A part of the alert is missing, or unknown to this version of rpf3d.
+    """
     try:
         return _alert(content)
     except (KeyError, TypeError, ValueError, AttributeError) as error:

@@ -62,6 +62,8 @@ class DecisionLog:
     def __init__(self, folder: str | Path, version: str, largest_bytes: int = LARGEST_BYTES) -> None:
         """Open or begin the log in a folder, for decisions of a version of rpf3d.
 
+        version : of rpf3d; largest_bytes : size of a log file at which the next line begins a new file
+
         Raises
         ------
         NotLogged
@@ -122,30 +124,37 @@ class DecisionLog:
         return self.head
 
     def remember(self, received: dict[str, Any]) -> None:
-        """Keep what the node has received, as plain values, for the next start; write only what has changed.
+        """Keep the values that the node has received, for its next start; write them to disk only if they have changed.
+
+        received : plain values
 
         Raises
         ------
         NotLogged
-            It is not on disk. Unless a later call succeeds, the next start does not trust the log.
+            The values are not on disk. Unless a later call succeeds, the next start does not trust the log.
         """
         self._received = received
         if received != self._facts.get("memory") and (why := self._keep(memory=received)):
             raise NotLogged(f"{self.folder}: what was received cannot be kept for the next start: {why}")
 
     def lose_received(self) -> None:
-        """Note that it is unknown what the node has received: unless `remember` follows, no start trusts the log."""
+        """Note on disk that it is unknown which values the node has received.
+
+        Unless a later call of `remember` succeeds, the next start does not trust the log.
+        """
         self._received = None
         self._witness.unlog()
 
     def settle(self) -> None:
-        """Note that a person has acknowledged that a higher level may have been held: it is not unknown any more."""
+        """Clear `unknown`, because a person has acknowledged that a higher level may have been held."""
         self.unknown = ""
         self._keep(unknown="")
         self._witness.settle()
 
     def refused(self, given: Acknowledgement, because: str) -> str:
         """Log an acknowledgement that was refused before any decision, and return the hash of its line.
+
+        given : the acknowledgement; because : the reason for the refusal
 
         Raises
         ------
@@ -163,9 +172,9 @@ class DecisionLog:
         return {} if self._state is None else self._state.facts
 
     def _keep(self, **facts: Any) -> str:
-        """Replace some facts of the state file, and return "".
+        """Replace some facts of the state file; return "" if they are on disk, else the reason why they are not.
 
-        If that fails, return the reason; the next start must not trust the log.
+        After a failure, the next start must not trust the log; this is noted in the witness file.
         """
         assert self._state is not None
         try:
@@ -178,7 +187,8 @@ class DecisionLog:
     def _follow(self) -> None:
         """Bring the state file up to date with the decision that has just been written.
 
-        Then nothing is missing any more, so an earlier failure to write the state file needs no acknowledgement.
+        After that, no decision is missing. So the note of an earlier failure to write the state file is removed, and no
+        person has to acknowledge this failure.
         """
         wanted = {"lost": 0, "alert": None, "file": self._number, "unknown": self.unknown}
         is_current = all(self._facts.get(name) == value for name, value in wanted.items()) or not self._keep(**wanted)
@@ -199,7 +209,7 @@ class DecisionLog:
         site = "" if begins else self._site
         if thresholds is not None and site_digest(thresholds) != site:
             site = site_digest(thresholds)
-            place = len(lines) - 1  # in front of the decision
+            place = len(lines) - 1  # before the decision
             lines = [*lines[:place], ("site", {"digest": site, "text": site_text(thresholds)}), *lines[place:]]
         data, head = b"", self.head
         for step, (kind, content) in enumerate(lines):
@@ -309,7 +319,10 @@ class DecisionLog:
         return ""
 
     def _resume(self, path: Path, tail: Tail) -> None:
-        """Continue in the last log file; an incomplete line at its end is moved into a separate file."""
+        """Continue in the last log file; an incomplete line at its end is moved into a separate file.
+
+        path : of the last log file; tail : its state
+        """
         torn, aside = b"", path
         if tail.size > tail.end:
             aside, torn = set_aside(path, tail.end, self._next)
@@ -331,7 +344,7 @@ class DecisionLog:
 
 
 def _content(alert: Alert) -> dict[str, Any] | None:
-    """Return an alert as plain values; None if that is impossible, because an alert must be published in any case."""
+    """Return an alert as plain values; None if that is impossible: no error may stop the publication of the alert."""
     try:
         return alert_content(alert)
     except (AttributeError, TypeError, KeyError):

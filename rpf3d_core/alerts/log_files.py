@@ -13,7 +13,10 @@ OPENING = b'{"kind":'
 
 
 class NotLogged(OSError):
-    """A decision is not in the log on disk, for the reason in the message; it is valid and must still be published."""
+    """The error that a line, such as a decision, is not in the log on disk; the message has the reason.
+
+    The decision is valid and must still be published.
+    """
 
 
 class Tail(NamedTuple):
@@ -66,15 +69,17 @@ def tail_of(path: Path) -> Tail:
 
 
 def _was_interrupted(raw: bytes) -> bool:
-    """True if the bytes are the beginning of a line whose writing was interrupted, so that it was never published.
+    """True if the bytes are the beginning of a line whose writing was interrupted; such a line was never published.
 
-    Zeros or other bytes show that the disk has damaged what was written.
+    Zeros or other bytes show that the disk has damaged the line after it was written.
     """
     return raw[: len(OPENING)] == OPENING[: len(raw)] and not raw.endswith(b"\n") and b"\0" not in raw
 
 
 def write_whole(descriptor: int, data: bytes, size: int) -> None:
-    """Append bytes to a file and wait until they are on disk; on failure cut the file back to the given size (bytes).
+    """Append bytes to a file and wait until they are on disk; on failure cut the file back to its former size.
+
+    descriptor : of the file, open for appending; data : the bytes; size : size of the file (bytes) before this call
 
     Raises
     ------

@@ -26,7 +26,7 @@ def judged_of(before: AreaAlert | None, finding: LimitFinding | None, is_small: 
 
 
 def is_moved(before: AreaAlert, finding: LimitFinding) -> bool:
-    """True if the previous decision judged the area for another outline than that of the answer.
+    """True if the previous decision judged the area for another outline than the outline in the answer.
 
     before : the previous decision on the area; finding : the answer's finding on the area
     """
@@ -40,7 +40,9 @@ def places_end_ns(
     thresholds: Thresholds,
     is_small: bool,
 ) -> list[int]:
-    """Return the times (ns) until which moved areas may be judged for their former place; later, a fault is reported.
+    """Return the times (ns) at which the permission to judge moved areas for their former places ends.
+
+    After such a time, a fault is reported.
 
     Parameters as in `decide`; worst : for each area, by name, the answer's finding with the highest level
     is_small : True if too few rocks flew to judge an area

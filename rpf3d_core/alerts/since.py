@@ -9,7 +9,10 @@ KEPT_AFTER_ITS_END = (Level.EVACUATE, Level.FAULT)
 
 
 class ShownLevel(NamedTuple):
-    """The level of the site or an area in a decision, since when it is shown, and the end of its validity (ns)."""
+    """The level of the site or of an area that a decision shows.
+
+    since : since when the level is shown; valid_until_ns : end of the validity of the decision (ns)
+    """
 
     level: Level
     since: Since
@@ -42,7 +45,10 @@ def since_of(level: Level, before: ShownLevel | None, now_ns: int) -> Since:
 
 
 def _at_its_end(before: ShownLevel) -> ShownLevel:
-    """Return the level that a subscriber shows after the validity of a decision has ended without a new decision."""
+    """Return the level that a subscriber shows after the validity of a decision has ended without a new decision.
+
+    A fault, unless the decision showed `evacuate` or a fault: these levels stay.
+    """
     if before.level in KEPT_AFTER_ITS_END:
         return before
     end, since = before.valid_until_ns, before.since.not_normal_ns

@@ -71,7 +71,10 @@ class StateFile:
         self._number, self.facts, self.is_damaged = self._number + 1, facts, False
 
     def _create(self, raw: bytes) -> None:
-        """Create the file with all its bytes; it has its name only when all bytes are on disk."""
+        """Create the file with all its slots; the file gets its name only after all its bytes are on disk.
+
+        raw : the line with the first facts
+        """
         part = self._path.with_name(f"{NAME}.part")
         file = os.open(part, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o644)
         try:
@@ -90,7 +93,12 @@ class StateFile:
         self._filled = [len(raw) if slot * SLOT == place else 0 for slot in range(SLOTS)]
 
     def _overwrite(self, raw: bytes, slot: int) -> None:
-        """Write a line into a slot, and zeros over the rest of a longer line, which earlier versions do not accept."""
+        """Write a line into a slot, with zeros over the rest of a longer line that the slot contained.
+
+        Earlier versions of rpf3d do not accept a slot with such a rest.
+
+        raw : the line; slot : number of the slot, from 0
+        """
         filled = max(len(raw), self._filled[slot])
         data = raw.ljust(-(-filled // BLOCK) * BLOCK, b"\0")
         self._filled[slot] = filled  # also if only a part can be written

@@ -14,7 +14,10 @@ BEGUN, UNLOGGED = ".begun", ".unlogged"
 
 
 class Witness:
-    """The file next to a log folder; folder : the folder of the log."""
+    """The file next to a log folder that shows whether a log was begun, and whether decisions are missing in it.
+
+    folder : the folder of the log
+    """
 
     def __init__(self, folder: Path) -> None:
         whole = folder.resolve()
@@ -47,7 +50,8 @@ class Witness:
     def unlog(self) -> None:
         """Note that decisions are made that the log does not have; do nothing if the file cannot be changed.
 
-        What another program has noted is touched, so that the other program does not take it away (`is_own`).
+        If another program has made this note already, only the time of the file is changed. The other program then sees
+        that the note is no longer its own (`is_own`), and does not remove it.
         """
         if self._is_synced and self.is_unlogged:
             return
@@ -73,7 +77,11 @@ class Witness:
             return None
 
     def settle(self) -> None:
-        """Note that a person has acknowledged that decisions are missing; do nothing if the file cannot be changed."""
+        """Remove the note that decisions are missing; do nothing if the file cannot be changed.
+
+        The caller has made sure that nothing is missing any more, or that a person has acknowledged the missing
+        decisions.
+        """
         with contextlib.suppress(OSError):
             if self.unlogged_path.exists():
                 self.unlogged_path.replace(self.begun_path)

@@ -101,7 +101,7 @@ def _descent(sweep: Sweep, plane: tuple[Vec, float]) -> Descent:
 def _bound_of(arms: Any, i: int, descent: Descent) -> Vec:
     """Return a lower bound h + h' t - B t^2 / 2 of the height (m) of corner i above the plane, as (h, h', B).
 
-    arms : as in `clear_time`
+    t : s, time from now; arms : as in `clear_time`
     """
     x, y, z = arms[0, i], arms[1, i], arms[2, i]
     up, across = descent.up, descent.across
@@ -130,13 +130,15 @@ def clear_time(arms: Any, count: int, sweep: Sweep, plane: tuple[Vec, float], mo
     """Return a time (s), 0 or more, before which no corner of the body reaches the plane n . y = d.
 
     arms : (4, N), of which the first `count` columns are the body's corners, from `set_arms`
+    sweep : state of the body at time 0
     plane : unit normal n (3,) and distance d (m); the result is 0 if a corner is not on the side n . y > d
     most : s, time of interest; the result is infinite if no corner reaches the plane within this time
 
     The result is the longer of two times, each a lower bound. First, a corner at height h with rate h' accelerates
-    towards the plane by at most B = g n_z + TURNING w^2 |r|, with gravity g, `spin_bound` w, and the corner's offset r
-    from the centre of mass. So the corner needs at least the positive root of h + h' t - B t^2 / 2 = 0. Second, no
-    corner reaches the plane before the sphere around the centre of mass that contains all corners.
+    towards the plane by at most B = g n_z + 1.264 w^2 |r| (TURNING is 1.264), with gravity g, `spin_bound` w, and the
+    corner's offset r from the centre of mass. So the corner needs at least the positive root t of the equation
+    h + h' t - B t^2 / 2 = 0. Second, no corner reaches the plane before the sphere around the centre of mass that
+    contains all corners.
     """
     descent = _descent(sweep, plane)
     if _all_clear(arms, count, descent, most):

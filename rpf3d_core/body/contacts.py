@@ -38,13 +38,13 @@ SOLVER_COLUMNS = 51
 
 @kernel
 def vector(row: Any, column: int) -> Vec:
-    """Return three numbers of a row as a vector, from `column` on."""
+    """Return the three numbers of a row from `column` on as a vector (3,); row : of an array of contacts."""
     return row[column], row[column + 1], row[column + 2]
 
 
 @kernel
 def put(row: Any, column: int, a: Vec) -> None:
-    """Write a vector into three columns of a row, from `column` on."""
+    """Write a vector (3,) into three columns of a row, from `column` on; row : of an array of contacts."""
     row[column], row[column + 1], row[column + 2] = a
 
 
@@ -95,9 +95,10 @@ def tangents(n: Vec) -> tuple[Vec, Vec]:
 
 @kernel
 def prepare(point: Any, row: Any, inverse: Vec) -> None:
-    """Fill the solver's row of a contact, from the contact's row in the array of contacts (`point`).
+    """Fill the solver's row of a contact, from the contact's row in the array of contacts.
 
-    inverse : inverse principal moments (1/m2)
+    point : the contact's row in the array of contacts; row : the solver's row, which is overwritten
+    inverse : (3,) inverse principal moments (1/m2)
     """
     n = vector(point, NORMAL)
     t, s = tangents(n)

@@ -64,10 +64,10 @@ def _height(corners: Any, row: int, n: Vec) -> float:
 
 @kernel
 def lowest(corners: Any, first: int, last: int, n: Vec) -> int:
-    """Return the row, from `first` to `last` - 1, whose corner lies least far in the direction n (3,).
+    """Return the row, from `first` to `last` - 1, of the corner with the smallest scalar product with n (3,).
 
-    Of equal corners, the first row counts. Two searches run in parallel in one loop, each over every second corner, so
-    that neither waits for the comparison of the other.
+    corners : (N, 3). Of equal corners, the first row counts. Two searches run in parallel in one loop, each over every
+    second corner, so that neither waits for the comparison of the other.
     """
     least, row, other_least, other = math.inf, first, math.inf, first
     for i in range(first, last - 1, 2):
@@ -113,7 +113,10 @@ def unit(a: Vec) -> Vec:
 
 @kernel
 def vertex(corner: Vec, row: int, facet: Facet, i: int) -> Vertex:
-    """Return the difference of a corner of the body (3,) m, which has the number `row`, and corner i of the facet."""
+    """Return the vertex of a corner of the body and a corner of the facet: the difference of both corners.
+
+    corner : (3,) m, the corner of the body; row : its number; i : number of the facet's corner, 0 to 2
+    """
     return Vertex(w=subtract(corner, corner_of(facet, i)), body=row, corner=i)
 
 

@@ -32,7 +32,7 @@ LN2_HIGH, LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10
 
 @routine
 def carlson(x: float, y: float, z: float) -> float:
-    """Return Carlson's integral R_F(x, y, z) of arguments >= 0, at most one of them 0."""
+    """Return Carlson's elliptic integral R_F(x, y, z) of arguments >= 0, at most one of them 0."""
     mean = (x + y + z) / 3.0
     for _ in range(MOST_HALVINGS):
         if max(abs(mean - x), abs(mean - y), abs(mean - z)) < SPREAD * mean:
@@ -51,7 +51,7 @@ def carlson(x: float, y: float, z: float) -> float:
 
 @kernel
 def complete(m1: float) -> float:
-    """Return the complete integral K of the first kind for m1 = 1 - m, 0 < m1 <= 1."""
+    """Return the complete elliptic integral K(m) of the first kind, from m1 = 1 - m with 0 < m1 <= 1."""
     a, b = 1.0, math.sqrt(m1)
     for _ in range(MOST_MEANS):
         if abs(a - b) < EQUAL * a:
@@ -62,10 +62,10 @@ def complete(m1: float) -> float:
 
 @kernel
 def first_kind(s: float, c2: float, m: float, m1: float) -> float:
-    """Return F(phi | m) for |phi| <= pi / 2 from s = sin(phi) and c2 = cos(phi)^2.
+    """Return the elliptic integral F(phi | m) of the first kind, from s = sin(phi) and c2 = cos(phi)^2.
 
-    The smaller of m and m1 = 1 - m must be exact to rounding; then the result is exact to rounding too. The arguments
-    c2 = m1 = 0 are not allowed, because the integral is infinite.
+    |phi| <= pi / 2. The smaller of m and m1 = 1 - m must be exact to rounding; then the result is exact to rounding
+    too. The arguments c2 = m1 = 0 are not allowed, because the integral is infinite.
     """
     d2 = c2 + m1 * s * s if m > 0.5 else 1.0 - m * s * s
     return s * carlson(c2, d2, 1.0)

@@ -143,6 +143,7 @@ def one_by_one(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloc
 def impact(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity, slow: float) -> Velocity:
     """Return the velocity of a body after an impact at all its contacts at once; the body never gains energy.
 
+    velocity : of the body before the impact
     points, rows, count, moments : as in `inelastic`; the impulses that are left in `points` must not be used: they are
         those of the last call of `inelastic`, and not those of the whole impact
     slow : approach speed (m/s) below which an impact is inelastic, so that a body can stop

@@ -87,7 +87,8 @@ def local_velocity(row: Any, velocity: Velocity) -> Vec:
 def solve_contact(row: Any, velocity: Velocity, mu: float, share: float) -> tuple[Velocity, float]:
     """Return the velocity of a body after the exact solution of one contact, and the change of the contact's velocity.
 
-    The other contacts keep their impulses. The contact's impulse changes by a share (-) of the way to the solution; it
+    The change (m/s) is a sum over the local axes without their coupling, to see whether the sweeps have converged. The
+    other contacts keep their impulses. The contact's impulse changes by a share (-) of the way to the solution; it
     stays in the friction cone, because the cone is convex. The new impulse is written into the row.
 
     row : the solver's row of the contact; mu : friction (-)
@@ -131,7 +132,8 @@ def inelastic(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloci
 
     points : (K, CONTACT_COLUMNS), the contacts (`contacts.py`); their impulses are the first guess, and are replaced by
         the solution
-    rows : (K, SOLVER_COLUMNS), working memory; count : number of contacts; moments : principal moments (m2)
+    rows : (K, SOLVER_COLUMNS), working memory; count : number of contacts
+    moments : (3,) principal moments of inertia over mass (m2); velocity : of the body before the impact
     within : change of a contact's velocity in a sweep (m/s) below which the sweeps end
     """
     velocity, size = _start(points, rows, count, moments, velocity), size_of(moments)

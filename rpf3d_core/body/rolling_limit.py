@@ -17,9 +17,9 @@ def rolling_impulse(w: Vec, moments: Vec, limit: float) -> Vec:
 
     w : spin without this impulse (rad/s); moments : principal moments (m2); limit : largest length of the impulse
 
-    If the limit allows it, the impulse stops the spin. Else its length is the limit, and it points against the
-    remaining spin: M_i = -w_i I_i / (1 + k I_i), with k > 0 such that |M| is the limit. 1 / |M| is a concave function
-    of k, so Newton's steps from 0 approach the solution from below.
+    If the limit allows it, the impulse M stops the spin. Else its length is the limit, and it points against the
+    remaining spin: M_i = -w_i I_i / (1 + k I_i), with the moments I_i and a k > 0 such that |M| is the limit. 1 / |M|
+    is a concave function of k, so Newton's steps from 0 approach the solution from below.
     """
     full = (moments[0] * w[0], moments[1] * w[1], moments[2] * w[2])
     if not limit > 0.0:

@@ -49,7 +49,7 @@ def on_point(a: Vertex) -> Simplex:
 
 @kernel
 def on_edge(a: Vertex, b: Vertex) -> Simplex:
-    """Return the nearest part of the edge from a to b: the edge or one of its ends."""
+    """Return the part of the edge from a to b that is nearest to the origin: the edge or one of its ends."""
     edge = subtract(b.w, a.w)
     length, ahead = dot(edge, edge), -dot(a.w, edge)
     if ahead <= 0.0:
@@ -83,14 +83,14 @@ def on_face(a: Vertex, b: Vertex, c: Vertex) -> Simplex:
 
 @kernel
 def _inside_face(a: Vertex, b: Vertex, c: Vertex, weights: Vec) -> Simplex:
-    """Return the simplex of all three vertices, with known weights of the vertices in v."""
+    """Return the simplex of all three vertices, from the known weights (3,) of the vertices in its nearest point v."""
     v = add(a.w, add(scale(weights[1], subtract(b.w, a.w)), scale(weights[2], subtract(c.w, a.w))))
     return Simplex(size=3, a=a, b=b, c=c, weights=weights, v=v, square=dot(v, v))
 
 
 @kernel
 def _on_outline(a: Vertex, b: Vertex, c: Vertex, beyond: tuple[bool, bool, bool]) -> Simplex:
-    """Return the nearest part of the outline of a triangle.
+    """Return the part of the outline of a triangle that is nearest to the origin: an edge or a corner.
 
     beyond : for a, b and c, true if the origin lies beyond the opposite edge; only such an edge can be nearest
     """
@@ -106,14 +106,17 @@ def _on_outline(a: Vertex, b: Vertex, c: Vertex, beyond: tuple[bool, bool, bool]
 
 @kernel
 def hides(a: Vec, b: Vec, c: Vec, d: Vec) -> bool:
-    """True if the origin lies on the same side of the plane a b c as d: then the triangle a b c is not nearest."""
+    """True if the origin lies on the same side of the plane through a, b and c as the point d.
+
+    Then the triangle a b c is not the part of the tetrahedron a b c d that is nearest to the origin.
+    """
     n = cross(subtract(b, a), subtract(c, a))
     return dot(n, subtract(d, a)) * -dot(n, a) > 0.0
 
 
 @kernel
 def in_solid(a: Vertex, old: Simplex, apart: bool) -> Simplex:
-    """Return the nearest part of the tetrahedron of the new vertex a and the triangle `old`.
+    """Return the part of the tetrahedron of the new vertex a and the triangle `old` that is nearest to the origin.
 
     The triangle `old` itself cannot be nearest.
 
@@ -136,9 +139,9 @@ def in_solid(a: Vertex, old: Simplex, apart: bool) -> Simplex:
 
 @kernel
 def extended(a: Vertex, old: Simplex, apart: bool) -> Simplex:
-    """Return the nearest part of the simplex that the new vertex a forms with `old`, a simplex of 1 to 3 vertices.
+    """Return the part of the simplex of the new vertex a and `old` that is nearest to the origin.
 
-    apart : as in `in_solid`
+    old : a simplex of 1 to 3 vertices; apart : as in `in_solid`
     """
     if old.size == 1:
         return on_edge(a, old.a)

@@ -16,7 +16,7 @@ Four = tuple[float, float, float, float]
 
 
 class Nome(NamedTuple):
-    """Powers of a nome q.
+    """Powers of a nome q = exp(-pi K(1 - m) / K(m)), with the complete elliptic integral K.
 
     odd : (q^2, q^6, q^12), for theta 1 and 2; even : 2 (q, q^4, q^9), for theta 3 and 4
     """
@@ -56,7 +56,10 @@ def powers_of(q: float) -> Nome:
 
 @kernel
 def multiples(s: float, c: float, c2: float) -> Waves:
-    """Return the waves of an argument from its sine s, its cosine c, and the cosine c2 of twice the argument."""
+    """Return the waves of an argument from its sine s, its cosine c, and the cosine c2 of twice the argument.
+
+    The functions are circular or hyperbolic; the formulas are the same for both.
+    """
     d = 2.0 * c2
     s3, c3, c4 = d * s + s, d * c - c, d * c2 - 1.0
     s5, c5 = d * s3 - s, d * c3 - c
@@ -67,39 +70,45 @@ def multiples(s: float, c: float, c2: float) -> Waves:
 
 @kernel
 def circular(v: float) -> Waves:
-    """Return the circular waves of an angle v (rad)."""
+    """Return sines and cosines of the multiples of an angle v (rad)."""
     s, c = math.sin(v), math.cos(v)
     return multiples(s, c, (c - s) * (c + s))
 
 
 @kernel
 def hyperbolic(x: float) -> Waves:
-    """Return the hyperbolic waves of a number |x| <= 50."""
+    """Return hyperbolic sines and cosines of the multiples of a number |x| <= 50."""
     s, c = hyperbolic_pair(x)
     return multiples(s, c, 1.0 + 2.0 * s * s)
 
 
 @kernel
 def alternating(f: Four, q: Vec) -> float:
-    """Return f1 - q^2 f3 + q^6 f5 - q^12 f7: theta 1 of sines, without its factor 2 q^(1/4)."""
+    """Return f1 - q^2 f3 + q^6 f5 - q^12 f7, which is theta 1 without its factor 2 q^(1/4) if f are sines.
+
+    f : (f1, f3, f5, f7), such as `Waves.sines`; q : (q^2, q^6, q^12), `Nome.odd`
+    """
     return f[0] - (q[0] * f[1] - (q[1] * f[2] - q[2] * f[3]))
 
 
 @kernel
 def plain(f: Four, q: Vec) -> float:
-    """Return f1 + q^2 f3 + q^6 f5 + q^12 f7: theta 2 of cosines, without its factor 2 q^(1/4)."""
+    """Return f1 + q^2 f3 + q^6 f5 + q^12 f7, which is theta 2 without its factor 2 q^(1/4) if f are cosines.
+
+    f : (f1, f3, f5, f7), such as `Waves.cosines`; q : (q^2, q^6, q^12), `Nome.odd`
+    """
     return f[0] + (q[0] * f[1] + (q[1] * f[2] + q[2] * f[3]))
 
 
 @kernel
 def theta_3(even: Vec, q: Vec) -> float:
-    """Return theta 3 from the cosines of the even multiples of its argument; q : `Nome.even`."""
+    """Return theta 3 of an argument; even : cosines of 2, 4 and 6 times the argument; q : `Nome.even`."""
     return 1.0 + (q[0] * even[0] + (q[1] * even[1] + q[2] * even[2]))
 
 
 @kernel
 def theta_4(even: Vec, q: Vec) -> float:
-    """Return theta 4 from the cosines of the even multiples of its argument; q : `Nome.even`."""
+    """Return theta 4 of an argument; even : cosines of 2, 4 and 6 times the argument; q : `Nome.even`."""
     return 1.0 - (q[0] * even[0] - (q[1] * even[1] - q[2] * even[2]))
 
 
@@ -157,7 +166,7 @@ def hyperbolic_phase(q: float, y: float) -> Phase:
 
 @kernel
 def combined(f: Four, g: Four) -> float:
-    """Return the sum of waves g with weights f; the small terms are added first."""
+    """Return the sum of four waves g with weights f; the small terms are added first, to limit the rounding error."""
     return f[0] * g[0] + (f[1] * g[1] + (f[2] * g[2] + f[3] * g[3]))
 
 

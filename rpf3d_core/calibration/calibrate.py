@@ -49,8 +49,9 @@ def calibrate(scene: Scene | str | Path, out: str | Path, control: Control, engi
 
     Parameters
     ----------
+    scene : the scene, or its file
     out : new or empty folder, or the folder of an earlier calibration of the same scene, which continues
-    control : deadline, progress, stop
+    control : deadline, progress and interruption
     engine : "reference" or "compiled"; None for the scene's, where `auto` means compiled if numba is installed
 
     Raises
@@ -64,7 +65,7 @@ def calibrate(scene: Scene | str | Path, out: str | Path, control: Control, engi
     check_folder(folder, chosen)
     slope = slope_of(_many(chosen))
     prepared_s = time.monotonic() - began
-    import_writers()  # now, so that it takes no time after the flights
+    import_writers()  # imported here, so that the import takes no time after the flights
     state = open_state(folder, chosen)
     priors = [prior.distribution for prior in spec.unknowns.values()]
 
@@ -86,12 +87,12 @@ def calibrate(scene: Scene | str | Path, out: str | Path, control: Control, engi
 
 
 def deadline_after(budget: float | None) -> float:
-    """Return the `time.monotonic()` at which a budget (s) that starts now is over; None for BUDGET_S.
+    """Return the `time.monotonic()` at which a budget (s) that starts now is over; None for BUDGET_S (900 s).
 
     Raises
     ------
     InputError
-        The budget is shorter than LEAST_BUDGET_S, or not a number.
+        The budget is shorter than LEAST_BUDGET_S (10 s), or not a number.
     """
     if budget is not None and not LEAST_BUDGET_S <= budget < float("inf"):
         raise InputError(f"--budget is {budget:g}; it must be at least {LEAST_BUDGET_S:g} (seconds for one call)")
@@ -101,7 +102,7 @@ def deadline_after(budget: float | None) -> float:
 def _too_short(slope: Slope, priors: list[Distribution], prepared_s: float, control: Control) -> str:
     """Return a message on a budget that ended before the first flight: what took the time, and which budget is enough.
 
-    This function flies one parameter set, to estimate the time of the first SOME_ROUNDS rounds.
+    This function flies one parameter set, to estimate the time of the first SOME_ROUNDS (3) rounds.
     priors : prior of each unknown; prepared_s : s, time of reading and compiling
     """
     prepared, began = slope.prepared, time.monotonic()
@@ -118,7 +119,10 @@ def _too_short(slope: Slope, priors: list[Distribution], prepared_s: float, cont
 
 
 def _many(scene: Scene) -> Scene:
-    """Return the scene with enough rocks that `engine: auto` selects the compiled engine."""
+    """Return the scene with a number of rocks for which `engine: auto` selects the compiled engine.
+
+    A scene with another `engine` is returned unchanged.
+    """
     return scene if scene.engine != "auto" else with_choices(scene, max(100_000, len(scene.sources)), None, None)
 
 

@@ -25,9 +25,11 @@ SAMPLE = "posterior.parquet"
 def sample_of(names: tuple[str, ...], values: FloatArray, weights: FloatArray, seed: int) -> ParameterSets:
     """Return a sample of the posterior with equal weights, from sets (S, U) with weights (S,) whose sum is 1.
 
-    values : (S, U) the U unknowns of each set; seed : of the random start of the resampling
-    The number of sets is the effective number of samples, but at least FEWEST_SETS and at most MOST_SETS.
+    The number of sets is the effective number of samples, but at least FEWEST_SETS (50) and at most MOST_SETS (256).
     Source: Kitagawa 1996, J. Comput. Graph. Stat. 5:1-25: systematic resampling.
+
+    names : key paths of the U unknowns; values : (S, U) the U unknowns of each set
+    seed : of the random start of the resampling
     """
     count = int(np.clip(1.0 / (weights**2).sum(), FEWEST_SETS, MOST_SETS))
     start = np.random.Generator(np.random.Philox(key=[seed, 2**32 + 2])).random()
@@ -72,7 +74,7 @@ def _files_of(value: Any) -> Iterator[Path]:
 def _moved(value: Any, before: Path, out: Path, files: set[Path]) -> Any:
     """Return values of a scene file with file names relative to the folder `out` instead of the folder `before`.
 
-    files : absolute paths of the files that the scene names
+    before : folder of the scene file; files : absolute paths of the files that the scene names
     """
     if isinstance(value, Mapping):
         return {key: _moved(inner, before, out, files) for key, inner in value.items()}

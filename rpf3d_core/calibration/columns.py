@@ -23,7 +23,8 @@ MASS = "mass_column"
 class Cell(NamedTuple):
     """The content of a column for one end point.
 
-    place : where the cell is in the file, for messages; name : of the column in the header; "" without one
+    place : where the cell is in the file, for messages; content : text of the cell, or value of a GeoJSON property
+    name : of the column in the header; "" without a header
     """
 
     place: str
@@ -57,14 +58,14 @@ def column_of(path: Path, column: int | str, key: str) -> FloatArray:
 
 
 def doubt_on_masses(path: Path, column: int | str) -> str:
-    """Return a sentence on a unit that the name of the column of masses may not mean; "" without doubt."""
+    """Return a sentence if the unit in the name of a column of masses is uncertain or unknown; "" without doubt."""
     cells = _all_cells(path, column, MASS)
     doubt = doubt_on_unit(cells[0].name, "mass") if cells else ""
     return f"`calibration.{MASS}`: {doubt}" if doubt else ""
 
 
 def _all_cells(path: Path, column: int | str, key: str) -> list[Cell]:
-    """Return the cells of a column of a text, CSV or GeoJSON; arguments : as in `column_of`."""
+    """Return the cells of a column of a text, CSV or GeoJSON, without the header; arguments : as in `column_of`."""
     suffix = path.suffix.lower()
     if suffix in OTHERS:
         raise InputError(f"{path}: `calibration.{key}` needs a CSV, text or GeoJSON; columns of {suffix} are not read")
@@ -72,7 +73,10 @@ def _all_cells(path: Path, column: int | str, key: str) -> list[Cell]:
 
 
 def _factor(path: Path, name: str, key: str) -> float:
-    """Return the unit (kg) that the name of a column of masses states; 1 without a unit."""
+    """Return the factor from the unit in the name of a column of masses to kg, such as 1000 for t; 1 without a unit.
+
+    name : of the column; key : the scene's key with the column, for messages
+    """
     unit = unit_of_column(name, "mass")
     if unit is not None and unit.quantity != "mass":
         raise InputError(f"{path}: `calibration.{key}` has masses {other_quantity(name, unit, 'mass')}")

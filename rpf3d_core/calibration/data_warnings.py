@@ -47,7 +47,7 @@ def _of_gates(slope: Slope, flown: list[Flown]) -> Iterator[str]:
 
 
 def _gates_without_rocks(slope: Slope, flown: list[Flown]) -> set[tuple[str, float]]:
-    """Return name and distance (m) of the gates whose observations have a density of 0 under every set.
+    """Return name and distance (m) of the gates at which no flown set explains any observation: all densities are 0.
 
     The densities are those of the smallest misfit, 0: with a larger misfit, a simulated rock that stopped before the
     gate would count as a rock that may have passed.

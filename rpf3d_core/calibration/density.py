@@ -66,7 +66,7 @@ class Stops(NamedTuple):
 def kernel_widths(values: FloatArray, error: float) -> FloatArray:
     """Return the standard deviations (D,) of the kernel for R values (R, D), measuring error (same unit) included.
 
-    Source: Silverman 1986, Density Estimation, equations 3.30 and 4.14, times NARROWING.
+    Source: Silverman 1986, Density Estimation, equations 3.30 and 4.14, times NARROWING (0.7).
     """
     count, dimensions = values.shape
     if count < 2:
@@ -80,9 +80,10 @@ def kernel_widths(values: FloatArray, error: float) -> FloatArray:
 
 
 def kernel_matrix(values: FloatArray, observed: FloatArray, widths: FloatArray) -> FloatArray:
-    """Return the kernel (N, R) of each simulated value (R, D) at each observed value (N, D), per unit of each axis.
+    """Return the normal density (N, R) around each simulated value (R, D) at each observed value (N, D).
 
-    widths : (D,) standard deviations of the kernel, from `kernel_widths`
+    The unit is 1 over the product of the units of the D axes.
+    widths : (D,) standard deviations of the normal densities (the kernel), from `kernel_widths`
 
     Distances are measured from the middle of the simulated values: the squares of coordinates of some thousand
     kilometres would leave no digits for a distance of a metre.
@@ -130,6 +131,7 @@ def value_densities(values: FloatArray, observed: FloatArray, error: float) -> F
     """Return the density (GROUPS, N) of simulated values (R,) at observed values (N,), such as speeds at a gate.
 
     values : NaN for a rock without the value, such as a rock that did not reach the gate; these rocks do not count
+    error : standard deviation of the measuring error, in the unit of the values
     """
     known = ~np.isnan(values)
     if not known.any():

@@ -58,7 +58,10 @@ def import_writers() -> None:
 
 
 def write_result(out: Path, scene: Scene, slope: Slope, spec: CalibrationSpec, result: Result, found: Findings) -> None:
-    """Write all files of a calibration into its folder; for a refused one, only calibration.json and report.md."""
+    """Write all files of a calibration into its folder; for a refused one, only calibration.json and report.md.
+
+    Result files of an earlier call are deleted first.
+    """
     for name in RESULTS:
         (out / name).unlink(missing_ok=True)
     if not is_refused(found):
@@ -92,7 +95,10 @@ def _write_pictures(out: Path, slope: Slope, result: Result, found: Findings, va
 
 
 def _stops_of(result: Result, weights: Any) -> tuple[Any, Any]:
-    """Return the simulated stops (M, 2) m of all sets, and their weights (M,), whose sum is 1."""
+    """Return the simulated stops (M, 2) m of all sets, and their weights (M,), whose sum is 1.
+
+    weights : (S,) weight of each set, which its rocks share; rocks that left the terrain or did not stop are left out
+    """
     places = [one.stops.place[one.stops.deposited] for one in result.flown]
     each = [np.full(len(place), w / max(len(one.stops.place), 1))
             for place, w, one in zip(places, weights, result.flown, strict=True)]  # fmt: skip

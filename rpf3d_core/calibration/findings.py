@@ -157,17 +157,18 @@ def findings_of(slope: Slope, spec: CalibrationSpec, result: Result, book: Flown
 
 
 def _columns(slope: Slope) -> int:
-    """Return the number of observations that can be kept out: end points, or else values at gates."""
+    """Return the number of observations that can be kept out: all end points or, if there are none, values at gates."""
     return len(slope.field.stops) or sum(len(one.observed) for one in slope.field.values)
 
 
 def _counts_beside(slope: Slope) -> IntArray:
-    """Return the numbers (K,) of the observations that are counts of rocks; an empty array without end points.
+    """Return the numbers (K,), from 0, of the observations that are counts of rocks; empty without end points.
 
-    If there are end points, no fold uses these counts, because a count may include rocks whose end points are kept out.
+    The numbers are in the order of `Flown.densities`. If there are end points, no fold uses these counts, because a
+    count may include rocks whose end points are kept out.
     """
     first = len(slope.field.stops) + sum(len(one.observed) for one in slope.field.values)
-    counts = 2 * len(slope.field.counted) if len(slope.field.stops) else 0  # rocks that did it, and rocks that did not
+    counts = 2 * len(slope.field.counted) if len(slope.field.stops) else 0  # each count has two columns
     return np.arange(first, first + counts)
 
 
@@ -233,7 +234,10 @@ def _estimate(
 
 
 def weighted_quantiles(values: FloatArray, weights: FloatArray, shares: tuple[float, ...]) -> FloatArray:
-    """Return the quantiles (K,) of values (S,) with weights (S,) whose sum is 1, linear between the values."""
+    """Return the quantiles (K,) of values (S,) with weights (S,) whose sum is 1, linear between the values.
+
+    shares : K probabilities (-), such as 0.05 and 0.95
+    """
     order = np.argsort(values)
     middle = np.cumsum(weights[order]) - 0.5 * weights[order]
     return np.asarray(np.interp(shares, middle, values[order]))

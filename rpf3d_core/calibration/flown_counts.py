@@ -28,9 +28,10 @@ COPIES = 16
 
 
 class Extent(NamedTuple):
-    """How far along the slope each of R rocks went, in the input's coordinates.
+    """How far along the slope each of R rocks went: distances in the input's coordinates.
 
-    begin : (R,) m, where the rock began; least, most : (R,) m, smallest and largest distance of its path
+    begin : (R,) m, distance along the slope at which the rock began
+    least, most : (R,) m, smallest and largest distance along the slope on its path
     """
 
     begin: FloatArray
@@ -132,7 +133,10 @@ class _Paths(NamedTuple):
 
 
 def _paths_of(batch: Batch) -> _Paths:
-    """Return the recorded paths of all rocks; the end is stored twice: a rock without an event also has two points."""
+    """Return the recorded paths of all rocks in plan.
+
+    The end of each path is stored twice, so that a rock without a recorded event also has two points.
+    """
     ends = np.arange(len(batch.rows))
     rows = np.concatenate([np.repeat(ends, np.diff(batch.first[:, 1])), ends, ends])
     order = np.argsort(rows, kind="stable")

@@ -62,8 +62,8 @@ def _at_plane(
 ) -> tuple[FloatArray, FloatArray]:
     """Return position (K, 3) m and velocity (K, 3) m/s of K rocks where a path segment crosses the plane.
 
-    begin, end : (K,) rows of the segment's events; along : (3,) unit normal of the plane
-    distance : (K,) m, from the plane to the start of the segment
+    begin, end : (K,) rows of the event at the start and of the event at the end of the segment
+    along : (3,) unit normal of the plane; distance : (K,) m, from the plane to the start of the segment
     """
     x, v, v_end = batch.pieces[begin, 1:4], batch.pieces[begin, 4:7], batch.pieces[begin, 7:10]
     duration = np.maximum(batch.pieces[end, 0] - batch.pieces[begin, 0], 1e-12)

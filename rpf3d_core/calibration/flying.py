@@ -101,7 +101,7 @@ class Slope:
 
     @property
     def place(self) -> Surroundings:
-        """The place in plan around the releases of the rocks and the observed stops."""
+        """The rectangle in plan around the releases of the rocks and the observed stops, in the input's coordinates."""
         releases = releases_of_round(self, 0).x[:, :2] + np.array(self.prepared.terrain.frame.origin[:2])
         stops = self.field.stops @ self.directions.axes[:, :2]
         return place_around(np.concatenate([releases, stops]))
@@ -144,7 +144,7 @@ def slope_of(scene: Scene) -> Slope:
 
 
 def rocks_a_set(scene: Scene, blocks: int) -> int:
-    """Return the number of rocks of a parameter set for a number of observed blocks."""
+    """Return the number of rocks of a parameter set, from 128 to 4096, for a number of observed blocks."""
     each = SIZED_ROCKS_A_BLOCK if scene.rock.shape is not None else ROCKS_A_BLOCK
     return int(np.clip(each * blocks, LEAST_ROCKS, MOST_ROCKS))
 
@@ -171,10 +171,12 @@ def releases_of_round(slope: Slope, number: int) -> Releases:
 
 
 def _alike(field: Field, releases: Releases) -> FloatArray | None:
-    """Return the weight (-) of each simulated rock (column) in the prediction for each observed block (row).
+    """Return the weight (-) of each simulated rock in the prediction for each observed block: (N, R), or None.
 
-    The weight falls with the difference of mass, and is 0 for another shape. None if the observed blocks have neither
+    A weight falls with the difference of mass, and is 0 for another shape. None if the observed blocks have neither
     masses nor shapes.
+
+    releases : of the R rocks
     """
     if field.masses is None and field.shapes is None:
         return None
@@ -236,7 +238,7 @@ def fly_sets(
             waiting.append(pool.submit(fly, row))
             if len(waiting) > workers:
                 if (one := waiting.pop(0).result()) is None:
-                    return  # the sets after it may have flown, but the kept sets have no gaps
+                    return  # later sets may have flown, but the kept sets must have no gaps
                 yield one
         for future in waiting:
             if (one := future.result()) is None:

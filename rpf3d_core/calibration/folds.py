@@ -37,7 +37,10 @@ class Score(NamedTuple):
 
 
 def folds_of(count: int, seed: int) -> IntArray:
-    """Return the number of the fold of each observation (N,), folds of equal size in random order."""
+    """Divide observations at random into folds of equal size; return the number of the fold of each (N,), from 0.
+
+    count : number N of observations; seed : of the random order. There are 5 folds, or N if N is less
+    """
     folds = min(FOLDS, count)
     order = np.random.Generator(np.random.Philox(key=[seed, 2**32 + 1])).permutation(count)
     return np.asarray(np.argsort(order) % folds)
@@ -46,7 +49,8 @@ def folds_of(count: int, seed: int) -> IntArray:
 def weights_without(log_ratio: FloatArray, weighed: Weighed, folds: IntArray, counts: IntArray) -> FloatArray:
     """Return the weights (F, S, M) of the sets and misfits for each fold, from the observations outside this fold.
 
-    log_ratio : (S,) from `population.log_importance`; folds : (N,) fold of each of the first N observations
+    log_ratio : (S,) from `population.log_importance`; weighed : log densities of all observations
+    folds : (N,) fold of each of the first N observations
     counts : (K,) numbers of the observations that are counts of rocks. No fold uses the counts, because a count may
         include rocks whose stops are kept out
     """
@@ -62,7 +66,8 @@ def weights_without(log_ratio: FloatArray, weighed: Weighed, folds: IntArray, co
 def predictive_score(weights: FloatArray, densities: FloatArray, anywhere: float) -> Score:
     """Return the log scores of N observations under a mixture of parameter sets and misfits.
 
-    weights : (N, S, M) for each observation, or (1, S, M) for all; densities : (S, M, N); anywhere : as in `Densities`
+    weights : (N, S, M) for each observation, or (1, S, M) for all
+    densities : (S, M, N) of the observations under each set with each misfit; anywhere : as in `Densities`
     """
     mixed = np.einsum("nsm,smn->n", np.broadcast_to(weights, (densities.shape[2], *weights.shape[1:])), densities)
     return Score(np.log((1.0 - ASTRAY) * mixed + ASTRAY * anywhere))
@@ -112,14 +117,16 @@ def _student_density(x: FloatArray, sample: FloatArray, least: float) -> FloatAr
 def ranks(
     stops: list[Stops], weights: FloatArray, observed: FloatArray, errors: FloatArray, alike: FloatArray | None = None
 ) -> FloatArray:
-    """Return the predicted probability (N, 2) of a smaller coordinate than that of each observed stop (N, 2) m.
+    """Return, for each observed stop, the predicted probability (N, 2) that a stop has a smaller coordinate.
 
     The two coordinates of a stop are the distances along and across the slope.
 
     Rocks that left the terrain or did not stop are left out. The result is NaN for a block without a prediction: at
-    most LEAST_STOPPED of the rocks that stand for the block stopped. If all sets together have many rocks, only the
+        most
+    LEAST_STOPPED (0.1 %) of the rocks that stand for the block stopped. If all sets together have many rocks, only the
     first rocks of each set are used, because the order of the rocks is random.
     stops : of each of S sets; weights : (N, S, M) weights of the sets and errors for each observation
+    observed : (N, 2) m, the observed stops
     errors : (M,) m, standard deviations of the difference between a simulated stop and an observed stop
     alike : (N, R) weight of each rock in the prediction for each observed block, >= 0; None if all weights are equal
     """

@@ -49,7 +49,8 @@ class Status(NamedTuple):
 class Control(NamedTuple):
     """How a caller controls a calibration.
 
-    deadline : `time.monotonic()` at which everything must be written; began : when the budget began, None for now
+    deadline : `time.monotonic()` at which everything must be written
+    began : `time.monotonic()` at the start of the budget; None if the budget starts with the first round
     progress : called with a Status
     stop : returns True after Ctrl-C; threads : None for one per core
     """
@@ -129,17 +130,19 @@ def fly_rounds(
 
 
 def _either(stop: Callable[[], bool], pace: Pace, until: float) -> Callable[[], bool]:
-    """Return a function that is True if no further set may start: after an interruption, or if time is too short.
+    """Return a function that returns True if no further set may start: after an interruption, or if time is too short.
 
-    stop : True after an interruption; until : `time.monotonic()` by which a set must end
+    stop : returns True after an interruption; pace : the time that a set takes
+    until : `time.monotonic()` by which a set must end
     """
     return lambda: stop() or pace.is_too_late(until)
 
 
 def _counting(pace: Pace, tell: Callable[[int], None]) -> Callable[[int], None]:
-    """Start to measure the time of a round, and return a function that counts and reports the flown sets of the round.
+    """Start to measure the time of a round, and return the function to call after each flown set of the round.
 
-    Call the returned function after each flown set, with the number of flown sets so far. tell : reports this number
+    The returned function receives the number of flown sets so far, counts the set and reports the number.
+    pace : measures the time of a set; tell : reports the number
     """
     pace.begin()
 

@@ -114,7 +114,7 @@ def _is_clearly_better(score: Score, other: Score) -> bool:
 
 
 def _of_score(score: Score, other: Score, name: str, meaning: str) -> str:
-    """Return a sentence on a score that is not clearly better than another score, or clearly worse.
+    """Return a sentence that a score is clearly worse, or not clearly better, than another score.
 
     name : of the other prediction; meaning : what follows if the score is not clearly worse
     """
@@ -130,7 +130,7 @@ def _of_sides(found: Findings) -> list[str]:
     """Return a sentence for each direction in which the kept-out blocks lie to one side of the predicted stops."""
     if found.rank is None or len(found.rank) < FEWEST_TO_CONDEMN:
         return []
-    sd = np.maximum(found.rank.std(axis=0, ddof=1), math.sqrt(1.0 / 12.0))  # of uniform ranks, or wider
+    sd = np.maximum(found.rank.std(axis=0, ddof=1), math.sqrt(1.0 / 12.0))  # at least that of uniform ranks
     limits = ASIDE * sd / math.sqrt(len(found.rank))
     sides = zip(("along", "across"), found.rank.mean(axis=0).tolist(), limits.tolist(), strict=True)
     return [
@@ -162,14 +162,20 @@ def _of_coverage(found: Findings) -> list[str]:
 
 
 def _is_too_few(share: float, blocks: int) -> bool:
-    """Return True if correct 90 % intervals rarely contain as small a share (-) of a number of blocks (binomial)."""
+    """Return True if correct 90 % intervals would contain so few blocks with a probability below 5 % (binomial).
+
+    share : share (-) of the blocks inside their intervals; blocks : number of all blocks
+    """
     inside = range(round(share * blocks) + 1)
     logs = (log_choose(blocks, k) + k * math.log(0.9) + (blocks - k) * math.log(0.1) for k in inside)
     return math.fsum(map(math.exp, logs)) < BY_CHANCE
 
 
 def gain_of(found: Findings) -> tuple[float, float]:
-    """Return the mean gain of the score per block over the curve's score, and its standard error; else zeros."""
+    """Return the mean gain of the score per block over the curve's score, and its standard error.
+
+    Both are 0 if the calibration has no scores, or no score of the curve.
+    """
     if found.held_out is None or found.curve is None:
         return 0.0, 0.0
     return _gain(found.held_out, found.curve)
@@ -190,7 +196,7 @@ def advice_of(found: Findings) -> list[str]:
 
 
 def _helps(found: Findings) -> list[str]:
-    """Return the advice that helps most: more time while rounds are left, else more rocks for each set."""
+    """Return the advice that helps most: more time while rounds are left, otherwise more rocks for each set."""
     rocks = f"raise `calibration.rocks` above {found.rocks}, in a new folder"
     if found.all_rounds:
         return [f"all {MOST_ROUNDS} rounds are flown, so more time adds nothing: {rocks}"]

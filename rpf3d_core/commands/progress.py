@@ -19,8 +19,9 @@ def progress(what: str = ROCKS) -> Iterator[tuple[Callable[[int], Callable[[int]
     """Show a progress bar; yield the functions `begin` and `writing`.
 
     what : text that names the counted things, such as ROCKS; "rocks" below stands for the counted things
-    begin(rocks) : call it when rocks start to fly; each further call adds rocks to the total. It returns a function to
-        call with the number of rocks flown since its last call.
+    begin(rocks) : call it when rocks start to fly; each further call adds rocks to the total. It returns a function,
+        which
+        must be called with the number of rocks flown since its previous call.
     writing() : call it when the writing of the results starts
     """
     rate = (_Rate(),) if what == ROCKS else ()
@@ -48,7 +49,7 @@ def progress(what: str = ROCKS) -> Iterator[tuple[Callable[[int], Callable[[int]
 
 
 class _Rate(ProgressColumn):
-    """Column of the progress bar: rocks per second."""
+    """The column of the progress bar that shows rocks per second."""
 
     def render(self, task: Task) -> Text:
         """Return the number of rocks flown per second, as text; empty if it is unknown."""

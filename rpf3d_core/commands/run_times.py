@@ -18,7 +18,7 @@ START_TIME = 19
 
 
 class Part(NamedTuple):
-    """A part of the wall time of a command, such as `read`."""
+    """A part of the wall time of a command: its name, such as `read`, and its duration (s)."""
 
     name: str
     seconds: float

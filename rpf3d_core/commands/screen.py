@@ -18,11 +18,14 @@ PIPE_WIDTH = 240
 
 
 class CommandInterrupted(SystemExit):
-    """The exception that ends an interrupted command after the message of `end_interrupted`."""
+    """The exception that ends an interrupted command; `end_interrupted` raises it after its message."""
 
 
 def end_interrupted(left: str) -> NoReturn:
-    """Print that a command was interrupted and which results exist (`left`), and exit with code INTERRUPTED."""
+    """Print that a command was interrupted and which results exist, and exit with code INTERRUPTED (130).
+
+    left : the clause of the message on the results, such as "nothing was written"
+    """
     complaints.print(f"rpf3d: interrupted; {left}", markup=False)
     raise CommandInterrupted(INTERRUPTED)
 

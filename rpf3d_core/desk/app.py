@@ -223,7 +223,7 @@ class Desk:
     # Messages from the simulating thread
 
     def _prepared(self, written: Written, prepared: Prepared) -> None:
-        """Show terrain, sources, areas and warnings of a prepared scene, unless the scene has been edited since."""
+        """Show terrain, sources, areas and warnings of a prepared scene, unless the user has edited it meanwhile."""
         if self.scene is None or written != self.scene.written:
             return
         new = self.shown.show_scene(prepared)
@@ -279,7 +279,10 @@ class Desk:
         return self.shown.terrain
 
     def _edited(self, edit: Callable[[str], str]) -> None:
-        """Edit the scene. If the edit is refused, store the reason, so that `_run` shows the reason once."""
+        """Edit the scene. If the edit is refused, store the reason, so that `_run` shows the reason once.
+
+        edit : function that takes the text of the scene and returns the changed text
+        """
         try:
             self._take(self._opened().edited(edit))
         except InputError as fault:
@@ -312,12 +315,12 @@ class Desk:
         self.view.update()
 
     def _say(self, kind: str, text: str) -> None:
-        """Show a message on the page, unless the page already shows it."""
+        """Show a message on the page, unless the page already shows it; kind : REFUSAL, NOTE or GOOD."""
         if (message := {"kind": kind, "text": text}) not in self.state.messages:
             self.state.messages = [*self.state.messages, message]
 
     def _later(self, work: Callable[[], None]) -> None:
-        """Call a function in the server's thread: soon, or once browsers can connect."""
+        """Let the server's thread call a function soon, or once browsers can connect; any thread may request this."""
         with self._connecting:
             if self._loop is None:
                 self._waiting.append(work)

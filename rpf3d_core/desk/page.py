@@ -238,7 +238,10 @@ def _results(html: Any) -> None:
 
 
 def _table(html: Any, name: str) -> None:
-    """Add a table; name : its id, and the value of the page with its `header` and `rows`."""
+    """Add a table to the page.
+
+    name : id of the table, and name of the page's value with the `header` (texts) and the `rows` (lists of texts)
+    """
     with html.Table(id=name):
         with html.Thead(), html.Tr():
             html.Th("{{ cell }}", v_for=f"cell in {name}.header", key="cell")

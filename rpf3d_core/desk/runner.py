@@ -67,7 +67,10 @@ class Listener(NamedTuple):
 
 
 class Ready(NamedTuple):
-    """A scene that is ready to fly; stamp : stamp of the scene's files, taken before the files were read."""
+    """A scene that is ready to fly, as text and as prepared data.
+
+    stamp : path, size and time of the last change of each file of the scene, taken before the files were read
+    """
 
     written: Written
     stamp: Stamp

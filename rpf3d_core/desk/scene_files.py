@@ -13,12 +13,15 @@ Stamp = tuple[tuple[str, int, int], ...]
 
 
 def stamp_of(scene: Scene) -> Stamp:
-    """Return the stamp of the files of a scene; equal stamps mean that no file has changed."""
+    """Return path, size and time of the last change of each file of a scene; two equal stamps mean unchanged files."""
     return tuple((str(path), *_size_and_time(path)) for path in sorted(set(files_of(scene))))
 
 
 def check_unchanged(scene: Scene, stamp: Stamp) -> None:
-    """Raise an `InputError` that names the changed files if any file has changed since a stamp of the same scene."""
+    """Raise an `InputError` that names the changed files if any file of a scene has changed.
+
+    stamp : earlier result of `stamp_of` for the same scene
+    """
     changed = sorted({path for path, *_ in set(stamp_of(scene)) ^ set(stamp)})
     if changed:
         raise InputError(f"{', '.join(changed)}: changed since the rocks flew; press Run, then Report")

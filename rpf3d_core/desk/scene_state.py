@@ -22,8 +22,8 @@ SUFFIX = "_desk"
 class SceneState(NamedTuple):
     """A scene that is edited.
 
-    path : of its file; text : the edited text; saved : the text in the file
-    before : the text before each edit, oldest first
+    path : path of the scene file; text : the edited text; saved : the text in the scene file
+    before : the texts before each edit, oldest first
     """
 
     path: Path
@@ -43,7 +43,7 @@ class SceneState(NamedTuple):
 
     @property
     def scene(self) -> Scene:
-        """The scene that the text means, with all defaults."""
+        """The scene that the text describes; keys that the text does not state have their defaults."""
         return scene_of_text(self.text, self.path)
 
     @property
@@ -64,6 +64,8 @@ class SceneState(NamedTuple):
 
     def edited(self, edit: Callable[[str], str]) -> "SceneState":
         """Return the state after an edit of the text.
+
+        edit : function that takes the text and returns the changed text
 
         Raises
         ------

@@ -24,7 +24,7 @@ def run_desk(scene: Path | None, port: int, browser: bool, say: Callable[[str], 
     """
     for module in LIBRARIES:
         library_of("desk", module, "the desk needs")
-    from rpf3d_core.desk.app import Desk  # it needs the libraries
+    from rpf3d_core.desk.app import Desk  # this module needs the libraries
 
     gate = new_gate(port)
     desk = Desk()

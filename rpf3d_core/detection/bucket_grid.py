@@ -94,9 +94,11 @@ def bands(grid: Grid) -> list[CellRectangle]:
 def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArray[np.int64]]:
     """Return the grid for a terrain, and an array (cells + 1,) with the number of facets in bucket k at index k + 1.
 
-    Cells are as wide as the median facet. The grid covers the whole terrain. If a whole grid has too many cells, the
-    grid covers only most facets: the outermost buckets then contain the few distant facets, and cells stay small. Cells
-    become wider if there are still too many cells, or if wide facets have too many entries.
+    Cells are as wide as the median facet. The grid covers the whole terrain or, if it would then have too many cells,
+    only most facets: the outermost buckets then contain the few distant facets, and cells stay small. Cells become
+    wider if there are still too many cells, or if wide facets have too many entries.
+
+    memory : allocates the array; share : runs the work in parallel
     """
     low, high = _plan_boxes(facets)
     cell = max(float(np.median((high - low).max(axis=1))), 8.0 * REACH * facets.tolerance) or 1.0
@@ -118,14 +120,17 @@ def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArra
 
 
 def _count_all(facets: Facets, grid: Grid, starts: NDArray[np.int64], share: Share) -> bool:
-    """Count the facets in bucket k into starts[k + 1]; return False if all buckets together have too many entries."""
+    """Count the facets in bucket k into starts[k + 1]; return False if all buckets together have too many entries.
+
+    starts : (cells + 1,), all 0 before the call; share : runs the work in parallel
+    """
     slack, most = REACH * facets.tolerance, ENTRIES_PER_FACET * len(facets.zone)
     counts = share([lambda band=band: _count(facets.corners, slack, grid, band, most, starts) for band in bands(grid)])  # type: ignore[misc]
     return sum(counts) <= most
 
 
 def _plan_boxes(facets: Facets) -> tuple[FloatArray, FloatArray]:
-    """Return the boxes in plan of every n-th facet, low and high corners (S, 2) m, to estimate the size of facets."""
+    """Return the boxes in plan of a sample of S facets: low and high corners (S, 2) m, to estimate the facet size."""
     step = max(len(facets.zone) // SAMPLE, 1)
     plan = np.asarray(facets.corners)[::step].reshape(-1, 3, 3)[..., :2]
     return plan.min(axis=1), plan.max(axis=1)
@@ -149,8 +154,8 @@ def _buckets(grid: Grid) -> int:
 def cell_index(value: float, origin: float, cell: float, count: int) -> int:
     """Return the number of the cell that contains a coordinate (m) along one axis; outside the grid, the nearest cell.
 
-    value : m, the coordinate; origin, cell, count : of the grid along this axis, its begin (m), the side of a cell (m)
-        and the number of cells
+    value : m, the coordinate
+    origin, cell, count : of the grid along this axis: its start (m), the side of a cell (m) and the number of cells
     """
     return min(max(math.floor((value - origin) / cell), 0), count - 1)
 
@@ -168,7 +173,7 @@ def cells_under(corners: Any, f: int, slack: float, grid: Grid) -> CellRectangle
 
 @kernel
 def cells_between(grid: Grid, low_x: float, low_y: float, high_x: float, high_y: float) -> CellRectangle:
-    """Return the cells that a box in plan (m) touches; never empty, as the outermost cells extend without limit.
+    """Return the cells that a box in plan (m) touches; at least one cell, as the outermost cells extend without limit.
 
     low_x, low_y, high_x, high_y : m, the sides of the box
     """

@@ -129,15 +129,13 @@ def _pace(v: float) -> float:
 
 @kernel
 def _leave_time(index: int, count: int, level: int, origin: float, cell: float, x: float, pace: float) -> float:
-    """Return the time (s) when the arc leaves cell `index` along one axis, at one of the cell sizes; inf for never.
+    """Return the time (s) when an arc leaves cell number `index` along one axis; inf if it never leaves the cell.
 
-    level : cell size, 0 for the buckets (`slabs.py`)
-    x, pace : start (m) and inverse speed (s/m) along the axis
+    The arc never leaves an outermost cell outwards, because the outermost cells extend without limit.
 
-    The arc never leaves an outermost cell outwards.
-
-    count : number of cells along the axis at this size
-    origin, cell : begin of the grid, and side of a bucket (m)
+    level : cell size, 0 for the buckets (`slabs.py`); count : number of cells of this size along the axis
+    origin, cell : start of the grid along the axis, and side of a bucket (m)
+    x, pace : start of the arc (m), and inverse of its speed along the axis (s/m)
     """
     if pace == math.inf or index == (count - 1 if pace > 0.0 else 0):
         return math.inf
@@ -156,7 +154,9 @@ def _beyond(index: int, level: int, pace: float) -> int:
 
 @kernel
 def _still_in(index: int, level: int, x: float, origin: float, cell: float, count: int) -> int:
-    """Return the column or row of the bucket that contains coordinate x (m), limited to the buckets of cell `index`.
+    """Return the column or row of the bucket that contains coordinate x (m), limited to the buckets in cell `index`.
+
+    Without this limit, rounding could give a bucket of a neighbouring cell.
 
     level : size of cell `index` (`slabs.py`); origin, cell, count : of the grid, as in `cell_index`
     """
@@ -172,7 +172,8 @@ def _earliest_in_bucket(
 ) -> Contact:
     """Return the earliest of `best` and the contacts of an arc with the facets of the bucket that it crosses.
 
-    The facet that the rock has just left is not tested here; the caller has tested it.
+    left : the contact from which the rock starts; its facet is not tested here, because the caller has tested it
+    crossing : the part of the arc over the bucket; best : earliest contact found so far
     """
     k = crossing.j * locator.nx + crossing.i
     entry, stop = locator.starts[k], locator.starts[k + 1]
@@ -194,13 +195,15 @@ def _earliest_in_bucket(
 
 @kernel
 def _next_overlapping(boxes: Any, entry: int, stop: int, probe: int) -> int:
-    """Return the next entry of a bucket whose facet may lie under the arc; `stop` if there is none.
+    """Return the number of the next entry of a bucket whose facet may lie under the arc; `stop` if there is none.
+
+    An entry is one facet in one bucket.
 
     boxes : the packed box in plan of the facet of each entry (`plan_boxes.packed_box`)
     entry, stop : number of the first entry to test, and the number after the last entry of the bucket
     probe : the packed box of the arc over the bucket (`plan_boxes.packed_probe`)
 
-    The index is unsigned, so that compiled code need not handle negative indices.
+    The code reads `boxes` with an unsigned index, so that compiled code need not handle negative indices.
     """
     while entry < stop and not overlap(boxes[np.uintp(entry)], probe):
         entry += 1

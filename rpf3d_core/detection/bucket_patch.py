@@ -242,7 +242,7 @@ def _lay_band(
 ) -> None:
     """Write the facets of all buckets in the rows of a patch: first the facets that stay, then the new facets.
 
-    corners : (F, 9) m, of all facets after the patch
+    corners : (F, 9) m, of all facets after the patch; slack : m, by which the box of each facet is widened
     new_ids, new_boxes : receive the facets and their boxes, as in `Buckets`
     """
     at, block, come = 0, patch.block, patch.entries
@@ -297,6 +297,8 @@ def _raise_levels(corners: Any, f: int, slack: float, grid: Grid, i: int, j: int
     """Raise the slabs of all cell sizes over one bucket (column i, row j), so that facet f lies below them.
 
     The slab of a wider cell is raised only if this bucket is the first bucket of facet f in the wider cell.
+
+    corners : (F, 9) m, of all facets; slack : m, by which the facet is widened; table : the slabs, changed
     """
     raise_over(corners, f, table.planes, slab_row(table, 0, i, j))
     cells = cells_under(corners, f, slack, grid)

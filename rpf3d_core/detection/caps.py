@@ -63,7 +63,7 @@ def is_on_free_side(contact: object) -> bool:
 
 @is_on_free_side.otherwise
 def is_not_known(contact: object) -> bool:
-    """Return False: contacts of spheres do not store the side of the ground that they touch."""
+    """Return False for the contact of a sphere, which does not store the side of the ground that it touches."""
     return False
 
 
@@ -91,7 +91,7 @@ def loss_on(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
 
 @loss_on.otherwise
 def no_loss(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
-    """Return NO_LOSS: the terrain has no gap, so no rock falls through one."""
+    """Return NO_LOSS: the terrain has no gap, so no rock falls through one; the arguments are not used."""
     return NO_LOSS
 
 

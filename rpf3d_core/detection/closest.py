@@ -29,14 +29,17 @@ class Closest(NamedTuple):
 
 @model_function
 def closest_facet(locator: object, facets: Facets, x: Vec, radius: float) -> Closest:
-    """Return the facet closest to x (m) within a radius (m); of equally close facets, locators may return any one."""
+    """Return the facet closest to x (3,) m within a radius (m), and its distance; one rule per locator.
+
+    Of equally close facets, locators may return any one.
+    """
 
 
 @closest_facet.rule(BucketLocator)
 def closest_in_buckets(locator: BucketLocator, facets: Facets, x: Vec, radius: float) -> Closest:
-    """Return the closest facet among the buckets within the radius in plan; in a tie, the smaller facet number.
+    """Return the facet closest to x (3,) m within a radius (m), from the buckets of a grid.
 
-    x : (3,) m; radius : m, no facet farther away is found
+    Facets farther away than the radius are not found. In a tie, the smaller facet number counts.
     """
     best = Closest(radius, -1)
     cells = cells_between(grid_of(locator), x[0] - radius, x[1] - radius, x[0] + radius, x[1] + radius)
@@ -68,7 +71,7 @@ def _closer(facets: Facets, f: int, x: Vec, best: Closest) -> Closest:
 
 @kernel
 def distance_to_facet(facets: Facets, f: int, x: Vec) -> float:
-    """Return the distance (m) from x to the closest point of facet f, which may lie on an edge or a corner."""
+    """Return the distance (m) from x (3,) m to the closest point of facet f, which may lie on an edge or a corner."""
     gap = subtract(x, closest_point(facets, f, x))
     return math.sqrt(dot(gap, gap))
 

@@ -72,7 +72,7 @@ def radius_of(locator: object) -> float:
 
 @radius_of.otherwise
 def of_a_point(locator: object) -> float:
-    """Return 0 (m): this locator searches contacts of lumped masses, which have no radius."""
+    """Return 0 (m), the radius for a locator that searches contacts of lumped masses."""
     return 0.0
 
 
@@ -83,5 +83,5 @@ def plain_locator(locator: object) -> Any:
 
 @plain_locator.otherwise
 def plain_already(locator: object) -> Any:
-    """Return the locator unchanged: it already is a locator for lumped masses."""
+    """Return the locator unchanged, because it is already a locator for lumped masses."""
     return locator

@@ -182,5 +182,9 @@ def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
 
 @kernel
 def _time(arc: Arc, path: float, over: float, under: float) -> float:
-    """Return the time (s) when the rock is at the place to be tested; path, over, under : as in `Inquiry`."""
+    """Return the time (s) when the rock is at the place to be tested.
+
+    This is the time at the path length `path` or, after the rock was found under the ground, the middle between `over`
+    and `under`. All three are as in `Inquiry`.
+    """
     return time_over(arc, 0.0, path) if under == math.inf else 0.5 * (over + under)

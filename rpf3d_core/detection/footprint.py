@@ -194,14 +194,14 @@ def _over(points: Any, corners: Any, locator: BucketLocator, marks: Any, out: An
 
 @kernel
 def _bucket_at(locator: BucketLocator, x: float, y: float) -> int:
-    """Return the number of the bucket that contains a point in plan (m)."""
+    """Return the number of the bucket that contains a point x, y (m) in plan."""
     row = cell_index(y, locator.y, locator.cell, locator.ny)
     return row * locator.nx + cell_index(x, locator.x, locator.cell, locator.nx)
 
 
 @kernel
 def _has(triangles: Any, f: int, v: int) -> bool:
-    """True if vertex v is a corner of facet f."""
+    """True if vertex v is a corner of facet f; triangles : (F, 3) vertices of the facets."""
     return bool(triangles[f, 0] == v or triangles[f, 1] == v or triangles[f, 2] == v)
 
 
@@ -222,7 +222,10 @@ def _holds(corners: Any, f: int, px: float, py: float) -> bool:
 
 @kernel
 def _any_touches(corners: Any, f: int, footprint: Footprint, c: int) -> bool:
-    """True if facet f touches, in plan, a facet of the patch that has an entry in cell c."""
+    """True if facet f touches, in plan, a facet of the patch that has an entry in cell c.
+
+    corners : (F, 9) m, of the ground; c : number of the cell within the rectangle `footprint.block`
+    """
     come = footprint.entries
     for entry in range(come.starts[c], come.starts[c + 1]):
         if _touch(corners, f, footprint.corners, come.ids[entry], footprint.slack):

@@ -86,7 +86,10 @@ def earlier_contact(facets: Facets, f: int, arc: Arc, left: PreviousContact, bes
 
 @earlier_of.rule(PreviousContact)
 def earlier_in_flight(left: PreviousContact, facets: Facets, f: int, arc: Arc, best: Contact) -> Contact:
-    """Return the earlier of two contacts of a flying rock: `best`, or the first contact with facet f."""
+    """Return the earlier of two contacts of a flying rock: `best`, or the first contact with facet f.
+
+    left : the contact from which the rock starts
+    """
     return earlier_contact(facets, f, arc, left, best)
 
 
@@ -94,7 +97,8 @@ def earlier_in_flight(left: PreviousContact, facets: Facets, f: int, arc: Arc, b
 def _return_time(left: PreviousContact, b: float, a: float) -> float:
     """Return the time (s) when a rock returns to the plane of its last bounce, after the start at t = 0; inf for never.
 
-    left : the last bounce; b, a : speed (m/s) and half the acceleration (m/s^2) along the stored normal of its facet
+    left : the last bounce
+    b, a : speed (m/s) and half the acceleration (m/s^2) along the facet's normal as stored, towards its free side
     """
     rising, bending = left.side * b, left.side * a
     return -rising / bending if rising > 0.0 and bending < 0.0 else math.inf

@@ -34,7 +34,7 @@ def comes_behind(contact: object, left: PreviousContact) -> bool:
 
 @comes_behind.otherwise
 def not_known_to(contact: object, left: PreviousContact) -> bool:
-    """Return False: contacts of spheres do not store the side of the ground that they touch."""
+    """Return False for the contact of a sphere, which does not store the side of the ground that it touches."""
     return False
 
 
@@ -61,43 +61,53 @@ def notices_falls(locator: object) -> bool:
 
 @notices_falls.otherwise
 def takes_them_as_they_are(locator: object) -> bool:
-    """Return False: methods with fixed steps exist to show falls through the ground; spheres have their own test."""
+    """Return False: with this locator, a search does not check whether a rock has fallen through the ground.
+
+    Methods with fixed time steps exist to show such falls; spheres have a test of their own.
+    """
     return False
 
 
 @model_function
 def sight(contact: object) -> tuple[float, float]:
-    """Return how much of a line of sight (-) lies before the facet that the line meets, and which side it meets.
+    """Return which share (0 to 1) of a line of sight lies before the facet that it meets, and the side of this facet.
 
-    The share is inf if the line meets no facet. The check whether a rock has fallen through the ground needs both.
+    The share is inf if the line meets no facet. The side is +1.0 for the free side and -1.0 for the back. The check
+    whether a rock has fallen through the ground (`fallen.py`) needs both.
 
-    contact : the contact of the line with the facet
+    contact : the contact of the line with the facet; one rule for each class of contacts
     """
 
 
 @sight.otherwise
 def sees_nothing(contact: object) -> tuple[float, float]:
-    """Return inf for no facet: the check whether a rock fell through the ground does not use contacts of spheres."""
+    """Return (inf, 1.0), which means that the line of sight meets no facet.
+
+    The check whether a rock fell through the ground does not use contacts of spheres.
+    """
     return math.inf, 1.0
 
 
 @sight.rule(Contact)
 def seen(contact: Contact) -> tuple[float, float]:
-    """Return how much of a line of sight (-) lies before its contact with a facet, and the side of the contact.
+    """Return which share (0 to 1) of a line of sight lies before its contact with a facet, and the side of the contact.
 
-    The share is the time of the contact, because an arc along a line of sight takes one second.
+    The share is the time of the contact, because an arc along a line of sight takes one second; inf for no contact.
     """
     return (contact.t if contact.t <= 1.0 else math.inf), contact.side
 
 
 @model_function
 def fall_of(contact: object) -> Any:
-    """Return the contact that reports to the simulation that the rock has fallen through the ground."""
+    """Return the contact that reports to the simulation that the rock has fallen through the ground.
+
+    contact : the last contact that the search found; one rule for each class of contacts
+    """
 
 
 @fall_of.otherwise
 def no_fall(contact: object) -> Any:
-    """Return the contact unchanged: the check for a fall through the ground does not use contacts of spheres."""
+    """Return the contact of a sphere unchanged, because a sphere has no check for a fall through the ground."""
     return contact
 
 

@@ -52,7 +52,10 @@ class SlabTable(NamedTuple):
 
 
 def slabs_of(facets: Facets, grid: Grid, memory: Memory = fresh, share: Share = one_by_one) -> Slabs:
-    """Return the slabs of all cells of a grid, at all levels (cell sizes)."""
+    """Return the slabs of all cells of a grid, at all levels (cell sizes).
+
+    memory : allocates the array of the planes; share : runs the work in parallel
+    """
     sizes = [width_of(grid.nx, level) * width_of(grid.ny, level) for level in range(LEVELS)]
     first = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
     slabs = Slabs(memory("planes", 4 * int(first[-1]), np.float64), first[:-1])
@@ -101,7 +104,7 @@ def cells_of(block: CellRectangle, level: int) -> CellRectangle:
 
 @loop
 def _clear(table: SlabTable, block: CellRectangle) -> None:
-    """Set the slabs over a rectangle of buckets, at all levels, to the initial values: normal 0, height -inf."""
+    """Set the slabs over a rectangle of buckets to the initial values, as `clear_block` does, in a compiled loop."""
     clear_block(table, block)
 
 
@@ -145,7 +148,7 @@ def add_normal(normals: Any, f: int, planes: Any, row: int) -> None:
 
 @loop
 def _lean(table: SlabTable, block: CellRectangle) -> None:
-    """Compute the unit normals of the slabs over a rectangle of buckets, at all levels, from sums of normals."""
+    """Compute the unit normals of the slabs over a rectangle of buckets, as `lean_upwards` does, in a compiled loop."""
     lean_upwards(table, block)
 
 
@@ -186,7 +189,10 @@ def _lean_one(planes: Any, row: int) -> None:
 
 @loop
 def _raise_over_facets(corners: Any, slack: float, grid: Grid, band: CellRectangle, table: SlabTable) -> None:
-    """Raise the slabs over a band of rows of buckets, at all levels, so that every facet lies below its slabs."""
+    """Raise the slabs over a band of rows of buckets, at all levels, so that every facet lies below its slabs.
+
+    corners : (F, 9) m, of all facets; slack : m, by which each facet is widened; table : the slabs, changed
+    """
     for f in range(corners.shape[0]):
         under = common(cells_under(corners, f, slack, grid), band)
         if under.bottom >= under.top:

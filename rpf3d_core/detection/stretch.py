@@ -35,10 +35,7 @@ class Stretch(NamedTuple):
 
 @kernel
 def stretch_of(grid: Grid, i: int, j: int, arc: Arc, begin: float, end: float) -> Stretch:
-    """Return the stretch of an arc between two times (s) over the cell in column i and row j.
-
-    begin, end : the two times
-    """
+    """Return the stretch of an arc from time `begin` to time `end` (s), over the cell in column i and row j."""
     p, q, lasts = position(arc, begin), position(arc, end), end - begin
     return Stretch(p=p, q=q, v=arc.v, bend=0.125 * arc.gravity * lasts * lasts, probe=probe_of(grid, i, j, p, q))
 

@@ -61,7 +61,10 @@ def swept_contact(locator: object, facets: Facets, course: Course, end: float) -
 
 @first_contact.rule(Swept)
 def first_touch(locator: Swept, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Touch:
-    """Return the first contact of a flying sphere; `left` is not used, because `sphere_contact` does not need it."""
+    """Return the first contact of a flying sphere before `end` (s).
+
+    left : not used, because the contact search for spheres needs no previous contact (`sphere_contact`)
+    """
     down = (0.0, 0.0, -arc.gravity)
     course = Course(x=arc.x, v=arc.v, a=down, radius=locator.radius, gravity=arc.gravity)
     return swept_contact(locator.locator, facets, course, end)  # type: ignore[no-any-return]
@@ -78,7 +81,7 @@ def stretch_end(course: Course, begin: float, length: float, end: float) -> floa
 
 @kernel
 def box_of(course: Course, begin: float, end: float, slack: float) -> tuple[Vec, Vec]:
-    """Return the low and high corner (3,) m of a box around a sphere's path between two times (s): the box to search.
+    """Return the box to search around a sphere's path from `begin` to `end` (s), as its low and high corner (3,) m.
 
     The box includes the radius of the sphere, and is widened by the slack (m).
     """

@@ -89,7 +89,7 @@ def contact_on_way(pieces: object, facets: Facets, x: Vec, way: Vec, left: Previ
 
 @contact_on_way.otherwise
 def nothing_on_way(pieces: object, facets: Facets, x: Vec, way: Vec, left: PreviousContact) -> Contact:
-    """Return NO_CONTACT: no pieces of the terrain overlap."""
+    """Return NO_CONTACT: no pieces of the terrain overlap, so a rock on the ground meets no other piece."""
     return NO_CONTACT
 
 
@@ -109,7 +109,8 @@ def piece_on_way(pieces: TerrainPieces, facets: Facets, x: Vec, way: Vec, left: 
 def earlier_on_ground(on: OnGround, facets: Facets, f: int, arc: Arc, best: Contact) -> Contact:
     """Return the earlier of two contacts on a path along the ground: `best`, or the contact with facet f.
 
-    The facets of the pieces that carry the rock do not count. on : the facets that carry the rock
+    on : the facets that carry the rock; other facets of the same pieces do not count
+    arc : the path, as a straight arc of one second
     """
     if on.number[f] == on.number[on.facet] or (on.other >= 0 and on.number[f] == on.number[on.other]):
         return best
@@ -163,7 +164,7 @@ def _leads_over(facets: Facets, f: int, rims: int, x: Vec, way: Vec) -> bool:
 
 @kernel
 def _sooner(facets: Facets, contact: Contact, arc: Arc, best: Contact) -> Contact:
-    """Return the earlier of two contacts of an arc; of two at the same time, the contact that `wins_tie`."""
+    """Return the earlier of two contacts of an arc; of two at the same time, the contact that `wins_tie` prefers."""
     if contact.t != best.t:
         return contact if contact.t < best.t else best
     wins = wins_tie(facets, contact.facet, best.facet, arc, contact.t, contact.approach, best.approach)

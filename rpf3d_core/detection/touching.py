@@ -49,7 +49,10 @@ class Against(NamedTuple):
 
 
 class Nearest(NamedTuple):
-    """Search for the facet interior, edge or corner nearest to x (3,) m; `Touch.t` is its distance (m)."""
+    """Search for the facet interior, edge or corner nearest to a point x (3,) m.
+
+    `Touch.t` of the result is the distance (m).
+    """
 
     x: Vec
 

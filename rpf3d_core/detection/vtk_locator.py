@@ -133,7 +133,10 @@ def notices_them(locator: VtkLocator) -> bool:
 
 
 def _box(arc: Arc, begin: float, end: float, slack: float) -> list[float]:
-    """Return the box to search around an arc between two times (s): low and high x, y, z (m), widened by the slack."""
+    """Return the box to search around an arc from `begin` to `end` (s), as low and high x, y, z (m).
+
+    The box is widened by the slack (m).
+    """
     p, q = position(arc, begin), position(arc, end)
     apex = arc.v[2] / arc.gravity
     top = max(p[2], q[2])

@@ -13,9 +13,9 @@ from rpf3d_core.values import Vec
 
 @scan.rule(VtkLocator)
 def scan_cells(locator: VtkLocator, facets: Facets, low: Vec, high: Vec, quest: Any, best: Touch) -> Touch:
-    """Return the best result of a search among the facets that VTK finds in a box between two corners (3,) m.
+    """Return the best result of a search among the facets that VTK finds in a box.
 
-    quest : the search, such as `Sweep`; best : the best result so far
+    low, high : (3,) m, corners of the box; quest : the search, such as `Sweep`; best : the best result so far
     """
     box = [low[0], high[0], low[1], high[1], low[2], high[2]]
     locator.locator.FindCellsWithinBounds(box, locator.found)

@@ -65,7 +65,8 @@ class Panel(NamedTuple):
 class Barriers(NamedTuple):
     """The barriers of a scene, in the form that the simulation reads.
 
-    first : obstacle number of the first panel segment; the other segments have the next numbers
+    first : number, among all obstacles of the scene, of the first panel segment; the other segments have the next
+        numbers
     panel : the panel segments; slack : m, a point within this distance of a panel's plane counts as on the plane
     cells : the panel segments, sorted into the cells of a grid in plan
     """
@@ -158,7 +159,7 @@ def _is_past(barriers: Barriers, k: int, t: float, passed: int, arc: Arc) -> boo
 
 @kernel
 def _stands_at(panel: Panel, k: int, x: Vec) -> bool:
-    """Return True if the position x (m) of a rock is on panel segment k in plan, to within CORNER."""
+    """Return True if the position x (3,) m of a rock is on panel segment k in plan, to within CORNER (1e-6 m)."""
     dx, dy = panel.dx[k], panel.dy[k]
     length = math.sqrt(dx * dx + dy * dy)
     east, north = x[0] - panel.x[k], x[1] - panel.y[k]
@@ -184,7 +185,7 @@ def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, rock: R
 def at_panel(barriers: Barriers, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
     """Return the result for a rock that meets a panel: the panel catches the rock, or the rock breaks through.
 
-    number : of the obstacle; if the obstacle is not a panel, nothing changes
+    motion : at the meeting; number : of the obstacle in the scene; if it is not a panel, nothing changes
     met : number of meetings of the rock with obstacles so far, which only other effects need
     """
     k = number - barriers.first

@@ -77,7 +77,7 @@ class Deflection(NamedTuple):
 class Forest(NamedTuple):
     """The trees of a scene, in the form that the simulation reads.
 
-    first : obstacle number of the first tree; the other trees have the next numbers
+    first : number, among all obstacles of the scene, of the first tree; the other trees have the next numbers
     deflection : parameters of the angle of deflection; cells : the trees, sorted into the cells of a grid in plan
     """
 
@@ -125,6 +125,7 @@ def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, ro
     """Return the time (s), at most `until`, at which a rock on an arc hits stem k; inf if never.
 
     The rock hits the stem when the distance in plan from the rock to the stem's axis falls to the sum of both radii.
+    The rock must then be below the top of the tree and not too far below its foot (ROOTS, twice the sum of both radii).
 
     passed : index of the tree that the rock hit last; the rock does not hit this tree again
     """
@@ -162,7 +163,7 @@ def first_tree(forest: Forest, arc: Arc, passed: int, until: float, rock: RockCo
 def at_tree(forest: Forest, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
     """Return the result for a rock that hits a tree: it loses all speed, or is deflected with the remaining energy.
 
-    number : of the obstacle; if the obstacle is not a tree, the motion is returned unchanged
+    motion : at the hit; number : of the obstacle in the scene; if it is not a tree, the motion is returned unchanged
     met : number of meetings of the rock with obstacles so far, which selects random numbers
     """
     k = number - forest.first

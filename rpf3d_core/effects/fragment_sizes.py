@@ -145,7 +145,10 @@ def share_at(cascade: Cascade, rank: int) -> float:
 
 @kernel
 def count_from(cascade: Cascade, least: float) -> int:
-    """Return the number of fragments to simulate: those with at least a share `least` > 0 of the rock's volume."""
+    """Return the number of fragments to simulate: those with at least a given share of the rock's volume.
+
+    least : the smallest share (-) of a fragment to simulate, > 0
+    """
     count = 0
     while share_at(cascade, count + 1) >= least:
         count += 1

@@ -99,6 +99,7 @@ def breaks_by_energy(effect: Fragmentation, before: Motion, after: Motion, n: Ve
     """Return True if an impact breaks the rock: the ratio r exceeds a limit drawn at random.
 
     A rock too small to give two fragments does not break.
+    before : not used by this effect; after : motion just after the impact; n : unit normal of the ground
     """
     body: Any = rock.rock  # asks_rock and draws: neither rock nor key is None
     key: Any = rock.key

@@ -66,10 +66,10 @@ def links_of(chain: Chain | None) -> list[Any]:
 def felt_normal(effect: object, n: Vec, motion: Motion, rock: RockContext) -> Vec:
     """Return the unit normal (3,) that a rebound uses instead of the ground's normal n: a hook for rough ground.
 
-    n (3,) is turned against the velocity. The caller uses n instead of the result if v . result >= 0, or if the rebound
-    with the result would send the rock into the ground.
+    The caller uses n instead of the result if the velocity is not into the ground with this normal (v . result >= 0),
+    or if the rebound with the result would send the rock into the ground.
 
-    motion : just before the impact
+    n : (3,) unit normal, turned against the velocity v; motion : just before the impact
     """
 
 
@@ -89,9 +89,10 @@ def normal_of_all(chain: Chain, n: Vec, motion: Motion, rock: RockContext) -> Ve
 def in_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a rock that has entered soft ground, before it rebounds: a hook for soft ground.
 
-    A rule may change v and w, but not position and time. zone, surface : zone of the facet that the rock hits, and
-    surface properties there; n : (3,) normal from `felt_normal`
-    motion : just before the impact
+    A rule may change the velocity v and the spin w, but not position and time.
+
+    zone : number of the zone of the facet that the rock hits; surface : properties of the ground there
+    motion : just before the impact; n : (3,) normal from `felt_normal`
     """
 
 
@@ -197,8 +198,9 @@ def air_of_all(chain: Chain, motion: Motion, height: float, t: float, rock: Rock
 def first_obstacle(effect: object, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
     """Return the first obstacle that a rock on an arc meets before `until` (s), or NO_MEETING.
 
-    This is a hook for barriers and trees. passed : number of the obstacle that the rock has just met, and does not meet
-    again on this arc; below 0 for none
+    This is a hook for barriers and trees.
+
+    passed : number of the obstacle that the rock has just met, and does not meet again on this arc; below 0 for none
     """
 
 
@@ -234,7 +236,7 @@ def still_at(effects: Any, motion: Motion, passed: int, rock: RockContext) -> in
     The result is `passed` if the rock is still in contact with an obstacle. Otherwise the result is below 0, because
     the rock may then meet every obstacle, including the obstacle `passed`.
 
-    motion : just after the impact on the ground
+    effects : the chain of effects; motion : just after the impact on the ground
     passed : number of the obstacle that the rock passed last before the impact; below 0 for none
     """
     if passed < 0:

@@ -83,8 +83,9 @@ def _cell_indices(points: FloatArray, begin: FloatArray, cell: float, nx: int, n
 def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, rock: RockContext) -> float:
     """Return the time (s), 0 to `until`, at which a rock on an arc meets obstacle k; inf if never. One rule per kind.
 
+    obstacles : all obstacles of one kind; k : index of the obstacle within this kind
     passed : index of the obstacle of this kind that the rock met last and has passed; below 0 for none
-    obstacles : all obstacles of one kind; until : s, later meetings do not count
+    until : s, later meetings do not count
     """
 
 
@@ -97,8 +98,8 @@ def first_in_cells(
     `Meeting.number` is the index within this kind. Meetings within `instant` (s) count as simultaneous; of these, the
     meeting with the smallest index is returned.
 
-    passed : index of the obstacle of this kind that the rock met last; below 0 for none
     obstacles : all obstacles of the kind, with the cells in which they lie
+    passed : index of the obstacle of this kind that the rock met last; below 0 for none
     """
     cells, best = obstacles.cells, NO_MEETING
     if not _comes_near(cells, arc, until):
@@ -145,7 +146,9 @@ def index_of(value: float, origin: float, cell: float, count: int) -> int:
 def leaves_at(index: int, count: int, origin: float, cell: float, x: float, v: float) -> float:
     """Return the time (s) at which an arc leaves row or column number `index` of a grid; inf if never.
 
-    The outermost rows and columns extend without end. origin, cell, count : as in `index_of`
+    The outermost rows and columns extend without end.
+
+    origin, cell, count : as in `index_of`
     x, v : at the start of the arc, the coordinate (m) and the velocity (m/s) along the axis that `index` counts
     """
     if abs(v) <= SLOWEST or index == (count - 1 if v > 0.0 else 0):

@@ -101,9 +101,10 @@ def spread_normal(effect: SpreadRoughness, n: Vec, motion: Motion, rock: RockCon
 
 @kernel
 def _normal_tilt(sd: float, rock: RockContext, stream: int) -> float:
-    """Return a random tilt (rad) of the normal for the next impact, with standard deviation `sd`, within +-STEEPEST.
+    """Return a random tilt (rad) of the normal for the next impact, within +-STEEPEST (89 degrees).
 
-    sd : rad; stream : purpose of the random number, which makes it independent of the others
+    sd : rad, standard deviation of the tilt; stream : purpose of the random number, which makes it independent of
+        others
     """
     tilt = sd * standard_normal(_drawn(rock, stream))
     return min(max(tilt, -STEEPEST), STEEPEST)
@@ -111,7 +112,10 @@ def _normal_tilt(sd: float, rock: RockContext, stream: int) -> float:
 
 @kernel
 def _drawn(rock: RockContext, stream: int) -> float:
-    """Return a random number in [0, 1) for the next impact, from one stream of the rock's random numbers."""
+    """Return a random number in [0, 1) for the next impact of a rock.
+
+    stream : purpose of the random number, which makes it independent of the numbers for other purposes
+    """
     key: Any = rock.key  # draws: the key is never None
     return uniform_at(key.seed, key.source, key.rock, stream, rock.impacts + 1)
 

@@ -116,7 +116,7 @@ def through_the_scar(
 ) -> Motion:  # fmt: skip
     """Return the motion of a rock after it has ploughed a scar into soft ground: soil drag and friction have slowed it.
 
-    motion : at first contact; n : unit normal of the ground; zone : of the ground
+    motion : at first contact; n : unit normal of the ground; zone : number of the zone; surface : not used
     """
     into = -dot(motion.v, n)
     if into <= 0.0:
@@ -134,8 +134,7 @@ def through_the_scar(
 def driven_through(depth: float, aside: float, radius: float) -> float:
     """Return the volume of soil (m3) that a sphere displaces on its path down to a depth (m).
 
-    aside : distance along the plane per metre of depth (-)
-    radius : of the sphere, m
+    aside : distance along the plane of the ground per metre of depth (-); radius : of the sphere, m
     """
     ahead = aside * volume_from_ahead(depth, radius)
     above = volume_from_above(depth, radius)

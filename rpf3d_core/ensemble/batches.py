@@ -141,7 +141,9 @@ def fly_batches(
 ) -> Batch:
     """Fly R rocks in batches, on several threads if the engine allows; return the rocks that flew, sorted by row.
 
-    keep : selects the records in the returned batch; `watch` receives all records
+    flight : the physics; releases : of the R rocks; keep : selects the records in the returned batch
+    watch : receives each flown batch with all records, on the thread that flew it; returns the largest heights (m)
+    control : threads, interruption and progress
     """
     compiled = isinstance(engine, Compiled)
     workers = (control.threads or os.cpu_count() or 1) if compiled else 1
@@ -203,7 +205,10 @@ def _in_order(parts: Sequence[Written], finals: FloatArray, counts: IntArray) ->
 
 
 def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
-    """Fly the rocks in some rows of the releases, in parts that fit into the record; return the records to keep."""
+    """Fly the rocks in some rows of the releases; return the records to keep, one entry for each part of the rocks.
+
+    The rocks fly in parts, because the record of the engine has a fixed size.
+    """
     releases, keep = crew.releases, crew.keep
     x, v = releases.x.take(rows, axis=0), releases.v.take(rows, axis=0)  # take() is four times as fast as indexing
     columns = {name: getattr(releases, name).take(rows) for name in ("source", "rock", "mass", "radius")}

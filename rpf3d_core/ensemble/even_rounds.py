@@ -49,9 +49,9 @@ def is_spread(sources: Sequence[Source], total: int) -> bool:
 
 
 def every_point(sources: Sequence[Source]) -> list[range]:
-    """Return, for each source, the numbers of its first rocks: one rock for each release point of the source.
+    """Return, for each source, the numbers of its first rocks, so that each release point has one rock.
 
-    For a source with random places (line or area) the result has one rock.
+    For a source with random places (line or area), the result has one rock.
     """
     return [range(_points(source)) for source in sources]
 
@@ -125,7 +125,7 @@ def _of_source(source: Source, count: int, most: int, number: int, place: int) -
 
 
 def _place(steps: float) -> float:
-    """Return where the first of several evenly spaced samples lies, as a share (-) of the distance between two samples.
+    """Return the place of the first of several evenly spaced samples, as a share (-) of the distance of two samples.
 
     steps : shift (-) that is added to the middle position, 0.5; the result is 0.5 + steps, modulo 1
     """

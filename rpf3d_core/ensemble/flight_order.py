@@ -100,8 +100,8 @@ def _golden_step(rocks: int) -> int:
     """Return a step s that brings R rows into the order 0, s, 2 s, ... modulo R, which contains each row once.
 
     The step is about R times the ratio of the golden section, so any part of this order is spread evenly over the rows.
-    A fixed step is not suitable: if the step is n, and a source assigns its rocks to n points in turn, a group would
-    contain the rocks of one point only.
+    A step that does not depend on R is not suitable: if it equals the number of points to which a source assigns its
+    rocks in turn, a group would contain the rocks of one point only.
 
     rocks : R
     """

@@ -206,7 +206,7 @@ def _durations(paths: Paths) -> FloatArray:
 
 
 def _next_event(paths: Paths, pieces: IntArray) -> IntArray:
-    """Return the row (P,) of the event that ends each path segment; for the last row of the table, the last row.
+    """Return the row (P,) of the event that ends each path segment: the next row, but at most the last row.
 
     pieces : (P,) row in `Paths` of the event that begins each segment
     """

@@ -164,6 +164,7 @@ def _size_all(effect: Fragmentation, mass: Any, radius: Any, v: Any, n: Any, cas
     """Write the size law of the fragments of N rocks into cascades (N, 2), and their number into counts (N,).
 
     mass, radius : (N,) kg and m; v, n : (N, 3) velocity (m/s) after the impact and normal of the ground
+    cascades : columns as in `_sized`
     """
     for i in range(len(mass)):
         rock = Rock(mass[i], radius[i])

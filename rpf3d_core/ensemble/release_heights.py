@@ -49,9 +49,10 @@ def ground_below_releases(engine: Engine, x: FloatArray) -> FloatArray:
 def _to_look_around(engine: Engine, found: FloatArray) -> IntArray:
     """Return the rows of the releases around which further vertical lines are searched.
 
-    These releases lie at least LEAST_HEIGHT crack widths above the free side of a facet. On terrain without overhangs
+    These releases lie at least LEAST_HEIGHT (4) crack widths above the free side of a facet. On terrain without
+        overhangs
     the result is empty, because no facet shows its back to a rock above.
-    found : (R, 3) from `Engine.ground_below`
+    found : (R, 3) height (m), facet and side of the ground below each release, from `Engine.ground_below`
     """
     if (np.asarray(engine.facets.normals)[:, 2] >= 0.0).all():
         return np.empty(0, dtype=np.int64)
@@ -60,9 +61,9 @@ def _to_look_around(engine: Engine, found: FloatArray) -> IntArray:
 
 
 def _below(engine: Engine, x: FloatArray, around: FloatArray, column: tuple[float, float]) -> FloatArray:
-    """Return the ground (N, 3) below points at some distance from x (N, 3) m, as `Engine.ground_below`.
+    """Return the ground (N, 3) below points next to x (N, 3) m, as from `Engine.ground_below`.
 
-    around : (N,) m, distance of each point from x; column : (2,) direction in plan from x to the points
+    around : (N,) m, horizontal distance of each point from x; column : (2,) direction in plan from x to the points
     """
     return engine.ground_below(np.ascontiguousarray(x + around[:, None] * np.array([*column, 0.0])))
 
@@ -70,7 +71,8 @@ def _below(engine: Engine, x: FloatArray, around: FloatArray, column: tuple[floa
 def _meet_a_back(found: FloatArray, height: FloatArray) -> NDArray[np.bool_]:
     """Return flags (4, N): True if a vertical line meets the back of a facet, less than twice `height` below its start.
 
-    found : (4, N, 3) ground below the starts of the lines; height : (N,) m, of the release above the ground below it
+    found : (4, N, 3) height (m), facet and side of the ground below the starts of the lines
+    height : (N,) m, of the release above the ground below it
     The factor 2 allows for steep facets.
     """
     return (found[:, :, 1] >= 0) & (found[:, :, 2] < 0) & (found[:, :, 0] < 2.0 * height)
@@ -79,7 +81,8 @@ def _meet_a_back(found: FloatArray, height: FloatArray) -> NDArray[np.bool_]:
 def _all_in_the_ground(found: FloatArray, backs: NDArray[np.bool_]) -> bool:
     """Return True if all lines around a release start in the ground: each meets the back of a facet, or no facet.
 
-    found : (4, 3) ground below the start of each line; backs : (4,) True for a line that meets the back of a facet
+    found : (4, 3) height, facet (below 0 for none) and side of the ground below the start of each line
+    backs : (4,) True for a line that meets the back of a facet
     """
     return bool((backs | (found[:, 1] < 0)).all())
 

@@ -97,15 +97,15 @@ def releases_of(
 
     A release has the same bits whether all releases are drawn or only some.
 
+    rock : size of the rocks; first : row of the first release to draw; count : number of releases, None for all
     engine : engine over the terrain, which gives the terrain height for `above_ground`
+    frame : frame of the terrain, for coordinates in messages
 
     Raises
     ------
     InputError
         `above_ground` at a position without terrain; the message names the source and the position in input
         coordinates.
-
-    rock : size of the rocks; first : row of the first release to draw; count : number of releases, None for all
     """
     ranges = ranges_of([source.rocks for source in sources], first, count)
     return releases_in(sources, ranges, rock, seed, engine, frame)
@@ -122,6 +122,7 @@ def releases_in(
     """Return the releases of some rocks of each source; numbers of rocks may exceed `Source.rocks`.
 
     ranges : for each source, a range of rock numbers, or the numbers themselves (N,)
+    rock, seed, engine, frame : as in `releases_of`
 
     Raises
     ------
@@ -171,9 +172,10 @@ def ranges_of(rocks: Sequence[int], first: int = 0, count: int | None = None) ->
 def share_out(sources: Sequence[int], total: int) -> list[int]:
     """Return how many of `total` rocks each source gets, in proportion to the sources' own numbers of rocks.
 
-    The largest remainder method gives whole numbers.
+    The largest remainder method gives whole numbers. If remainders are equal, the first source gets the additional
+    rock.
 
-    If remainders are equal, the first source gets the additional rock.
+    sources : number of rocks of each source
     """
     numbers = np.array(sources, dtype=float)
     exact = numbers / numbers.sum() * total

@@ -47,6 +47,7 @@ AnyRock = Rock | DrawnRock | SourceRocks | DrawnBody
 def sizes_of(rock: AnyRock, seed: int, source: ArrayLike, rocks: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
     """Return the masses (R,) kg and radii (R,) m of the rocks of a source, from their numbers (R,).
 
+    rock : the rocks of the scene; rocks : (R,) numbers of the rocks in their source
     source : number of the source: a single number for all rocks, or (R,) one for each rock; with `SourceRocks` only a
         single number
     """
@@ -87,7 +88,10 @@ def mass_range(rock: AnyRock) -> tuple[float, float]:
 
 
 def _of_source(rock: SourceRocks, source: ArrayLike) -> Any:
-    """Return the rocks of one source, as in `SourceRocks`; None if each rock has the volume of its shape."""
+    """Return the size of the rocks of one source, as in `SourceRocks`; None if each rock has the volume of its shape.
+
+    source : number of the source
+    """
     return rock.rocks[int(np.asarray(source))]
 
 

@@ -15,7 +15,9 @@ PERCENTILES = (5, 25, 50, 75, 95)
 
 
 def wilson_interval(count: int, total: int) -> tuple[float, float]:
-    """Return the 95 % confidence interval of a share of `count` out of `total` >= 1, due to the number of rocks.
+    """Return the 95 % confidence interval (low, high) of the share count / total, due to the number of rocks.
+
+    total : >= 1
 
     Sources
     -------

@@ -95,6 +95,7 @@ class Stream:
     Fragments of rocks that break fly after their block. `rows` counts the rocks of all blocks, `pieces` the fragments;
     `dust` is the mass of fragments too small to fly, in `broken.DUST_UNITS`.
 
+    shown : selects the rocks to keep for display
     watch, stop, threads, advance : as in `fly_batches` and `BatchControl`; sink : receives deposits and impacts
     impacts : True if the sink receives the impacts of all rocks, False if only those of the rocks to display
     """
@@ -110,7 +111,7 @@ class Stream:
     impacts: bool = True
 
     def __post_init__(self) -> None:
-        """Start with no rocks flown."""
+        """Set all counts to zero: no rock has flown."""
         self.rows = 0
         self.pieces = 0
         self.dust = 0
@@ -182,7 +183,7 @@ class Stream:
     def _chosen(self, rows: IntArray | None, count: int) -> NDArray[np.bool_]:
         """Return flags (count,) for the next `count` rocks to fly: True if the rock is among the given rows.
 
-        All flags are True if `rows` is None.
+        rows : row numbers, counted over all rocks of the ensemble; None for all rocks
         """
         chosen = np.full(count, rows is None)
         if rows is None:

@@ -15,7 +15,7 @@ def library_of(extra: str, module: str, user: str, fault: type[InputError] = Inp
     Raises
     ------
     InputError
-        Or `fault`, if given: the library is not installed; the message states how to install it.
+        The library is not installed; the message states how to install it. If `fault` is given, its class is raised.
     """
     try:
         return importlib.import_module(module)

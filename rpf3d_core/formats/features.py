@@ -77,7 +77,8 @@ def _strings(path: Path, family: str) -> list[dict[str, Any]]:
 def _line(path: Path, points: list[list[float]], closed: bool, family: str, where: str) -> dict[str, Any]:
     """Return a line as a GeoJSON line in plan, or as a polygon if polygons are needed.
 
-    points : (N, 2 or 3) m; family : as in `features_of`; where : the place of the line in the file, for messages
+    points : (N, 2 or 3) m; closed : True if the last point is connected to the first
+    family : wanted kind of geometry, "polygon" or "line"; where : place of the line in the file, for messages
     """
     plan = [point[:2] for point in points]
     if closed and plan and plan[0] != plan[-1]:

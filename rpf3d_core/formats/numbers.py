@@ -16,7 +16,7 @@ class NumberColumn(NamedTuple):
     """A column of numbers in a file.
 
     values : (N,) in m, kg or m3 if the header states a unit of the wanted quantity, else in the file's own unit
-    name : from the header, None without one; unit : that the header states, None without one
+    name : name of the column, None without a header; unit : unit that the name states, None if it states none
     """
 
     values: FloatArray
@@ -52,7 +52,10 @@ def read_column(path: Path, column: str | None, quantity: str) -> NumberColumn:
 
 
 def _in_si(numbers: list[float], name: str | None, quantity: str) -> NumberColumn:
-    """Return a column with its numbers converted by the unit that its name states, if it is one of the quantity."""
+    """Return a column; its numbers are converted if its name states a unit of the wanted quantity.
+
+    numbers : as in the file; name : name of the column, None without a header; quantity : a key of `units.SI`
+    """
     unit = unit_of_column(name or "", quantity)
     factor = unit.factor if unit is not None and unit.quantity == quantity else 1.0
     return NumberColumn(np.array(numbers) * factor, name, unit)
@@ -79,7 +82,10 @@ def _cell(path: Path, row: Row, place: int, column: str) -> float:
 
 
 def _number(path: Path, row: Row, header: list[str]) -> float:
-    """Return the only number of a line."""
+    """Return the only number of a line; raise an InputError if the line has other content.
+
+    header : names of the columns, for the advice in the message
+    """
     cells = [cell for cell in row.cells if cell]
     if len(cells) != 1 or not NUMBER.fullmatch(cells[0]) or not math.isfinite(float(cells[0])):
         found = f"{len(cells)} cells ({', '.join(cells)})" if len(cells) != 1 else repr(cells[0])

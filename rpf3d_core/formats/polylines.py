@@ -19,6 +19,8 @@ Along = Path | tuple[tuple[float, float], ...]
 def lines_along(along: Along) -> list[FloatArray]:
     """Return the lines (P, 2) m in plan of a scene entry such as a road; repeated consecutive points are removed.
 
+    along : path of a file with lines, or the corners (x, y) of one line (m)
+
     Raises
     ------
     InputError

@@ -70,7 +70,10 @@ def _urn(system: str) -> str:
 
 
 def transformed_places(path: Path, places: FloatArray, begin: str, end: str) -> FloatArray:
-    """Return places (N, 2 or 3) in another coordinate reference system; arguments and errors as in `transformed`."""
+    """Return places (N, 2 or 3) of a file in another coordinate reference system; errors are as in `transformed`.
+
+    begin, end : names of the old and the new reference system, such as EPSG:4326
+    """
     pyproj = needed(path, "pyproj")
     try:
         change = pyproj.Transformer.from_crs(begin, end, always_xy=True)

@@ -43,7 +43,7 @@ class TableUnit(NamedTuple):
     """A unit that the header of a column states, such as `mm`.
 
     quantity : key of `SI`; factor : size of the unit in the unit of `SI`
-    is_certain : False for an end of a name that may also be something else than a unit, such as the `t` of `mass_t`
+    is_certain : False if the word may also mean something else than this unit, such as the `t` of `mass_t`, or `ton`
     """
 
     name: str
@@ -55,8 +55,8 @@ class TableUnit(NamedTuple):
 def unit_of_column(header: str, quantity: str) -> TableUnit | None:
     """Return the unit that the name of a column states, such as `length (mm)` or `mass_t`; None if it states none.
 
-    A unit of another quantity is returned, too, even if it is uncertain, so that the caller can refuse it. Only the
-    symbols of `Length (L)` and the like are no units then.
+    A unit of another quantity is returned, too, even if it is uncertain, so that the caller can refuse the column. But
+    the result is None for a symbol of the quantity in the name: the `L` of `Length (L)` does not mean litres.
 
     quantity : key of `SI`, the quantity of the numbers in the column
     """
@@ -71,9 +71,10 @@ def unit_of_column(header: str, quantity: str) -> TableUnit | None:
 
 
 def _parts_of(header: str) -> tuple[str, str, str]:
-    """Return the name of a column, the words in brackets at its end, and its last word if there are no brackets.
+    """Split a header: return the name of the column, the words in brackets at its end, and its last word.
 
-    All are in small letters. Missing parts are "", and so is a last word that is hardly a unit.
+    All parts are in small letters. With brackets, the last word is "". It is also "" if it follows a blank and may be
+    an ordinary word, such as "in". Without brackets, the name is the whole header, and the words in brackets are "".
     """
     lower = _MEGAGRAM.sub("t", header.strip()).lower().replace("³", "3").replace("^3", "3")
     if bracket := _IN_BRACKETS.search(lower):
@@ -84,14 +85,14 @@ def _parts_of(header: str) -> tuple[str, str, str]:
 
 
 def _key_of(word: str) -> str:
-    """Return the key of a unit that is written as a word, also in the plural; other words as they are."""
+    """Return the key of a unit, such as "m" for "metres"; a word that is not a unit's name is returned unchanged."""
     return _SPELT_OUT.get(word) or _SPELT_OUT.get(word.removesuffix("s"), word)
 
 
 def doubt_on_unit(header: str, quantity: str) -> str:
-    """Return a sentence on a unit that the name of a column may not mean, such as that of `mass_t`; "" without doubt.
+    """Return a warning if it is uncertain which unit the name of a column states, as for `mass_t`; "" without doubt.
 
-    quantity : as in `unit_of_column`
+    header : name of the column; quantity : key of `SI`, the quantity of the numbers in the column
     """
     unit, wanted, bracket = unit_of_column(header, quantity), SI[quantity], _parts_of(header)[1]
     if unit is None and len(bracket) > 1:
@@ -104,7 +105,10 @@ def doubt_on_unit(header: str, quantity: str) -> str:
 
 
 def other_quantity(header: str, unit: TableUnit, quantity: str) -> str:
-    """Return the end of a sentence that refuses a column with a unit of another quantity, such as kg for a diameter."""
+    """Return the end of a sentence that refuses a column with a unit of another quantity, such as kg for a diameter.
+
+    header : name of the column; unit : the unit that it states; quantity : key of `SI`, the wanted quantity
+    """
     wanted = SI[quantity]
     advice = "" if unit.is_certain else f"; if {unit.name!r} is no unit there, name the column '{header} ({wanted})'"
     return (f"in {unit.name}, by the name of the column {header!r}, but must be in {wanted} or another unit of "

@@ -67,7 +67,8 @@ class PassingRock(NamedTuple):
 class PathSegment(NamedTuple):
     """One segment of a recorded path, with the arc that the rock follows there.
 
-    pieces : (S, 10) as in `simulation.record.Record`; p : row of the segment
+    pieces : (S, 10) all path segments: time, position and velocity at the start, velocity at the end
+    p : row of this segment in `pieces`
     flies : True for a flight, False for motion on the ground
     arc : the parabola of a flight; for motion on the ground, the straight line between both ends of the segment
     until : time of the arc at the segment's end: s for a flight; 1 for motion on the ground
@@ -165,7 +166,7 @@ def _foot(barriers: Barriers, k: int, x: float, y: float) -> float:
 def _note(found: BarrierArrivals, r: int, b: int, did: int, t: float, energy: float, height: float) -> None:
     """Count an arrival of rock r at barrier b, and record it if no earlier arrival of the rock there is recorded.
 
-    did, t, energy, height : data of the arrival, as in `BarrierArrivals`
+    did : result of the arrival (OVER, THROUGH or HELD); t : s, since the release; energy : J; height : m above the foot
     """
     found.events[b, did] += 1
     if did == HELD:

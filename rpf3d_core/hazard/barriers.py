@@ -81,7 +81,10 @@ class BarrierFigures(NamedTuple):
 class BarrierTally:
     """Counts at all B barriers of a scene, added while rocks fly: call the object with each batch of flown rocks.
 
-    Any thread may call the object. names : (B,); gravity : m/s^2; compiled : as in `hazard.tally.CellTally`
+    Any thread may call the object.
+
+    names : (B,) names of the barriers; gravity : m/s^2
+    compiled : False for so few rocks that plain Python finishes before the loop is compiled
     part : (B,) counts of the parameter set that flies at present, to which each batch is also added; empty without
         parameter sets
     """

@@ -62,7 +62,7 @@ class Bench(NamedTuple):
     """A row of the bench table, for a zone of the terrain (ZONE) or an area of interest (AREA).
 
     kind : ZONE or AREA; name : of the zone or area
-    reached, stopped : shares of all rocks flown, as in `share_of`
+    reached, stopped : shares of all rocks flown: `rocks`, `share` (-) and `interval_95`, as `share_of` returns them
     retained : of the rocks that reached the place, the share that stopped there
     energy_p95 : 95th percentile of each rock's largest energy in the place, J; None for fewer than 20 rocks
     lost : share of all rocks flown that were lost to holes of the terrain; None if no rock was lost
@@ -113,9 +113,11 @@ def _over_sets(benches: Sequence[Bench], sets: Any) -> list[Bench]:
 
 
 def with_predictive(share: dict[str, Any], low: float, high: float) -> dict[str, Any]:
-    """Return a share as in `share_of` with the intervals `predictive` and `sampling`; `interval_95` is `predictive`.
+    """Return a share with its predictive interval added; the key `interval_95` then has the predictive interval, too.
 
-    low, high : ends of the predictive interval (-); NaN if unknown
+    The result has the keys `rocks`, `share`, `interval_95`, `predictive` and `sampling`.
+
+    share : from `share_of`, with the sampling interval; low, high : ends of the predictive interval (-), NaN if unknown
 
     If the predictive interval is unknown, `predictive` and `interval_95` are None. With the sampling interval as
     `interval_95`, the share would look more certain than it is.

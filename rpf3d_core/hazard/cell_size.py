@@ -58,7 +58,7 @@ def _front(source: Source, lowest: float, highest: float) -> float:
 
     For a source of points, the front is at most the sum of the fronts of the single points.
 
-    lowest, highest : as in `_aside`
+    lowest, highest : heights of the lowest and the highest point of the terrain (m)
     """
     aside, wide = _aside(source, lowest, highest), _wide(_places(source))
     if source.line or source.triangles is not None:

@@ -85,7 +85,8 @@ def p95_change(steps: Sequence[Step]) -> float | None:
 def is_enough(steps: Sequence[Step], half_width: float, p95_energy: float) -> bool:
     """True if enough rocks have flown: the last step meets the targets for shares and for p95 energies.
 
-    half_width, p95_energy : targets (-)
+    half_width : target for half the width of the interval of a share (-)
+    p95_energy : target for the relative change of a p95 energy (-)
     """
     change = p95_change(steps)
     return change is not None and change <= p95_energy and steps[-1].half_width <= half_width
@@ -94,7 +95,8 @@ def is_enough(steps: Sequence[Step], half_width: float, p95_energy: float) -> bo
 def convergence_section(steps: Sequence[Step], half_width: float, p95_energy: float) -> dict[str, Any]:
     """Return the convergence for summary.json: targets, whether they were reached, last values, and all steps.
 
-    half_width, p95_energy : targets (-), as in `is_enough`
+    half_width : target for half the width of the interval of a share (-)
+    p95_energy : target for the relative change of a p95 energy (-)
     """
     return {
         "target": {"half_width": half_width, "p95_energy": p95_energy},

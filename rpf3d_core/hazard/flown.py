@@ -9,9 +9,13 @@ from rpf3d_core.ensemble.flights import FloatArray
 class FlownRocks(NamedTuple):
     """The records of N flown rocks, which are counted in hazard maps.
 
-    counts, finals, impacts, facets, pieces, modes, first : as in `ensemble.batch.Batch`
+    impacts, facets : (I, 9) and (I,), impacts of all rocks, and the facet of each
+    pieces, modes : (S, 10) and (S,), path segments of all rocks, and how the rock moves on each, such as in flight
+    first : (N + 1, 2) first row of each rock in impacts and in pieces; at the end, the numbers of rows
+    finals, counts : (N, 8) and (N, 4), final state and counts of each rock
+    `ensemble.batch.Batch` names the columns of all records; rocks with spin or shape have more columns.
     mass : (N,) kg; radius : (N,) m; gravity : m/s^2
-    spins : as in `ensemble.spin.spins_squared`; None if rocks do not spin
+    spins : `ensemble.spin.Spins`, the rotation at the ends of segments and before impacts; None if rocks do not spin
     """
 
     counts: Any
@@ -30,7 +34,7 @@ class FlownRocks(NamedTuple):
 def flown_rocks(batch: Batch, mass: FloatArray, radius: FloatArray, gravity: float, spins: Any = None) -> FlownRocks:
     """Return the records of a batch of flown rocks, with their masses (N,) kg and radii (N,) m.
 
-    gravity, spins : as in `FlownRocks`
+    gravity : m/s^2; spins : rotation, from `ensemble.spin.spins_squared`; None if rocks do not spin
     """
     return FlownRocks(
         counts=batch.counts,

@@ -123,7 +123,8 @@ def _spread(tally: CellTally, found: Found, q: int, percentiles: StatisticArray)
 def _find_ranks(bins: Any, begin: int, ranks: Any, places: Any) -> None:
     """Write to `places` (N, P) the bin that contains the rock of each rank (N, P) in N cells.
 
-    bins : (N, B) counts; begin : column of the bin that has the number 0; ranks : as in `_places`
+    bins : (N, B) counts; begin : column of the bin that has the number 0
+    ranks : (N, P) place of the rock among the rocks of its cell in ascending order, from 1; ascending in each row
     """
     for s in range(len(ranks)):
         seen, b = np.int64(0), begin

@@ -35,7 +35,10 @@ Values = NDArray[np.floating[Any]]
 
 
 class Scale(NamedTuple):
-    """A colour scale between two values, in the unit of the map; logarithmic or linear."""
+    """A colour scale from the value `low` to the value `high`, in the unit of the map.
+
+    logarithmic : True if colours are spaced by the logarithm of the value, False for a linear scale
+    """
 
     low: float
     high: float

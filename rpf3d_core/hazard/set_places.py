@@ -118,7 +118,7 @@ class PlaceTally:
 
 
 def less(after: NDArray[Any], before: NDArray[Any]) -> NDArray[Any]:
-    """Return the counts `after`, (N,) or (N, B), minus the earlier counts `before`, which may have fewer rows."""
+    """Return counts (N,) or (N, B) minus the earlier counts `before`; rows that `before` does not have count as 0."""
     new = after.copy()
     new[: len(before)] -= before
     return new

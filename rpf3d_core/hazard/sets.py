@@ -93,7 +93,10 @@ class SetFigures:
         return _ends(shares_of_site(self._with_outcome(*outcomes), self.rocks[:, None]))
 
     def seen_outcome(self, *outcomes: Outcome) -> list[float]:
-        """Return the interval as `outcome`, without the least upper end of shares that hardly any set has."""
+        """Return the predictive interval of the share of rocks with one of the outcomes: lower and upper end (-).
+
+        Unlike in `outcome`, the interval is not widened for outcomes that few or no sets have.
+        """
         return _ends(predictive_shares(self._with_outcome(*outcomes), self.rocks[:, None]))
 
     def _with_outcome(self, *outcomes: Outcome) -> FloatArray:
@@ -103,8 +106,8 @@ class SetFigures:
     def shares_of_cells(self, counts: FloatArray) -> Interval:
         """Return the predictive intervals of the shares (-) of all rocks that come to N map cells.
 
-        They leave out the least upper end of `shares_of_site`. It would be nearly the same in most cells, because few
-        sets reach a cell, and would hide where rocks go.
+        Unlike in `shares_of_site`, the intervals are not widened for cells that few sets reach. The widened upper ends
+        would be nearly the same in most cells, and would hide where rocks go.
 
         counts : (S, N) numbers of rocks of each set
         """

@@ -33,7 +33,8 @@ class Slots(NamedTuple):
 
     cell : (S,) number of each cell; lines : a cache line per cell, with sums in units of `Scales.top` / SUM_UNITS
     bins : (S, B) number of rocks in each bin of energy, then of speed, then of height, without overflows (carries)
-    ways : (S, 2) as in `hazard.walks.ways`; None if not gathered
+    ways : (S, 2) sums over the rocks of path lengths (in cell widths) and of their squares, times `ways.WAY_UNITS`;
+        None if path lengths are not counted
     """
 
     cell: Any

@@ -116,7 +116,7 @@ class Tallies:
     def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
         """Return hazard maps with zones and areas of interest only, quickly, for the checks of convergence.
 
-        flown : number of flown rocks; area_names : as in `maps`
+        flown : number of flown rocks; area_names : names of the areas of interest, in the order of their counts
         """
         nothing = layers_of(CellTally(0, self.squares.scales, math.inf))
         zones, inside = (layers_of(tally) for tally in (self.zones, self.inside))

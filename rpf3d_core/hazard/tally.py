@@ -67,7 +67,7 @@ class CellTally:
 
         The cost depends on the number of cells that rocks reached, not on the number of all cells.
 
-        scales : bins of the new tally; limit : as in `CellTally`
+        scales : bins of the new tally; limit : most bytes that its bins may take
         """
         fresh = CellTally(0, scales, limit, self.compiled, self.ways)
         self.slot[self.slots.cell[: self.used]] = -1

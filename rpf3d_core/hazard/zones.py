@@ -53,7 +53,8 @@ class Zone(NamedTuple):
     level : of reach probability (-), None for a class; name : of the class, None for a level
     cells : (C,) True for each cell of the zone; guessed : number of cells of the zone whose largest energy replaces a
         missing percentile
-    object_width : as in `Matrix`; None if probabilities refer to a cell, so that they grow with the size of the cell
+    object_width : width of an object that may be hit, plus the diameter of a rock (m); None if probabilities refer to a
+        cell, so that they grow with the size of the cell
     """
 
     kind: str

@@ -93,8 +93,8 @@ def _in_order(crests: Sequence[Crest], most: int) -> list[int]:
     """Return the indices of at most `most` >= 2 crests in the order of `listed`.
 
     The brow at the top of a wall matters even if lower faces are larger: rocks from there fall farthest, and reach all
-    that rocks from lower crests reach. The first is at least LONG, if any crest is; of equal falls (in whole metres),
-    the largest crest is the first.
+    places that rocks from lower crests reach. The first crest is at least LONG (m) long, if any crest is. If several
+    crests have the longest fall (in whole metres), the largest of them is the first.
     """
     if not crests:
         return []
@@ -112,7 +112,10 @@ def _size(crest: Crest) -> float:
 
 
 def _with_fall(image: HeightImage, crest: Crest, lowest: float) -> Crest:
-    """Return a crest with its fall; image : heights of the whole terrain; lowest : as in `_fall`."""
+    """Return a crest with its fall, which is at least the height of the face below the crest.
+
+    image : heights of the whole terrain; lowest : height (m) of the lowest ground of the terrain
+    """
     return crest._replace(fall=max(_fall(image, crest.points, lowest), crest.height))
 
 

@@ -25,7 +25,7 @@ def import_layer(
 ) -> int:
     """Write the geometries of one kind in a file as GeoJSON, and return their number.
 
-    layer : name of the layer, "" for the only layer with this kind of geometries
+    kind : "polygon", "line" or "point"; layer : name of the layer, "" for the only layer with this kind of geometries
     begin : name of the reference system of the file; None for the reference system that the file states
     end : name of the reference system of the result; None to leave the coordinates unchanged
 

@@ -35,7 +35,8 @@ MOST_CRESTS = 8
 class FileChoice(NamedTuple):
     """How to read a terrain file.
 
-    up : axis that points up; unit : of the coordinates; crs : reference system, None for the one that the file states
+    up : axis that points up, "y" or "z"; unit : unit of the coordinates, a key of `units.LENGTHS`
+    crs : name of the coordinate reference system, None for the system that the file states
     """
 
     up: str = "z"
@@ -46,7 +47,8 @@ class FileChoice(NamedTuple):
 class NewSceneFiles(NamedTuple):
     """The new scene file, and the sentences that the user reads after it was written.
 
-    path : of the scene file; sentences : on the content of the terrain file; warnings : on what the user must check
+    path : of the scene file
+    sentences : sentences on the content of the terrain file; warnings : sentences on what the user must check
     """
 
     path: Path

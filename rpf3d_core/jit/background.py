@@ -160,7 +160,7 @@ def _listen(process: "subprocess.Popen[bytes]", answers: "queue.SimpleQueue[str]
 
 
 def _started(loops: Sequence[Any]) -> "subprocess.Popen[bytes] | None":
-    """Start the background process, which imports the modules of the loops; return None if it cannot be started."""
+    """Start the background process, which imports the modules of the loops, and return it; None if it cannot start."""
     modules = {loop.__module__ for loop in loops}
     with suppress(OSError):
         return subprocess.Popen(

@@ -42,7 +42,7 @@ def compile_apart(digest: str) -> None:
     In the common folder, numba would not notice an edit of the user's code, and a process without the user's code could
     not read the index of the cache.
 
-    digest : of the user's code
+    digest : of the user's code, which selects the folder
     """
     _foreign.add(digest)
     for each in LOOPS:
@@ -88,7 +88,10 @@ def cache_folder(module: str) -> Path:
 
 
 def is_cached(loop: Any, *classes: type) -> bool:
-    """True if the disk cache contains a loop, compiled for arguments of these classes; the first call is then fast."""
+    """True if the disk cache contains compiled code of a loop for arguments of some classes, so that a call is fast.
+
+    classes : classes that must be among the argument types, such as those of the models; none for any compiled code
+    """
     with suppress(OSError):
         found = cache_folder(loop.__module__).rglob(f"*.{loop.__name__}-*.nbi")
         return any(all(cls.__name__.encode() in index for cls in classes) for index in map(Path.read_bytes, found))

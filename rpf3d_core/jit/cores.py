@@ -12,7 +12,7 @@ def usable_cores() -> int:
 
 
 def has_spare_core() -> bool:
-    """True if a processor core is free for a second process.
+    """True if a processor core is free for a second process: the load is below the number of cores.
 
     Without a free core a second process is a loss, because two processes need a sixth more computing time in total.
     """

@@ -172,6 +172,8 @@ def guarded(instead: F) -> Callable[[F], F]:
 
     In Python, the decorated kernel returns `instead(*args)` if `f` raises ArithmeticError or ValueError. Compiled code
     never raises: the root of a negative number is NaN, a division by zero is infinite, and the computation continues.
+
+    instead : function with the arguments of the kernel, which returns the result after a failure
     """
 
     def mark(function: F) -> F:

@@ -39,7 +39,7 @@ def one_by_one(work: Sequence[Callable[[], Any]]) -> list[Any]:
 def longer(array: NDArray[Any], length: int, rest: int) -> NDArray[Any]:
     """Return the given array (N,) if it has at least `length` elements, else a longer copy with spare elements.
 
-    rest : value of the elements after the copied elements
+    rest : value of all elements of the copy after the copied elements
     """
     if len(array) >= length:
         return array
@@ -102,5 +102,5 @@ class Threads:
 
 
 def halves(count: int) -> list[tuple[int, int]]:
-    """Return begin and end (exclusive) of the two halves of `count` items, for two threads."""
+    """Return (begin, end) of the two halves of `count` items, end exclusive, to share the items between two threads."""
     return [(0, count // 2), (count // 2, count)]

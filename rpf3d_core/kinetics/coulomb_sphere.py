@@ -85,7 +85,10 @@ def kicked(motion: Motion, n: Vec, radius: float, k: float, slip: Vec) -> Motion
 
 @rebound.rule(CoulombSphere)
 def sphere_rebound(model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion of a sphere after an impact, with a rolling moment if the ground has rolling friction."""
+    """Return the motion of a sphere after an impact, with a rolling moment if the ground has rolling friction.
+
+    n : (3,) unit normal of the ground
+    """
     body = rock.rock
     radius, into = body.radius, max(-dot(motion.v, n), 0.0)  # type: ignore[union-attr]  # the model asks for the rock
     mu = model.impact_friction if model.impact_friction >= 0.0 else surface.mu
@@ -117,10 +120,12 @@ def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: floa
 def sphere_rest(
     model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> RemainingBounces:
-    """End the bounces at once, unless R_n is 1: the sphere stays on the ground and keeps its speed along the ground.
+    """Return `RemainingBounces` without any bounce: the sphere stays on the ground, with its speed along the ground.
 
-    Small bounces would push on the ground, on average, as much as a sphere that stays on the ground. With R_n = 1 the
-    bounces never die out.
+    Small bounces would push on the ground, on average, as much as a sphere that stays on the ground. If R_n is 1, the
+    bounces never die out, and `ends` is False.
+
+    n : (3,) unit normal of the ground; gravity : not used
     """
     v = subtract(motion.v, scale(dot(motion.v, n), n))
     return RemainingBounces(along=ZERO, down=ZERO, v=v, t=0.0, ends=surface.R_n < 1.0)

@@ -49,6 +49,7 @@ def law_in_gully(ground: object, first: Surface, second: Surface, pushes: tuple[
     """Return the law of motion of a ground model in a gully between two facets.
 
     first, second : surface properties of both facets; pushes : push of each facet on the rock (m/s^2, at least 0)
+    gravity : m/s^2, above 0
     """
 
 
@@ -67,7 +68,7 @@ def coulomb_in_gully(
 ) -> Law:
     """Return the law of motion of a rock that slides in a gully: each facet brakes with its own friction and push.
 
-    first, second, pushes : as in `law_in_gully`
+    first, second, pushes, gravity : as in `law_in_gully`
     """
     friction = first.mu * pushes[0] + second.mu * pushes[1]
     return Law(share=1.0, friction=friction, stop_speed=max(first.stop_speed, second.stop_speed), anywhere=False)

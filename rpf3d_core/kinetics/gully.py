@@ -90,7 +90,7 @@ def line_between(facets: Facets, first: int, second: int, x: Vec, v: Vec) -> Vec
 def _in_sense(direction: Vec, v: Vec) -> Vec:
     """Return the direction in which a rock with velocity v slides along a gully: `direction` or its reverse.
 
-    The result points downwards if v is perpendicular to it.
+    The result points along v, or downwards if v is perpendicular to the gully.
     """
     along = dot(v, direction)
     reverse = along < 0.0 or (along == 0.0 and direction[2] > 0.0)
@@ -99,7 +99,10 @@ def _in_sense(direction: Vec, v: Vec) -> Vec:
 
 @kernel
 def kink(n_first: Vec, n_second: Vec) -> float:
-    """Return the sine of the angle between two facets (-), from their unit normals."""
+    """Return the sine of the angle between two facets (-).
+
+    n_first, n_second : (3,) unit normals of the facets
+    """
     return norm(cross(n_first, n_second))
 
 
@@ -132,7 +135,7 @@ def thrown_out(n_first: Vec, n_second: Vec, v: Vec, restitution: tuple[float, fl
     loss of speed along the facets is neglected, so the result is an upper bound.
 
     n_first, n_second : (3,) normals of the facet that the rock hits first, with velocity v, and of the other facet
-    restitution : R_n (-) of both facets
+    restitution : R_n (-) of both facets; gravity : m/s^2
     """
     n, m, out = n_first, n_second, v
     for k in range(MOST_BOUNCES):

@@ -65,6 +65,7 @@ def constant_restitution(
 ) -> Motion:
     """Return the motion of a lumped mass after an impact with constant restitution.
 
+    n : (3,) unit normal of the facet
     Source: thesis, equations 3-1 to 3-3; physics reference 1.1.
     """
     return lumped(surface.R_n, surface.R_t, motion, n)
@@ -72,7 +73,10 @@ def constant_restitution(
 
 @kernel
 def lumped(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
-    """Return the motion of a lumped mass after an impact, from restitution R_n and R_t (-); the spin is unchanged."""
+    """Return the motion of a lumped mass after an impact, from restitution R_n and R_t (-); the spin is unchanged.
+
+    n : (3,) unit normal of the facet
+    """
     v_n = dot(motion.v, n)
     v = add(scale(-R_n * v_n, n), scale(R_t, without(motion.v, n)))
     return Motion(t=motion.t, x=motion.x, v=v, w=motion.w)
@@ -82,7 +86,10 @@ def lumped(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 def constant_rest(
     model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> RemainingBounces:
-    """Return the sum of all remaining bounces on a plane, for the constant model."""
+    """Return the sum of all remaining bounces on a plane of normal n (3,), for constant R_n and R_t of the material.
+
+    gravity : m/s^2, above 0
+    """
     return sum_of_bounces(surface.R_n, surface.R_t, motion, n, gravity)
 
 
@@ -114,16 +121,16 @@ def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -
 
 @kernel
 def endless(motion: Motion) -> RemainingBounces:
-    """Keep all bounces, because they never die out or have no known sum: each bounce is computed as a flight.
+    """Return `RemainingBounces` with `ends` False: the bounces never die out, or their sum is unknown.
 
-    motion : just after an impact
+    The caller then computes each bounce as a flight. motion : just after an impact
     """
     return RemainingBounces(along=ZERO, down=ZERO, v=motion.v, t=0.0, ends=False)
 
 
 @kernel
 def at_once(motion: Motion, n: Vec) -> RemainingBounces:
-    """End the bounces at once: the rock stays on the ground and keeps its speed along the ground.
+    """Return `RemainingBounces` without any bounce: the rock stays on the ground and keeps its speed along the ground.
 
     motion : just after an impact on a plane of normal n (3,)
     """
@@ -134,5 +141,8 @@ def at_once(motion: Motion, n: Vec) -> RemainingBounces:
 def no_sum(
     model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> RemainingBounces:
-    """End the bounces at once, because the sum of the remaining bounces has no closed form."""
+    """Return `RemainingBounces` without any bounce, for a rebound model whose bounces have no sum in closed form.
+
+    The rock stays on the ground and keeps its speed along the ground. n : (3,) normal of the ground; gravity : not used
+    """
     return at_once(motion, n)

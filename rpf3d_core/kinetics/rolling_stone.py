@@ -38,7 +38,7 @@ def stone_in_gully(
 ) -> Law:
     """Return STONE's law of motion in a gully, with the mean friction of two facets, weighted by their pushes.
 
-    STONE itself has no gullies.
+    STONE itself has no gullies. gravity : g, m/s^2, above 0
     """
     return Law(
         share=1.0,
@@ -50,5 +50,8 @@ def stone_in_gully(
 
 @kernel
 def _deceleration(mu: float, gravity: float) -> float:
-    """Return the deceleration of STONE's rule, g sin(atan(mu)), m/s^2."""
+    """Return the deceleration of STONE's rule, g sin(atan(mu)), m/s^2.
+
+    mu : rolling friction (-); gravity : g, m/s^2
+    """
     return gravity * mu / math.sqrt(1.0 + mu * mu)

@@ -77,7 +77,7 @@ def slide_path(v: Vec, n: Vec, g_t: Vec, friction: float) -> SlidePath:
     """Return the path of a sliding rock with velocity v along the plane of normal n.
 
     g_t : (3,) m/s^2, gravity along the plane; friction : k, deceleration by friction (m/s^2)
-    If the path is a straight line (`is_straight`), only `down` and `speed` have a meaning.
+    If the path is a straight line (`is_straight`), use only `speed` and `pull` of the result.
     """
     pull, speed = norm(g_t), norm(v)
     if pull == 0.0 or speed == 0.0:

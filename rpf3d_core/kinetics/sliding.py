@@ -93,7 +93,7 @@ def slide_on_facet(
     """Return the next segment of a rock that slides over a facet, until it leaves the facet or stops.
 
     motion.v must lie in the plane of the facet; law : coefficients of the ground model
-    time_left : s until max_time, at which the segment ends in any case
+    gravity : m/s^2, above 0; time_left : s until max_time, at which the segment ends in any case
     """
     f, n, slack = plane.f, plane.n, plane.slack
     g_t, friction, stop_speed = scale(law.share, gravity_along(n, gravity)), law.friction, law.stop_speed

@@ -43,7 +43,10 @@ def has_slip(model: SlipFriction, zone: int) -> bool:
 
 @kernel
 def slip_at_release(model: Any) -> Any:
-    """Return the slip (m) of a rock at its release: 0, or None if no ground of the scene has slip friction."""
+    """Return the slip (m) of a rock at its release: 0, or None if no ground of the scene has slip friction.
+
+    model : `SlipFriction`, or None if no ground has slip friction
+    """
     if model is None:
         return None
     return 0.0
@@ -53,8 +56,8 @@ def slip_at_release(model: Any) -> Any:
 def slip_on_ground(model: Any, slipped: Any, zone: int, way: float) -> Any:
     """Return the slip (m) of a rock after its centre has moved a distance `way` (m) while it presses on a zone.
 
-    slipped : slip before (m). The result is 0 on ground without slip friction, and None if no ground of the scene has
-    slip friction.
+    model : as in `slip_at_release`; slipped : slip before (m); zone : number of the zone
+    The result is 0 on ground without slip friction, and None if no ground of the scene has slip friction.
     """
     if model is None:
         return None
@@ -66,7 +69,8 @@ def slip_in_air(model: Any, slipped: Any, zone: int, t: float) -> Any:
     """Return the slip (m) of a rock after t seconds without pressure on the ground.
 
     The result is None if no ground of the scene has slip friction.
-    slipped : slip before (m); zone : zone of the last contact, or any zone before the first contact, when slip is 0
+    model : as in `slip_at_release`; slipped : slip before (m)
+    zone : number of the zone of the last contact, or any zone before the first contact, when slip is 0
     """
     if model is None:
         return None

@@ -94,9 +94,10 @@ def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Sur
 
 @kernel
 def _turning_time(v: Vec, a: Vec, radius: float) -> float:
-    """Return the time (s) until a velocity v, at constant acceleration a, has turned by TURN or is zero; inf if never.
+    """Return the time (s) until a velocity v (m/s), at constant acceleration a (m/s^2), has turned by TURN or is zero.
 
-    A sphere that slows down within BACK times its radius may turn by any angle: the result is inf.
+    The result is inf if neither happens. It is also inf for a sphere that slows down within BACK times its radius (m):
+    such a sphere may turn by any angle.
     """
     speed, pull = norm(v), norm(a)
     if speed * speed <= 2.0 * BACK * radius * pull:
@@ -136,7 +137,7 @@ def _skidding(direction: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
 
 @kernel
 def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) -> RollingSegment:
-    """Return the segment on which a sphere skids, which ends when the slip is zero, or slip or velocity turned by TURN.
+    """Return the segment on which a sphere skids: it ends when the slip is zero, or slip or velocity turned by TURN.
 
     friction : deceleration by friction, mu N (m/s^2)
     v, slip, n, g_t, radius : as in `rolling_piece`
@@ -179,7 +180,7 @@ def _rolling(v: Vec, g_t: Vec, resistance: float, direction: Vec, lowest: float)
 
 @kernel
 def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float, radius: float) -> RollingSegment:
-    """Return the segment on which a sphere rolls, which ends at the stop speed, at speed zero, or after a turn by TURN.
+    """Return the segment on which a sphere rolls. It ends at the stop speed, at speed zero, or after a turn by TURN.
 
     resistance : rolling resistance (m/s^2)
     v, g_t, radius : as in `rolling_piece`; stop_speed : of the ground, m/s

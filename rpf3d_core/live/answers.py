@@ -191,7 +191,8 @@ def _clusters(
 ) -> list[ClusterTally]:
     """Return empty counts for each cluster of sources; an empty list if no source was received.
 
-    tallies, outlines : the counts of the answer and the areas in them; side : m, of the squares as in `clusters_of`
+    tallies : the counts of the answer; outlines : the areas of interest in them
+    side : m, of the squares in plan whose sources form one cluster
     """
     if not len(released.places):
         return []

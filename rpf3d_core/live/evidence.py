@@ -87,7 +87,7 @@ def worst_of(said: list[AreaEvidence], flown: int) -> AreaEvidence:
 def _origins_of(said: list[AreaEvidence], flown: int) -> Origins | None:
     """Return the origin of each figure of the worst result: the cluster whose result has the worst figure.
 
-    None if no result has origins. flown : as in `worst_of`
+    None if no result has origins. flown : number of rocks to which all numbers of rocks are scaled
     """
     if all(area.origins is None for area in said):
         return None
@@ -113,7 +113,7 @@ def _ends_over_sets(said: list[AreaEvidence]) -> dict[str, Any]:
     """Return the fields `energy_high`, `energy_sets` and `first_arrival_low_s` of the worst result, by name.
 
     A field is missing if no result has this field. A result without the field takes part in the comparison with the
-    figure of all its rocks, so the worst result is never less safe than the figure of all rocks in any result.
+    figure of all its rocks, so the worst result is at least as bad as the figure of all rocks in each result.
     """
     ends: dict[str, Any] = {}
     if any(area.energy_high is not None for area in said):
@@ -154,8 +154,9 @@ def _predictive_of(said: list[AreaEvidence], low: float, high: float) -> tuple[f
 
 
 def _left_high_of(said: list[AreaEvidence], predictive_high: float | None) -> float | None:
-    """Return the worst `left_high` of several results, at least `predictive_high`.
+    """Return the largest `left_high` of several results, at least `predictive_high`, the worst upper end (-).
 
+    `left_high` is the upper end (-) of a share if all rocks that left the terrain had reached the area ahead.
     None if no result is from parameter sets, or if a result from parameter sets lacks the value.
     """
     ends = [area.left_high for area in said if area.sets]

@@ -271,7 +271,11 @@ def _laid_out(terrain: Terrain, room: Room, share: Share) -> Facets:
 
 
 def _border(sides: FloatArray, tolerance: float) -> Border:
-    """Return the boundary of a terrain with its caps; sides : as in `Border`; tolerance : m, contact tolerance."""
+    """Return the boundary of a terrain with the caps over its gaps.
+
+    sides : (B, 3, 3) m, sides of facets without a neighbour: begin, end, and third corner of the facet
+    tolerance : m, contact tolerance
+    """
     return Border(sides, caps_within(sides, tolerance))
 
 

@@ -64,9 +64,9 @@ class DigestHistory:
     def replaced_ns(self, digest: str, made_ns: int) -> int | None:
         """Return when (ns) a digest was replaced; None if it is the present digest.
 
-        If the digest was present several times, the last time that began before `made_ns` counts. So evidence is not
-        younger than its rocks, however often a thing goes to and fro. A digest that is not known counts as replaced
-        when the watch began.
+        If the digest was present in several periods, the last period that began before `made_ns` counts, else the first
+        one. So the evidence is not taken for younger than its rocks if the thing changes back and forth. A digest that
+        is not known counts as replaced when the watch began.
 
         made_ns : when (ns) the evidence with this digest was made
         """

@@ -100,7 +100,7 @@ def _box(facets: Facets, change: PatchChange, marks: NDArray[np.uint8], share: S
 
     Raises TerrainError if the box becomes too wide for the terrain's contact tolerance.
 
-    marks : (F,) as `change_of` has set them
+    marks : (F,) from `change_of`: STAYS or GOES for each facet
     """
     going = facets.corners[change.gone].reshape(-1, 3)
     box = np.array([facets.low, facets.high])

@@ -219,14 +219,21 @@ def _too_far(positions: FloatArray, distances: FloatArray, sound: Flags, highest
 
 
 def _over_top(standing: PreparedTerrain, x: FloatArray) -> FloatArray:
-    """Return the highest ground at places (S, 3) m, seen from above all terrain, with the columns of `ground_below`."""
+    """Return the highest ground at places (S, 3) m in plan, as three columns (S, 3).
+
+    The columns are those of `Engine.ground_below`, measured from a height above all terrain: height (m) above the
+    ground; number of the facet, -1 where there is no ground; side of the facet, 1 for the free side, -1 for the back.
+    """
     top = np.array(x)
     top[:, 2] = standing.ground.facets.high[2] + ABOVE_EVERYTHING
     return standing.ground.engine.ground_below(top)
 
 
 def _tops(standing: PreparedTerrain, x: FloatArray, over: FloatArray) -> FloatArray:
-    """Return the height (S,) m, local frame, of the highest ground at places (S, 3) m; NaN where there is none."""
+    """Return the height (S,) m, local frame, of the highest ground at places (S, 3) m; NaN where there is none.
+
+    over : result of `_over_top` for these places
+    """
     tops = standing.ground.facets.high[2] + ABOVE_EVERYTHING - over[:, 0]
     return np.where(over[:, 1] < 0, np.nan, tops)
 

@@ -39,7 +39,7 @@ def trigger_of(
 def digest_of(positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None, stamp_ns: int) -> str:
     """Return a digest (SHA-256, hex) that identifies sources; it depends on the numbers, not on their data type.
 
-    Parameters as in `trigger_of`.
+    positions : (S, 3) m; velocities : (S, 3) m/s; diameters : (S,) m or None; stamp_ns : stamp of the message, ns
     """
     found = hashlib.sha256(f"sources {len(positions)} {stamp_ns}".encode())
     for column in (positions, velocities, diameters):

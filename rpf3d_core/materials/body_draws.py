@@ -31,7 +31,8 @@ class DrawnBodyMaterials(NamedTuple):
     """The ground of all Z zones for rocks with a shape, with distributions, as arrays that compiled code can read.
 
     kind : (Z, 4) kind of the distribution of each coefficient, in the order of `draws.COEFFICIENTS`
-    numbers : (Z, 4, 6) the other fields of `Distribution`; stop_speed : (Z,) m/s; per_impact : (Z,) 0 or 1
+    numbers : (Z, 4, 6) the fields of `Distribution` after `kind`, in their order; stop_speed : (Z,) m/s
+    per_impact : (Z,) 1 for a new draw after each impact, 0 for one draw per rock
     """
 
     kind: Any
@@ -54,7 +55,10 @@ def bodies_as_drawn(surfaces: list[DrawnBodySurface]) -> DrawnBodyMaterials:
 
 @surface_of.rule(DrawnBodyMaterials)
 def drawn_body_surface(materials: DrawnBodyMaterials, zone: int, rock: RockContext) -> Surface:
-    """Return the ground properties of a zone for a rock, drawn once per rock or for the rock's next impact."""
+    """Return the ground properties of a zone for a rock with a shape: the rule of `surface_of` for drawn materials.
+
+    The properties are drawn once per rock, or for the rock's next impact if the zone has `per_impact`.
+    """
     number = rock.impacts + 1 if materials.per_impact[zone] else 0
     return Surface(
         R_n=coefficient(materials, zone, rock, number, 0),

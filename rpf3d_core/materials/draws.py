@@ -45,11 +45,11 @@ class Drawn(Protocol):
 
 
 class DrawnSurface(NamedTuple):
-    """The ground of a zone whose coefficients are drawn at random, with their distributions.
+    """The ground of a zone, with a distribution for each coefficient; a distribution may be a fixed value.
 
-    R_n, R_t : distributions (-) within [0, 1]; friction_angle : distribution, degrees, within [0, 90)
+    R_n, R_t : normal and tangential restitution, distributions (-) within [0, 1]
+    friction_angle : distribution, degrees, within [0, 90); rolling_friction : distribution (-), >= 0
     stop_speed : m/s; per_impact : True for a new draw at each impact, False for one draw per rock
-    rolling_friction : distribution (-), >= 0
     """
 
     R_n: Distribution
@@ -69,8 +69,8 @@ class DrawnMaterials(NamedTuple):
     """The ground of all Z zones with distributions, as arrays that compiled code can read.
 
     kind : (Z, 4) kind of the distribution of each coefficient, in the order of COEFFICIENTS
-    numbers : (Z, 4, 6) the other fields of `Distribution`
-    stop_speed : (Z,) m/s; per_impact : (Z,) 0 or 1
+    numbers : (Z, 4, 6) the fields of `Distribution` after `kind`, in their order
+    stop_speed : (Z,) m/s; per_impact : (Z,) 1 for a new draw at each impact, 0 for one draw per rock
     """
 
     kind: Any
@@ -109,7 +109,10 @@ def drawn_columns(surfaces: Sequence[Drawn]) -> dict[str, Any]:
 
 @surface_of.rule(DrawnMaterials)
 def drawn_surface(materials: DrawnMaterials, zone: int, rock: RockContext) -> Surface:
-    """Return the ground properties of a zone for a rock, drawn once per rock or for the rock's next impact."""
+    """Return the ground properties of a zone for a rock: the rule of `surface_of` for drawn materials.
+
+    The properties are drawn once per rock, or for the rock's next impact if the zone has `per_impact`.
+    """
     number = rock.impacts + 1 if materials.per_impact[zone] else 0
     R_n = coefficient(materials, zone, rock, number, 0)
     R_t = coefficient(materials, zone, rock, number, 1)
@@ -121,6 +124,8 @@ def drawn_surface(materials: DrawnMaterials, zone: int, rock: RockContext) -> Su
 @kernel
 def coefficient(materials: Any, zone: int, rock: RockContext, number: int, k: int) -> float:
     """Return one coefficient of a zone for a rock: the fixed value, or a drawn value.
+
+    The unit is that of the distribution: degrees for a friction angle, (-) for all others.
 
     materials : `DrawnMaterials` or `DrawnBodyMaterials`
     number : number of the impact, from 1; 0 for one draw per rock; k : index into COEFFICIENTS

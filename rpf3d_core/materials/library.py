@@ -12,7 +12,9 @@ class Surface(NamedTuple):
     """The mechanical properties of the ground at one contact of a rock.
 
     R_n, R_t : normal and tangential restitution (-), in [0, 1]; mu : Coulomb friction, tan of the friction angle (-)
-    stop_speed : m/s below which a rock in sustained contact has stopped; mu_r : rolling friction (-), tan(beta)
+    stop_speed : m/s below which a rock in sustained contact has stopped
+    mu_r : rolling friction (-), tan of the angle beta of rolling friction; for rocks with a shape, rolling resistance
+        (-)
     """
 
     R_n: float
@@ -41,7 +43,11 @@ def materials_of(surfaces: list[Surface]) -> Materials:
 
 @model_function
 def surface_of(materials: object, zone: int, rock: RockContext) -> Surface:
-    """Return the ground properties of a zone for a rock's next impact; one rule for fixed, one for drawn materials."""
+    """Return the ground properties of a zone for a rock's next impact.
+
+    There is one rule for fixed materials, and one for each kind of drawn materials.
+    materials : `Materials`, `DrawnMaterials` or `DrawnBodyMaterials`; zone : number of the zone
+    """
 
 
 @surface_of.rule(Materials)

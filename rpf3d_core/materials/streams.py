@@ -94,17 +94,22 @@ def philox_words(c0: Any, c1: Any, c2: Any, c3: Any, k0: int, k1: int) -> tuple[
 
 @kernel
 def uniform_at(seed: int, source: int, rock: int, stream: int, number: int) -> float:
-    """Return one uniform random number in [0, 1) of a rock, with 53 random bits; engines call it in place of `uniform`.
+    """Return one uniform random number in [0, 1) of a rock, with 53 random bits, for compiled code and Python alike.
+
+    `uniform` gives the same numbers for many rocks, if `number` and the zone are 0.
 
     seed : 0 <= seed < 2^63; source : number of the source; rock : number of the rock in the source
-    stream : a purpose + ZONES times a zone; number : number of the impact, or 0
+    stream : a purpose + ZONES (256) times a zone; number : number of the impact from 1, or 0
     """
     return _uniform_of(rock, source, stream, number, seed & WORD, seed >> 32)
 
 
 @kernel
 def _uniform_of(rock: int, source: int, stream: int, number: int, k0: int, k1: int) -> float:
-    """Return the random number in [0, 1) that belongs to four counter words and two key words of the generator."""
+    """Return the random number in [0, 1) that belongs to four counter words and two key words of the generator.
+
+    rock, source, stream, number : the counter words; k0, k1 : the key words, low and high 32 bits of the seed
+    """
     high, low, _, _ = philox_words(rock, source, stream, number, k0, k1)
     return ((high >> 5) * 2.0**26 + (low >> 6)) * 2.0**-53  # type: ignore[no-any-return]
 
@@ -114,6 +119,7 @@ def _uniform_all(k0: int, k1: int, sources: Any, rocks: Any, stream: int, draws:
     """Write one uniform random number in [0, 1) for each rock into `draws` (R,).
 
     k0, k1 : low and high 32 bits of the seed; sources, rocks : (R,) source of each rock, and its number in the source
+    stream : purpose of the numbers
     """
     for i in range(len(draws)):
         draws[i] = _uniform_of(rocks[i], sources[i], stream, 0, k0, k1)

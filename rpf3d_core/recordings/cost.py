@@ -19,7 +19,8 @@ def write_cost_recording(path: Path, series: Sequence[Series], picture: Path, do
 
     The points are at (log10 seconds, -log10 error).
 
-    path : of the recording; picture : path of the PNG file
+    path : of the recording; series : the price list, a line of points for each series; picture : path of the PNG file
+    document : text of the document, in Markdown
 
     Raises
     ------

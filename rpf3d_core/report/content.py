@@ -161,7 +161,7 @@ def _as_sentence(warning: str) -> str:
 def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
     """Return the section with the main figures: distance beyond the toe, areas, barriers and zones.
 
-    If there are too many zones for the table, it has those in which most rocks stopped: faces hold none.
+    If there are too many zones for the table, the table has the zones in which most rocks stopped.
     """
     some = "" if len(beyond.rows) == beyond.of else f" ({len(beyond.rows):,} of {beyond.of:,} have a face below)"
     rows = [[f"distance beyond the toe of the first face that holds 90 % of the rocks{some}",

@@ -33,7 +33,7 @@ CONFIRMED = {
 
 
 def inputs_part(run: RunFiles) -> list[Element]:
-    """Return the section on inputs."""
+    """Return the elements of the report's section on inputs."""
     return [
         Heading("Inputs and where they come from"),
         Text(f"Ground: {GROUND[run.inputs['ground']]}"),
@@ -156,9 +156,10 @@ def _coefficients(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:
 
 
 def _range(run: RunFiles, path: str) -> str | None:
-    """Return the range of the value at a key path as text: as stated, or of a sample; None if no unknown sets it.
+    """Return the range of the unknown that sets the value at a key path as text; None if no unknown sets the value.
 
-    The parameter sets do not reach the ends of a prior: their ends are not those that the scene states.
+    For a prior, the range is the one that the scene states: parameter sets do not reach its ends. For a value from a
+    calibration sample, it is the range of the parameter sets.
     """
     key = _unknown_at(run, path)
     if key is None:
@@ -175,7 +176,7 @@ def _range(run: RunFiles, path: str) -> str | None:
 def _unknown_at(run: RunFiles, path: str) -> str | None:
     """Return the key path of the unknown that sets the value at a key path; None if no unknown sets it."""
     keys = [key for key in run.summary.get("unknowns", {}).get("parameters", {}) if _stands_for(key, path)]
-    return min(keys, key=lambda key: "*" in key.split("."), default=None)  # one without `*` first, as in the run
+    return min(keys, key=lambda key: "*" in key.split("."), default=None)  # a key without `*` precedes, as in the run
 
 
 def _source_of(run: RunFiles, path: str, library: str | None = None, value: Any = None) -> str:

@@ -114,7 +114,7 @@ def _element(element: Element, number: int, heights: Mapping[int, float]) -> str
 def _height(png: bytes, width: float) -> float:
     """Return the height (mm) of a picture, at most HIGHEST; width : largest share (-) of the width of the text."""
     if not png.startswith(PNG):
-        return HIGHEST  # typst names what is wrong with the picture
+        return HIGHEST  # typst then reports what is wrong with the picture
     across, down = (int.from_bytes(png[at : at + 4], "big") for at in (len(PNG), len(PNG) + 4))
     if not across or not down:
         return HIGHEST
@@ -124,7 +124,8 @@ def _height(png: bytes, width: float) -> float:
 def _picture(number: int, height: float, caption: str) -> str:
     """Return a picture as typst; height : mm.
 
-    A mark before the picture, which stays on its page if the picture does not fit, has the place (mm) on the page.
+    A mark before the picture records the position (mm) on the page. The mark stays on this page even if the picture
+    does not fit there and moves to the next page.
     """
     return (f"#block(height: 0pt, above: 10pt, below: 0pt)[#context [#metadata(({number}, here().position().y / 1mm)) "
             f'<picture>]]\n#figure(image("{number}.png", height: {height:.2f}mm), caption: {quoted(caption)}, '

@@ -116,7 +116,7 @@ def _further(run: RunFiles, rows: NDArray[np.int64], along: FloatArray, toe: Flo
 def _shift(run: RunFiles, rows: NDArray[np.int64], along: FloatArray) -> FloatArray:
     """Return the distance (N,) m by which the misfit displaces rocks along their lines; 0 without a misfit.
 
-    along : (N, 2) unit vectors in plan
+    rows : (N,) rows of the rocks in `Ends`; along : (N, 2) unit vectors of the lines in plan
     """
     if run.moves is None or run.ends.set is None:
         return np.zeros(len(rows))
@@ -205,7 +205,8 @@ def percentile_of(values: FloatArray, wanted: int, set_values: SetValues | None)
 def held_beyond(beyond: BeyondToe, sets: int, wanted: int) -> Figure:
     """Return the distance (m) beyond the toe within which a wanted percentage of the rocks stops, with its intervals.
 
-    Nothing is known if only few rocks have a toe: the others stopped before a face, or none lies below their release.
+    All values are None if too few rocks have a toe. A rock has none if it stopped before the foot of a face, or if no
+    face lies below its release.
 
     wanted : the percentage, such as 90; sets : number of parameter sets
     """

@@ -221,7 +221,7 @@ def _releases(go: Any, run: RunFiles) -> Any:
 def _areas(go: Any, run: RunFiles, seen: Seen, looking: FloatArray) -> Iterator[Any]:
     """Yield the outline of each area of interest as a plotly line with its name, just above the hazard maps.
 
-    looking : as in `view_html`; the name is at the point that is nearest to the eye
+    looking : (2,) unit vector in plan, in which the rocks travel; the name is at the point that is nearest to the eye
     """
     gap = np.full((1, 3), np.nan)
     for name, rings in run.areas.items():
@@ -241,7 +241,7 @@ def _areas(go: Any, run: RunFiles, seen: Seen, looking: FloatArray) -> Iterator[
 def _layout(run: RunFiles, looking: FloatArray) -> dict[str, Any]:
     """Return the layout: equal scales on all axes, and axis titles that state the origin of the local coordinates.
 
-    looking : as in `view_html`
+    looking : (2,) unit vector in plan, in which the rocks travel; the eye looks in the opposite direction
     """
     titles = [
         f"{axis} - {origin:,.0f} (m)" for axis, origin in zip(("E", "N", "z"), run.terrain.frame.origin, strict=True)

@@ -19,7 +19,7 @@ def share(value: float | None) -> str:
 
 
 def share_interval(ends: Ends) -> str:
-    """Return the interval of a share in per cent as text."""
+    """Return the interval of a share in per cent as text; ends : lower and upper end (-), None if unknown."""
     if ends is None or ends[0] is None or ends[1] is None:
         return UNKNOWN
     return f"{interval_in_percent(ends[0], ends[1])} %"
@@ -33,7 +33,7 @@ def metres(value: float | None) -> str:
 
 
 def height(value: float | None) -> str:
-    """Return a height (m) over the ground as text."""
+    """Return a height (m) over the ground as text; UNKNOWN for None, and for at least FAR (an unknown height)."""
     return UNKNOWN if value is None or value >= FAR else f"{value:.1f} m"
 
 
@@ -45,7 +45,8 @@ def kilojoules(value: float | None) -> str:
 def interval(ends: Ends, words: Callable[[float | None], str]) -> str:
     """Return an interval as text; if only one end is known, "at least ..." or "at most ...".
 
-    words : function that turns a number into text with its unit, such as `metres`
+    ends : lower and upper end, None if unknown; words : function that turns a number into text with its unit, such as
+        `metres`
     """
     if ends is None or (ends[0] is None and ends[1] is None):
         return UNKNOWN
@@ -61,12 +62,15 @@ def _one_sided(ends: Sequence[float | None], words: Callable[[float | None], str
 
 
 def figure_cells(figure: Figure, words: Callable[[float | None], str]) -> list[str]:
-    """Return a figure as three cells: value, predictive interval, sampling interval; words : as in `interval`."""
+    """Return a figure as three cells: value, predictive interval, sampling interval.
+
+    words : function that turns a number into text with its unit, such as `metres`
+    """
     return [words(figure.value), interval(figure.predictive, words), interval(figure.sampling, words)]
 
 
 def share_cells(found: dict[str, Any]) -> list[str]:
-    """Return a share of summary.json as three cells: share, predictive interval, sampling interval."""
+    """Return a share as three cells: share, predictive interval, sampling interval; found : section of summary.json."""
     sampling = found.get("sampling", found["interval_95"])
     return [share(found["share"]), share_interval(found.get("predictive")), share_interval(sampling)]
 

@@ -14,7 +14,10 @@ def is_calibration(folder: Path) -> bool:
 
 
 def words_on_calibration(folder: Path) -> str:
-    """Return what the folder of a calibration has, and which command makes a run of it, as the end of a sentence."""
+    """Return the end of an error message whose subject is the folder of a calibration: "is the folder of ...".
+
+    The message says whether the calibration is finished, refused or unfinished, and which command to use instead.
+    """
     if (folder / CALIBRATED).is_file():
         return (f"is the folder of a calibration, not of a run; its report is {folder / REPORT}; fly the "
                 f"calibrated scene with `rpf3d run {folder / CALIBRATED} --out RESULT`, and give the folder "

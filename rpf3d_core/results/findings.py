@@ -73,7 +73,7 @@ class Run:
 
     @property
     def flown(self) -> RunCounts:
-        """The numbers of rocks that the results are based on."""
+        """The numbers of rocks flown, planned, with each outcome, and of fragments, for titles and legends."""
         return RunCounts(
             rocks=self.totals.rocks, planned=self.planned, outcomes=self.totals.outcomes, pieces=self.totals.pieces
         )

@@ -68,7 +68,10 @@ def result_folder(folder: str | Path) -> Iterator[Path]:
 
 
 def _check_room(folder: str | Path, part: Path) -> None:
-    """Refuse to start a run if the disk has fewer than LEAST_ROOM bytes free."""
+    """Refuse to start a run if the disk has fewer than LEAST_ROOM bytes free.
+
+    folder : the result folder, for the message; part : an existing folder on the same disk
+    """
     if (free := shutil.disk_usage(part).free) < LEAST_ROOM:
         needed = f"{free / MEGABYTE:.1f} MB are free, and at least {LEAST_ROOM // MEGABYTE} MB are needed"
         raise InputError(f"{folder}: the disk has no room: {needed}")

@@ -80,9 +80,12 @@ def _ground(run: Run) -> str:
 
 
 def ground_known_by(scene: Scene) -> str:
-    """Return where the coefficients of a scene's ground are from: ASSUMED, RANGES, PARTLY or CALIBRATED.
+    """Return where the coefficients of a scene's ground come from, as one of four constants.
 
-    The result is never ELSEWHERE, because this function does not compare the rocks with the place of the calibration.
+    ASSUMED : single values; RANGES : ranges from books or estimates; CALIBRATED : the sample of a calibration only
+    PARTLY : the sample of a calibration, and further ranges
+
+    Whether the calibration was made at another place is not checked, so the result is never ELSEWHERE.
 
     Raises
     ------

@@ -22,10 +22,11 @@ FINE_PERCENTILES = (5, 10, 25, 50, 75, 90, 95)
 def compare(observed: ObservedSpec, frame: Frame, stops: Sample) -> dict[str, Any]:
     """Compare simulated with observed end points along a horizontal direction; return both distributions.
 
-    Positions are in m, in the input's coordinates.
+    Positions in the result are in m, in the input's coordinates.
 
     Parameters
     ----------
+    observed : the observed end points, and the direction; frame : local frame of the terrain
     stops : positions (m) of the simulated deposits along the direction, relative to the origin of the local frame
 
     Raises

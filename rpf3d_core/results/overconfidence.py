@@ -159,7 +159,7 @@ def _of_barriers(run: Run) -> Iterator[str]:
 
 
 def _of_paths(run: Run) -> Iterator[str]:
-    """Yield a sentence if the rocks fly along fewer than FEW_PATHS different paths; many rocks then repeat a path."""
+    """Yield a sentence if the rocks of a run have fewer than FEW_PATHS different paths, so that paths repeat."""
     deposits = run.flights.deposits
     rocks = len(deposits.x)
     paths = len(np.unique(np.column_stack([deposits.x, deposits.t, deposits.max_speed]), axis=0)) if rocks else 0
@@ -170,16 +170,18 @@ def _of_paths(run: Run) -> Iterator[str]:
 
 
 def _of_releases(run: Run) -> Iterator[str]:
-    """Yield a sentence for each source whose rocks stopped before they fell from a crest; its shares mislead."""
+    """Yield a sentence for each source with many rocks that hardly fell, for example because it lies behind a crest."""
     yield from behind_a_crest(run.flights.deposits, [source.name for source in run.prepared.sources])
 
 
 def behind_a_crest(deposits: Deposits, names: Sequence[str], rocks: str = "rocks") -> Iterator[str]:
-    """Yield a sentence for each source of which more than MANY_BEHIND of the rocks stopped at once; NAMED at most.
+    """Yield a sentence for each source with many rocks that hardly fell, as behind a crest.
 
-    One source among others would be lost in a share of all rocks.
+    These rocks stopped less than HARDLY_FELL (m) below their release, and are more than the share MANY_BEHIND of the
+    source's rocks. Each source is judged alone, because the share of all rocks would hide one such source. At most
+    NAMED sources are named; a last sentence counts the others.
 
-    names : of the sources; rocks : what the sentences call the rocks
+    names : names of the sources; rocks : the word for rocks in the sentences, in the plural
     """
     if not names:  # rocks that a program has released itself
         return
@@ -197,7 +199,12 @@ def behind_a_crest(deposits: Deposits, names: Sequence[str], rocks: str = "rocks
 
 
 def _all_or_some(some: int, of: int, rocks: str) -> str:
-    """Return "all 200 rocks" or "150 of 200 rocks" as text; without shares, which round to 100 %."""
+    """Return a number of rocks as text: "all 200 rocks", "150 of 200 rocks" or "the only rock".
+
+    A share in per cent is avoided, because it may round to 100 %.
+
+    some : number of rocks meant; of : number of all rocks; rocks : the word for rocks, in the plural
+    """
     if of == 1:
         return f"the only {rocks.removesuffix('s')}"
     return f"{'all ' if some == of else f'{some:,} of '}{of:,} {rocks}"

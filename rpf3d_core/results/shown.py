@@ -48,7 +48,10 @@ class RunCounts(NamedTuple):
         return f"{number:,} of {self.rocks:,} rocks{', partial' if self.rocks < self.planned else ''}"
 
     def drawn(self, number: int) -> str:
-        """Return the end of a legend entry that says how many of the rocks are drawn; empty if all are drawn."""
+        """Return the end of a legend entry that says how many of the rocks are drawn; "" if all are drawn.
+
+        number : number of drawn rocks
+        """
         return "" if number >= self.rocks else f" ({number:,} of {self.rocks:,} drawn)"
 
 

@@ -63,7 +63,7 @@ def idle_effects(prepared: Prepared, releases: Releases, flown: Flights) -> Iter
 
 
 def _without(flight: Flight, effects: list[object]) -> Flight:
-    """Return the flight settings with only the given effects."""
+    """Return a copy of the flight settings with only the given effects; effects : the effects that are kept."""
     return replace(flight, models=flight.models._replace(effects=chain_of(effects)))
 
 

@@ -57,14 +57,14 @@ def markdown_table(header: Sequence[str], rows: Rows) -> str:
 
 
 def percent(counted: Counted, decimals: int = 0) -> str:
-    """Return a share in per cent with its 95 % interval as text for a table; decimals : at least as many."""
+    """Return a share in per cent with its 95 % interval as text for a table; decimals : fewest decimals."""
     low, high = wilson_interval(*counted)
     decimals = max(decimals, decimals_of(counted))
     return f"{100 * counted.share:.{decimals}f} % ({100 * low:.{decimals}f} to {100 * high:.{decimals}f})"
 
 
 def decimals_of(counted: Counted) -> int:
-    """Return the number of decimals of a share in per cent that shows its 95 % interval."""
+    """Return how many decimals a share in per cent needs, so that the ends of its 95 % interval differ."""
     low, high = wilson_interval(*counted)
     return decimals_for(high - low)
 
@@ -72,7 +72,7 @@ def decimals_of(counted: Counted) -> int:
 def points(change: float, interval: tuple[float, float], decimals: int = 0) -> str:
     """Return a difference of two shares (-) with its interval as text for a table, in percentage points.
 
-    decimals : at least as many
+    decimals : fewest decimals; more are written if the interval needs them
     """
     decimals = max(decimals, decimals_for(interval[1] - interval[0]))
     middle, low, high = (f"{100 * value:+.{decimals}f}" for value in (change, *interval))

@@ -34,7 +34,7 @@ from rpf3d_core.values import Outcome
 class RunControl:
     """Settings with which a caller controls a run: functions that report progress or stop the run, threads, rounds.
 
-    progress : called before the rocks of a round fly; see `ensemble.fly.Progress`
+    progress : called before the rocks of a round fly; see `ensemble.batches.Progress`
     stop : called while rocks fly; after it has returned True, no further rocks start
     writing : called after the last rock has flown, before the files of a result are written
     threads : number of threads for the compiled engine; None for one thread for each core
@@ -103,7 +103,10 @@ def fly_scene(
 
 
 def _plan(prepared: Prepared, first: int | None, sets: int) -> Sequence[AnyRound]:
-    """Return the rounds of a run; first : as in `RunControl`; sets : number of parameter sets, 0 without unknowns.
+    """Return the rounds of a run.
+
+    first : approximate number of rocks of the first round, as in `RunControl`
+    sets : number of parameter sets, 0 without unknowns
 
     With `rocks: auto`, `first` is ignored, because the rounds of the scene already double.
     """

@@ -95,11 +95,12 @@ class SetFlyer:
     def fly(self, rocks: AnyRound) -> bool:
         """Fly the rocks of a round, set after set; return False if the run was stopped before all rocks had flown.
 
-        A round of many rocks flies in laps, so that a run that is stopped has flown rocks of all sets, unless it is
-        stopped in its first lap. For every n, the first n sets are spread evenly over the values of the unknowns. So
-        even then the sets that have flown represent all sets. Laps grow, because the counts of all map cells are copied
-        for each set in each lap; but only with the rocks that have flown, because a set that is ahead by a whole lap
-        has more weight in the figures of all sets.
+        A round of many rocks flies in laps, each with rocks of every set. So a run that is stopped after its first lap
+        has flown rocks of all sets. In a run that is stopped earlier, the sets that have flown still represent all
+        sets, because for every n the first n sets are spread evenly over the values of the unknowns.
+
+        Laps grow, because each lap copies the counts of all map cells for each set. A lap stays small compared with the
+        rocks that have flown, because a set that is ahead by a lap has more weight in the figures of all sets.
         """
         gathered = Gathered(self.sink)
         whole = all(self._fly_sets(lap, gathered) for lap in rocks.laps(LAP * len(self.flights), MOST_IN_LAP))

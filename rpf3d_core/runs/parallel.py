@@ -241,9 +241,10 @@ def _finished_runs(flying: dict["Future[dict[str, Any]]", int], scenes: Sequence
 
 @contextmanager
 def as_they_finish(flying: "dict[Future[Flown], int]") -> "Iterator[Iterator[tuple[Future[Flown], int]]]":
-    """Yield an iterator of futures and their numbers, in the order in which the futures finish.
+    """Context manager: yield an iterator of (future, number), in the order in which the futures finish.
 
     When the `with` block ends, even by an error or Ctrl-C, work that has not started is cancelled.
+
     flying : number of each submitted future, such as the number of a run
     """
     with _all_or_none(list(flying)):
@@ -260,7 +261,7 @@ def _summary_of(scene: Scene, folder: Path | None) -> dict[str, Any]:
 
 @contextmanager
 def _all_or_none(flying: "list[Future[Flown]]") -> Iterator["list[Future[Flown]]"]:
-    """Yield the given futures; when the `with` block ends, even by an error, cancel all work that has not started."""
+    """Context manager: yield the given futures; at the end, also after an error, cancel work that has not begun."""
     try:
         yield flying
     finally:

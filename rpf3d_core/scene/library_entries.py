@@ -27,8 +27,8 @@ class Range(NamedTuple):
 class LibraryMaterial(NamedTuple):
     """An entry of the library of ground materials.
 
-    ground : the kind of ground in words; kind : POINTS or BODIES
-    ranges : by key of a material; a plain number is a known value, not an unknown
+    ground : the kind of ground in words; kind : the rocks for which the figures are valid, POINTS or BODIES
+    ranges : range of each coefficient, by key of a material; a plain number is a known value, not an unknown
     source : where the figures are published; confirmed : how well the figures are confirmed; note : a remark, or ""
     """
 
@@ -41,7 +41,7 @@ class LibraryMaterial(NamedTuple):
 
     @property
     def assumed(self) -> "dict[str, Range]":
-        """The ranges, by key, of coefficients that this entry lacks; a scene assumes a range if its models need it."""
+        """The assumed ranges of coefficients that this entry lacks, by key; used if the scene's models need them."""
         of_bodies = self.kind == BODIES
         return {key: span for key, span in UNSTATED.items()
                 if key not in self.ranges and of_bodies == (key == "rolling_resistance")}  # fmt: skip
@@ -78,7 +78,12 @@ def _around(value: float) -> Range:
 def _points(
     normal: Range, tangential: Range | None, angle: Range | None = None, rolling: Range | None = None
 ) -> dict[str, Range | float]:
-    """Return the ranges of a material of points, by key; a range that the source does not have (None) is left out."""
+    """Return the ranges of a material for points and spheres, by its keys in a scene, such as `normal_restitution`.
+
+    normal, tangential : coefficients of restitution (-); angle : friction angle (degrees)
+    rolling : rolling friction (-)
+    A range that the source does not publish is None, and is left out.
+    """
     keys = ("normal_restitution", "tangential_restitution", "friction_angle_deg", "rolling_friction")
     given = zip(keys, (normal, tangential, angle, rolling), strict=True)
     return {key: span for key, span in given if span is not None}

@@ -90,9 +90,11 @@ class MeasuredList(StrictModel):
                 f"{low:g} to {high:g}")  # fmt: skip
 
     def doubt(self, measure: str) -> str:
-        """Return a sentence on a unit that the column's name may not mean, such as that of `mass_t`; "" without doubt.
+        """Return a warning if the name of the column is perhaps read with a wrong unit; "" without doubt.
 
-        measure : as in `check_sizes`
+        For example, the end of `mass_t` is read as tonnes, but may have another meaning.
+
+        measure : the key of the sizes, such as `mass`
         """
         if isinstance(self.measured, tuple):
             return ""

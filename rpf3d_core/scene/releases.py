@@ -63,7 +63,7 @@ class RockSpec(StrictModel):
     @model_validator(mode="wrap")
     @classmethod
     def _a_metre_unless_told(cls, values: Any, checked: ModelWrapValidatorHandler[Self]) -> Self:
-        """Add a diameter of 1 m, as a default, if no size is given; boxes and shapes from files keep their own size."""
+        """Add the default diameter of 1 m if the scene gives no size; boxes and shapes from files keep their size."""
         if not isinstance(values, dict) or any(name in values for name in SIZES):
             return checked(values)
         shape = values.get("shape")

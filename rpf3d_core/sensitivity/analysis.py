@@ -120,6 +120,7 @@ def _check(scene: Scene, unknowns: int, asked: Asked) -> None:
 def _of(what: Compared, paths: FloatArray, points: FloatArray, flown: FloatArray) -> Sensitivity:
     """Return the sensitivity from the results of all flown parameter sets.
 
+    what : inputs of the analysis
     paths : (T, U + 1, U) points of Morris' trajectories; points : (N, U + 2, U) points of Sobol's design, in [0, 1]
     flown : (S, Y) results of the sets: first at all points of `paths`, then at all points of `points`
     """

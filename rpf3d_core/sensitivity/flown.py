@@ -67,7 +67,8 @@ def fly_all(
 ) -> FloatArray | None:
     """Return the results (S, Y) of S parameter sets, in the units of `Compared.units`; None if `stop` returned True.
 
-    values : (S, U) in the units of the scene; advance : called with the number of sets flown
+    what : inputs of the analysis; values : (S, U) values of the U unknowns in each set, in the units of the scene
+    advance : called with the number of sets flown
     stop : called before each group of sets that fly at the same time
     """
     workers = (os.cpu_count() or 1) if isinstance(what.prepared.engine, Compiled) else 1
@@ -82,7 +83,7 @@ def fly_all(
 
 
 def results_of(what: Compared, values: Sequence[float] | FloatArray) -> FloatArray:
-    """Return the results (Y,) of one parameter set, values (U,) in the units of the scene."""
+    """Return the results (Y,) of one parameter set; values : (U,) values of the unknowns, in the units of the scene."""
     prepared, rocks = what.prepared, len(what.releases.x)
     flight = flight_of_set(prepared, dict(zip(what.names, map(float, values), strict=True)))
     paths = bool(prepared.area_names)
@@ -94,7 +95,7 @@ def results_of(what: Compared, values: Sequence[float] | FloatArray) -> FloatArr
 
 
 def _shares(what: Compared, batch: Batch) -> list[float]:
-    """Return the shares (%) of rocks that reach each area, or that stop in each zone."""
+    """Return the shares (%) of the rocks that reach each area or, in a scene without areas, that stop in each zone."""
     prepared = what.prepared
     if prepared.area_names:
         return [100.0 * float(visited(batch, outlines).mean()) for outlines in prepared.outlines.values()]

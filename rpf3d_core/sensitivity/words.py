@@ -8,9 +8,9 @@ from rpf3d_core.sensitivity.analysis import Sensitivity
 
 
 def decisive(found: Sensitivity, result: int) -> int | None:
-    """Return the number of the unknown that affects a result most; None if no unknown affects this result.
+    """Return the index of the unknown that affects a result most; None if no unknown affects this result.
 
-    The total Sobol indices decide, or the effects by Morris if there are no indices. result : number of the result
+    The total Sobol indices decide, or the effects by Morris if there are no indices. result : index of the result
     """
     sizes = found.effects.size[:, result]
     if found.indices is not None and np.isfinite(found.indices.total[:, result]).all():
@@ -19,12 +19,12 @@ def decisive(found: Sensitivity, result: int) -> int | None:
 
 
 def is_moved(found: Sensitivity, result: int) -> bool:
-    """Return True if at least one unknown affects a result, by Morris; result : number of the result."""
+    """Return True if at least one unknown affects a result, by Morris; result : index of the result."""
     return bool(found.effects.size[:, result].any())
 
 
 def sentence_of(found: Sensitivity, result: int) -> str:
-    """Return a sentence that states which unknown affects a result most, and by how much."""
+    """Return a sentence on the unknown that affects a result most, and by how much; result : index of the result."""
     unknown, name = decisive(found, result), found.results[result]
     if unknown is None:
         return f"no unknown moves the {name}: it is {found.middle[result]:.3g} {found.units[result]} in all sets"
@@ -40,7 +40,11 @@ def sentence_of(found: Sensitivity, result: int) -> str:
 
 
 def is_clear(found: Sensitivity, result: int) -> bool:
-    """Return True if one unknown clearly affects a result most: the interval of its effect lies above all others."""
+    """Return True if it is clear which unknown affects a result most.
+
+    The interval of its effect then lies above the intervals of all other unknowns. True as well if no unknown affects
+    the result, or if there is only one unknown. result : index of the result
+    """
     unknown = decisive(found, result)
     if unknown is None or len(found.names) == 1:
         return True
@@ -72,7 +76,10 @@ def _unit_of_changes(unit: str) -> str:
 
 
 def _share_in_words(found: Sensitivity, u: int, y: int) -> str:
-    """Return the total index of an unknown with its interval, in per cent as text; "" if there is none."""
+    """Return the total Sobol index with its interval, in per cent as text; "" if there is none.
+
+    u : index of the unknown; y : index of the result
+    """
     if found.indices is None or not np.isfinite(found.indices.total[u, y]):
         return ""
     low, high = 100.0 * found.indices.total_ends[:, u, y]
@@ -98,7 +105,7 @@ def content_of(found: Sensitivity) -> dict[str, Any]:
 def _numbers(found: Sensitivity, u: int, y: int) -> dict[str, Any]:
     """Return the effect of an unknown on a result, and the Sobol indices if they were asked for, for sensitivity.json.
 
-    u : number of the unknown; y : number of the result
+    u : index of the unknown; y : index of the result
     """
     effects, indices = found.effects, found.indices
     numbers: dict[str, Any] = {

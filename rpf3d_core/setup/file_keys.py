@@ -10,7 +10,9 @@ from rpf3d_core.scene.model import Scene
 
 @contextmanager
 def named_by_key(scene: Scene, *key: str | int) -> Iterator[None]:
-    """Name a key of a scene in errors about its file; key : names and indices that lead to the key.
+    """Context manager: an InputError about a file also names the key of the scene that names the file.
+
+    key : names and indices that lead to the key, such as "sources", 0, "points_file"
 
     Raises
     ------

@@ -34,7 +34,7 @@ class HangingRim(NamedTuple):
 def hanging_rim(terrain: Terrain, engine: Engine) -> HangingRim | None:
     """Return the part of the rim that hangs at least LEAST_HEIGHT over other ground; None if there is none.
 
-    An example is a muck pile with a rim that is not buried. A side of the rim counts if its middle hangs over ground.
+    An example is a muck pile whose rim lies above the ground. A side of the rim counts if its middle hangs over ground.
     """
     begin, end, third = _sides(terrain)
     lengths, middle = np.linalg.norm(end - begin, axis=1), 0.5 * (begin + end)

@@ -70,9 +70,11 @@ def placing_notes(
 
 
 def _mostly_vertical(terrain: Extent, faults: FaultReport, up: str) -> Iterator[str]:
-    """Yield a sentence on a terrain in local coordinates that looks as if another axis pointed up.
+    """Yield a sentence on a terrain that looks as if it lay on its side, so that another axis points up.
 
-    Its facets then are mostly vertical, or it is far higher than wide. Survey coordinates are no heights.
+    Most facets are then vertical, or the terrain is far higher than wide. There is no sentence if the coordinates along
+    the other axis are too large to be heights, as in survey coordinates.
+
     terrain : extent of the terrain; faults : the report on its mesh; up : the axis that points up in the input
     """
     other = "y" if up == "z" else "z"
@@ -181,7 +183,10 @@ def _is_on_its_side(terrain: Extent, up: str) -> bool:
 
 
 def _on_its_side_in_words(terrain: Extent, up: str) -> str:
-    """Return a sentence on a terrain whose heights are northings, with the key that turns the terrain up."""
+    """Return a sentence on a terrain whose heights are northings, with the value of `up` that would be right.
+
+    up : the axis that points up according to the scene
+    """
     height, other = ("z", "y") if up == "z" else ("y", "z")
     low, high = (plain(float(corner["xyz".index(height)])) for corner in (terrain.low, terrain.high))
     sentence = (
@@ -276,7 +281,11 @@ def _unit_of(box: Box, ground: Box) -> str | None:
 
 
 def _degrees_in_words(other: Extent, ground: Box, crs: str | None) -> str:
-    """Return a sentence on an input in longitude and latitude, with the command that transforms a file."""
+    """Return a sentence on an input in longitude and latitude, with the command that transforms its file.
+
+    other : extent of the input; ground : extent of the terrain in plan
+    crs : reference system of the terrain; None if unknown
+    """
     sentence = f"{other.name} looks like longitude and latitude (WGS84), and the terrain is in metres"
     if crs is None:
         return f"{sentence}; name the reference system of the terrain as `terrain.crs` to have it compared"
@@ -338,7 +347,7 @@ def refuse_other_systems(extents: Sequence[Extent], crs: str | None) -> None:
 
 
 def _is_in_another_system(other: Extent, crs: str | None) -> bool:
-    """True if a file states another reference system than the terrain, and the file's coordinates fit its statement.
+    """True if a file states another reference system than the terrain, and its coordinates are possible in that system.
 
     crs : reference system of the terrain; None if unknown
     """

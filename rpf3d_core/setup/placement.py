@@ -43,7 +43,11 @@ def some_releases(prepared: Prepared, most: int) -> Releases:
 
 
 def _step_over(places: int, every: int) -> int:
-    """Return a step of rock numbers, at least `every`, that meets all release points of a source, used in turn."""
+    """Return the step with which some rocks of a source are chosen, so that they use all of its release points.
+
+    The rocks use the release points in turn: the step, at least `every`, therefore has no common divisor with `places`,
+    the number of release points.
+    """
     while math.gcd(places, every) > 1:
         every += 1
     return every
@@ -66,7 +70,7 @@ def placement_warnings(prepared: Prepared, releases: Releases, heights: Sequence
 def _high_above(prepared: Prepared, releases: Releases, heights: Sequence[SourceHeight]) -> Iterator[str]:
     """Yield a warning for each source whose rocks all start higher above the ground than a bench face.
 
-    Rocks over a crest are no such source, although the ground straight below them may be the foot of a high face.
+    A source close to a crest gets no warning, although the ground straight below may be the foot of a high face.
     """
     for number, source in enumerate(heights):
         if not np.isfinite(source.lowest) or source.lowest <= MOST_ABOVE:
@@ -79,7 +83,10 @@ def _high_above(prepared: Prepared, releases: Releases, heights: Sequence[Source
 
 
 def _at_a_crest(prepared: Prepared, x: FloatArray) -> bool:
-    """True if most points x (N, 3) m, local frame, have ground within AT_CREST in any direction; some are tried."""
+    """True if most points have ground within the distance AT_CREST (m) in any direction; only some points are tested.
+
+    x : (N, 3) m, local frame
+    """
     engine = prepared.engine
     places = [(float(point[0]), float(point[1]), float(point[2])) for point in x[:: max(1, len(x) // MOST_TRIED)]]
     near = [closest_facet(engine.locator, engine.facets, place, AT_CREST).facet >= 0 for place in places]

@@ -30,11 +30,14 @@ class Round(NamedTuple):
         return sum(self.last) - sum(self.first)
 
     def blocks(self) -> Iterator[list[range]]:
-        """Yield the rocks of each source, in blocks that fit into memory."""
+        """Yield blocks that fit into memory: each is a list with the range of rock numbers of each source."""
         return blocks_of(self.first, self.last)
 
     def laps(self, first: int, most: int) -> "Iterator[Round]":
-        """Yield parts of the round, which fly one after another; first, most : as in `_shares_of_laps`."""
+        """Yield the laps of the round: parts that fly one after another, each with rocks of every source.
+
+        first : approximate number of rocks of the first lap; most : largest number of rocks of a further lap
+        """
         shares = _shares_of_laps(self.rocks, first, most)
         ends = [_ends_of_laps(low, high, shares) for low, high in zip(self.first, self.last, strict=True)]
         yield from (Round(first, last) for first, last in pairwise([list(its) for its in zip(*ends, strict=True)]))
@@ -68,7 +71,10 @@ class EvenRound(NamedTuple):
             yield [its[block::blocks] for its in self.numbers]
 
     def laps(self, first: int, most: int) -> "Iterator[EvenRound]":
-        """Yield parts of the round, which fly one after another; first, most : as in `_shares_of_laps`."""
+        """Yield the laps of the round: parts that fly one after another, each with rocks of every source.
+
+        first : approximate number of rocks of the first lap; most : largest number of rocks of a further lap
+        """
         shares = _shares_of_laps(self.rocks, first, most)
         parts = [np.split(its, _ends_of_laps(0, len(its), shares)[1:-1]) for its in self.numbers]
         yield from (EvenRound(list(lap)) for lap in zip(*parts, strict=True))
@@ -103,7 +109,10 @@ def _shares_of_laps(rocks: int, first: int, most: int) -> list[Fraction]:
 
 
 def _ends_of_laps(low: int, high: int, shares: Sequence[Fraction]) -> list[int]:
-    """Return the numbers that divide the rocks from `low` to before `high` into laps; shares : `_shares_of_laps`."""
+    """Return the rock numbers at which the laps of a source begin, and the number after its last lap.
+
+    low, high : number of the source's first rock, and the number after its last rock; shares : from `_shares_of_laps`
+    """
     return [low + math.floor(share * (high - low)) for share in shares]
 
 

@@ -96,7 +96,7 @@ def _sizes(scene: Scene) -> Iterator[str]:
 
 
 def _doubtful_units(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each file of sizes that is converted by an end of a column's name that may be no unit."""
+    """Yield a warning for each file of sizes whose unit was taken from the end of a column name, which may be wrong."""
     places = [("rock", scene.rock), *((f"sources[{number}]", source) for number, source in enumerate(scene.sources))]
     for place, section in places:
         for measure in SIZES:
@@ -106,7 +106,10 @@ def _doubtful_units(scene: Scene) -> Iterator[str]:
 
 
 def _swapped(name: str, material: Material) -> Iterator[str]:
-    """Yield a warning if R_n of a material is far above R_t for every rock, unless the material is from the library."""
+    """Yield a warning if R_n of a material is far above its R_t, as if the two were swapped.
+
+    A material from the library gets no warning. name : key of the material in the scene
+    """
     if material.library is not None:
         return
     normal = distribution_of(material.normal_restitution).low
@@ -133,9 +136,9 @@ def _rolling(scene: Scene) -> Iterator[str]:
 
 
 def _floating(scene: Scene) -> Iterator[str]:
-    """Yield a warning if the lightest rock or fragment would nearly float in the drag layer.
+    """Yield a warning if the lightest rock or fragment would nearly float in the effect `drag_layer`.
 
-    Its sink speed is then below LEAST_TERMINAL_SPEED.
+    Its terminal speed of fall in the layer is then below LEAST_TERMINAL_SPEED (m/s).
     """
     layer, breaking = scene.effects.drag_layer, scene.effects.fragmentation
     if layer is None or layer.coefficient == 0.0:

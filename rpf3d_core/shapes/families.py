@@ -33,7 +33,9 @@ def box(lengths: Sequence[float]) -> Polyhedron:
 
 
 def family(name: str) -> Polyhedron:
-    """Return the block of a family, of 1 m3.
+    """Return the block of a family, with a volume of 1 m3.
+
+    name : `equant`, `plate`, `column`, `eota111` or `eota221`
 
     `equant`, `plate`, `column` : ideal bodies of 24 corners and 44 faces, inside boxes of 1:1:1, 1:1:0.4 and 1:1:2.2.
     Their corners are 24 points of a Fibonacci sphere, d, pushed out to |x|^3 + |y|^3 + |z|^3 = 1, that is

@@ -65,7 +65,7 @@ def polyhedron_of(points: FloatArray, name: str) -> Polyhedron:
     of a larger neighbour, within this distance, are part of its face. Volume and moments are those of the merged faces.
     They are exact to rounding unless merged triangles are only nearly coplanar.
 
-    points : (P, 3) m
+    points : (P, 3) m; name : of the shape, for messages
 
     Raises
     ------
@@ -194,6 +194,8 @@ def _faces(points: FloatArray, triangles: Triangles, neighbours: Triangles, norm
     """Return the faces of a hull: polygons of point numbers, made of neighbouring triangles in one plane.
 
     A point on an edge between two faces is left out, unless a third face has a corner there.
+
+    points : (P, 3) m; triangles, neighbours, normals : from `_hull_triangles`
     """
     polygons = list[Face]()
     corners: list[Face] = [tuple(triangle) for triangle in triangles.tolist()]
@@ -225,6 +227,8 @@ def _groups(
 
     The triangles must be sorted by descending area, so that the largest triangle of each face defines the plane. The
     distance from the plane decides, not the angle. So a triangle that is too narrow for a normal joins its neighbour.
+
+    points : (P, 3) m; triangles, neighbours, normals : from `_hull_triangles`
     """
     group_of = [-1] * len(neighbours)
     groups = list[list[int]]()
@@ -246,7 +250,7 @@ def _groups(
 
 
 def _outline(triangles: Sequence[Face]) -> Face | None:
-    """Return the polygon around connected triangles, beginning with its smallest corner number.
+    """Return the polygon around connected triangles, as point numbers, beginning with the smallest number.
 
     Return None if the outline is not one polygon.
     """
@@ -265,7 +269,10 @@ def _fans(faces: Iterable[Sequence[int]]) -> Triangles:
 
 
 def volume_and_centre(corners: FloatArray, faces: Iterable[Sequence[int]]) -> tuple[float, FloatArray]:
-    """Return the volume (m3) and the centre of mass (3,) m of a solid, summed over tetrahedra with the origin."""
+    """Return the volume (m3) and the centre of mass (3,) m of a solid, summed over tetrahedra with the origin.
+
+    corners : (C, 3) m; faces : polygons of corner numbers, anticlockwise as seen from outside
+    """
     a, b, c = (corners[column] for column in _fans(faces).T)
     sixfold = (a * np.cross(b, c)).sum(axis=1)
     total = sixfold.sum()
@@ -277,7 +284,9 @@ def _inertia(corners: FloatArray, faces: Iterable[Sequence[int]], volume: float)
     """Return the inertia tensor per unit of mass (3, 3) m2 of a solid about the origin.
 
     The integral of x_i x_j over a tetrahedron with corners 0, a, b, c is V/20 times
-    a_i a_j + b_i b_j + c_i c_j + s_i s_j, where s = a + b + c.
+    a_i a_j + b_i b_j + c_i c_j + s_i s_j, where s = a + b + c and V is the volume of the tetrahedron.
+
+    corners, faces : as in `volume_and_centre`; volume : of the solid, m3
     """
     a, b, c = (corners[column] for column in _fans(faces).T)
     weight = (a * np.cross(b, c)).sum(axis=1) / (120.0 * volume)
@@ -298,7 +307,10 @@ def _along_axes(points: FloatArray, axes: Iterable[Sequence[float]]) -> FloatArr
 
 
 def _normals(corners: FloatArray, faces: Iterable[Sequence[int]]) -> FloatArray:
-    """Return the outward unit normals (F, 3) of faces: the vector areas of the polygons, scaled to length 1."""
+    """Return the outward unit normals (F, 3) of faces: the vector areas of the polygons, scaled to length 1.
+
+    corners, faces : as in `volume_and_centre`
+    """
     normals = list[FloatArray]()
     for face in faces:
         spokes = corners[list(face[1:])] - corners[face[0]]

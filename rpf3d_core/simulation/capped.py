@@ -27,7 +27,7 @@ APART = PieceNumbers(np.zeros(1, np.int32), np.zeros(1, np.uint8), False)
 def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> Engine:
     """Return the engine `name` for a terrain, with its search structure built and all terrain gaps closed by caps.
 
-    facets : facets of the terrain, if the caller has them already
+    name : "reference" or "compiled"; facets : facets of the terrain, if the caller has them already
     Raises ValueError under the same conditions as `engine_of`.
     """
     facets = facets or facets_of(terrain)
@@ -84,5 +84,8 @@ def _facets_of_caps(caps: Caps, tolerance: float) -> CapFacets:
 
 
 def _any_corner(corners: FloatArray) -> FloatArray:
-    """Return the place (3,) m of dummy facets: the first corner of the caps (N, 3, 3) m; the origin without caps."""
+    """Return the place (3,) m of dummy facets: the first corner of the caps, or the origin if there are no caps.
+
+    corners : (N, 3, 3) m, of the caps
+    """
     return corners[0, 0] if len(corners) else np.zeros(3)

@@ -46,6 +46,8 @@ Integers = NDArray[np.int64]
 class Models(NamedTuple):
     """The models of a scene: the parameters of its rebound model, its ground model and its effects.
 
+    rebound, ground : parameters of the two models; effects : a `Chain`, None without effects
+
     A parameter class has `asks_rock = True` if its rules need the rock's mass and radius, and `draws = True` if its
     rules draw random numbers. A rebound class has `spins = True` if its rules change the spin, so that spins are
     recorded, and `bodies = True` if it is a contact model for bodies with a shape.
@@ -100,6 +102,8 @@ class Reference:
     ) -> int:
         """Fly rocks `begin` to R - 1 of the R rocks in `starts`, and write their flights into the logbook.
 
+        models : of the scene; materials : surface properties of the zones; settings : gravity, limits and seed
+
         Returns the number of the first rock whose path did not fit into the record; R if all paths fitted.
         """
         columns = starts._asdict().items()
@@ -149,7 +153,7 @@ class Compiled:
     def follow(
         self, models: Models, materials: Any, settings: Settings, starts: Starts, logbook: Logbook, begin: int
     ) -> int:
-        """Fly rocks and write their flights into the logbook, as `Reference.follow` does."""
+        """Fly rocks and write their flights into the logbook; arguments and result are those of `Reference.follow`."""
         physics = _physics(models, self, materials, settings)
         launches = launches_of(_parts(models), materials, settings.seed, starts)
         if bodies_of(models):
@@ -157,7 +161,7 @@ class Compiled:
         return int(_follow_all(physics, self.method, launches, logbook, begin))
 
     def ground_below(self, x: Floats) -> Floats:
-        """Return height above the ground, facet and side for R points, as `Reference.ground_below` does."""
+        """Return height above the ground, facet and side for R points x (R, 3) m, as `Reference.ground_below`."""
         out = np.empty((len(x), 3))
         _ground_below_all(self.locator, self.facets, np.ascontiguousarray(x), out)
         return out
@@ -310,6 +314,8 @@ def _follow_all(physics: Physics, locator: Any, launches: Launches, logbook: Log
 
     The loop ends at the first rock whose path does not fit into the record. Returns the number of this rock, or the
     number of all rocks if all paths fitted.
+
+    locator : contact search of the engine
     """
     x, v, finals, counts = launches.x, launches.v, logbook.finals, logbook.counts
     for i in range(begin, len(finals)):
@@ -332,7 +338,10 @@ def _follow_all(physics: Physics, locator: Any, launches: Launches, logbook: Log
 
 @loop
 def _ground_below_all(locator: Any, facets: Facets, x: Any, out: Any) -> None:
-    """Write the height (m) above the ground of each point of x (R, 3), the facet below and its side to `out` (R, 3)."""
+    """Write the height (m) above the ground, the facet below and its side for each of R points into `out` (R, 3).
+
+    x : (R, 3) m, the points; locator : contact search of the engine
+    """
     for i in range(len(out)):
         height, contact = ground_below(locator, facets, (x[i][0], x[i][1], x[i][2]))
         out[i, 0], out[i, 1], out[i, 2] = height, contact.facet, contact.side

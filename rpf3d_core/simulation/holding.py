@@ -22,7 +22,7 @@ from rpf3d_core.vectors import along, dot, scale, subtract, without
 
 
 class Hold(NamedTuple):
-    """The facets that carry a rock on the ground, and the velocity v (3,) m/s that it keeps.
+    """The facets that carry a rock on the ground, and the velocity v (3,) m/s that the rock keeps.
 
     left : the facet, or both facets of a gully; `left.facet` is -1 if no facet carries the rock
     """

@@ -48,22 +48,21 @@ def locator_for(model: object, locator: Any, rock: RockContext) -> Any:
 
 @locator_for.otherwise
 def locator_of_points(model: object, locator: Any, rock: RockContext) -> Any:
-    """Return the locator itself: with this rebound model, the rock is a point."""
+    """Return the locator itself, because with this rebound model the rock is a point without a radius."""
     return locator
 
 
 @model_function
 def set_down(model: object, locator: Any, facets: Facets, motion: Motion) -> Motion:
-    """Return the motion with which a rock is released.
+    """Return the motion with which a rock is released; one rule per rebound model.
 
-    motion : the motion at the release as the source sets it. A rebound model may have a rule that changes it: a sphere,
-        for example, must not overlap the ground.
+    motion : the motion that the source sets. A rule may change it: a sphere, for example, must not overlap the ground.
     """
 
 
 @set_down.otherwise
 def as_told(model: object, locator: Any, facets: Facets, motion: Motion) -> Motion:
-    """Return the motion of a rock at its release unchanged, as the source sets it."""
+    """Return the motion at the release unchanged: this rebound model releases a rock exactly as the source sets it."""
     return motion
 
 
@@ -82,7 +81,7 @@ def follow(physics: Physics, locator: Any, motion: Motion, rock: RockContext, re
 
 
 def no_event(physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
-    """Return the rock's state with the outcome FAILED, in place of `next_event` if its arithmetic raises an error.
+    """Return the rock's state with the outcome FAILED: replaces `next_event` if its arithmetic raises an error.
 
     Only plain Python raises; compiled code gives numbers that are not finite, which `checked` finds.
     """

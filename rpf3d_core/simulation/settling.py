@@ -95,9 +95,9 @@ def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Re
 
 @kernel
 def _kept_off(state: State, n: Vec) -> State:
-    """Return the state of a rock that flies on.
+    """Return the state of a rock that flies on after an impact, with at least a minimum speed away from the facet.
 
-    The speed away from the facet is raised, if necessary, to SKIMMING times the total speed.
+    The minimum is SKIMMING times the total speed.
 
     n : (3,) normal of the facet, turned towards the rock
     """
@@ -116,9 +116,8 @@ def _kept_off(state: State, n: Vec) -> State:
 def _rising2(physics: Physics, state: State, n: Vec, rock: RockContext) -> float:
     """Return the largest squared speed (m^2/s^2) with which a rock may rise from a facet in this or a later bounce.
 
-    The result decides whether the bounces are small. The result is the squared speed off the facet. But if an effect
-    changes the normal of the next impact, the result is the squared total speed, because such an impact may turn the
-    whole speed upwards.
+    This speed decides whether the bounces are small. Usually it is the speed off the facet. But if an effect changes
+    the normal of the next impact, it is the total speed, because such an impact may turn the whole speed upwards.
 
     n : (3,) normal of the facet, turned towards the rock
     """

@@ -81,7 +81,7 @@ not press the sphere onto the wall, so without this share the bounces between wa
 
 @kernel
 def _take_off(state: State, motion: Motion) -> State:
-    """Return the state of a sphere that leaves the ground and flies."""
+    """Return the state of a sphere that leaves the ground and flies; motion : its motion at this moment."""
     return State(motion=motion, left=state.left, stands=False, tally=state.tally, outcome=MOVING, passed=state.passed)
 
 
@@ -92,7 +92,10 @@ def _take_off(state: State, motion: Motion) -> State:
 def roll_on(
     ground: SphereGround, physics: Physics, locator: Swept, state: State, rock: RockContext, record: Record
 ) -> State:
-    """Return the state of a sphere after its next ground segment, after an impact on the way, or at take-off."""
+    """Return the state of a sphere on the ground after its next event.
+
+    The event is the end of a ground segment, an impact on other ground, a take-off, or the end of the sphere's path.
+    """
     facets, motion = physics.facets, state.motion
     v = motion.v if norm(motion.v) > VANISHED else ZERO
     gravity, noise = (0.0, 0.0, -physics.settings.gravity), GRAZING * norm(v)
@@ -142,7 +145,10 @@ def _sticks(slip: Vec, g_t: Vec, friction: float) -> bool:
 
 @kernel
 def _at_rest(state: State, motion: Motion) -> State:
-    """Return the state of a sphere that has stopped."""
+    """Return the state of a sphere that has stopped on the ground.
+
+    motion : the last motion; its time and place are kept, and velocity and spin become zero
+    """
     return State(
         motion=Motion(t=motion.t, x=motion.x, v=ZERO, w=ZERO),
         left=state.left,

@@ -58,12 +58,11 @@ def most_against(locator: Any, facets: Facets, against: Against) -> Touch:
 def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, v: Vec, down: Vec) -> Held:
     """Return the contacts that block a sphere along the vector `way` (3,), and the component of `way` that they allow.
 
-    x : (3,) m, centre; way : gravity, to find the contacts that carry the sphere, or its velocity
+    x : (3,) m, centre; radius : of the sphere, m
+    way : gravity (m/s^2), to find the contacts that carry the sphere, or the velocity (m/s) of the sphere
     v, down : (3,) velocity (m/s) and acceleration (m/s^2) of the sphere
 
     Contacts from which the sphere moves away do not count.
-
-    radius : of the sphere, m
     """
     noise = LEADING * norm(way)
     held = Held(contacts=0, first=NO_TOUCH, second=NO_TOUCH, pushes=(0.0, 0.0), way=way)
@@ -134,7 +133,10 @@ def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
 
 @kernel
 def _nothing_left(first: Touch, second: Touch) -> Held:
-    """Return `Held` for contacts that allow no motion, with `contacts` 3."""
+    """Return `Held` for contacts that allow no motion at all; its number of contacts is 3.
+
+    first, second : two of the contacts
+    """
     return Held(contacts=3, first=first, second=second, pushes=(0.0, 0.0), way=ZERO)
 
 

@@ -115,7 +115,7 @@ def put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turn
 
 @kernel
 def turned_to(v: Vec, n: Vec) -> Vec:
-    """Return the velocity v (3,) of a curved segment's end, turned into the plane of normal n at the same speed."""
+    """Return the velocity v (3,) m/s at a curved segment's end, turned into the plane of normal n at the same speed."""
     flat = without(v, n)
     speed = norm(flat)
     return scale(norm(v) / speed, flat) if speed > 0.0 else flat
@@ -147,8 +147,8 @@ def pivoted(v: Vec, w: Vec, n: Vec, n_end: Vec, radius: float) -> tuple[Vec, Vec
 
 @kernel
 def rolling_spin(v: Vec, about: float, n: Vec, radius: float) -> Vec:
-    """Return the spin (3,) rad/s of a sphere that rolls with velocity v on ground of normal n, without slip.
+    """Return the spin (3,) rad/s of a sphere that rolls with velocity v (3,) m/s on ground of normal n, without slip.
 
-    about : component of the spin about n (rad/s)
+    about : component of the spin about n (rad/s); radius : of the sphere, m
     """
     return add(scale(1.0 / radius, cross(n, v)), scale(about, n))

@@ -94,6 +94,7 @@ def along_own_piece(
 ) -> State:
     """Return the state of a rock at the end of a ground segment, or at the first obstacle on the segment.
 
+    pieces : not used, because this function does not search for other parts of the terrain
     piece : the ground segment; record : receives the segment
     """
     meeting = obstacle_on(physics.effects, state, piece, rock)

@@ -59,7 +59,7 @@ def _of_run(run: Run) -> Iterator[Figure]:
 
 
 def _percentile(run: Run, what: tuple[str, str, str], sample: Sample) -> Figure:
-    """Return the 95th percentile of a quantity; what : result, unit and name of the quantity; sample : of a run."""
+    """Return the 95th percentile of a quantity; what : result, unit and name of the quantity; sample : of all rocks."""
     (result, unit, name), sets = what, run.maps.sets
     predictive = UNKNOWN if sets is None else _pair(sets.percentile(name)[f"p{P95}"])
     value = sample.summary((P95,)).get(f"p{P95}")

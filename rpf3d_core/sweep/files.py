@@ -81,7 +81,7 @@ def panels_of(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence
 
 
 def _marked(panel: Panel) -> Panel:
-    """Return a panel of a sweep with unknowns; if an interval does not cover the unknowns, the title says so."""
+    """Return the panel; if a curve has sampling intervals, which leave the unknowns out, the title says so."""
     predictive = all(curve.is_predictive for curve in panel.curves)
     return panel if predictive else panel._replace(title=f"{panel.title} ({SAMPLING_ONLY})")
 
@@ -130,7 +130,7 @@ def _curves(
 
 
 def _short(keys: Sequence[str]) -> Sequence[KeyWords]:
-    """Return words for each key path; their names are the key paths if two of the names are equal."""
+    """Return each key in words; if two keys would have the same name, the names are the whole key paths instead."""
     words = [key_in_words(key) for key in keys]
     if len({each.name for each in words}) == len(words):
         return words

@@ -156,7 +156,7 @@ def _on_brackets(cells: Sequence[Cell], records: Sequence[CellRecord]) -> str:
 
 
 def _of_runs(records: Sequence[CellRecord]) -> Iterator[Figure]:
-    """Yield the figures of whole runs, without those of places."""
+    """Yield the figures of the cells' whole runs, without the figures of zones, areas and barriers."""
     return (figure for record in records for figure in record.figures if not figure.kind)
 
 

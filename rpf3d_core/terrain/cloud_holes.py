@@ -45,7 +45,10 @@ def fill_holes(plan: FloatArray, triangles: Index, widest: float) -> Filled:
 
 
 def _border(triangles: Index) -> Index:
-    """Return the border of a mesh: the sides (S, 2) that belong to only one triangle, to their left."""
+    """Return the border of a mesh: the sides (S, 2) of only one triangle, which lies to the left of the side.
+
+    triangles : (F, 3), facing up
+    """
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).astype(np.int64)
     size = int(triangles.max(initial=0)) + 1
     forward, backward = sides[:, 0] * size + sides[:, 1], sides[:, 1] * size + sides[:, 0]

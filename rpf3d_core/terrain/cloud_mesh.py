@@ -60,7 +60,10 @@ def _three(plan: FloatArray, corner: Ids) -> Ids:
 
 
 def _area(p: FloatArray, q: FloatArray, r: FloatArray) -> FloatArray:
-    """Return twice the area (N,) m^2 of triangles in plan; above 0 if they face up."""
+    """Return twice the area (N,) m^2 in plan of the triangles p q r; above 0 if they face up.
+
+    p, q, r : (N, 2) m, the corners
+    """
     return np.asarray((q[:, 0] - p[:, 0]) * (r[:, 1] - p[:, 1]) - (r[:, 0] - p[:, 0]) * (q[:, 1] - p[:, 1]))
 
 

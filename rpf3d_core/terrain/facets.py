@@ -154,7 +154,7 @@ def _geometry(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, tu
 
 
 def _as_the_loops_want(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
-    """Return vertices and triangles in the layout for which loops are compiled: contiguous float64 and int32.
+    """Return vertices and triangles as contiguous float64 and int32 arrays, for which the loops are compiled.
 
     Arrays that already have this layout are not copied.
     """
@@ -184,7 +184,10 @@ def vertex(vertices: Any, v: int) -> Vec:
 
 @loop
 def _measure(vertices: Any, triangles: Any, areas: Any) -> None:
-    """Write the normal of each facet, with the facet's area as its length (m^2), into `areas` (F, 3)."""
+    """Write the normal of each facet, with the facet's area as its length (m^2), into `areas` (F, 3).
+
+    vertices : (V, 3) m; triangles : (F, 3)
+    """
     for f in range(len(triangles)):
         a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
                    vertex(vertices, triangles[f, 2]))  # fmt: skip

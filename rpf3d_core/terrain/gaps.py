@@ -165,7 +165,7 @@ def _bays(faces: NDArray[np.object_], outline: Outline, crack: float) -> NDArray
     """Return (G,) true for each gap that is a bay: open to the outside, with corners on at most one ring of the border.
 
     A rock that flies into a bay has left the terrain. An open region with corners on several rings lies between
-    components of the terrain: behind this region there is ground again.
+    components of the terrain: the region is not a bay, because there is ground again behind it.
 
     faces : (G,) gaps, as polygons of shapely; crack : largest width (m) of a crack
     """

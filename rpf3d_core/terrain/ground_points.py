@@ -109,7 +109,10 @@ def lowest_in_cells(points: FloatArray, size: float) -> Cells:
 
 
 def _keys(points: FloatArray, size: float) -> tuple[Ids, int]:
-    """Return the number (N,) of the cell of each point, counted row by row, and the number of columns."""
+    """Return the number (N,) of the cell of each point, counted row by row, and the number of columns.
+
+    points : (N, 3) m; size : side of a cell (m)
+    """
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     columns, rows = ((high - low) / size + 2.0).tolist()
     if not (size > 0.0 and columns < MOST_CELLS and rows < MOST_CELLS):

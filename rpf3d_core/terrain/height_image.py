@@ -16,7 +16,7 @@ MOST_PIXELS = 3000
 
 
 class HeightImage(NamedTuple):
-    """The uppermost facet of the terrain at each pixel, from which heights are computed on the facet's plane."""
+    """The terrain and its view from above: the uppermost facet at each pixel, on whose plane heights are computed."""
 
     terrain: Terrain
     view: PlanView

@@ -42,6 +42,6 @@ def turns(rounds: IntArray, sets: int, source: int) -> IntArray:
     """Return by how many rocks (N,) the order of the parameter sets is shifted cyclically in each round (N,).
 
     For n sets, a round is n successive rocks of the source, one for each set.
-    sets : number of sets; source : index of the source
+    rounds : (N,) numbers of the rounds; sets : number of sets; source : index of the source
     """
     return np.asarray(np.floor((rounds + source) * GOLDEN % 1.0 * sets), dtype=np.int64)

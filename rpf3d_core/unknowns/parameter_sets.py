@@ -42,7 +42,7 @@ class ParameterSets:
         return np.full(len(self), 1.0 / len(self)) if self.weights is None else self.weights
 
     def at(self, number: int) -> dict[str, float]:
-        """Return one set as values by key path, as the argument of `scene.key_paths.with_values`."""
+        """Return set number `number` as values by key path, as the argument of `scene.key_paths.with_values`."""
         return dict(zip(self.names, self.values[number].tolist(), strict=True))
 
 
@@ -71,7 +71,7 @@ def parameter_sets(names: Sequence[str], values: ArrayLike, weights: ArrayLike |
 
 
 def _checked(weights: ArrayLike | None, sets: int) -> FloatArray | None:
-    """Return weights (S,) that sum to 1, or None if all are equal or none are given."""
+    """Return weights (S,) that sum to 1, or None if all are equal or none are given; sets : number of sets, S."""
     if weights is None:
         return None
     array = np.array(weights, dtype=float)

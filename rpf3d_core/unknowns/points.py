@@ -16,6 +16,8 @@ def spread_points(points: int, dimensions: int, seed: int) -> FloatArray:
 
     A longer sequence begins with the same points.
 
+    points, dimensions : P and D; seed : of the random permutations
+
     Sources
     -------
     Owen 2017, "A randomized Halton algorithm in R", arXiv:1706.02808: each digit of each base is permuted at random.

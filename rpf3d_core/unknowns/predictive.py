@@ -90,12 +90,12 @@ def least_end(counts: FloatArray, totals: FloatArray) -> FloatArray:
     """Return the smallest upper ends (N,) that predictive intervals of N shares (-) may have.
 
     A share p has the mean m over all sites, and P(p > x) <= m / x (Markov's inequality): the upper end is at most
-    m / 0.025, with m the upper end of the sampling interval of the mean share. It is also at most the upper end u of
-    the sampling interval of a single set with as many hits as the set with most. Where more than 2.5 % of the sets have
-    a hit, the ranks are the upper end; it is then only not smaller than the end without any hit.
+    m / 0.025, with m the upper end of the sampling interval of the mean share. It is also at most the upper end of the
+    sampling interval of the largest share of a single set. Where more than 2.5 % of the sets have a hit, the ranks give
+    the upper end, and the result is only the upper end for sets without any hit.
 
     counts : (S, N) number of rocks of each set that the share counts, the hits; totals : (S, N) number of rocks of each
-    set; the sets have equal weights, and `rocks` is their mean number of rocks that gives the same sampling error
+    set. The sets have equal weights; sampling errors are those of the harmonic mean of the numbers of rocks.
     """
     tail, has = 0.5 * (1.0 - LEVEL), totals > 0
     sets = np.maximum(has.sum(axis=0), 1)
@@ -159,6 +159,7 @@ def _at_rank(some: FloatArray, sets: NDArray[np.int64], rank: FloatArray) -> Flo
     """Return the values (N,) at ranks (N,), counted from 1, of sorted values (S, N), linear between ranks.
 
     some : (S, N) values, sorted in each column, NaN last; sets : (N,) number of values in each column that are not NaN
+    rank : (N,) ranks, not necessarily whole numbers; limited to 1 and the number of values
     """
     place = np.clip(rank, 1.0, np.maximum(sets, 1)) - 1.0
     low = np.floor(place).astype(np.int64)

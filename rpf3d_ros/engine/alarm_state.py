@@ -60,11 +60,11 @@ class AlarmState:
         self._lost = self._several = ""
 
     def note_alarm(self, sounds: bool, at: float) -> None:
-        """Note a message of `alarm` that arrived at a time (s)."""
+        """Note a message of `alarm`; sounds : True if the alarm is on; at : time of arrival (s, steady clock)."""
         self._alarm = sounds, at
 
     def note_alert(self, alert: HeardAlert, at: float) -> None:
-        """Note a message of `alerts` that arrived at a time (s)."""
+        """Note a message of `alerts`; at : time of arrival (s, steady clock)."""
         newest = self._newest
         if newest is not None and (alert.run != newest.run or alert.sequence <= newest.sequence):
             self._disorder_at = at
@@ -79,7 +79,7 @@ class AlarmState:
         self._lost, self._alert, self._is_second = why, None, False
 
     def note_publishers(self, nodes: Mapping[str, Sequence[str]]) -> None:
-        """Note the present publishers; nodes : for each of the two topics, the names of its publishers' nodes."""
+        """Note the present publishers; nodes : for `alarm` and `alerts`, the names of the nodes that publish it."""
         for topic, names in nodes.items():
             if len(names) > 1:
                 self._several = f"{len(names)} programs publish {topic} ({', '.join(sorted(names))}): stop all but one"

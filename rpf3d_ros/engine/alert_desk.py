@@ -57,13 +57,16 @@ class DecisionListener(Protocol):
         """Publish an alert."""
 
     def logged(self, fault: str) -> None:
-        """Report why the last decision is not on disk; "" if it is on disk."""
+        """Report why the last decision is not on disk; fault : the reason, "" if the decision is on disk."""
 
     def remembered(self, fault: str) -> None:
-        """Report why what the node has received is not on disk for the next start; "" if it is on disk."""
+        """Report why the state that the next start needs could not be saved; fault : "" if it is on disk.
+
+        The state is what the node has received, such as refused messages and silent topics.
+        """
 
     def held_up(self, why: str) -> None:
-        """Report why no decision can be made; "" as soon as decisions can be made again.
+        """Report why no decision can be made; why : the reason, "" as soon as decisions can be made again.
 
         For the subscribers of alerts, a missing decision is a fault.
         """
@@ -84,9 +87,10 @@ class AlertDesk:
     expected : topics of sources that must publish
     has_sensors : True if the node also has topics of sensors; False if its only topic of sources is `clicked_point`
     heard : topics of sources that had published before the start, and must publish again
-    missed : when messages of a topic were lost before the start (ns), by topic
-    unknown : why a higher level may have been held before the start; a fault until it is acknowledged. "" if known
-    remembered : returns what the node has received apart from sources, as plain values, for the next start
+    missed : time (ns) at which messages of a topic were lost before the start, by topic
+    unknown : why it is unknown which level was held before the start, which is a fault until persons acknowledge it;
+        "" if the level is known
+    remembered : returns the state to save for the next start, as plain values, without the topics of sources
     """
 
     def __init__(
@@ -105,7 +109,7 @@ class AlertDesk:
         self._hanging_since: float | None = None
         self._requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
         self._undecided: deque[float] = deque()  # when the evidence without a decision was received (s, steady clock)
-        self._asked: list[Request] = []  # those of CHANGED and MOVED that wait
+        self._asked: list[Request] = []  # the waiting requests CHANGED and MOVED
         self._served = threading.Condition()
         self._closed = self._failed = self._clock_ran = self._owed = False
         self.standing = StandingFaults(lambda: self._ask(CHANGED))
@@ -126,10 +130,10 @@ class AlertDesk:
         self.miss(topic, self._now())
 
     def wait_for_room(self, seconds: float) -> bool:
-        """Wait at most `seconds` until hardly any evidence waits for a decision; return True if so, or if closed.
+        """Wait until fewer than MOST_UNDECIDED pieces of evidence have no decision yet, at most `seconds`.
 
-        If the disk is slow, the thread that flies rocks must wait: each answer has a decision of its own, because a
-        later answer may hide its danger, so the decisions would fall behind the answers.
+        Return True if this is so, or if the desk is closed. The thread that flies rocks calls this: each answer needs
+        its own decision, because a later answer may hide a danger. With a slow disk, decisions fall behind the answers.
         """
         with self._served:
             return self._served.wait_for(lambda: len(self._undecided) < MOST_UNDECIDED or self._closed, seconds)
@@ -141,9 +145,10 @@ class AlertDesk:
         self._ask(CHANGED)
 
     def _ask(self, request: Request) -> None:
-        """Queue CHANGED or MOVED, unless it waits already: it is served with the state of its time, so once is enough.
+        """Queue a request CHANGED or MOVED, unless an equal request already waits.
 
-        While the disk hangs, changes therefore do not fill the memory.
+        One request is enough, because it is served with the state of that time. So the queue stays short while the disk
+        hangs.
         """
         with self._served:
             if request not in self._asked:
@@ -151,9 +156,9 @@ class AlertDesk:
                 self._requests.put(request)
 
     def watch(self, outlines: Callable[[], Mapping[str, str]], terrain: Callable[[], str] | None = None) -> None:
-        """Watch areas and terrain as they are now; evidence for a former place or terrain is then outdated.
+        """Make the present outlines of areas and the present terrain count for all further decisions.
 
-        The change counts from now on, also if many requests wait. Any thread may call this method.
+        Evidence for a former outline or terrain is then outdated, also if many requests wait. Any thread may call.
 
         outlines : returns the digest of the present outline of each area, by name
         terrain : returns the digest of the present terrain, "" without terrain; None if the terrain is not watched
@@ -183,7 +188,9 @@ class AlertDesk:
         self._requests.put(Request(faults=why, is_error=True))
 
     def acknowledge(self, by: str, why: str, reply: Reply, client: str = "") -> None:
-        """Ask for a decision with an acknowledgement; a fault that was shown still makes it void if it ends later.
+        """Ask for a decision with an acknowledgement.
+
+        A fault that is shown at this call makes the acknowledgement void, even if the fault ends before the decision.
 
         by, why : name and reason; client : as in `Acknowledgement`
         reply : called with the result, on the thread of the alert desk
@@ -209,7 +216,7 @@ class AlertDesk:
             self._requests.put(Request(faults=FORGOTTEN, is_error=True) if self._failed else TICK)
 
     def _waiting_since(self) -> float | None:
-        """Return since when (s, steady clock) the oldest evidence or decision waits; None if nothing waits."""
+        """Return when (s, steady clock) the oldest evidence or decision began to wait; None if nothing waits."""
         writing = self._writing_since  # read once: the thread of the desk may set it to None at any time
         with self._served:
             since = [*list(self._undecided)[:1], *([] if writing is None else [writing])]
@@ -229,7 +236,7 @@ class AlertDesk:
         try:
             self._serve_requests()
         finally:
-            with contextlib.suppress(Exception):  # what waiting requests would have kept on disk
+            with contextlib.suppress(Exception):  # the requests that still wait would have saved this
                 self._note_lost_messages()
                 self._remember()
             if self._log is not None:
@@ -256,7 +263,10 @@ class AlertDesk:
                 self._note_served(request)
 
     def _next(self) -> Request | None:
-        """Wait for a request; from now on, a further change is a new request."""
+        """Wait for the next request and return it; None if the desk is closing.
+
+        A change that happens after this call needs a new request.
+        """
         request = self._requests.get()
         with self._served:
             self._asked = [each for each in self._asked if each is not request]
@@ -269,7 +279,7 @@ class AlertDesk:
                 self._served.notify_all()
 
     def _serve(self, request: Request, following: Request | None) -> None:
-        """Serve a request; following : the next request if it waits already, else None."""
+        """Do what a request asks for; following : the next request if it waits already, else None."""
         now = self._now()
         if request.faults:
             self._evidence.lose() if request.is_error else self._evidence.forget(now)
@@ -298,7 +308,7 @@ class AlertDesk:
             self._evidence.miss(topic, at_ns)
 
     def _remember(self) -> None:
-        """Keep on disk what the node has received, also if nothing is decided on it; an error stops no decision."""
+        """Save to disk the state that the next start needs, and report if this fails; an error stops no decision."""
         log = self._log
         if log is None:
             return
@@ -314,7 +324,7 @@ class AlertDesk:
         log.remember(received)
 
     def _wait_for_clock(self, request: Request) -> None:
-        """Report that the clock does not run yet; evidence is kept, and the decision is made when the clock runs."""
+        """Report that no decision is possible before the clock runs; evidence is kept for the decision after that."""
         if not self._owed or request != TICK:
             self._listener.held_up(NO_CLOCK)
         self._owed = True
@@ -322,7 +332,7 @@ class AlertDesk:
             request.reply((request.acknowledged is None, NO_CLOCK))
 
     def _acknowledge(self, request: Request, now: int) -> None:
-        """Decide with an acknowledgement; an acknowledgement without a name or a reason is only logged."""
+        """Decide with an acknowledgement; only log it if it has no name or no reason. now : present time (ns)."""
         said = request.acknowledged or Acknowledgement(by="", why="", at_ns=now)
         try:
             given = acknowledgement(*said)
@@ -374,16 +384,17 @@ class AlertDesk:
             self._log_it(partial(self._log.decided, decision, self._thresholds))
         self.alert = alert
         self._listener.decided(alert, evidence)
-        self._failed = False  # only now: a request that decides nothing does not make up for a decision that failed
+        self._failed = False  # set only after a decision: a request without one does not repair a failed decision
         return alert
 
     def _log_it(self, write: Callable[[], object]) -> None:
         self._listener.logged(self._fault_of_writing(write))
 
     def _fault_of_writing(self, write: Callable[[], object]) -> str:
-        """Write to the log; return why that failed, or "": the alert is published whatever the error is.
+        """Write to the log; return why this failed, "" if it did not fail. The alert is published in both cases.
 
-        The time counts from the first write of the request, because the alert waits for all writes before it.
+        write : writes to the log. The waiting time counts from the first write for a request, because the alert waits
+            for all of them.
         """
         if self._writing_since is None:
             self._writing_since = time.monotonic()
@@ -396,8 +407,8 @@ class AlertDesk:
     def _is_over(self, now: int) -> bool:
         """True if a new decision must be made: the validity of the last decision has ended, or ends soon.
 
-        now : time (ns). No decision on an evidence is valid after the evidence becomes stale, so the alert becomes a
-        fault at the latest one tick after that.
+        now : time (ns). A decision is not valid after its evidence has become stale. So the alert becomes a fault at
+            the latest one call of `tick` after that time.
         """
         if self._owed or self.alert is None:
             return True

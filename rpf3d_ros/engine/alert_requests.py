@@ -38,19 +38,19 @@ class Request:
 
     @property
     def decides(self) -> bool:
-        """True if a decision follows, on all evidence, standing faults and lost messages of its time."""
+        """True if the request always leads to a decision, on all evidence, standing faults and lost messages."""
         return self.evidence is not None or bool(self.faults) or self.is_changed
 
     def is_covered_by(self, later: "Request") -> bool:
-        """True if the decision on a later request takes into account all that this request brings.
+        """True if this request can be skipped, because the decision on a later request covers it.
 
-        So new evidence does not wait for one decision for each outline of a moving machine.
+        Otherwise new evidence would wait for many decisions while the outline of a moving machine changes.
         """
         return (self in (TICK, CHANGED, MOVED) and later.decides) or (self in (TICK, MOVED) and later.is_moved)
 
     @property
     def is_unanswered(self) -> bool:
-        """True if the evidence has no answer: it is a fault, and raises no level."""
+        """True if the sources of the evidence got no answer: the evidence is then only a fault, and raises no level."""
         return self.evidence is not None and not self.evidence.areas
 
 

@@ -67,7 +67,7 @@ class AnswerSchedule:
         self.current = self._unfinished = self._latest = None
 
     def next_trigger(self) -> Trigger | None:
-        """Return the next trigger to answer; None if there is none.
+        """Choose and return the next trigger to answer, and make it `current`; None if there is none.
 
         The latest trigger is returned again if the terrain or the areas have changed, or if another trigger was
         answered after it.
@@ -120,7 +120,10 @@ class AnswerSchedule:
         return next((each for each in self._interrupted if any(each is one for one in others)), None)
 
     def _in_turn(self, latest: Trigger) -> list[Trigger]:
-        """Return all triggers to answer again: those that still wait since an earlier change first."""
+        """Return all triggers to answer again; triggers that still wait since an earlier change are first.
+
+        latest : the newest trigger
+        """
         every = [*self._answered.others(latest), latest]
         return [*self._again, *(trigger for trigger in every if not any(trigger is each for each in self._again))]
 

@@ -1,4 +1,4 @@
-"""Areas that a topic defined before a restart: a fault until the topic has published again, because areas are lost."""
+"""Faults of topics that defined an area before a restart and have not published it again; the area is then unknown."""
 
 from collections.abc import Callable, Iterable
 
@@ -30,15 +30,15 @@ class AreasBefore:
 
     @property
     def topics(self) -> tuple[str, ...]:
-        """The topics that must publish again after a restart, sorted. Any thread may call."""
+        """The topics that must publish their areas again after the next restart, sorted. Any thread may call."""
         return tuple(sorted(self._missing | self._defined))
 
     def announce(self, topic: str) -> None:
-        """Note that a topic defines an area, before the area is used: the desk may write to disk as soon as it is."""
+        """Note that a topic defines an area; call this before the area is used, because `topics` may be saved then."""
         self._defined = self._defined | {topic}
 
     def received(self, topic: str, has_area: bool) -> None:
-        """Note a message of a topic that was understood; has_area : False if the topic now defines no area."""
+        """Note a valid message of a topic, which ends its fault; has_area : False if the topic now defines no area."""
         self._defined = self._defined | {topic} if has_area else self._defined - {topic}
         if topic in self._missing:
             self._missing = self._missing - {topic}

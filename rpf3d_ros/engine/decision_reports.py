@@ -60,7 +60,7 @@ class DecisionReports:
         self._outlets.alerts.sound_alarm()
 
     def undecided(self, error: BaseException) -> None:
-        """Report a decision that failed."""
+        """Report that a decision failed with an unforeseen error."""
         self._outlets.logger.error("".join(traceback.format_exception(error)))
         self._outlets.health.set("run", ERROR, f"no decision: {type(error).__name__}: {error}")
 
@@ -70,7 +70,7 @@ class DecisionReports:
         self._report_log()
 
     def remembered(self, fault: str) -> None:
-        """Report why what was received is not on disk; fault : the reason, "" if it is on disk."""
+        """Report why the state for the next start could not be saved; fault : the reason, "" if it was saved."""
         if fault != self._not_remembered:
             self._not_remembered = fault
             self._report_log()

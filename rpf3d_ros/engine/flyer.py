@@ -125,7 +125,7 @@ class Flyer:
 
     @property
     def outlines(self) -> dict[str, str]:
-        """The digest of the present outline of each area of interest, by name: areas of the scene, then live areas."""
+        """Return the digest of each area's present outline, by name: areas of the scene, then live areas."""
         with self._changed:
             standing, areas = self.standing, self._live_areas()
         if standing is not None:
@@ -134,7 +134,7 @@ class Flyer:
 
     @property
     def terrain_digest(self) -> str:
-        """The digest of the terrain in use; "" without terrain."""
+        """Return the digest of the terrain in use; "" without terrain."""
         standing = self.standing
         return "" if standing is None else standing.ground.digest
 
@@ -268,9 +268,9 @@ class Flyer:
                 self._listener.answered(answer)
 
     def _goes_on(self, stages: Iterator[Answer], ended: bool) -> bool:
-        """True if the result of the last flight still counts: its trigger is not forgotten, and the flyer is active.
+        """True if the stage that was just flown may be published: the flyer is active, and its trigger still counts.
 
-        stages : the stages of the answer; ended : True if the answer has no further stage
+        stages : the iterator that flew the stage; ended : True if the answer has no further stage
         """
         with self._changed:
             if self._stages is not stages:

@@ -45,11 +45,12 @@ class MessageGaps:
         self._first: list[_FirstMessage] = []
 
     def lost_before(self, message: Numbered, now_ns: int, publishers: Callable[[], int] = lambda: 1) -> int:
-        """Return how many messages were lost before this message, as far as they were not counted earlier.
+        """Return the number of messages that were lost before this message, and were not counted earlier.
 
-        A number that does not rise is the first of a new publisher, because a publisher never counts back. The messages
-        before the first may have been published before the node subscribed. They count as lost, as one message, if the
-        queue was full when the first message was read. This is known only when the other messages have been read.
+        A number that does not rise belongs to a new publisher, because a publisher never counts back. Messages before
+        the first message of a publisher may have been published before the node subscribed. They count as one lost
+        message if the queue was full when the first message was read. This is known only after the rest of the queue
+        has been read.
 
         now_ns : present time (ns since the epoch), by the clock of `received_ns`
         publishers : returns how many publishers may have sent the message, if they cannot be distinguished
@@ -64,12 +65,15 @@ class MessageGaps:
     def _number_before(self, publisher: Hashable, number: int, publishers: Callable[[], int]) -> int | None:
         """Note the number of a message, and return the previous number of its publisher; None for its first message.
 
-        Each of several publishers that cannot be distinguished counts by itself. A message belongs to the publisher
-        whose number it continues, otherwise to the one with the nearest lower number: then messages are missing. Only
-        the last numbers of as many publishers as there are now count, so that no message continues the number of a
-        publisher that has gone: otherwise a loss could remain unnoticed. Therefore messages count as lost that were not
-        if a publisher ends before its last messages are read, and another has published, or if the node begins to
-        listen to several publishers.
+        Several publishers that cannot be distinguished share one identity, but each has its own numbers. A message then
+        belongs to the publisher whose last number it continues, or else to the publisher with the nearest lower number;
+        messages are then missing. Only the last numbers of as many publishers as there are now are kept. Otherwise a
+        message could continue the number of a publisher that has gone, and a loss would remain unnoticed.
+
+        In two cases, too many messages may count as lost: a publisher ends before its last messages are read, and
+        another has published; or the node begins to subscribe while there are several publishers.
+
+        publisher : identity of the publisher; number : of the message; publishers : as in `lost_before`
         """
         known = self._last.pop(publisher, [])
         if known[-1:] != [number - 1]:
@@ -84,7 +88,7 @@ class MessageGaps:
         return last
 
     def _overwritten(self, received_ns: int) -> int:
-        """Count a message that was received at a time (ns); return the number of first messages behind a full queue."""
+        """Count a message for earlier first messages; return how many of these were read from a full queue."""
         waiting = [each._replace(queued=each.queued + 1) for each in self._first if received_ns <= each.taken_ns]
         self._first = [each for each in waiting if not 0 < self._depth <= each.queued]
         return len(waiting) - len(self._first)

@@ -86,7 +86,7 @@ class RefusedInputs:
 
     @property
     def reasons(self) -> dict[str, str]:
-        """Why the first refused message of each topic with a fault was refused, by topic. Any thread may call.
+        """The reason why the first message of each topic with a fault was refused, by topic. Any thread may call.
 
         The reason does not change with each further message, because it is written to disk for a restart.
         """

@@ -32,7 +32,7 @@ class TopicEvidence(NamedTuple):
         return self._replace(evidence=self.evidence._replace(faults=faults))
 
     def clears(self, other: "TopicEvidence") -> bool:
-        """True if this evidence, from a message without sources, makes the other evidence of its topic invalid.
+        """True if this evidence is of a message without sources, and so makes `other` of the same topic invalid.
 
         The message must have a later stamp. If the stamps are equal, the sources of the other evidence still count.
         """
@@ -83,7 +83,9 @@ class RegionEvidence:
         self._evidence = {**others, region: new}
 
     def watch(self, outlines: Mapping[str, str], terrain: str | None, now_ns: int) -> None:
-        """Watch exactly these areas, over this terrain, from now (ns) on. Any thread may call this method.
+        """Set the present areas and terrain; evidence for other outlines or terrains is outdated from now (ns) on.
+
+        Any thread may call this method.
 
         outlines : for each area, by name, the digest of its outline
         terrain : digest of the terrain, "" without terrain; None if the terrain is not watched

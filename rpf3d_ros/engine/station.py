@@ -133,7 +133,7 @@ class Station:
 
     @property
     def _memory(self) -> dict[str, Any]:
-        """What the node had received before the start, as `_inputs_to_remember` and the desk gave it to the log."""
+        """The state that was saved before the start by `_inputs_to_remember` and the alert desk; {} without a log."""
         log = self._configuration.log
         return log.memory if log is not None else {}
 
@@ -146,7 +146,7 @@ class Station:
         return [topic for topic in self._memory.get("areas", ()) if topic in watched]
 
     def _remember_refusals(self) -> None:
-        """Continue with the refused messages from before the start, except of topics that the node has no more."""
+        """Set the faults of messages that were refused before the start, for topics that the node still has."""
         sensors = self._configuration.parameters.sensors
         topics, now = (*sensors.poses, *sensors.clouds, BY_HAND, *AREA_TOPICS), time.monotonic()
         for topic, why in self._memory.get("refused", {}).items():
@@ -154,9 +154,10 @@ class Station:
                 self._refused_inputs.refused(topic, why, at=now)
 
     def _inputs_to_remember(self) -> dict[str, Any]:
-        """Return what must survive a restart, apart from topics of sources; called on the thread of the alert desk.
+        """Return the state to save for the next start, as plain values; called on the thread of the alert desk.
 
-        These are the refused messages, the topics with areas, and what the terrain in use consists of and lacks.
+        It has the refused messages, the topics with areas, and which patches the terrain in use contains and lacks. The
+        alert desk adds the topics of sources.
         """
         standing = self.flyer.standing
         terrain = terrain_to_remember(standing.ground if standing is not None else None, self._memory)
@@ -173,7 +174,7 @@ class Station:
         lack, standing = lack_of(alert.faults if alert is not None else ()), self._configuration.standing
         remembered = TerrainLack(*self._memory.get("lacks", ()))
         missing = not_restored(self._memory, standing.ground if standing is not None else None, before.unread)
-        # The largest number, because a restart before has counted the patches that are still missing.
+        # The largest number, because an earlier restart may have counted the same missing patches already.
         patches = max(lack.patches, remembered.patches, before.unread + missing.patches)
         why = lack.why_refused or remembered.why_refused or before.unreadable or missing.why_refused
         self.terrain.lacks(patches, why, before.read_ns)

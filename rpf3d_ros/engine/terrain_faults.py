@@ -48,7 +48,7 @@ class TerrainBefore(NamedTuple):
 
 
 def lack_of(faults: Iterable[str]) -> TerrainLack:
-    """Return what the terrain lacks according to the faults of an alert, from their sentences.
+    """Return what the terrain lacks, read from the sentences of the faults of an alert.
 
     >>> lack_of(["2 patches are not in the terrain: the whole terrain must be published"])
     TerrainLack(patches=2, why_refused='')
@@ -68,9 +68,10 @@ def _pattern(sentence: str) -> str:
 
 
 def terrain_to_remember(ground: LiveTerrain | None, memory: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a restart must know of the terrain in use; without a terrain, what was remembered before.
+    """Return the facts about the terrain to save for the next start: patches, digest, and time of the whole survey.
 
-    ground : the terrain in use; memory : what was remembered before the start
+    ground : the terrain in use; None if there is none: then the facts in `memory` are returned
+    memory : the facts that were saved before this start
     """
     if ground is None:
         return {key: memory[key] for key in ("patches", "terrain", "whole_ns") if key in memory}
@@ -78,14 +79,15 @@ def terrain_to_remember(ground: LiveTerrain | None, memory: Mapping[str, Any]) -
 
 
 def not_restored(memory: Mapping[str, Any], ground: LiveTerrain | None, unread: int) -> TerrainLack:
-    """Return what the terrain in use had before the start, and the restored terrain has not.
+    """Return the patches and survey that the terrain had before the start, and that the restored terrain lacks.
 
-    Without a store these are all patches; with a store, surveys and patches that were not written before the node was
-    killed. The numbers of patches do not show this, because a store begins to count again at each whole terrain that it
-    writes; the digest does. A terrain with another digest lacks at least one patch, or is newer by what was received in
-    the last second before a kill: this is a fault, too.
+    Without a store, all patches are missing. With a store, surveys and patches may be missing that were not written
+    before the node was killed. The digests show this. The numbers of patches do not, because a store counts from 0
+    again at each whole terrain that it writes. If the digests differ, the restored terrain counts as lacking at least
+    one patch. It may instead be newer, by messages of the last second before a kill; this counts as a fault as well.
 
-    memory : from `terrain_to_remember`; ground : the restored terrain; unread : stored patches that cannot be read
+    memory : from `terrain_to_remember`; ground : the restored terrain; None if there is none
+    unread : number of stored patches that cannot be read
     """
     digest, missing = memory.get("terrain"), int(memory.get("patches", 0)) - unread
     if ground is None or digest is None:

@@ -42,7 +42,7 @@ class Moment(NamedTuple):
     stamp_ns: int | None = None
 
     def follows(self, whole: "Moment") -> bool:
-        """True if a patch of this moment belongs on top of the whole survey of moment `whole`.
+        """True if a patch of this moment changes the terrain of a whole survey of the moment `whole`.
 
         The patch must be published after the survey, with no older stamp. A patch with an older stamp would be refused.
         """
@@ -94,7 +94,7 @@ class Chapter(Generic[M]):
     refused: list[RefusedSurvey] = field(default_factory=list)
 
     def take_over(self, later: "Chapter[M]") -> None:
-        """Take over the patches of the next survey, because that survey is not used."""
+        """Add the patches and counts of the next chapter to this one, because the next survey is not used."""
         self.patches += later.patches
         self.lost += later.lost
         self.refused += later.refused

@@ -1,4 +1,4 @@
-"""Notice answers over a former terrain that count for too long after the terrain has changed."""
+"""Notice answers that were flown over a former terrain, and still count long after the terrain has changed."""
 
 import threading
 from collections.abc import Sequence
@@ -22,14 +22,14 @@ class WatchedTerrain:
         self._lock = threading.Lock()
 
     def watch(self, digest: str, now_ns: int) -> None:
-        """Watch a terrain from now (ns) on; digest : digest of the terrain, "" without terrain."""
+        """Set the present terrain; digest : of the terrain, "" without terrain; now_ns : present time (ns)."""
         with self._lock:
             if self._known is None:
                 self._known = DigestHistory(digest, now_ns)
             self._known.watch(digest, now_ns)
 
     def restart(self, now_ns: int) -> None:
-        """Forget all former terrains, and watch the present one from now (ns) on: earlier times are not valid."""
+        """Forget all former terrains, because times before now (ns) are not valid; the present terrain stays."""
         with self._lock:
             self._known = None if self._known is None else DigestHistory(self._known.present, now_ns)
 

@@ -11,7 +11,7 @@ from rpf3d_ros.interface.recorded_topics import TOPICS
 
 
 def publishers_of(node: Node, topics: Iterable[str]) -> dict[str, Publisher]:
-    """Return a publisher for each of these input topics of the simulator, for a program in place of survey or radar."""
+    """Return a publisher for each given input topic of the simulator, by name, for a program that replaces a sensor."""
     return {
         name: node.create_publisher(TOPICS[name].message_class, name, given_qos(TOPICS[name].offered))
         for name in topics

@@ -71,9 +71,9 @@ def sources_of_poses(poses: PoseArray, frame: MapFrame, speed: float = 1.0) -> S
 
 
 def doubt_of_poses(poses: PoseArray, speed: float) -> str:
-    """Return a warning if the directions of the throws were perhaps not meant; "" otherwise.
+    """Return a warning if the rocks are perhaps thrown in a direction that no one intended; "" otherwise.
 
-    If no pose of a message is rotated, the orientations may be the default of a program that knows no direction.
+    If no pose of a message is rotated, its orientations may be the default values of a program that knows no direction.
 
     speed : of the throw along the x axis of a pose (m/s)
     """
@@ -159,7 +159,7 @@ def _sources(
 
 
 def _check_no_data(cloud: PointCloud2) -> None:
-    """Refuse a cloud that announces no points but has data: such a cloud does not prove that nothing was seen."""
+    """Refuse a cloud that states 0 points but has data: such a cloud does not prove that no rock is moving."""
     if len(cloud.data):
         raise MessageRefused(
             f"the cloud announces {cloud.height} x {cloud.width} points but has {len(cloud.data)} bytes"

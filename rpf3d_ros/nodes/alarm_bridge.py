@@ -37,7 +37,7 @@ WAITING_REPORTS = 100
 
 
 def put_newest(reports: "queue.Queue[str]", report: str) -> None:
-    """Put a report in a queue without waiting; a full queue drops its oldest report, because the newest is true now."""
+    """Put a report in a queue without waiting; a full queue drops its oldest report, as only the newest is current."""
     while True:
         try:
             reports.put_nowait(report)
@@ -91,7 +91,10 @@ class AlarmBridgeNode(Node):
         )
 
     def _publishers_of(self, topic: str) -> list[str]:
-        """Return the nodes of the publishers of a topic; one that DDS knows and the graph does not has no name."""
+        """Return the full names of the nodes that publish a topic.
+
+        The name "unknown" is added for each publisher that DDS reports, but the ROS graph does not show yet.
+        """
         seen = self.get_publishers_info_by_topic(self._subscriptions_of[topic].topic_name)
         names = [f"{one.node_namespace.rstrip('/')}/{one.node_name}" for one in seen]
         return names + ["unknown"] * (self._alive.get(topic, 0) - len(names)) if len(names) else names

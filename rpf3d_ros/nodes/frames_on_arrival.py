@@ -22,8 +22,9 @@ class FramesOnArrival:
     """Returns the frame of each message. The executor's thread, which receives the transforms, never waits."""
 
     def __init__(self, frames: InputFrames, is_patient: bool) -> None:
-        """Note that the calling thread is the executor's; call this on the executor's thread.
+        """Begin; call this on the executor's thread, which never waits afterwards.
 
+        frames : finds the frames of messages
         is_patient : True if other threads may wait for the first transforms
         """
         self._frames, self._executor = frames, threading.get_ident()
@@ -45,7 +46,7 @@ class FramesOnArrival:
         return self._when_known(lambda: self._frames.static(frame_id, because))
 
     def close(self) -> None:
-        """Make every waiting thread stop waiting: its message is then refused."""
+        """End all waiting; the messages that wait for a transform are then refused."""
         self._closed.set()
 
     def _when_known(self, find: Callable[[], MapFrame]) -> MapFrame:

@@ -1,4 +1,4 @@
-"""Keep a program alive while the reader of its output hangs: what cannot be printed at once is dropped.
+"""Keep a program running while the reader of its output hangs: output that cannot be written at once is dropped.
 
 rclpy's logger holds Python's global lock while it writes. If standard error is a full pipe, it stops all threads of the
 process.
@@ -20,10 +20,10 @@ FLUSHED = 0.5
 
 @contextlib.contextmanager
 def free_output() -> Iterator[None]:
-    """Print standard output and standard error from threads; a write to either never blocks.
+    """Context manager: threads write standard output and standard error, so that a write of the program never blocks.
 
-    About 64 KiB wait for a reader that hangs, and later output is dropped. So is all output to a reader that has gone,
-    or to a descriptor that was closed when the program started.
+    If the reader hangs, about 64 KiB wait, and later output is dropped. All output is dropped if the reader has gone,
+    or if the descriptor was closed when the program started.
     """
     for descriptor in (1, 2):
         _open_if_closed(descriptor)
@@ -37,14 +37,14 @@ def free_output() -> Iterator[None]:
 
 
 def flush_output() -> None:
-    """Pass on what Python has not written yet; do nothing for a stream that is closed, or cannot be written to now."""
+    """Write the output that Python still buffers; do nothing for a stream that is closed or cannot be written to."""
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(AttributeError, OSError, ValueError):  # AttributeError: None, closed from the start
             stream.flush()
 
 
 def _open_if_closed(descriptor: int) -> None:
-    """Lead a closed descriptor to nowhere; otherwise a file that is opened later would get its number."""
+    """Open /dev/null on a closed file descriptor; otherwise the next opened file would get its number."""
     try:
         os.fstat(descriptor)
     except OSError:
@@ -55,7 +55,7 @@ def _open_if_closed(descriptor: int) -> None:
 
 
 class _Pump:
-    """Replaces a file descriptor by a pipe, and writes on a thread what comes through the pipe."""
+    """Replaces a file descriptor by a pipe; a thread reads the pipe, and writes to the original file."""
 
     def __init__(self, descriptor: int) -> None:
         self._descriptor, self._real = descriptor, os.dup(descriptor)
@@ -67,7 +67,7 @@ class _Pump:
         self._thread.start()
 
     def close(self) -> None:
-        """Restore the descriptor, which ends the pipe, and wait a moment for the rest."""
+        """Restore the descriptor, which ends the pipe, and wait at most FLUSHED (s) for the rest to be written."""
         os.dup2(self._real, self._descriptor)
         self._thread.join(FLUSHED)
 
@@ -77,7 +77,7 @@ class _Pump:
                 data = data[self._passed_on(data) :]
 
     def _passed_on(self, data: bytes) -> int:
-        """Write bytes, and return how many are done; all, if the reader has gone, so that the pipe never fills up."""
+        """Write bytes to the original file; return how many can be discarded: all if the reader has gone."""
         try:
             return os.write(self._real, data)
         except BlockingIOError:  # the descriptor was made non-blocking by another program

@@ -66,7 +66,7 @@ class PublisherReports:
         self._look_at = 0.0
 
     def look_soon(self) -> None:
-        """Make the next call of `look` check all publishers, because the messages of a publisher cannot be received."""
+        """Make the next `look` check all publishers; call this if messages of a publisher cannot be received."""
         self._look_at = 0.0
 
     def look(self) -> None:

@@ -93,10 +93,10 @@ class RecorderNode(Node):
         self._take(topic, (lambda: data) if topic == MESH else partial(_read, kind, data))
 
     def _take(self, topic: str, read: Read) -> None:
-        """After a message was received, record all messages that are due, and count the received message.
+        """Record all messages that are due after a message was received, and count the received message.
 
-        The received message is not counted if it is refused or cannot be written. If it waits to be recorded later, it
-        is counted now.
+        The received message is not counted if it is refused or cannot be written. A message that waits to be recorded
+        later is counted now. topic : topic of the received message; read : deserializes it
         """
         written = [self._record(reading) or reading.topic != topic for reading in self.log.received(topic, read)]
         if all(written):

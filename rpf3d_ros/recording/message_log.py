@@ -73,9 +73,9 @@ class MessageLog:
         return [self._times.at(self._now(), lambda r: r.about(self._thinning.text), "about")]
 
     def received(self, topic: str, read: Read) -> Iterator[Reading]:
-        """After a message was received, yield the messages to record now; record each before asking for the next.
+        """Note a received message, and yield the messages to record now; record each before asking for the next.
 
-        The result may contain the received message and messages that have waited; it may also be empty.
+        These may be the received message and messages that have waited. There may also be none.
 
         topic : a key of TOPICS; read : deserializes the message, but returns CDR bytes for terrain/mesh
         """
@@ -87,7 +87,7 @@ class MessageLog:
             yield from (self._reading(name, each) for name, maps in self._maps.items() for each in maps.open())
 
     def due(self) -> Iterator[Reading]:
-        """Yield the messages that have waited long enough; call it every second, also if no message is received."""
+        """Yield the messages that have waited long enough; call this every second, even if no message is received."""
         now_ns = self._now()
         yield from (self._reading(topic, each) for topic, kept in self._waiting.items() for each in kept.due(now_ns))
 
@@ -96,9 +96,11 @@ class MessageLog:
         yield from (self._reading(topic, each) for topic, kept in self._waiting.items() for each in kept.rest())
 
     def entries(self, topic: str, message: Any) -> list[RecordingEntry]:
-        """After a message was received, return the entries of all messages that `received` yields.
+        """Note a received message, and return the entries of all messages that are to be recorded now.
 
-        Raises MessageRefused.
+        These may be entries of messages that have waited. Raises MessageRefused if one of the messages is refused.
+
+        topic : a key of TOPICS; message : the deserialized message, CDR bytes for terrain/mesh
         """
         return [entry for reading in self.received(topic, lambda: message) for entry in reading.entries()]
 

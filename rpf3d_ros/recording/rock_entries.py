@@ -37,8 +37,8 @@ Areas = Callable[[], Mapping[str, Sequence[FloatArray]]]
 class RockEntries:
     """Converts rocks of each answer to entries of a recording; all topics of an answer show the same rocks.
 
-    The lines of an answer are drawn from the points in trajectories/points, which contain every rock. The published
-    line markers are drawn only if no such points arrive. Until that is clear, the markers wait in `held`.
+    The paths of the rocks are drawn as lines from trajectories/points, which contains every rock. The published line
+    markers are drawn only if no such points arrive; until then, the markers wait in `held`.
     """
 
     def __init__(self, frame: MapFrame, times: EntryTimes, areas: Areas, most: int) -> None:

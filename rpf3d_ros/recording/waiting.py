@@ -41,7 +41,7 @@ class PacedMessages:
         return self.rest()
 
     def open(self) -> list[Read]:
-        """Return the waiting message at once, and pass the next message on at once, too."""
+        """End the interval: return the message that waits, if any, as a list; the next message is passed on at once."""
         self._open = True
         return self.rest()
 

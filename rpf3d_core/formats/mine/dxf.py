@@ -33,7 +33,10 @@ WITHOUT_CONTENT = ("VERTEX", "SEQEND", "ENDSEC", "SECTION", "EOF")
 
 
 class Part(NamedTuple):
-    """Triangles of some entities: corners (T, 3, 3), and the entity (T,) of each triangle."""
+    """Triangles of some entities of a drawing.
+
+    corners : (T, 3, 3), in the unit of the drawing; entity : (T,) number of the entity that each triangle belongs to
+    """
 
     corners: FloatArray
     entity: Ids
@@ -183,9 +186,10 @@ def _mesh(path: Path, drawing: Drawing, entity: int) -> Part:
 
 
 def _fans(index: Ids, announced: int, points: int) -> Ids:
-    """Return the triangles (T, 3) of a list of faces, each written as its number of corners and then its corners.
+    """Return the triangles (T, 3), as vertex numbers, of a list of faces.
 
-    announced : length of the list that the file states; points : number of vertices, for checks
+    index : (K,) for each face, the number of its corners, followed by the vertex numbers of these corners
+    announced : length K that the file states; points : number of vertices, for checks
     """
     if announced != len(index):
         raise ValueError(f"the list of faces has {len(index):,} numbers instead of {announced:,}")

@@ -86,7 +86,10 @@ def _blocks(path: Path) -> Iterator[Any]:
 
 
 def _even_lines(data: bytes) -> tuple[Any, int]:
-    """Return an even number of complete lines from the start of `data`, as many as possible, and their size (bytes)."""
+    """Return the complete lines at the start of `data`, as an arrow array, and their total size (bytes).
+
+    The number of lines is even: if it would be odd, the last complete line is left out.
+    """
     ends = np.flatnonzero(np.frombuffer(data, np.uint8) == ord("\n"))
     ends = ends[: len(ends) // 2 * 2] + 1
     offsets = np.concatenate([[0], ends]).astype(np.int32)

@@ -66,7 +66,7 @@ def las_crs(path: Path) -> str | None:
 
 
 def las_header(path: Path) -> Arrays:
-    """Return the array `crs` of a LAS or LAZ file, read in this process: the text of `_crs`."""
+    """Return the reference system of a LAS or LAZ file, read in this process, as array `crs`: EPSG code, WKT or ""."""
     laspy = needed(path, "laspy")
     _refuse_impossible_records(path)
     try:

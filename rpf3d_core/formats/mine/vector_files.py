@@ -1,7 +1,7 @@
 """Read polygons, lines and points of GeoPackages and Shapefiles with pyogrio (GDAL), in a separate process.
 
-A command needs the content of a file several times, and a separate process takes 0.4 s to start. So what was read is
-kept until the file changes.
+A command needs the content of a file several times, and a separate process takes 0.4 s to start. So the content of a
+file is kept in memory until the file changes.
 """
 
 import json
@@ -47,7 +47,7 @@ def read_vector(path: Path, family: str, layer: str = "") -> VectorLayer:
     """Return the geometries of a layer and its reference system; only points keep their heights.
 
     family : "polygon", "line" or "point", the kind of geometry of the wanted layer
-    layer : its name; "" for the only layer with such geometries
+    layer : name of the layer; "" for the only layer with geometries of this kind
 
     Raises
     ------
@@ -115,7 +115,9 @@ def _state(path: Path) -> State:
 
 
 def vector_arrays(path: Path, family: str, layer: str = "") -> Arrays:
-    """Return the geometries of a layer as arrays, read in this process; arguments are as in `read_vector`.
+    """Return the geometries of a layer as arrays, read in this process.
+
+    family : "polygon", "line" or "point"; layer : name of the layer, "" for the only layer with such geometries
 
     `content` has the bytes of all geometries in WKB, one after another; `lengths` (N,) has their sizes (bytes); `crs`
     is the reference system of the layer, "" if it has none.

@@ -38,7 +38,8 @@ class Found(NamedTuple):
     sums : (S, 3) of energy, speed and height, in units of `Scales.top` / `slots.SUM_UNITS`
     most : (S, 3) float32, the largest energy (J), speed (m/s) and height (m)
     first : (S,) float32, earliest arrival (s)
-    ways : (S, 2) as in `hazard.walks.ways`; None if not counted
+    ways : (S, 2) sums over the rocks of path lengths (in cell widths) and of their squares, times `ways.WAY_UNITS`;
+        None if path lengths are not counted
     """
 
     cell: IntArray

@@ -64,7 +64,8 @@ class Track(NamedTuple):
 def tracks_of(pieces: Any, modes: Any, p: int) -> int:
     """Return the number of tracks into which the path segment in row p is divided; 0 for a segment that takes no time.
 
-    pieces : (S, 10) and modes : (S,), as in `simulation.record.Record`
+    pieces : (S, 10) path segments: time, position and velocity at the start, velocity at the end
+    modes : (S,) how the rock moves on each segment (`values.Mode`); row p + 1 begins at the end of segment p
     """
     if not pieces[p + 1, 0] > pieces[p, 0]:
         return 0
@@ -80,7 +81,8 @@ def tracks_of(pieces: Any, modes: Any, p: int) -> int:
 def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gravity: float) -> Track:
     """Return track number k of the `count` tracks into which the path segment in row p is divided.
 
-    pieces : (S, 10) and modes : (S,), as in `simulation.record.Record`; row p + 1 is the end of the segment
+    pieces : (S, 10) path segments: time, position and velocity at the start, velocity at the end
+    modes : (S,) how the rock moves on each segment (`values.Mode`); row p + 1 begins at the end of segment p
     spins : (S, 2) twice the rotational energy per mass (m^2/s^2) at the start and the end of each segment; None if
         rocks do not spin
     """
@@ -119,7 +121,8 @@ def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gr
 def spin_of(spins: Any, p: int, begin: float, end: float) -> Any:
     """Return the `TrackSpin` of a track within path segment p; None without spin.
 
-    spins : as in `track_of`; the spin changes linearly along the segment
+    spins : (S, 2) twice the rotational energy per mass (m^2/s^2) at the start and the end of each segment, or None; it
+        changes linearly along the segment
     begin, end : times at the ends of the track, as shares of the segment's duration (-)
     """
     if spins is None:
@@ -135,7 +138,7 @@ def slide_point(pieces: Any, p: int, share: float) -> Vec:
 
     It lies on the cubic curve with the positions and velocities at both ends of the slide.
 
-    pieces : (P, columns) path segments, as in `track_of`; p : row of the slide
+    pieces : (S, 10) path segments: time, position and velocity at the start, velocity at the end; p : row of the slide
     """
     if share >= 1.0:
         return pieces[p + 1, 1], pieces[p + 1, 2], pieces[p + 1, 3]
@@ -219,7 +222,9 @@ def square_at(value: float, origin: float, side: float, count: int) -> int:
 def leaving_time(index: int, count: int, origin: float, side: float, x: float, pace: float) -> float:
     """Return the time (s) at which a moving coordinate leaves row or column `index` of a grid; inf if never.
 
-    The outermost rows and columns extend without end. origin, side, count : as in `square_at`
+    The outermost rows and columns extend without end.
+
+    origin : coordinate of the grid's border (m); side : of a cell (m); count : number of rows or columns
     x : coordinate at time 0, m; pace : s/m, from `pace_of`
     """
     if pace == math.inf or index == (count - 1 if pace > 0.0 else 0):

@@ -88,7 +88,7 @@ def _fits(scratch: Scratch) -> bool:
 def _of_pieces(spins: Any) -> Any:
     """Return the rotational energies at the ends of path segments for `tracks.track_of`; None if rocks do not spin.
 
-    spins : as in `FlownRocks`
+    spins : `ensemble.spin.Spins` of the flown rocks; None if rocks do not spin
     """
     if spins is None:
         return None
@@ -100,7 +100,7 @@ def _note_impact_energy(visits: Visits, k: int, spins: Any, q: int, speed2: floa
     """Record the energy with rotation just before impact number q in visit k; do nothing if rocks do not spin.
 
     speed2 : squared speed before the impact (m^2/s^2)
-    spins : as in `FlownRocks`
+    spins : `ensemble.spin.Spins` of the flown rocks; None if rocks do not spin
     """
     if spins is None:
         return

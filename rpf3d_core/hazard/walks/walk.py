@@ -28,7 +28,11 @@ class Spans(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Working memory of one thread that counts rocks: visits to map cells, facets, zones and areas."""
+    """Working memory of one thread that counts rocks.
+
+    squares, facets, zones, areas : visits to map cells, facets, zones and areas of interest
+    spans : memory for the facets below a part of a track
+    """
 
     squares: Visits
     facets: Visits

@@ -47,9 +47,9 @@ def square_of(raster: Raster, i: int, j: int) -> Square:
 
 @kernel
 def begin_length(way: Any, k: int) -> None:
-    """Set the path length of a new visit k to 0; do nothing if path lengths are not measured (None).
+    """Set the path length of a new visit k to 0.
 
-    way : (visits,) m, path length of each visit
+    way : (N,) path length of each visit, in cell widths; None, if path lengths are not measured, to do nothing
     """
     if way is None:
         return
@@ -60,8 +60,9 @@ def begin_length(way: Any, k: int) -> None:
 def note_length(way: Any, k: int, square: Square, track: Track, begin: float, leave: float) -> None:
     """Add the length of a track inside a map cell from `begin` to `leave` (s) to visit k, in cell widths.
 
-    way : as in `Visits`, None to do nothing. `walk_raster` extends the outermost cells without end, but the part of a
-    track outside the raster is not counted here.
+    way : (N,) path length of each visit, in cell widths; None to do nothing
+
+    `walk_raster` extends the outermost cells without end, but a part of a track outside the raster is not counted here.
     """
     if way is None:
         return
@@ -91,9 +92,8 @@ def _inside(begin: float, leave: float, low: float, side: float, x: float, v: fl
 def add_length(ways: Any, way: Any, s: int, k: int) -> None:
     """Add the path length of visit k, and its square, to the sums of its cell in slot s.
 
-    Do nothing if path lengths are not measured (None).
-
-    ways : (slots, 2) sums of lengths and of squares; way : (visits,) m, path length of each visit
+    ways : (S, 2) sums of lengths and of squares of lengths, in units of 1 / WAY_UNITS
+    way : (N,) path length of each visit, in cell widths; None, if path lengths are not measured, to do nothing
     """
     if way is None:
         return

@@ -35,7 +35,7 @@ class AngleTable(NamedTuple):
 def by_angle(model: AngleTable, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a lumped mass after an impact with R_n and R_t of the table.
 
-    R_n and R_t of the material are not used.
+    R_n and R_t of the material are not used. n : (3,) unit normal of the ground
     """
     R_n, R_t = restitution_at(model, impact_angle(motion, n))
     return no_faster(R_n, R_t, motion, n)
@@ -43,7 +43,7 @@ def by_angle(model: AngleTable, surface: Surface, motion: Motion, n: Vec, rock: 
 
 @kernel
 def impact_angle(motion: Motion, n: Vec) -> float:
-    """Return the angle between a rock's velocity and the surface that it hits, 0 to 90 degrees."""
+    """Return the angle between a rock's velocity and the surface of normal n (3,) that it hits, 0 to 90 degrees."""
     return math.atan2(abs(dot(motion.v, n)), norm(without(motion.v, n))) * DEGREES
 
 
@@ -77,6 +77,7 @@ def no_faster(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 
     The rock leaves the ground with the speed min(R_n v_n, sqrt(v_n^2 + (1 - R_t^2) v_t^2)) along the normal, v_n and
     v_t its speeds into and along the ground before the impact. R_t must be at most 1.
+    n : (3,) unit normal of the ground
     """
     v_n, v_t = -dot(motion.v, n), without(motion.v, n)
     away = R_n * v_n
@@ -89,8 +90,9 @@ def no_faster(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 def by_angle_rest(
     model: AngleTable, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> RemainingBounces:
-    """Keep all bounces: their sum is unknown, because each bounce changes the next impact angle.
+    """Return `RemainingBounces` with `ends` False: each bounce is computed as a flight.
 
-    After impacts at a small angle, bounces may even grow.
+    The sum of the bounces is unknown, because each bounce changes the next impact angle. After impacts at a small
+    angle, bounces may even grow.
     """
     return endless(motion)

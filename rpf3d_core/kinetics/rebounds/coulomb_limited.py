@@ -93,6 +93,7 @@ def coulomb_limited(model: CoulombLimited, surface: Surface, motion: Motion, n: 
     """Return the motion of a lumped mass after an impact, with a loss along the ground limited by Coulomb friction.
 
     The speed along the ground falls by the loss due to R_t, but not by more than friction allows.
+    n : (3,) unit normal of the ground
     """
     most = surface.mu * (1.0 + surface.R_n) * -dot(motion.v, n)
     return lumped(surface.R_n, share_kept(surface.R_t, norm(without(motion.v, n)), most), motion, n)
@@ -102,7 +103,7 @@ def coulomb_limited(model: CoulombLimited, surface: Surface, motion: Motion, n: 
 def share_kept(R_t: float, speed: float, most: float) -> float:
     """Return the share (-) of its speed along the ground that a rock keeps in an impact: R_t, or more at low friction.
 
-    most : largest loss of speed along the ground (m/s)
+    speed : along the ground before the impact (m/s); most : largest loss of this speed that friction allows (m/s)
     """
     return R_t if speed * (1.0 - R_t) <= most else 1.0 - most / speed
 
@@ -111,10 +112,10 @@ def share_kept(R_t: float, speed: float, most: float) -> float:
 def coulomb_limited_rest(
     model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> RemainingBounces:
-    """Return the sum of all remaining bounces on a plane, by the formulas at the top of this file.
+    """Return the sum of all remaining bounces on a plane of normal n (3,), by the formulas at the top of this file.
 
     The error is below 1e-10 of the largest speed. If R_n is above 0.986 and neither regime begins within MOST_BOUNCES,
-    each bounce is computed as a flight.
+    each bounce is computed as a flight. gravity : m/s^2, above 0
     """
     r, q = surface.R_n, surface.R_t
     if r >= 1.0:
@@ -150,20 +151,20 @@ def one_by_one(plane: Plane, first: SummedBounces) -> SummedBounces:
 
 @kernel
 def _settled(plane: Plane, state: SummedBounces) -> bool:
-    """Return True if a closed form gives the sum of all further bounces."""
+    """Return True if a closed form gives the sum of all bounces after the bounces in `state`."""
     speed = norm(_speed(plane, state))
     return _limited_for_good(plane, speed, state.T) or _constant_for_good(plane, speed, state.T)
 
 
 @kernel
 def _speed(plane: Plane, state: SummedBounces) -> Vec:
-    """Return the velocity (3,) m/s of a rock along the plane after some bounces."""
+    """Return the velocity (3,) m/s of a rock along the plane after the bounces in `state`."""
     return add(scale(state.a, plane.u), scale(state.b, plane.g_t))
 
 
 @kernel
 def _next(plane: Plane, state: SummedBounces) -> SummedBounces:
-    """Return the sum of bounces with one more bounce, and its impact, added."""
+    """Return the sum of bounces `state` with one more bounce, and the impact at its end, added."""
     T = state.T
     flown = SummedBounces(
         a=state.a, b=state.b + T, A=state.A + state.a * T, B=state.B + (state.b + 0.5 * T) * T, T=plane.r * T

@@ -30,7 +30,10 @@ class MassScaled(NamedTuple):
 
 @rebound.rule(MassScaled)
 def mass_scaled(model: MassScaled, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion of a lumped mass after an impact, with R_n scaled by mass and speed. Energy never rises."""
+    """Return the motion of a lumped mass after an impact, with R_n scaled by mass and speed. Energy never rises.
+
+    n : (3,) unit normal of the ground
+    """
     R_n = surface.R_n * halved(rock.rock.mass / model.C)  # type: ignore[union-attr]  # asks_rock
     return lumped(R_n * halved(dot(motion.v, n) / model.K), surface.R_t, motion, n)
 
@@ -39,9 +42,9 @@ def mass_scaled(model: MassScaled, surface: Surface, motion: Motion, n: Vec, roc
 def mass_scaled_rest(
     model: MassScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> RemainingBounces:
-    """Return the sum of all remaining bounces, with R_n scaled by mass but not by speed.
+    """Return the sum of all remaining bounces on a plane of normal n (3,), with R_n scaled by mass but not by speed.
 
-    `velocity_scaled_rest` states the error that the missing scaling by speed causes.
+    `velocity_scaled_rest` states the error that the missing scaling by speed causes. gravity : m/s^2, above 0
     """
     R_n = surface.R_n * halved(rock.rock.mass / model.C)  # type: ignore[union-attr]  # asks_rock
     return sum_of_bounces(R_n, surface.R_t, motion, n, gravity)

@@ -67,7 +67,10 @@ def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Ve
 
 @kernel
 def friction(R_t: float, x: float) -> float:
-    """Return CRSP's friction function f = R_t + (1 - R_t) / (x^2 + 1.2) (-); x : slip / reference speed A (-)."""
+    """Return CRSP's friction function f = R_t + (1 - R_t) / (x^2 + 1.2) (-).
+
+    x : speed at which the rock's lowest point slips, divided by the reference speed A (-)
+    """
     return R_t + (1.0 - R_t) / (x * x + AT_REST)
 
 

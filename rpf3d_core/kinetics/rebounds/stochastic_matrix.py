@@ -47,7 +47,10 @@ class StochasticMatrix(NamedTuple):
 
 @rebound.rule(StochasticMatrix)
 def drawn_rebound(model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion after an impact with a randomly drawn matrix; coefficients of the material are not used."""
+    """Return the motion after an impact with a randomly drawn matrix; coefficients of the material are not used.
+
+    n : (3,) unit normal of the ground
+    """
     radius = rock.rock.radius  # type: ignore[union-attr]  # asks_rock
     v_t = along(motion.v, n)
     t = heading(v_t, cross(motion.w, n))
@@ -108,7 +111,10 @@ def _mean_row(model: StochasticMatrix, i: int, before: Vec) -> float:
 
 @kernel
 def _no_faster(before: Vec, after: Vec) -> Vec:
-    """Return the state (v_t, v_n, R w) after an impact, scaled down to at most the kinetic energy before the impact."""
+    """Return the state `after` an impact, scaled down to at most the kinetic energy of the state `before`.
+
+    Both are states (v_t, v_n, R w) in m/s.
+    """
     had, has = _energy(before), _energy(after)
     return scale(math.sqrt(had / has), after) if has > had else after
 
@@ -123,5 +129,8 @@ def _energy(state: Vec) -> float:
 def drawn_rest(
     model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> RemainingBounces:
-    """Keep all bounces: their sum is unknown, because a new matrix is drawn for every bounce."""
+    """Return `RemainingBounces` with `ends` False: each bounce is computed as a flight.
+
+    The sum of the bounces is unknown, because a new matrix is drawn for every bounce.
+    """
     return endless(motion)

@@ -39,5 +39,8 @@ def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Ve
 def thesis_rest(
     model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> RemainingBounces:
-    """End the bounces at once, because the sum of the remaining bounces has no closed form."""
+    """Return `RemainingBounces` without any bounce, because the sum of the remaining bounces has no closed form.
+
+    The rock stays on the ground and keeps its speed along the ground.
+    """
     return at_once(motion, n)

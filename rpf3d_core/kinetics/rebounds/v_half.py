@@ -27,7 +27,7 @@ class VHalf(NamedTuple):
 def half_at_v_half(model: VHalf, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a lumped mass after an impact, with the material's R_t, and R_n from the rock's speed.
 
-    Energy never rises.
+    Energy never rises. n : (3,) unit normal of the ground
     """
     return lumped(model.speed / (abs(dot(motion.v, n)) + model.speed), surface.R_t, motion, n)
 
@@ -36,7 +36,7 @@ def half_at_v_half(model: VHalf, surface: Surface, motion: Motion, n: Vec, rock:
 def v_half_rest(
     model: VHalf, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> RemainingBounces:
-    """End the bounces at once: the rock stays on the ground and keeps its speed along the ground.
+    """Return `RemainingBounces` without any bounce: the rock stays on the ground and keeps its speed along the ground.
 
     The remaining bounces have no finite total time, because R_n tends to 1 for small bounces: bounce k starts with the
     speed v_k off the ground (m/s), and 1 / v_k = 1 / v_0 + k / v_half. After about v_half / (0.14 m/s) bounces, a

@@ -34,7 +34,7 @@ def halved(x: float) -> float:
 def velocity_scaled(model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a lumped mass after an impact, with R_n scaled by its speed into the ground.
 
-    Energy never rises.
+    Energy never rises. n : (3,) unit normal of the ground
     """
     return lumped(surface.R_n * halved(dot(motion.v, n) / model.K), surface.R_t, motion, n)
 
@@ -44,6 +44,8 @@ def velocity_scaled_rest(
     model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> RemainingBounces:
     """Return the sum of all remaining bounces with the material's R_n, which is the limit for slow bounces.
+
+    n : (3,) normal of the plane; gravity : m/s^2, above 0
 
     For a bounce that rises by at most h, v_n^2 = 2 g h. R_n is therefore too high by the share 2 g h / K^2 (2.3e-4 at
     1 mm). The relative error of the stop's time and place is at most 1 / (1 - R_n) times this share.

@@ -28,7 +28,10 @@ class Wyllie(NamedTuple):
 
 @rebound.rule(Wyllie)
 def wyllie(model: Wyllie, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion of a lumped mass after an impact with R_n of Wyllie's law; R_n of the material is not used."""
+    """Return the motion of a lumped mass after an impact with R_n of Wyllie's law; R_n of the material is not used.
+
+    n : (3,) unit normal of the ground
+    """
     return no_faster(wyllie_R_n(impact_angle(motion, n)), surface.R_t, motion, n)
 
 
@@ -42,5 +45,8 @@ def wyllie_R_n(angle: float) -> float:
 def wyllie_rest(
     model: Wyllie, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> RemainingBounces:
-    """Keep all bounces: their sum is unknown, for the reason in `angle_table.by_angle_rest`."""
+    """Return `RemainingBounces` with `ends` False: each bounce is computed as a flight.
+
+    The sum of the bounces is unknown, because each bounce changes the next impact angle.
+    """
     return endless(motion)

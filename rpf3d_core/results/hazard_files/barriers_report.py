@@ -48,7 +48,7 @@ MEANING = (
 
 
 def barriers_section(maps: HazardMaps) -> dict[str, Any]:
-    """Return the section of summary.json on barriers, by name: counts, shares, energies (J) and heights (m).
+    """Return the section of summary.json on barriers, by barrier name: counts, shares, energies (J) and heights (m).
 
     In a run over parameter sets, shares and p95 values have a sampling and a predictive interval. `reached`, the share
     of all rocks flown that reached the barrier, is then included as well.
@@ -66,7 +66,10 @@ def write_barriers(path: Path, maps: HazardMaps) -> None:
 
 
 def _banded(maps: HazardMaps) -> tuple[tuple[BarrierFigures, ...], tuple[Any, ...]]:
-    """Return the figures, and the predictive intervals (None without parameter sets), with an item for each barrier."""
+    """Return two sequences with an item for each barrier: its figures, and its predictive intervals.
+
+    Without parameter sets, each item of the second sequence is None.
+    """
     return maps.barriers, (None,) * len(maps.barriers) if maps.sets is None else maps.sets.barriers
 
 

@@ -70,7 +70,7 @@ def write_hazard_zones(
 
 
 def hazard_zones(maps: HazardMaps, spec: HazardSpec) -> Sequence[Zone]:
-    """Return the hazard zones that a scene asks for (levels of reach probability, matrix), even those without cells."""
+    """Return the hazard zones that a scene asks for (levels of reach probability, matrix), also zones without cells."""
     matrix = matrix_of(spec)
     reach = [*reach_zones(maps, spec.reach_levels), *upper_zones(maps, spec.reach_levels)]
     return [*reach, *([] if matrix is None else matrix_zones(maps, matrix))]
@@ -95,7 +95,10 @@ def zones_without_cells(terrain: Terrain, maps: HazardMaps, spec: HazardSpec) ->
 
 
 def _of_areas(terrain: Terrain, maps: HazardMaps) -> str:
-    """Return CELLS_SAY, followed by the shares of the rocks that reached the areas of interest, largest share first."""
+    """Return a note that shares of cells depend on the cell size, then the shares of rocks that reach the areas.
+
+    The largest share is first; at most MOST_AREAS areas are named.
+    """
     areas = [bench for bench in bench_table(terrain, maps) if bench.kind == AREA]
     areas.sort(key=lambda bench: -bench.reached["rocks"])
     named = [f"{share_text(bench.reached)} reach {bench.name}" for bench in areas[:MOST_AREAS]]

@@ -130,9 +130,9 @@ def write_hazard_pictures(
 
 
 def _upper_end(maps: HazardMaps) -> dict[str, Theme]:
-    """Return an entry of `themes`: the upper end of the predictive interval of reach probability.
+    """Return the picture of the upper end of the predictive interval of reach probability, as an entry of `themes`.
 
-    The result is empty without parameter sets.
+    The result is empty without parameter sets, because there is no predictive interval.
     """
     if maps.reach_band is None:
         return {}
@@ -230,7 +230,10 @@ def _page(ground: MapBackground, releases: FloatArray, areas: Mapping[str, Seque
 
 
 def _draw_theme(page: HazardPage, title: str, theme: Theme, maps: HazardMaps) -> list[Artist]:
-    """Draw the cells, title, colour bar and legend of a quantity; return what to remove before the next quantity."""
+    """Draw the cells, title, colour bar and legend of a quantity on the background that all quantities share.
+
+    Return the drawn objects, which the caller removes before the next quantity is drawn.
+    """
     cells = _draw_cells(page.main, page.ground.terrain, page.ground.window, theme, maps)
     page.main.set_title(title, loc="left", fontsize=12, pad=TITLE_PAD)
     if np.isfinite(theme.values).any():

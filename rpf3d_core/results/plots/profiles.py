@@ -148,7 +148,10 @@ def _exaggeration(axes: Axes) -> float:
 
 
 def _lines(row: IntArray, x: FloatArray, y: FloatArray) -> list[NDArray[np.float64]]:
-    """Return the points of each rock as a line (N, 2), as matplotlib draws them."""
+    """Return one line for each rock: an array (N, 2) of its points x, y, as matplotlib draws them.
+
+    row : (S,) row of the rock of each point, grouped by rock; x, y : (S,) coordinates of the points in the panel
+    """
     return np.split(np.stack([x, y], axis=1), run_starts(row)[1:])
 
 

@@ -42,7 +42,7 @@ def write_curves(path: Path, title: str, key: str, panels: Sequence[Panel]) -> N
 
 
 def _bands(panels: Sequence[Panel]) -> str:
-    """Return the meaning of the bands and bars of all panels, as text for the title."""
+    """Return a text for the title: which intervals the bands and the bars of the panels show."""
     kinds = {curve.is_predictive for panel in panels for curve in panel.curves if curve.values}
     words = [f"{DRAWN[kind]}: {INTERVAL[kind]}" for kind in (True, False) if kind in kinds]
     return "; ".join(words) or "no intervals"

@@ -50,7 +50,10 @@ def key_in_words(path: str) -> KeyWords:
 
 
 def _unit(keys: list[str]) -> str:
-    """Return the unit that the description of a key states, or that of a section around it; "" without one."""
+    """Return the unit that the description of a key, or else of a section around the key, states; "" without a unit.
+
+    keys : the keys of a key path, from the top of the scene
+    """
     unit, places = "", [_schema()]
     for key in keys:
         places = [below for place in places for below in _below(place, key)]
@@ -59,7 +62,10 @@ def _unit(keys: list[str]) -> str:
 
 
 def _stated(place: Mapping[str, Any]) -> str:
-    """Return the unit of a key: that of the parameter of a model, or the first one in its description; "" for none."""
+    """Return the unit that the schema of a key states, or else the first unit in its description; "" for none.
+
+    place : JSON Schema of the key
+    """
     match = UNIT.search(place.get("description", ""))
     return str(place.get("unit", match[1] if match else ""))
 
@@ -70,7 +76,12 @@ def _schema() -> dict[str, Any]:
 
 
 def _below(place: Mapping[str, Any], key: str) -> Iterator[dict[str, Any]]:
-    """Yield the schemas of a key in a section; in a list or a mapping with names of the user, of each entry."""
+    """Yield the JSON Schemas that a key may have in a section.
+
+    In a list, or in a mapping whose keys are names of the user, these are the schemas of the entries.
+
+    place : JSON Schema of the section
+    """
     if "$ref" in place:
         yield from _below(_schema()["$defs"][place["$ref"].removeprefix(DEFINITIONS)], key)
     for each in (*place.get("anyOf", ()), *place.get("oneOf", ()), *place.get("allOf", ())):

@@ -85,7 +85,10 @@ def meet_obstacle(
 
 @kernel
 def entering_ground(physics: Physics, motion: BodyMotion, facet: int, n: Vec, rock: RockContext) -> BodyMotion:
-    """Return the motion of a body that has entered soft ground, before its impact on a facet of normal n (3,)."""
+    """Return the motion of a body that enters soft ground, just before its impact on a facet of normal n (3,).
+
+    Without effects the motion is unchanged. facet : number of the facet
+    """
     if physics.effects is None:
         return motion
     zone = physics.facets.zone[facet]

@@ -144,7 +144,10 @@ def fly_on(
 
 @kernel
 def _slipped(ride: Ride, physics: Physics, t: float) -> Ride:
-    """Return the state of a body with its slip after t seconds of flight, in which slip decreases."""
+    """Return the state of a body after t seconds of flight, with its slip (m) decreased as in the air.
+
+    Without slip friction, the state is unchanged.
+    """
     if physics.rebound.slip is None:
         return ride
     zone = physics.facets.zone[max(ride.tally.facet, 0)]
@@ -154,9 +157,9 @@ def _slipped(ride: Ride, physics: Physics, t: float) -> Ride:
 
 @kernel
 def _with_flight(tally: RockTally, arc: Arc, t: float, after: BodyMotion, tolerance: float) -> RockTally:
-    """Return the running totals after a flight of t seconds; a flight of no time is not a path segment.
+    """Return the running totals after a flight of t seconds; a flight of no time does not count as a path segment.
 
-    arc : path of the centre; after : motion at the end; tolerance : m, as in `with_piece`
+    arc : path of the centre; after : motion at the end; tolerance : m, as in `simulation.state.with_slide`
     """
     if not t > 0.0:
         return tally

@@ -84,7 +84,10 @@ def _after_impact(body: Body, room: Room, ride: Ride, physics: Physics, rock: Ro
 
 @kernel
 def press_on(body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext) -> Ride:
-    """List the facets around a body in contact again if the body has moved far enough; return the state after this."""
+    """Return the state of a body in contact after an update of the list of facets around it.
+
+    The list is made again only if the body has moved far enough (MOVED_ON) since the last list.
+    """
     if norm(subtract(ride.motion.x, ride.centre)) <= MOVED_ON * margin_of(body):
         return ride
     listed = listed_around(body, room, locator, physics, ride)
@@ -96,7 +99,7 @@ def press_on(body: Body, room: Room, locator: Any, physics: Physics, ride: Ride,
 def step_on(
     body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext, record: Record
 ) -> Ride:
-    """Return the state of a body in contact after its next time step, or where it meets an obstacle or a cap."""
+    """Return the state of a body in contact after its next time step, or at the obstacle or cap that ends the step."""
     motion, effects = ride.motion, physics.effects
     speed = math.sqrt(2.0 * kinetic_energy(body, motion)) + 1.0
     h = min(ride.h, (1.0 - MOVED_ON) * margin_of(body) / speed, longest_flight(effects, motion_of(motion), rock))

@@ -27,9 +27,9 @@ class Gather(NamedTuple):
 
 @looked_at.rule(Gather)
 def gathered(quest: Gather, facets: Facets, f: int, best: Touch) -> Touch:
-    """Add facet f to the list of a search if the facet is near enough and has an area.
+    """Add facet f to the list of a search if the facet is near enough and has an area; return `best` unchanged.
 
-    Return `best` unchanged: this search collects facets, where other rules of `looked_at` choose the best facet.
+    Other searches (rules of `looked_at`) choose the best facet; this search only collects facets.
     """
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:

@@ -17,9 +17,9 @@ MOST = 4
 
 @kernel
 def facing_face(body: Body, n: Vec) -> int:
-    """Return the face of the body whose normal is nearest to -n (3,); -1 if its angle to -n is too large (FACING).
+    """Return the number of the body's face whose normal is nearest to -n; -1 if its angle to -n is too large (FACING).
 
-    n : unit, in the body's axes
+    n : (3,) unit normal of a contact, from the ground to the body, in the body's axes
     """
     normals, shape = body.shapes.normals, body.shape
     face = lowest(normals, body.shapes.face_first[shape], body.shapes.face_first[shape + 1], n)

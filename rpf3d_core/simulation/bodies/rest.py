@@ -44,7 +44,8 @@ class Rest(NamedTuple):
     """The times (s) since which a body stands, is slow, and has stayed in one place.
 
     stands : inf if the body does not stand; slow : inf if it is faster than the ground's stop speed
-    held : time since which it has moved less than the skin; x, q : position (m) and orientation at this time
+    held : time since which it has moved less than the skin, the distance from the ground at which contact begins
+    x, q : position (3,) m and orientation at the time `held`
     """
 
     stands: float
@@ -56,7 +57,10 @@ class Rest(NamedTuple):
 
 @kernel
 def no_rest(motion: BodyMotion) -> Rest:
-    """Return the `Rest` of a body that is not at rest now; motion : its present motion."""
+    """Return the `Rest` of a body that begins to stay in one place only now, and neither stands nor is slow.
+
+    motion : the body's present motion
+    """
     return Rest(stands=math.inf, slow=math.inf, held=motion.t, x=motion.x, q=motion.q)
 
 

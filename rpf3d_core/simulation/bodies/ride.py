@@ -115,7 +115,7 @@ def with_slip(ride: Ride, slip: Any) -> Ride:
 
 @kernel
 def leaning(ride: Ride) -> Ride:
-    """Return the state of a body that has stopped against an obstacle."""
+    """Return the state of a body that has stopped because it leans against an obstacle."""
     return Ride(
         motion=ride.motion, centre=ride.centre, moved=ride.moved, contacts=ride.contacts, h=ride.h, rest=ride.rest,
         tally=ride.tally, outcome=STOPPED, why=LEANING, passed=ride.passed, slip=ride.slip,

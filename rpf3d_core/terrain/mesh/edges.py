@@ -70,7 +70,10 @@ def facets_on_borders(edges: Edges) -> Index:
 
 @loop
 def _reach(triangles: Any) -> int:
-    """Return the largest difference between two vertex numbers of a facet, to pack the ends of a side into few bits."""
+    """Return the largest difference between two vertex numbers of a facet, to pack the ends of a side into few bits.
+
+    triangles : (F, 3) vertex numbers
+    """
     reach = 0
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -84,6 +87,8 @@ def _write_side_keys(triangles: Any, vertices: int, reach: int, keys: Any) -> No
 
     The key of side k of facet f is at index k F + f. A key packs the lower vertex, the difference to the higher vertex
     (`reach` bits) and the direction. Sides of collapsed facets get the largest key, so they are sorted to the end.
+
+    triangles : (F, 3); vertices : number of vertices
     """
     count = len(triangles)
     for f in range(count):

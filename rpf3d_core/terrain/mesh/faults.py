@@ -155,7 +155,11 @@ def _pieces(piece: Index, edges: Edges) -> Index:
 
 
 def _holes(vertices: int, edges: Edges, boundary: Flags, piece: Index) -> int:
-    """Return the number of holes: the rings of boundary edges, minus one ring for each component with a boundary."""
+    """Return the number of holes: the rings of boundary edges, minus one ring for each component with a boundary.
+
+    vertices : number of vertices; boundary : (E,) true for edges of only one facet
+    piece : (F,) component of each facet
+    """
     ring = components(vertices, edges.low[boundary], edges.high[boundary])[edges.low[boundary]]
     owner = piece[edges.facet[edges.start[boundary]]]
     rings = np.unique(np.stack([owner, ring], axis=1), axis=0)
@@ -195,7 +199,10 @@ def _steepest(areas: FloatArray, area: FloatArray, flat: Flags) -> float:
 
 
 def _median_edge(vertices: FloatArray, edges: Edges) -> float:
-    """Return the median length of the edges (m), which shows the resolution of a mesh; 0 if there are no edges."""
+    """Return the median length of the edges (m), which shows the resolution of a mesh; 0 if there are no edges.
+
+    vertices : (V, 3) m
+    """
     if len(edges.low) == 0:
         return 0.0
     squared = np.empty(len(edges.low))
