@@ -7,6 +7,7 @@ import numpy as np
 from rpf3d_core.calibration.findings import Estimate, Findings
 from rpf3d_core.calibration.folds import Score
 from rpf3d_core.calibration.verdict import MORE, VALID, advice_of, is_refused, warnings_of
+from rpf3d_core.ensemble.outward import interval_as, three_figures
 from rpf3d_core.scene.model import Scene
 
 POSTERIOR = "posterior.png"
@@ -57,7 +58,7 @@ def _parameters(found: Findings) -> Iterator[str]:
     yield "## Parameters"
     yield "| parameter | prior | mean | 90 % interval | shrinkage |\n|---|---|---|---|---|"
     for one in found.estimates:
-        interval = f"{one.low:.3g} to {one.high:.3g}"
+        interval = interval_as((one.low, one.high), three_figures, between=" to ")
         yield f"| {one.name} | {_prior(one)} | {one.mean:.3g} | {interval} | {100 * one.shrinkage:.0f} % |"
     if (worst := _worst_pair(found)) is not None:
         i, j = worst

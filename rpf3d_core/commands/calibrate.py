@@ -66,8 +66,10 @@ def _in_words(progress: "Status") -> str:
 
 def _print(found: "Findings") -> None:
     """Print the parameters, the scores and the coverage of a calibration."""
-    rows = [(one.name, f"{one.mean:.3g}", f"{one.low:.3g} to {one.high:.3g}", f"{100 * one.shrinkage:.0f} %")
-            for one in found.estimates]  # fmt: skip
+    from rpf3d_core.ensemble.outward import interval_as, three_figures
+
+    rows = [(one.name, f"{one.mean:.3g}", interval_as((one.low, one.high), three_figures, between=" to "),
+             f"{100 * one.shrinkage:.0f} %") for one in found.estimates]  # fmt: skip
     print_table(("parameter", "mean", "90 % interval", "shrinkage"), rows)
     scores = {"kept-out": found.held_out, "prior": found.prior, "book": found.book, "curve": found.curve}
     if found.held_out is not None:

@@ -22,7 +22,7 @@ from rpf3d_core.desk.shapes import (
     release_lines,
 )
 from rpf3d_core.desk.window import AREAS, CRESTS, DRAWN, GROUND, MAP, PATHS, RELEASES, THIN, Window
-from rpf3d_core.hazard.benches import three_figures
+from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.report.view import ABOVE_MAPS, Seen
 from rpf3d_core.results.findings import Run
 from rpf3d_core.setup.prepared import Prepared

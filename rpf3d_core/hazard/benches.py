@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rpf3d_core.ensemble.outward import NEAREST, Side, fixed, interval_as, three_figures
 from rpf3d_core.ensemble.statistics import share_of
 from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.terrain.facets import Terrain
@@ -226,11 +227,6 @@ def _reached_zones(benches: Sequence[Bench]) -> list[Bench]:
     return sorted(zones, key=lambda bench: -bench.reached["rocks"])
 
 
-def three_figures(value: float) -> str:
-    """Return a number as text with three significant digits and without exponent, such as 0.0299 or 2,460."""
-    return f"{float(f'{value:.3g}'):,.12g}"
-
-
 def _benches(kind: str, names: Sequence[str], layers: Layers, maps: HazardMaps) -> Iterator[Bench]:
     """Yield a row of the bench table for each of C zones or areas, including those that no rock reached.
 
@@ -286,13 +282,13 @@ def _energy_text(bench: Bench) -> str:
 
 
 def interval_text(ends: Sequence[float | None] | None, unit: float) -> str:
-    """Return an interval as text, such as `443-778`; NOT_KNOWN if neither end is known.
+    """Return an interval as text, rounded outward, such as `443-778`; NOT_KNOWN if neither end is known.
 
     unit : number by which the ends are divided, such as 1000 for ends in J and text in kJ
     """
     if ends is None or all(end is None for end in ends):
         return NOT_KNOWN
-    return "-".join(UNKNOWN_END if end is None else three_figures(end / unit) for end in ends)
+    return interval_as(ends, lambda end, side: three_figures(end / unit, side), UNKNOWN_END)
 
 
 def share_text(share: dict[str, Any]) -> str:
@@ -309,18 +305,18 @@ def share_text(share: dict[str, Any]) -> str:
 
 
 def interval_in_percent(low: float, high: float) -> str:
-    """Return an interval of a share in per cent as text, such as `79-89`."""
+    """Return an interval of a share in per cent as text, rounded outward, such as `79-89`."""
     decimals = min(_decimals(0.5 * (high - low)), SHORT)
-    return f"{in_percent(low, decimals)}-{in_percent(high, decimals)}"
+    return interval_as((low, high), lambda end, side: in_percent(end, decimals, side))
 
 
-def in_percent(share: float, decimals: int) -> str:
-    """Return a share in per cent as text with a number of decimals.
+def in_percent(share: float, decimals: int, side: Side = NEAREST) -> str:
+    """Return a share in per cent as text with a number of decimals; side : which way it is rounded.
 
     A share that would look like 0 or 100 %, but is not, gets more decimals. A share of exactly 0 or 1 has no decimals.
     """
     rest = min(share, 1.0 - share)
-    return f"{100.0 * share:.{max(decimals, _decimals(rest)) if rest > 0.0 else 0}f}"
+    return fixed(100.0 * share, max(decimals, _decimals(rest)) if rest > 0.0 else 0, side)
 
 
 def _decimals(share: float) -> int:

@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.hazard.benches import bench_table, lost_in_words, notes_of, text_header, text_rows, three_figures
+from rpf3d_core.ensemble.outward import three_figures
+from rpf3d_core.hazard.benches import bench_table, lost_in_words, notes_of, text_header, text_rows
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, reach_probability
 from rpf3d_core.hazard.raster import typical_size
 from rpf3d_core.hazard.scales import Scale, Values, colours_at, places, reach_scale, scale_of_energy, value_at

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from rpf3d_core.report.elements import Element, Heading, Table, Text
-from rpf3d_core.report.words import given, height, interval, kilojoules, share_cells
+from rpf3d_core.report.words import Words, given, height, interval, kilojoules, share_cells
 
 BOTH = ("95 % predictive", "95 % sampling")
 SHARES = {
@@ -48,7 +48,7 @@ def barriers_part(barriers: dict[str, Any]) -> Iterator[Element]:
         yield Text(LEAVES_OUT, quiet=True)
 
 
-def _design(found: dict[str, Any], words: Any) -> list[str]:
+def _design(found: dict[str, Any], words: Words) -> list[str]:
     """Return the p95 of a quantity at a barrier as three cells: value, predictive interval, sampling interval.
 
     found : section of the quantity in summary.json; words : function that turns a number into text with its unit

@@ -1,9 +1,10 @@
 """Write numbers and intervals of a report as text; an unknown value becomes UNKNOWN."""
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Protocol
 
-from rpf3d_core.hazard.benches import in_percent, interval_in_percent, three_figures
+from rpf3d_core.ensemble.outward import HIGH, LOW, NEAREST, Side, fixed, three_figures
+from rpf3d_core.hazard.benches import in_percent, interval_in_percent
 from rpf3d_core.report.toe import FAR, Figure
 
 UNKNOWN = "not known"
@@ -11,6 +12,13 @@ BEYOND_TERRAIN = "beyond the terrain"
 ONE_DECIMAL = 1
 
 Ends = Sequence[float | None] | None
+
+
+class Words(Protocol):
+    """A function that turns a number into text with its unit, rounded to a side; UNKNOWN for None."""
+
+    def __call__(self, value: float | None, side: Side = NEAREST) -> str:
+        """Return the number as text; side : which way it is rounded."""
 
 
 def share(value: float | None) -> str:
@@ -25,47 +33,39 @@ def share_interval(ends: Ends) -> str:
     return f"{interval_in_percent(ends[0], ends[1])} %"
 
 
-def metres(value: float | None) -> str:
-    """Return a length (m) as text; BEYOND_TERRAIN if it is at least FAR, because the rocks then did not stop."""
+def metres(value: float | None, side: Side = NEAREST) -> str:
+    """Return a length (m) as text, rounded to a side; BEYOND_TERRAIN for FAR or more: those rocks did not stop."""
     if value is None:
         return UNKNOWN
-    return BEYOND_TERRAIN if value >= FAR else f"{value:.1f} m"
+    return BEYOND_TERRAIN if value >= FAR else f"{fixed(value, ONE_DECIMAL, side)} m"
 
 
-def height(value: float | None) -> str:
-    """Return a height (m) over the ground as text; UNKNOWN for None, and for at least FAR (an unknown height)."""
-    return UNKNOWN if value is None or value >= FAR else f"{value:.1f} m"
+def height(value: float | None, side: Side = NEAREST) -> str:
+    """Return a height (m) over the ground as text, rounded to a side; UNKNOWN for None and for FAR or more."""
+    return UNKNOWN if value is None or value >= FAR else f"{fixed(value, ONE_DECIMAL, side)} m"
 
 
-def kilojoules(value: float | None) -> str:
-    """Return an energy (J) in kJ as text."""
-    return UNKNOWN if value is None else f"{three_figures(value / 1000.0)} kJ"
+def kilojoules(value: float | None, side: Side = NEAREST) -> str:
+    """Return an energy (J) in kJ as text, rounded to a side."""
+    return UNKNOWN if value is None else f"{three_figures(value / 1000.0, side)} kJ"
 
 
-def interval(ends: Ends, words: Callable[[float | None], str]) -> str:
-    """Return an interval as text; if only one end is known, "at least ..." or "at most ...".
+def interval(ends: Ends, words: Words) -> str:
+    """Return an interval as text, rounded outward; if only one end is known, "at least ..." or "at most ...".
 
     ends : lower and upper end, None if unknown; words : function that turns a number into text with its unit, such as
         `metres`
     """
-    if ends is None or (ends[0] is None and ends[1] is None):
+    if ends is None:
         return UNKNOWN
-    if UNKNOWN in (words(ends[0]), words(ends[1])):
-        return UNKNOWN if words(ends[0]) == words(ends[1]) else _one_sided(ends, words)
-    return f"{words(ends[0])} to {words(ends[1])}"
+    low, high = words(ends[0], LOW), words(ends[1], HIGH)
+    if low == UNKNOWN:
+        return UNKNOWN if high == UNKNOWN else f"at most {high}"
+    return f"at least {low}" if high == UNKNOWN else f"{low} to {high}"
 
 
-def _one_sided(ends: Sequence[float | None], words: Callable[[float | None], str]) -> str:
-    """Return an interval with one unknown end as text: "at most ..." or "at least ..."."""
-    below = words(ends[0]) == UNKNOWN
-    return f"at most {words(ends[1])}" if below else f"at least {words(ends[0])}"
-
-
-def figure_cells(figure: Figure, words: Callable[[float | None], str]) -> list[str]:
-    """Return a figure as three cells: value, predictive interval, sampling interval.
-
-    words : function that turns a number into text with its unit, such as `metres`
-    """
+def figure_cells(figure: Figure, words: Words) -> list[str]:
+    """Return a figure as three cells: value, predictive interval, sampling interval; words : as in `interval`."""
     return [words(figure.value), interval(figure.predictive, words), interval(figure.sampling, words)]
 
 

@@ -12,10 +12,10 @@ import numpy as np
 
 from rpf3d_core.ensemble.flights import Flights, IntArray
 from rpf3d_core.ensemble.fly import fly_ensemble
+from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.sizes import diameter_of, mass_range
 from rpf3d_core.ensemble.stream import taken
-from rpf3d_core.hazard.benches import three_figures
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import GIGABYTE
 from rpf3d_core.hazard.tally import BYTES_PER_CELL

@@ -3,8 +3,9 @@
 import math
 from collections.abc import Sequence
 
+from rpf3d_core.ensemble.outward import fixed, interval_as, three_figures
 from rpf3d_core.ensemble.statistics import wilson_interval
-from rpf3d_core.hazard.benches import AREA, three_figures
+from rpf3d_core.hazard.benches import AREA
 from rpf3d_core.runs.compare import LEVEL, Comparison, Counted, Energies, ShareDifference
 
 SHARES_HEADER = ("place", "share", "A", "B", "B - A in points", "p", "p (Holm)", "significant")
@@ -58,9 +59,11 @@ def markdown_table(header: Sequence[str], rows: Rows) -> str:
 
 def percent(counted: Counted, decimals: int = 0) -> str:
     """Return a share in per cent with its 95 % interval as text for a table; decimals : fewest decimals."""
-    low, high = wilson_interval(*counted)
     decimals = max(decimals, decimals_of(counted))
-    return f"{100 * counted.share:.{decimals}f} % ({100 * low:.{decimals}f} to {100 * high:.{decimals}f})"
+    ends = interval_as(
+        wilson_interval(*counted), lambda end, side: fixed(100.0 * end, decimals, side), between=" to "
+    )  # fmt: skip
+    return f"{100 * counted.share:.{decimals}f} % ({ends})"
 
 
 def decimals_of(counted: Counted) -> int:
@@ -75,8 +78,8 @@ def points(change: float, interval: tuple[float, float], decimals: int = 0) -> s
     decimals : fewest decimals; more are written if the interval needs them
     """
     decimals = max(decimals, decimals_for(interval[1] - interval[0]))
-    middle, low, high = (f"{100 * value:+.{decimals}f}" for value in (change, *interval))
-    return f"{middle} ({low} to {high})"
+    ends = interval_as(interval, lambda end, side: fixed(100.0 * end, decimals, side, sign=True), between=" to ")
+    return f"{100 * change:+.{decimals}f} ({ends})"
 
 
 def decimals_for(width: float) -> int:

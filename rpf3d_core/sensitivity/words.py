@@ -4,7 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from rpf3d_core.ensemble.outward import fixed, interval_as, three_figures
 from rpf3d_core.sensitivity.analysis import Sensitivity
+from rpf3d_core.sensitivity.sobol import Indices
 
 
 def decisive(found: Sensitivity, result: int) -> int | None:
@@ -34,9 +36,8 @@ def sentence_of(found: Sensitivity, result: int) -> str:
         subject = f"{found.names[unknown]} moves the {name} most, but not clearly"
     if found.indices is None or not np.isfinite(found.indices.total[unknown, result]):
         return f"{subject}: moved by two thirds of its range, it changes the result by {effect} on average"
-    low, high = (100.0 * end for end in found.indices.total_ends[:, unknown, result])
-    share = 100.0 * found.indices.total[unknown, result]
-    return f"{subject}: {share:.0f} % of the variance ({low:.0f} to {high:.0f}), interactions included"
+    share, ends = _total_in_words(found.indices, unknown, result)
+    return f"{subject}: {share} of the variance ({ends}), interactions included"
 
 
 def is_clear(found: Sensitivity, result: int) -> bool:
@@ -64,7 +65,9 @@ def rows_of(found: Sensitivity) -> list[tuple[str, ...]]:
     for y, name in enumerate(found.results):
         order: list[int] = np.argsort(-effects.size[:, y]).tolist() if is_moved(found, y) else []
         for place, u in enumerate(order):
-            interval = f"{effects.low[u, y]:.3g} to {effects.high[u, y]:.3g}"
+            interval = interval_as(
+                (float(effects.low[u, y]), float(effects.high[u, y])), three_figures, between=" to "
+            )  # fmt: skip
             change = f"{effects.size[u, y]:.3g} {_unit_of_changes(found.units[y])}"
             rows.append((name if place == 0 else "", found.names[u], change, interval, _share_in_words(found, u, y)))
     return rows
@@ -82,8 +85,15 @@ def _share_in_words(found: Sensitivity, u: int, y: int) -> str:
     """
     if found.indices is None or not np.isfinite(found.indices.total[u, y]):
         return ""
-    low, high = 100.0 * found.indices.total_ends[:, u, y]
-    return f"{100.0 * found.indices.total[u, y]:.0f} % ({low:.0f} to {high:.0f})"
+    share, ends = _total_in_words(found.indices, u, y)
+    return f"{share} ({ends})"
+
+
+def _total_in_words(indices: Indices, u: int, y: int) -> tuple[str, str]:
+    """Return the total index of an unknown in per cent as text, and its interval, rounded outward."""
+    ends: list[float] = (100.0 * indices.total_ends[:, u, y]).tolist()
+    return (f"{100.0 * indices.total[u, y]:.0f} %",
+            interval_as(ends, lambda end, side: fixed(end, 0, side), between=" to "))  # fmt: skip
 
 
 def content_of(found: Sensitivity) -> dict[str, Any]:

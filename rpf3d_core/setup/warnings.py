@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
+from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.ensemble.sizes import diameter_of, mass_range
-from rpf3d_core.hazard.benches import three_figures
 from rpf3d_core.scene.draws import distribution_of
 from rpf3d_core.scene.material import Material
 from rpf3d_core.scene.measured import MeasuredList

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from rpf3d_core.ensemble.outward import interval_as, three_figures
 from rpf3d_core.hazard.benches import (
     AREA,
     SHORT,
@@ -10,7 +11,6 @@ from rpf3d_core.hazard.benches import (
     ZONE,
     in_percent,
     interval_in_percent,
-    three_figures,
 )
 from rpf3d_core.sweep.cells import Cell, are_alike, value_text
 from rpf3d_core.sweep.figures import (
@@ -178,7 +178,7 @@ def _number(figure: Figure | None, scale: float, has_unknowns: bool) -> str:
         return BEYOND_TERRAIN if figure is not None and is_beyond_terrain(figure) else "-"
 
     def interval(ends: Ends) -> str:
-        return "-".join(UNKNOWN_END if end is None else three_figures(scale * end) for end in ends)
+        return interval_as(ends, lambda end, side: three_figures(scale * end, side), UNKNOWN_END)
 
     return f"{three_figures(scale * figure.value)}{_brackets(figure, has_unknowns, interval)}"
 
@@ -202,4 +202,4 @@ def _interval_in_percent(ends: Ends) -> str:
     low, high = ends
     if low is not None and high is not None:
         return interval_in_percent(low, high)
-    return "-".join(UNKNOWN_END if end is None else in_percent(end, SHORT) for end in ends)
+    return interval_as(ends, lambda end, side: in_percent(end, SHORT, side), UNKNOWN_END)

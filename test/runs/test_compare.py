@@ -192,7 +192,7 @@ def test_the_command_prints_tables_or_json_and_refuses_what_is_no_result(tmp_pat
     b = result(tmp_path / "b", told(2000, zones={"bench_1": (1700, 700)}, seed=2))
     done = command("compare", a, b)
     assert done.returncode == 0, done.stderr
-    assert "bench_1  stopped   30.0 % (27.2 to 32.9)  35.0 % (32.9 to 37.1)" in done.stdout
+    assert "bench_1  stopped   30.0 % (27.2 to 33.0)  35.0 % (32.9 to 37.2)" in done.stdout
     parsed = json.loads(command("compare", "--json", a, b).stdout)
     assert parsed["differences"][1]["difference"] == pytest.approx(0.05)
     assert parsed["energy_p95_j"] == [{"kind": "zone", "place": "bench_1", "a": 1000.0, "b": 1000.0}]
@@ -212,7 +212,7 @@ def test_shares_have_as_many_decimals_as_their_intervals_ask_for(width, decimals
 
 
 def test_shares_and_differences_are_told_in_per_cent_and_points():
-    assert percent(Counted(300, 1000)) == "30.0 % (27.2 to 32.9)"
+    assert percent(Counted(300, 1000)) == "30.0 % (27.2 to 33.0)"
     assert points(0.05, (0.012, 0.088)) == "+5.0 (+1.2 to +8.8)"
 
 

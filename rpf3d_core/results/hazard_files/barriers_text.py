@@ -3,8 +3,9 @@
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.ensemble.statistics import share_of
-from rpf3d_core.hazard.benches import NOT_KNOWN, SHORT, in_percent, interval_in_percent, interval_text, three_figures
+from rpf3d_core.hazard.benches import NOT_KNOWN, SHORT, in_percent, interval_in_percent, interval_text
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.results.hazard_files.barriers_report import ROCKS, barriers_section
 

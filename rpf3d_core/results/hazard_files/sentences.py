@@ -2,7 +2,7 @@
 
 import math
 
-from rpf3d_core.hazard.benches import three_figures
+from rpf3d_core.ensemble.outward import interval_as, three_figures
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, reach_probability
 from rpf3d_core.hazard.passages import passage_per_metre
 from rpf3d_core.hazard.raster import round_cells
@@ -19,8 +19,9 @@ def words_on_maps(maps: HazardMaps) -> str:
         return f"{cells}, {most}"
     passage = passage_per_metre(maps)
     place = int(passage.value.argmax())
-    value, *ends = (three_figures(100.0 * float(values[place])) for values in passage)
-    return f"{cells}, {most}; at most {value} % ({'-'.join(ends)}) pass a metre across their way, whatever the cell"
+    value, *ends = (100.0 * float(values[place]) for values in passage)
+    in_text = f"{three_figures(value)} % ({interval_as(ends, three_figures)})"
+    return f"{cells}, {most}; at most {in_text} pass a metre across their way, whatever the cell"
 
 
 def words_on_empty(maps: HazardMaps) -> str:
