@@ -120,7 +120,7 @@ class SimulatorParameters(InputParameters):
     )  # fmt: skip
     region_size: float = parameter(
         50.0,
-        "side (m) of a region, a square in plan; new sources of a region replace its waiting sources",
+        "side (m) of squares in plan; sources replace waiting sources that lie in no other squares",
         1.0, 1e5,
     )  # fmt: skip
     source_topics: tuple[str, ...] = parameter(

@@ -74,7 +74,8 @@ def positions_of_cloud(cloud: "PointCloud2") -> FloatArray:
 def check_sizes(cloud: "PointCloud2") -> None:
     """Check the announced sizes of a cloud without reading or allocating its points.
 
-    Raises MessageRefused for a cloud without points, and for data shorter than the announced sizes.
+    Raises MessageRefused for a cloud without points, for data shorter than the announced sizes, and for data
+    that hold a further point: the publisher may have announced too few, and these points would be lost silently.
     """
     if cloud.width * cloud.height == 0 or cloud.point_step == 0:
         raise MessageRefused("the cloud holds no points; width, height and point_step must be at least 1")
@@ -84,6 +85,11 @@ def check_sizes(cloud: "PointCloud2") -> None:
     needed = (cloud.height - 1) * cloud.row_step + row
     if len(cloud.data) < needed:
         raise MessageRefused(f"data holds {len(cloud.data)} bytes; width, height and steps announce {needed}")
+    whole = max(needed, cloud.height * cloud.row_step)  # the last row, too, may be filled up
+    if len(cloud.data) - whole >= cloud.point_step:
+        raise MessageRefused(
+            f"data holds {len(cloud.data)} bytes, room for more points than width, height and steps announce: {whole}"
+        )
 
 
 def _field(cloud: "PointCloud2", name: str) -> "PointField":

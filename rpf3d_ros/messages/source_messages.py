@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from geometry_msgs.msg import Point, PointStamped, Pose, PoseArray, Quaternion
+from numpy.typing import NDArray
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
@@ -101,26 +102,44 @@ def sources_of_point(point: PointStamped, frame: MapFrame) -> Sources:
 def sources_of_cloud(cloud: PointCloud2, frame: MapFrame) -> Sources:
     """Return the sources in a point cloud: x, y, z (m), with optional fields diameter (m) and vx, vy, vz (m/s).
 
-    A point with a NaN in x, y or z is not a source; a cloud that is not dense may have such points. A NaN in diameter
-    means that the diameter is unknown. A cloud without points gives no sources.
+    A point whose x, y and z are all NaN is not a source; a cloud that is not dense may have such points. A NaN in
+    diameter means that the diameter is unknown. A cloud without points gives no sources.
 
     Raises MessageRefused in the cases of `positions_of_cloud` and `columns_of_cloud`. Also refused are a cloud in a
-    foreign frame, too many points, points that all have a NaN in x, y or z, a cloud that states 0 points but contains
-    data, and an impossible diameter or velocity.
+    foreign frame, too many points, a point of which only a part of x, y, z is NaN, a cloud in which all points are NaN,
+    a cloud that states 0 points but contains data, rows with room for further points (they may be sources that the
+    publisher forgot to announce), and an impossible diameter or velocity.
     """
     frame.check(cloud.header.frame_id)
     _check_number(cloud.height * cloud.width)
     if cloud.height * cloud.width == 0:
         _check_no_data(cloud)
         return _sources(cloud.header, frame, np.empty((0, 3)), np.empty((0, 3)))
+    _check_rows(cloud)
     positions = positions_of_cloud(cloud).reshape(-1, 3)
-    there = ~np.isnan(positions).any(axis=1)
-    if not bool(there.any()):
-        raise MessageRefused(f"x, y or z of every one of its {len(there):,} points is NaN, so nothing is known; "
-                             "publish a cloud without points if nothing is seen")  # fmt: skip
+    there = _known_points(np.isnan(positions))
     velocities, diameters = _velocities(cloud)[there], _diameters(cloud)
     diameters = None if diameters is None else _checked_diameters(diameters[there])
     return _sources(cloud.header, frame, positions[there], _checked_velocities(velocities), diameters)
+
+
+def _check_rows(cloud: PointCloud2) -> None:
+    if cloud.row_step - cloud.width * cloud.point_step >= cloud.point_step:
+        raise MessageRefused(
+            f"row_step is {cloud.row_step}, room for more points than the {cloud.width} of a row that are announced"
+        )
+
+
+def _known_points(unknown: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which points of a cloud have a position (N,); unknown : (N, 3), True where x, y or z is NaN."""
+    half = np.flatnonzero(unknown.any(axis=1) & ~unknown.all(axis=1))
+    if len(half):
+        raise MessageRefused(f"point {half[0]} has a NaN in only a part of x, y, z: a source at an unknown place; "
+                             "set all three to NaN if there is no point")  # fmt: skip
+    if bool(unknown.all()):
+        raise MessageRefused(f"x, y and z of each of its {len(unknown):,} points are NaN, so nothing is known; "
+                             "publish a cloud without points if nothing is seen")  # fmt: skip
+    return ~unknown.all(axis=1)
 
 
 def poses_of_sources(header: Header, positions: FloatArray, velocities: FloatArray) -> PoseArray:

@@ -94,3 +94,30 @@ def test_a_click_beside_another_takes_the_place_of_none():
     for stamp, x in enumerate((1.0, 3.0, 3.0), start=1):
         waiting.put(trigger_of(np.array([[x, 1.0, 1.0]]), np.zeros((1, 3)), None, stamp, "clicked_point"))
     assert sorted(taken(waiting)) == [1, 3]
+
+
+def among(places, stamp):
+    positions = np.array([[x, y, 0.0] for x, y in places])
+    return trigger_of(positions, np.zeros_like(positions), None, stamp)
+
+
+WIDE = [(-30.0, -40.0), (90.0, 50.0)]
+"""Sources in two squares; the middle of both lies in a third square."""
+
+
+def test_a_message_replaces_no_source_in_a_square_that_it_has_no_source_in():
+    """Otherwise a harmless source in the middle of two others would hide a dangerous one."""
+    waiting = WaitingSources(SIZE, 10)
+    waiting.put(among(WIDE, 1))
+    waiting.put(at(30.0, 10.0, 2))
+    waiting.put(among(WIDE[1:], 3))
+    assert sorted(taken(waiting)) == [1, 2, 3] and waiting.dropped == 0
+    assert waiting.region_of(among(WIDE, 1)) != waiting.region_of(at(30.0, 10.0, 2))
+
+
+def test_a_message_replaces_all_messages_whose_squares_it_has_sources_in():
+    waiting = WaitingSources(SIZE, 10)
+    for stamp, place in enumerate(WIDE):
+        waiting.put(at(*place, stamp))
+    waiting.put(among([*WIDE, (300.0, 0.0)], 2))
+    assert taken(waiting) == [2] and waiting.dropped == 2

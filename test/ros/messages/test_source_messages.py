@@ -161,7 +161,7 @@ def test_a_cloud_tells_size_and_velocity_where_it_has_them():
 
 
 def test_a_point_of_a_cloud_that_is_missing_is_no_source():
-    holed = {**XYZ, "z": [np.nan, 6.0]}
+    holed = {name: [np.nan, values[1]] for name, values in XYZ.items()}
     sources = sources_of_cloud(cloud(**holed, diameter=[1.0, 2.0], vx=[9.0, 1.0], vy=[0.0, 0.0], vz=[0.0, 0.0]), MAP)
     assert sources.positions.tolist() == [[2.0, 4.0, 6.0]]
     assert sources.diameters.tolist() == [2.0]
@@ -204,7 +204,7 @@ def test_a_cloud_in_a_foreign_frame_is_refused():
 
 def test_a_cloud_whose_points_are_all_nan_says_nothing_and_one_valid_point_is_a_source():
     points = {name: np.full(20, np.nan) for name in "xyz"}
-    with pytest.raises(MessageRefused, match="every one of its 20 points is NaN"):
+    with pytest.raises(MessageRefused, match="each of its 20 points are NaN"):
         sources_of_cloud(cloud_of_columns(Header(frame_id="map"), points), MAP)
     for name in "xyz":
         points[name][7] = 1.0
@@ -219,3 +219,36 @@ def test_a_cloud_that_announces_no_points_but_has_data_is_not_nothing_seen():
         sources_of_cloud(cloud, MAP)
     nothing = PointCloud2(header=Header(frame_id="map"))
     assert len(sources_of_cloud(nothing, MAP).positions) == 0
+
+
+@pytest.mark.parametrize("axes", ["x", "y", "z", "xy", "yz"])
+def test_a_point_with_a_position_in_part_is_a_source_at_an_unknown_place(axes):
+    """Dropped without a word, a dangerous source next to a harmless one would be no source."""
+    points = {name: [1.0, np.nan if name in axes else 2.0] for name in "xyz"}
+    with pytest.raises(MessageRefused, match="point 1 has a NaN in only a part"):
+        sources_of_cloud(cloud(**points), MAP)
+
+
+@pytest.mark.parametrize("row_step", [12, 24])
+def test_a_cloud_with_data_of_more_points_than_it_announces_is_refused(row_step):
+    """The points beyond the announced ones may be the dangerous sources."""
+    announced = cloud(x=[60.0, -30.0], y=[0.0, 0.0], z=[1.0, 31.0])
+    announced.width, announced.row_step = 1, announced.row_step * row_step // 24
+    with pytest.raises(MessageRefused, match="room for more points"):
+        sources_of_cloud(announced, MAP)
+
+
+def test_a_cloud_whose_rows_have_room_for_a_further_point_is_refused():
+    announced = cloud(x=[1.0, 2.0, 3.0, 4.0], y=[0.0] * 4, z=[0.0] * 4)
+    announced.height, announced.width, announced.row_step = 2, 1, 2 * announced.point_step
+    with pytest.raises(MessageRefused, match="room for more points"):
+        sources_of_cloud(announced, MAP)
+
+
+def test_bytes_that_fill_up_a_row_are_no_points():
+    padded = cloud(x=[1.0, 2.0], y=[0.0] * 2, z=[0.0] * 2)
+    fill = bytes(padded.point_step - 1)
+    data = bytes(padded.data)
+    padded.height, padded.width, padded.row_step = 2, 1, padded.point_step + len(fill)
+    padded.data = data[: padded.point_step] + fill + data[padded.point_step :] + fill
+    assert sources_of_cloud(padded, MAP).positions[:, 0].tolist() == [1.0, 2.0]
