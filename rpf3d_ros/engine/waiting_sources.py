@@ -92,7 +92,8 @@ class WaitingSources:
         The topic is part of the region, because a message of `clicked_point` must not hide a radar's sources. Each
         clicked place is a separate region, because a second clicked source does not replace the first source.
         """
-        if trigger.topic == BY_HAND and len(trigger.positions):
-            return Region(trigger.topic, frozenset({tuple(np.round(trigger.positions[0], 2).tolist())}))
-        squares = np.unique(np.floor(trigger.positions[:, :2] / self._size), axis=0)
+        if trigger.topic == BY_HAND:
+            squares = np.round(trigger.positions[:1], 2)
+        else:
+            squares = np.unique(np.floor(trigger.positions[:, :2] / self._size), axis=0)
         return Region(trigger.topic, frozenset(map(tuple, squares.tolist())))

@@ -132,14 +132,15 @@ def _check_rows(cloud: PointCloud2) -> None:
 
 def _known_points(unknown: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return which points of a cloud have a position (N,); unknown : (N, 3), True where x, y or z is NaN."""
-    half = np.flatnonzero(unknown.any(axis=1) & ~unknown.all(axis=1))
+    there = ~unknown.all(axis=1)
+    half = np.flatnonzero(there & unknown.any(axis=1))
     if len(half):
         raise MessageRefused(f"point {half[0]} has a NaN in only a part of x, y, z: a source at an unknown place; "
                              "set all three to NaN if there is no point")  # fmt: skip
-    if bool(unknown.all()):
+    if not bool(there.any()):
         raise MessageRefused(f"x, y and z of each of its {len(unknown):,} points are NaN, so nothing is known; "
                              "publish a cloud without points if nothing is seen")  # fmt: skip
-    return ~unknown.all(axis=1)
+    return there
 
 
 def poses_of_sources(header: Header, positions: FloatArray, velocities: FloatArray) -> PoseArray:
