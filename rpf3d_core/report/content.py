@@ -8,6 +8,7 @@ import numpy as np
 from rpf3d_core.hazard.benches import CAUGHT_COUNT, in_percent
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.barriers_part import barriers_part
+from rpf3d_core.report.changed_inputs import changed_inputs
 from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
 from rpf3d_core.report.inputs_part import inputs_part
 from rpf3d_core.report.passing import FencePlace, places_beyond
@@ -128,11 +129,12 @@ def _run_facts(run: RunFiles, site: str) -> Table:
 
 
 def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
-    """Yield the warnings at the top of the report: first an interruption of the run, last the notes on its files.
+    """Yield the warnings at the top of the report: first changed inputs, last the notes on its files.
 
-    Between them: the warnings of the run, the reasons why results look too certain, and the numbers of rocks without a
-    face below their release and of rocks that did not stop.
+    Between them: an interruption of the run, the warnings of the run, the reasons why results look too certain, and the
+    numbers of rocks without a face below their release and of rocks that did not stop.
     """
+    yield from changed_inputs(run)
     if run.summary["partial"]:
         yield f"The run was interrupted: {run.summary['rocks']:,} of {run.summary['rocks_planned']:,} rocks have flown."
     yield from (_as_sentence(warning) for warning in run.inputs["warnings"])

@@ -1,6 +1,7 @@
 """Write inputs.json of a result: the scene as it was run, the sources of its values, and the run's warnings.
 
-`rpf3d report` reads this file, so that a report needs the result folder only. Files of the scene are given by name.
+`rpf3d report` reads this file, so that a report needs the result folder only. The scene has its files by name; `files`
+has their paths and digests.
 """
 
 import json
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rpf3d_core.results.findings import Run
+from rpf3d_core.results.input_files import input_files
 from rpf3d_core.results.notes import doubts_of_run, notes_of_run
 from rpf3d_core.results.overconfidence import SOME_ELSEWHERE, share_calibrated_elsewhere, surer_than_it_may_be
 from rpf3d_core.scene.key_paths import given_keys
@@ -45,6 +47,7 @@ def inputs_section(run: Run) -> dict[str, Any]:
     """
     return {
         "scene": _names_of_files(run.scene.model_dump(exclude={"path", "data_hint"})),
+        "files": input_files(run.scene),
         "given": sorted(given_keys(run.scene)),
         "ground": _ground(run),
         "sampled": _sampled(run.scene),
