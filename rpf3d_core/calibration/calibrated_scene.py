@@ -1,7 +1,7 @@
 """Write the posterior: the sample of parameter sets, and a scene that flies them."""
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.formats.yaml import read_yaml, yaml_text
 from rpf3d_core.results.calibration_folder import CALIBRATED
+from rpf3d_core.scene.files import files_of
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.unknowns.parameter_sets import ParameterSets, parameter_sets, write_parameter_sets
 
@@ -47,7 +48,7 @@ def write_calibrated(out: Path, scene: Scene, sample: ParameterSets, misfit: flo
     write_parameter_sets(out / SAMPLE, sample)
     written = read_yaml(scene.path).values
     values = {key: value for key, value in written.items() if key not in ("calibration", "unknowns", "rocks")}
-    moved = _moved(values, scene.path.parent, out, set(_files_of(scene.model_dump())))
+    moved = _moved(values, scene.path.parent, out, {path for _, path in files_of(scene)})
     more = {key: value for key, value in (written.get("unknowns") or {}).items() if key == "priors"}
     unknowns = {**more, "sets": len(sample), "sample": SAMPLE, "misfit": None if misfit is None else round(misfit, 3)}
     rocks = max(sum(source.rocks for source in scene.sources), ROCKS_A_SET * len(sample))
@@ -57,18 +58,6 @@ def write_calibrated(out: Path, scene: Scene, sample: ParameterSets, misfit: flo
         "# calibration.json says how well they are known. `rocks` is the total over all sets.\n"
     )
     (out / CALIBRATED).write_text(text + yaml_text({**moved, "rocks": rocks, "unknowns": unknowns}), encoding="utf-8")
-
-
-def _files_of(value: Any) -> Iterator[Path]:
-    """Yield the paths of all files that a scene names."""
-    if isinstance(value, Path):
-        yield value
-    elif isinstance(value, Mapping):
-        for inner in value.values():
-            yield from _files_of(inner)
-    elif isinstance(value, list | tuple):
-        for inner in value:
-            yield from _files_of(inner)
 
 
 def _moved(value: Any, before: Path, out: Path, files: set[Path]) -> Any:

@@ -1,11 +1,9 @@
-"""Find the files that a scene names, and detect whether they have changed since the desk read them."""
+"""Detect whether the files of a scene have changed since the desk read them."""
 
-from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.formats.meshes import companion_of
+from rpf3d_core.scene.files import files_of
 from rpf3d_core.scene.model import Scene
 
 Stamp = tuple[tuple[str, int, int], ...]
@@ -14,7 +12,7 @@ Stamp = tuple[tuple[str, int, int], ...]
 
 def stamp_of(scene: Scene) -> Stamp:
     """Return path, size and time of the last change of each file of a scene; two equal stamps mean unchanged files."""
-    return tuple((str(path), *_size_and_time(path)) for path in sorted(set(files_of(scene))))
+    return tuple((str(path), *_size_and_time(path)) for path in sorted({path for _, path in files_of(scene)}))
 
 
 def check_unchanged(scene: Scene, stamp: Stamp) -> None:
@@ -25,22 +23,6 @@ def check_unchanged(scene: Scene, stamp: Stamp) -> None:
     changed = sorted({path for path, *_ in set(stamp_of(scene)) ^ set(stamp)})
     if changed:
         raise InputError(f"{', '.join(changed)}: changed since the rocks flew; press Run, then Report")
-
-
-def files_of(scene: Scene) -> Iterator[Path]:
-    """Yield all files that a scene names, such as terrain, zones, points, shapes, samples and own models."""
-    for path in _paths_in(scene.model_dump(exclude={"path", "data_hint"})):
-        yield path
-        if (other := companion_of(path)) is not None:
-            yield other
-
-
-def _paths_in(value: Any) -> Iterator[Path]:
-    if isinstance(value, Path):
-        yield value
-    elif isinstance(value, Mapping | list | tuple | set | frozenset):
-        for item in value.values() if isinstance(value, Mapping) else value:
-            yield from _paths_in(item)
 
 
 def _size_and_time(path: Path) -> tuple[int, int]:

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from rpf3d_core.report.run_files import RunFiles
-from rpf3d_core.results.input_files import SCENE, digest_of_file
+from rpf3d_core.results.input_files import SCENE
+from rpf3d_core.scene.files import digest_of_file
 
 NOT_STORED = (
     "The run stored no digests of its input files, so the report could not check whether the scene file and the files "

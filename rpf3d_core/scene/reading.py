@@ -12,6 +12,7 @@ from rpf3d_core.errors import SceneError
 from rpf3d_core.formats.meshes import companion_of
 from rpf3d_core.formats.yaml import Document, parse_yaml, read_yaml, report_of
 from rpf3d_core.scene.faults import NOT_SCENE_KEYS, faults_of, unknown_key
+from rpf3d_core.scene.files import digest_of_file
 from rpf3d_core.scene.key_paths import with_values
 from rpf3d_core.scene.material import BODY_KEYS
 from rpf3d_core.scene.model import Scene
@@ -226,8 +227,7 @@ def _digest(content: dict[str, Any]) -> str:
 
 def _canonical(value: Any) -> Any:
     if isinstance(value, Path):
-        with value.open("rb") as file:
-            content = {"sha256": hashlib.file_digest(file, "sha256").hexdigest()}
+        content = {"sha256": digest_of_file(value)}
         other = companion_of(value)
         return content if other is None else {**content, "companion": _canonical(other)}
     if isinstance(value, Mapping):

@@ -138,7 +138,7 @@ def _known_points(unknown: NDArray[np.bool_]) -> NDArray[np.bool_]:
         raise MessageRefused(f"point {half[0]} has a NaN in only a part of x, y, z: a source at an unknown place; "
                              "set all three to NaN if there is no point")  # fmt: skip
     if not bool(there.any()):
-        raise MessageRefused(f"x, y and z of each of its {len(unknown):,} points are NaN, so nothing is known; "
+        raise MessageRefused(f"every one of its {len(unknown):,} points is NaN, so nothing is known; "
                              "publish a cloud without points if nothing is seen")  # fmt: skip
     return there
 

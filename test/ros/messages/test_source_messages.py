@@ -204,7 +204,7 @@ def test_a_cloud_in_a_foreign_frame_is_refused():
 
 def test_a_cloud_whose_points_are_all_nan_says_nothing_and_one_valid_point_is_a_source():
     points = {name: np.full(20, np.nan) for name in "xyz"}
-    with pytest.raises(MessageRefused, match="each of its 20 points are NaN"):
+    with pytest.raises(MessageRefused, match="every one of its 20 points is NaN"):
         sources_of_cloud(cloud_of_columns(Header(frame_id="map"), points), MAP)
     for name in "xyz":
         points[name][7] = 1.0
