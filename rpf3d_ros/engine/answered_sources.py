@@ -1,7 +1,6 @@
 """Keep the last trigger of each region until the trigger is too old, so that all regions can be answered again.
 
-This is needed when the terrain or an area changes. A region is a topic and a square in plan, see
-`WaitingSources.region_of`.
+This is needed when the terrain or an area changes. `WaitingSources.region_of` defines the regions.
 """
 
 from collections.abc import Hashable

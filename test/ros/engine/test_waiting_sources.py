@@ -121,3 +121,17 @@ def test_a_message_replaces_all_messages_whose_squares_it_has_sources_in():
         waiting.put(at(*place, stamp))
     waiting.put(among([*WIDE, (300.0, 0.0)], 2))
     assert taken(waiting) == [2] and waiting.dropped == 2
+
+
+def test_walls_take_turns_while_the_squares_of_a_flood_change():
+    """Each message of the flood has another set of squares, but none of its squares waits longer than the wall's."""
+    waiting, answered = WaitingSources(SIZE, 10), []
+    waiting.put(at(1000.0, 0.0, 0))
+    waiting.put(at(0.0, 0.0, 1))
+    answered += taken(waiting)
+    waiting.put(at(1000.0, 0.0, 2))
+    for stamp in range(3, 11):
+        squares = [square for square in range(3) if (stamp - 3) >> square & 1 == 0] or [0]
+        waiting.put(among([(SIZE * square + 1.0, 0.0) for square in squares], stamp))
+        answered.append(waiting.take().stamp_ns)
+    assert 2 in answered[:5]
