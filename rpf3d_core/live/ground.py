@@ -58,10 +58,12 @@ class Changed(NamedTuple):
     high: Plan
 
 
-class SurveyStamps(NamedTuple):
-    """The stamps of a terrain (ns): of its last survey or patch, and of its last whole survey."""
+class Origin(NamedTuple):
+    """The surveys that a terrain was made from; digests and stamps (ns) as in `LiveTerrain`."""
 
-    last_ns: int
+    digest: str
+    whole_digest: str
+    stamp_ns: int
     whole_ns: int
 
 
@@ -84,6 +86,8 @@ class LiveTerrain:
     terrain, facets : the triangles; engine : flies rocks over the facets; all three use the same memory (`room`). The
         engine is compiled, unless `Workshop` uses the reference engine
     digest : SHA-256 (hex) of the surveys; after a patch, it includes the digest of the terrain before the patch
+    whole_digest : SHA-256 (hex) of the whole survey without patches, to notice that the same survey is published again;
+        "" if it is not known
     stamp_ns : stamp (ns) of the last survey or patch
     received_ns : time (ns) when the terrain was built, by the machine's clock
     whole_ns : stamp (ns) of the whole survey; a patch keeps this stamp, because the terrain around the patch stays old
@@ -99,6 +103,7 @@ class LiveTerrain:
     facets: Facets
     engine: Engine
     digest: str
+    whole_digest: str
     stamp_ns: int
     whole_ns: int
     received_ns: int
@@ -138,13 +143,17 @@ class Workshop:
         self._aside = ThreadPoolExecutor(1, thread_name_prefix="digest")
         self._rooms = Rooms()
 
-    def whole(self, survey: Survey, stamp_ns: int = 0, digest: str = "", whole_ns: int | None = None) -> LiveTerrain:
+    def whole(
+        self, survey: Survey, stamp_ns: int = 0, digest: str = "", whole_ns: int | None = None,
+        whole_digest: str | None = None,
+    ) -> LiveTerrain:  # fmt: skip
         """Return the terrain built from a whole survey, ready for flights.
 
         Raises TerrainError if the survey is too large or is not a terrain.
 
         stamp_ns : stamp of the survey (ns); digest : the digest of the survey if it is known, "" to compute it
-        whole_ns : for a survey that already includes patches, the stamp (ns) of its whole survey; None for `stamp_ns`
+        whole_ns, whole_digest : for a survey that already includes patches, the stamp (ns) and the digest of its whole
+            survey, "" if the digest is not known; None for those of `survey`
         """
         check_points(points_of(survey), self._most)
         told = self._aside.submit(lambda: digest or digest_of(survey))
@@ -156,8 +165,14 @@ class Workshop:
             border = _border(border_of(terrain.vertices, terrain.triangles, room.memory), facets.tolerance)
             indexed = IndexedTerrain(terrain=terrain, facets=facets, locator=locator)
             pieces = pieces_that_cross(terrain) if isinstance(survey, MeshSurvey) else APART
-            stamps = SurveyStamps(last_ns=stamp_ns, whole_ns=stamp_ns if whole_ns is None else whole_ns)
-            return self._ground(indexed, room, border, pieces, told.result(), stamps)
+            known = told.result()
+            origin = Origin(
+                digest=known,
+                whole_digest=known if whole_digest is None else whole_digest,
+                stamp_ns=stamp_ns,
+                whole_ns=stamp_ns if whole_ns is None else whole_ns,
+            )
+            return self._ground(indexed, room, border, pieces, origin)
 
     def patched(self, ground: LiveTerrain, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> LiveTerrain:
         """Return the terrain after a patch, that is a survey of a part of the terrain.
@@ -187,7 +202,7 @@ class Workshop:
                 return self._changed(ground, change, digest_of(patch, ground.digest), stamp_ns)
         finally:
             ground.room.memory.longer("marks", len(marks))[:] = STAYS  # the array may have moved if it has grown
-        return self.whole(patch, stamp_ns)
+        return self.whole(patch, stamp_ns, whole_digest=ground.whole_digest)
 
     @property
     def size(self) -> int:
@@ -199,12 +214,12 @@ class Workshop:
         indexed = with_patch(ground.terrain, ground.facets, ground.locator, change, ground.room, self._share)
         changed = Changed(block=change.block, low=change.low, high=change.high)
         pieces = pieces_that_cross(indexed.terrain) if ground.pieces.overlap else APART
-        stamps = SurveyStamps(last_ns=stamp_ns, whole_ns=ground.whole_ns)
-        return self._ground(indexed, ground.room, border, pieces, digest, stamps, changed)
+        origin = Origin(digest, ground.whole_digest, stamp_ns=stamp_ns, whole_ns=ground.whole_ns)
+        return self._ground(indexed, ground.room, border, pieces, origin, changed)
 
     def _ground(
-        self, indexed: IndexedTerrain, room: Room, border: Border, pieces: PieceNumbers, digest: str,
-        stamps: SurveyStamps, changed: Changed | None = None,
+        self, indexed: IndexedTerrain, room: Room, border: Border, pieces: PieceNumbers, origin: Origin,
+        changed: Changed | None = None,
     ) -> LiveTerrain:  # fmt: skip
         (terrain, facets, locator), caps = indexed, border.caps
         engine: Engine = Reference(facets, caps, pieces) if self._reference else Compiled(facets, locator, caps, pieces)
@@ -212,9 +227,10 @@ class Workshop:
             terrain=terrain,
             facets=facets,
             engine=engine,
-            digest=digest,
-            stamp_ns=stamps.last_ns,
-            whole_ns=stamps.whole_ns,
+            digest=origin.digest,
+            whole_digest=origin.whole_digest,
+            stamp_ns=origin.stamp_ns,
+            whole_ns=origin.whole_ns,
             received_ns=time.time_ns(),
             patches=room.patches,
             locator=locator,

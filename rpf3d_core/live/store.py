@@ -65,7 +65,7 @@ class StoredSurveys(NamedTuple):
     def ground(self, workshop: Workshop) -> LiveTerrain:
         """Return the terrain built again from the stored surveys. Raises TerrainError if that fails."""
         first, *patches = self.pieces
-        ground = workshop.whole(first.survey, first.stamp_ns, first.digest, first.whole_ns)
+        ground = workshop.whole(first.survey, first.stamp_ns, first.digest, first.whole_ns, first.whole_digest)
         for piece in patches:
             assert not isinstance(piece.survey, MeshSurvey)
             ground = workshop.patched(ground, piece.survey, piece.stamp_ns)
@@ -136,6 +136,7 @@ class Store:
         piece = StoredSurvey(
             survey=survey, digest=ground.digest, upon=upon, stamp_ns=ground.stamp_ns, received_ns=ground.received_ns,
             whole_ns=ground.whole_ns, patches=0 if upon else max(ground.patches, int(is_patch)),
+            whole_digest=ground.whole_digest,
         )  # fmt: skip
         with self._changed:
             if not upon:

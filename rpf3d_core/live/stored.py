@@ -32,7 +32,8 @@ class StoredSurvey(NamedTuple):
     """A survey as it is stored on disk, with the digests that show which terrain it belongs to.
 
     digest : of the terrain with this survey; upon : for a patch, digest of the terrain before the patch, else ""
-    stamp_ns, received_ns, whole_ns : as in `ground.LiveTerrain`; whole_ns is 0 if an older version did not store it
+    stamp_ns, received_ns, whole_ns, whole_digest : as in `ground.LiveTerrain`; whole_ns is 0, and whole_digest "", if
+        an older version did not store them
     patches : for a terrain that was stored whole after patches, the number of these patches, or a lower bound; 1 for a
         patch that has replaced the whole terrain; else 0
     """
@@ -44,6 +45,7 @@ class StoredSurvey(NamedTuple):
     received_ns: int
     whole_ns: int = 0
     patches: int = 0
+    whole_digest: str = ""
 
 
 def write_piece(path: Path, piece: StoredSurvey) -> None:
@@ -91,7 +93,8 @@ def sync_folder(folder: Path) -> None:
 
 
 def _told(piece: StoredSurvey) -> dict[str, Any]:
-    return {name: getattr(piece, name) for name in ("digest", "upon", "stamp_ns", "received_ns", "whole_ns", "patches")}
+    names = ("digest", "upon", "stamp_ns", "received_ns", "whole_ns", "patches", "whole_digest")
+    return {name: getattr(piece, name) for name in names}
 
 
 def _arrays(survey: Survey) -> list[NDArray[Any]]:
@@ -125,9 +128,12 @@ def _piece(body: memoryview) -> StoredSurvey:
         stamp_ns=header["stamp_ns"],
         received_ns=header["received_ns"],
     )
-    if "whole_ns" not in header:
-        return _with_whole_ns(piece)
-    return piece._replace(whole_ns=header["whole_ns"], patches=header["patches"])
+    if "whole_ns" in header:
+        piece = piece._replace(whole_ns=header["whole_ns"], patches=header["patches"])
+    else:
+        piece = _with_whole_ns(piece)
+    without_patches = not piece.upon and not piece.patches
+    return piece._replace(whole_digest=header.get("whole_digest", piece.digest if without_patches else ""))
 
 
 def _with_whole_ns(piece: StoredSurvey) -> StoredSurvey:

@@ -4,8 +4,6 @@ The thread also passes each new terrain to the store.
 """
 
 import threading
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from rpf3d_core.errors import InputError, TerrainError
@@ -15,44 +13,23 @@ from rpf3d_core.live.store import Store
 from rpf3d_core.live.survey import CloudSurvey, GridSurvey, Survey
 from rpf3d_core.scene.model import Scene
 from rpf3d_ros.engine.flyer import Flyer
+from rpf3d_ros.engine.survey_in_use import Arrival, SurveyInUse
 from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
-from rpf3d_ros.messages.map_frame import RigidTransform, same_transform
 from rpf3d_ros.messages.refusals import MessageRefused, report_error
-from rpf3d_ros.messages.terrain_messages import Buffer, same_bytes
 
 
-@dataclass(frozen=True, eq=False)
-class Arrival:
-    """A received terrain message that waits to be built into the terrain.
+class Built(NamedTuple):
+    """The terrain after a whole survey or a patch.
 
-    convert : returns the survey in the message; stamp_ns : stamp (ns)
-    data : bytes of a mesh, to detect that the same mesh is published again; empty for other messages
-    moved_by : transform from the frame of the message, from tf2; None for a frame that the parameters define
+    ground : the terrain; survey : the survey or patch to store, None if the terrain has not changed
+    repeats : True if the survey is the one that the terrain was built from before; lost : number of patches that were
+        in the terrain, and are not any more, although the survey is not newer than they are
     """
 
-    convert: Callable[[], Survey]
-    stamp_ns: int
-    data: Buffer = b""
-    moved_by: RigidTransform | None = None
-
-    @property
-    def mesh(self) -> "PlacedMesh":
-        """The bytes and the transform of a mesh; the bytes are empty for other messages."""
-        return PlacedMesh(data=self.data, moved_by=self.moved_by)
-
-
-class PlacedMesh(NamedTuple):
-    """The bytes of a mesh, and the transform from its frame; None for a frame that the parameters define."""
-
-    data: Buffer = b""
-    moved_by: RigidTransform | None = None
-
-    def repeats(self, other: "PlacedMesh") -> bool:
-        """True if this mesh has the same bytes and the same transform as another mesh.
-
-        A new transform of the frame moves the mesh, so equal bytes alone are no repetition.
-        """
-        return same_transform(self.moved_by, other.moved_by) and same_bytes(self.data, other.data)
+    ground: LiveTerrain
+    survey: Survey | None
+    repeats: bool = False
+    lost: int = 0
 
 
 class TerrainListener(Protocol):
@@ -79,10 +56,11 @@ class Builder:
         flyer: Flyer,
         listener: TerrainListener,
         store: Store | None,
+        in_use: SurveyInUse = SurveyInUse(),  # noqa: B008
     ) -> None:
         self._scene, self._workshop, self._waiting, self._flyer = scene, workshop, waiting, flyer
         self._listener, self._store = listener, store
-        self._mesh = PlacedMesh()
+        self._in_use = in_use
         self._thread = threading.Thread(target=self._run, name="rpf3d builder", daemon=True)
         self._thread.start()
 
@@ -101,19 +79,20 @@ class Builder:
 
     def _build(self, kind: str, arrival: Arrival) -> None:
         try:
-            made = self._whole(arrival) if kind == "whole" else self._patched(arrival)
+            built = self._whole(arrival) if kind == "whole" else self._patched(arrival)
         except Exception as error:
             foreseen = isinstance(error, InputError)
             self._refuse(kind, str(error) if foreseen else f"{type(error).__name__}: {error}")
             if not foreseen:
                 raise
             return
-        if kind == "whole":
+        if built.repeats:
+            self._waiting.repeated(built.lost)
+        elif kind == "whole":
             self._waiting.accepted()
-        ground, survey = made
-        self._listener.stands(ground, "received" if kind == "whole" else "received, patched")
-        if self._store is not None and survey is not None:
-            self._store.keep(ground, survey, is_patch=kind == "patch")
+        self._listener.stands(built.ground, "received" if kind == "whole" else "received, patched")
+        if self._store is not None and built.survey is not None:
+            self._store.keep(built.ground, built.survey, is_patch=kind == "patch")
 
     def _refuse(self, kind: str, why: str) -> None:
         """Report that a message cannot be used; a refused patch counts as missing in the terrain."""
@@ -123,30 +102,30 @@ class Builder:
             self._waiting.lost()
         self._listener.terrain_refused(why)
 
-    def _whole(self, arrival: Arrival) -> tuple[LiveTerrain, Survey | None]:
-        """Build the terrain of a whole survey and put it into use; return the terrain and the survey.
+    def _whole(self, arrival: Arrival) -> Built:
+        """Build the terrain of a whole survey and put it into use.
 
-        If the survey equals the terrain in use, this terrain stays and the returned survey is None.
+        If the terrain in use was built from the same survey, it stays with its stamp and its patches.
         """
-        standing = self._flyer.standing
-        known = standing.ground if standing is not None else None
-        # A mesh has no stamp: if the terrain in use is published again, it keeps its stamp, unless that is invalid.
-        keeps = len(arrival.data) and isinstance(known, LiveTerrain) and 0 < known.stamp_ns <= arrival.stamp_ns
-        if keeps and arrival.mesh.repeats(self._mesh):
-            return known, None
+        standing, in_use = self._flyer.standing, self._in_use
+        known = standing.ground if standing is not None and isinstance(standing.ground, LiveTerrain) else None
+        stays = known if in_use.may_stay(arrival) else None
+        if stays is not None and in_use.is_same_mesh(arrival):
+            return Built(stays, None, repeats=True)
         survey = arrival.convert()
         ground = self._workshop.whole(survey, arrival.stamp_ns)
-        if keeps and known.digest == ground.digest:  # for example after a restart with the terrain from the store
-            self._mesh = arrival.mesh
-            return known, None
+        repeats = in_use.is_repeated(arrival, ground.digest)
+        if stays is not None and repeats:  # for example after a restart with the terrain from the store
+            self._in_use = in_use._replace(mesh=arrival.mesh)
+            return Built(stays, None, repeats=True)
         standing = stand_on(ground, self._scene)
         _ = standing.cells  # computed here, so that the first answer need not wait
         self._flyer.hand_over(ready=standing)
-        self._mesh = arrival.mesh
-        return ground, survey
+        self._in_use = SurveyInUse(digest=ground.digest, stamp_ns=arrival.stamp_ns, mesh=arrival.mesh)
+        return Built(ground, survey, repeats, lost=in_use.patches if repeats else 0)
 
-    def _patched(self, arrival: Arrival) -> tuple[LiveTerrain, Survey]:
-        """Join a patch to the terrain in use, and return the changed terrain and the patch."""
+    def _patched(self, arrival: Arrival) -> Built:
+        """Join a patch to the terrain in use."""
         patch = arrival.convert()
         if not isinstance(patch, CloudSurvey | GridSurvey):
             raise MessageRefused("a patch must be a cloud of points")
@@ -161,8 +140,8 @@ class Builder:
             return _stood_on(standing, grounds[0])
 
         self._flyer.hand_over(change=with_patch)
-        self._mesh = PlacedMesh()
-        return grounds[0], patch
+        self._in_use = self._in_use._replace(patches=self._in_use.patches + 1)
+        return Built(grounds[0], patch)
 
 
 def _stood_on(before: PreparedTerrain, ground: LiveTerrain) -> PreparedTerrain:

@@ -25,13 +25,14 @@ from rpf3d_ros.engine.answer_evidence import (
 )
 from rpf3d_ros.engine.answered_sources import AnsweredSources
 from rpf3d_ros.engine.areas_before import AreasBefore
-from rpf3d_ros.engine.builder import Arrival, Builder
+from rpf3d_ros.engine.builder import Builder
 from rpf3d_ros.engine.configuration import StationConfiguration, spread_of
 from rpf3d_ros.engine.decision_reports import DecisionReports
 from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.outlets import Outlets
 from rpf3d_ros.engine.refused_inputs import RefusedInputs
 from rpf3d_ros.engine.source_topics import BY_HAND
+from rpf3d_ros.engine.survey_in_use import Arrival, survey_in_use
 from rpf3d_ros.engine.terrain_faults import TerrainLack, lack_of, not_restored, terrain_to_remember
 from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
@@ -97,7 +98,11 @@ class Station:
         cluster = terms.cluster_m if terms is not None else math.inf
         size = EnsembleSize(first=parameters.first_rocks, least=least, cluster=cluster)
         self.flyer = Flyer(spread_of(parameters), size, self.sources, itertools.count(1), self, answered)
-        self.builder = Builder(scene, configuration.workshop, self.terrain, self.flyer, self, configuration.store)
+        restored = configuration.standing.ground if configuration.standing is not None else None
+        self.builder = Builder(
+            scene, configuration.workshop, self.terrain, self.flyer, self, configuration.store,
+            survey_in_use(restored, self._memory),
+        )  # fmt: skip
         self.desk: AlertDesk | None = None
         persons = configuration.thresholds.acknowledge if configuration.thresholds is not None else None
         self._refused_inputs = RefusedInputs(self.report_fault, age, persons)

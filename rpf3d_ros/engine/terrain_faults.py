@@ -68,14 +68,16 @@ def _pattern(sentence: str) -> str:
 
 
 def terrain_to_remember(ground: LiveTerrain | None, memory: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the facts about the terrain to save for the next start: patches, digest, and time of the whole survey.
+    """Return the facts about the terrain to save for the next start: its patches and digest, and its whole survey.
 
     ground : the terrain in use; None if there is none: then the facts in `memory` are returned
     memory : the facts that were saved before this start
     """
     if ground is None:
-        return {key: memory[key] for key in ("patches", "terrain", "whole_ns") if key in memory}
-    return {"patches": ground.patches, "terrain": ground.digest, "whole_ns": ground.whole_ns}
+        return {key: memory[key] for key in ("patches", "terrain", "whole", "whole_ns") if key in memory}
+    return {
+        "patches": ground.patches, "terrain": ground.digest, "whole": ground.whole_digest, "whole_ns": ground.whole_ns,
+    }  # fmt: skip
 
 
 def not_restored(memory: Mapping[str, Any], ground: LiveTerrain | None, unread: int) -> TerrainLack:

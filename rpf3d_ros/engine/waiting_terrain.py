@@ -44,10 +44,12 @@ class Moment(NamedTuple):
     def follows(self, whole: "Moment") -> bool:
         """True if a patch of this moment changes the terrain of a whole survey of the moment `whole`.
 
-        The patch must be published after the survey, with no older stamp. A patch with an older stamp would be refused.
+        The stamps decide, because a survey may be published long after it was made, or published again. If they are
+        equal, or the survey has no stamp, the times of publication decide.
         """
-        older = whole.stamp_ns is not None and self.stamp_ns is not None and self.stamp_ns < whole.stamp_ns
-        return self.published_ns > whole.published_ns and not older
+        if self.stamp_ns is None or whole.stamp_ns is None or self.stamp_ns == whole.stamp_ns:
+            return self.published_ns > whole.published_ns
+        return self.stamp_ns > whole.stamp_ns
 
 
 class RefusedSurvey(NamedTuple):
@@ -215,7 +217,7 @@ class WaitingTerrain(Generic[M]):
     def take(self) -> tuple[str, M] | None:
         """Wait for a survey and return ("whole", survey) or ("patch", survey); None once the queue is closed.
 
-        After a whole survey, call `accepted` or `refused`. After a patch that is not used, call `lost`.
+        After a whole survey, call `accepted`, `repeated` or `refused`. After a patch that is not used, call `lost`.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._closed or self._length() > 0)
@@ -233,14 +235,30 @@ class WaitingTerrain(Generic[M]):
         with self._changed:
             tried = self._tried
             assert tried is not None
-            place = self._chapters.index(tried)
-            published = 0 if tried.moment is None else tried.moment.published_ns
-            before = [survey for chapter in self._chapters[:place] for survey in chapter.refused]
-            later = [survey for survey in before if published and survey.published_ns > published]
-            self._chapters, tried.refused = self._chapters[place:], [*later, *tried.refused]
+            tried.refused[:0] = self._refused_after(tried)
+            self._chapters = self._chapters[self._chapters.index(tried) :]
             tried.patches[:0] = tried.early
             tried.lost += tried.missing
             tried.whole, tried.early, tried.missing, self._tried = None, (), 0, None
+
+    def repeated(self, lost: int = 0) -> None:
+        """Note that the last taken whole survey is the survey of the terrain in use, which was published again.
+
+        The patches since this survey still belong on top of it, and those that the terrain lacks are still missing. As
+        in `accepted`, other surveys that waited are dropped.
+
+        lost : number of patches that were in the terrain, and are not any more
+        """
+        with self._changed:
+            tried = self._tried
+            assert tried is not None
+            later = self._refused_after(tried)
+            place, first = self._chapters.index(tried), self._chapters[0]
+            for chapter in self._chapters[1 : place + 1]:
+                first.take_over(chapter)
+            first.refused, first.moment, self._tried = [*later, *tried.refused], tried.moment, None
+            first.lost += lost
+            del self._chapters[1 : place + 1]
 
     def refused(self, why: str = "") -> None:
         """Note that the last taken whole survey cannot be used; its patches go to the survey before it.
@@ -287,6 +305,12 @@ class WaitingTerrain(Generic[M]):
     def _drop_old_patches(self) -> None:
         while self._kept and (len(self._kept) > self._most or time.monotonic() - self._kept[0].at > LATE):
             self._kept.popleft().patch = None
+
+    def _refused_after(self, tried: Chapter[M]) -> list[RefusedSurvey]:
+        """Return the refused surveys that were published after a survey, but received before it."""
+        published = 0 if tried.moment is None else tried.moment.published_ns
+        before = [survey for chapter in self._chapters[: self._chapters.index(tried)] for survey in chapter.refused]
+        return [survey for survey in before if published and survey.published_ns > published]
 
     def _remove(self, chapter: Chapter[M]) -> None:
         place = self._chapters.index(chapter)

@@ -15,10 +15,12 @@ from rpf3d_core.errors import TerrainError
 from rpf3d_core.live.answers import EnsembleSize
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.released import ReleaseSpread
+from rpf3d_core.live.standing import stand_on
 from rpf3d_core.live.store import Store, read_last
 from rpf3d_core.live.survey import CloudSurvey, GridSurvey
-from rpf3d_ros.engine.builder import Arrival, Builder
+from rpf3d_ros.engine.builder import Builder
 from rpf3d_ros.engine.flyer import Flyer
+from rpf3d_ros.engine.survey_in_use import Arrival, SurveyInUse, survey_in_use
 from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
 from rpf3d_ros.messages.map_frame import rigid_transform
@@ -56,6 +58,10 @@ def hill(height=0.0, count=21):
     return GridSurvey(np.stack([x, y, 0.5 * x + height], axis=-1))
 
 
+def small_patch():
+    return GridSurvey(hill().points[5:10, 5:10] + (0.5, 0.5, 0.1))
+
+
 def arrival(survey, data=b""):
     return Arrival(lambda: survey, 1, data)
 
@@ -65,11 +71,11 @@ def made(tmp_path):
     """Makes builders with their flyers, and ends them."""
     threads = []
 
-    def make(store=None):
+    def make(store=None, in_use=SurveyInUse()):  # noqa: B008
         scene, reports, waiting = pit_scene(tmp_path), BuilderReports(), WaitingTerrain(8)
         scene = scene.model_copy(update={"areas_of_interest": ()})
         flyer = Flyer(ReleaseSpread(), EnsembleSize(100), WaitingSources(50.0, 10), itertools.count(1), reports)
-        builder = Builder(scene, Workshop(reference=True), waiting, flyer, reports, store)
+        builder = Builder(scene, Workshop(reference=True), waiting, flyer, reports, store, in_use)
         threads.extend((builder, flyer))
         return waiting, flyer, reports
 
@@ -115,17 +121,19 @@ def test_a_patch_that_leaves_nothing_of_the_ground_is_stored_as_a_patch(made, tm
 def test_the_same_mesh_again_is_made_ground_where_a_patch_has_failed_half_way(made, monkeypatch):
     waiting, flyer, reports = made()
     waiting.put_whole(arrival(hill(), b"mesh"))
-    wait(lambda: reports.grounds)
+    waiting.put_patch(arrival(GridSurvey(hill().points[12:18, 12:18] + (0.5, 0.5, 0.1))))
+    wait(lambda: len(reports.grounds) == 2)
 
     def no_ground(*given):
         raise TerrainError("no ground")
 
     monkeypatch.setattr("rpf3d_ros.engine.builder.stand_after", no_ground)
-    waiting.put_patch(arrival(GridSurvey(hill().points[5:10, 5:10] + (0.5, 0.5, 0.1))))
+    waiting.put_patch(arrival(small_patch()))
     wait(lambda: reports.refused)
     assert flyer.standing is None, "its arrays have changed"
     waiting.put_whole(arrival(hill(), b"mesh"))
-    wait(lambda: flyer.standing is not None)
+    wait(lambda: flyer.standing is not None and len(waiting) == 0)
+    assert waiting.lost_patches == 2, "the patch before it is gone, too"
 
 
 def test_a_mesh_that_is_the_terrain_already_makes_it_no_younger(made):
@@ -145,6 +153,79 @@ def test_a_mesh_that_is_the_terrain_already_makes_it_no_younger(made):
     waiting.put_whole(Arrival(hill, 9))
     wait(lambda: len(reports.grounds) == 5)
     assert flyer.standing.ground.stamp_ns == 9, "a cloud has a stamp of its own"
+
+
+@pytest.mark.parametrize("data", [b"mesh", b""], ids=["a mesh", "a cloud of the same stamp"])
+def test_a_survey_that_is_published_again_after_a_patch_takes_nothing_away(made, data):
+    """A program may repeat a survey every minute; the patch is newer than the survey."""
+    waiting, flyer, reports = made()
+    waiting.put_whole(Arrival(hill, 1, data))
+    wait(lambda: len(reports.grounds) == 1)
+    waiting.put_patch(Arrival(small_patch, 2))
+    wait(lambda: len(reports.grounds) == 2)
+    waiting.put_patch(arrival(CloudSurvey(np.zeros((1, 3)))))
+    wait(lambda: reports.refused)
+    for stamp, count in ((3 if data else 1, 3), (4 if data else 1, 4)):
+        waiting.put_whole(Arrival(hill, stamp, data))
+        wait(lambda count=count: len(reports.grounds) == count)
+        assert reports.grounds[-1] == reports.grounds[1] != reports.grounds[0]
+        assert (flyer.standing.ground.patches, flyer.standing.ground.whole_ns) == (1, 1)
+        assert waiting.lost_patches == 1
+    waiting.put_whole(Arrival(partial(hill, 1.0), 5, b"another mesh" if data else b""))
+    wait(lambda: len(reports.grounds) == 5 and waiting.lost_patches == 0)
+    waiting.put_whole(Arrival(hill, 6, data))
+    wait(lambda: len(reports.grounds) == 6)
+    assert reports.grounds[-1] == reports.grounds[0], "it is not the survey in use any more"
+
+
+def test_a_cloud_of_a_newer_stamp_is_a_new_survey_though_its_points_are_the_same(made):
+    waiting, flyer, reports = made()
+    waiting.put_whole(Arrival(hill, 1))
+    wait(lambda: len(reports.grounds) == 1)
+    waiting.put_patch(Arrival(small_patch, 2))
+    wait(lambda: len(reports.grounds) == 2)
+    waiting.put_whole(Arrival(hill, 3))
+    wait(lambda: len(reports.grounds) == 3)
+    assert (flyer.standing.ground.patches, flyer.standing.ground.whole_ns) == (0, 3)
+
+
+def test_a_survey_again_after_the_clock_was_set_back_lacks_the_patches_that_the_terrain_had(made):
+    waiting, flyer, reports = made()
+    waiting.put_whole(Arrival(hill, 10, b"mesh"))
+    wait(lambda: len(reports.grounds) == 1)
+    waiting.put_patch(Arrival(small_patch, 11))
+    wait(lambda: len(reports.grounds) == 2)
+    waiting.put_whole(Arrival(hill, 5, b"mesh"))
+    wait(lambda: len(reports.grounds) == 3)
+    assert (flyer.standing.ground.patches, flyer.standing.ground.whole_ns, waiting.lost_patches) == (0, 5, 1)
+
+
+def test_a_survey_again_after_a_patch_that_replaced_the_terrain_does_not_replace_the_patch(made):
+    waiting, _, reports = made()
+    waiting.put_whole(Arrival(lambda: hill(count=15), 1, b"mesh"))
+    wait(lambda: len(reports.grounds) == 1)
+    waiting.put_patch(Arrival(lambda: GridSurvey(hill(count=25).points - (5.0, 5.0, 0.0)), 2))
+    wait(lambda: len(reports.grounds) == 2)
+    waiting.put_whole(Arrival(lambda: hill(count=15), 3, b"mesh"))
+    wait(lambda: len(reports.grounds) == 3)
+    assert reports.grounds[2] == reports.grounds[1]
+
+
+def test_a_survey_again_after_a_restart_keeps_the_patches_of_the_store(made, tmp_path):
+    store = Store(tmp_path / "store")
+    waiting, _, reports = made(store)
+    waiting.put_whole(Arrival(hill, 1, b"mesh"))
+    wait(lambda: len(reports.grounds) == 1)
+    waiting.put_patch(Arrival(small_patch, 2))
+    wait(lambda: len(reports.grounds) == 2)
+    last = wait(lambda: store.flush(0.0) and (found := read_last(store.folder)) and len(found.pieces) == 2 and found)
+    store.close(PATIENCE)
+    restored = last.ground(Workshop(reference=True))
+    waiting, flyer, again = made(in_use=survey_in_use(restored, {}))
+    flyer.hand_over(ready=stand_on(restored, pit_scene(tmp_path)))
+    waiting.put_whole(Arrival(hill, 3, b"its bytes after another start"))
+    wait(lambda: again.grounds)
+    assert again.grounds == [reports.grounds[1]] and flyer.standing.ground.patches == 1
 
 
 def test_the_same_mesh_after_its_frame_was_surveyed_again_is_new_ground(made):

@@ -33,11 +33,17 @@ PLAN = Plan(
 WHOLE = Send(sent=0.1, at=0.1, topic="terrain/points", kind="grid", places=survey(TRUTH, 0.1))
 AREA = Send(sent=0.2, at=0.2, topic="areas/polygon", kind="polygon", places=pit.outline(pit.ROAD))
 NOTHING = Send(sent=0.3, at=0.3, topic=RADAR_A, kind="poses", places=np.empty((0, 3)))
+EARLIER = WHOLE._replace(sent=0.15, at=0.15, places=survey(TRUTH, 3.0))
 PATCH = patch_send(TRUTH, 0.4, ((16.0, 24.0), (8.0, 24.0)))
 
 
 def at(send, moment):
     return send._replace(sent=moment, at=moment)
+
+
+def again(send, moment):
+    """The same message, published again at a later moment (s) with its former stamp."""
+    return send._replace(sent=moment, at=moment, offset=send.sent - moment)
 
 
 def published(sent):
@@ -94,8 +100,30 @@ def test_a_latched_survey_that_comes_again_after_a_restart_hides_no_patch_that_i
     run.node.close()
     run = started(standing, read_ns=published(0.5), patches_ns=(published(0.4),))
     assert faults_after(run, at(AREA, 1.0), at(NOTHING, 1.1)) == ()
-    assert "1 patches are not in" in faults_after(run, WHOLE)[0]
+    assert faults_after(run, WHOLE) == ()
+    assert run.node.station.flyer.standing.ground.digest == standing.ground.digest
+    assert "1 patches are not in" in faults_after(run, EARLIER)[0]
     assert faults_after(run, at(WHOLE, 1.2)) == ()
+
+
+def test_a_survey_that_is_published_again_hides_neither_a_patch_nor_that_one_is_missing(started):
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING, PATCH) == ()
+    patched = run.node.station.flyer.standing.ground.digest
+    assert faults_after(run, again(WHOLE, 0.5)) == ()
+    assert run.node.station.flyer.standing.ground.digest == patched
+    faults = faults_after(run, PATCH._replace(sent=0.6, frame="drone"), again(WHOLE, 0.7))
+    assert "1 patches are not in" in faults[0]
+
+
+def test_without_a_store_a_survey_that_is_published_again_after_a_restart_lacks_the_patches(started):
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING, PATCH) == ()
+    run.node.close()
+    run = started(read_ns=published(0.5))
+    faults = faults_after(run, again(WHOLE, 1.0), at(AREA, 1.1), at(NOTHING, 1.2))
+    assert "1 patches are not in" in faults[0]
+    assert faults_after(run, at(WHOLE, 1.3)) == ()
 
 
 @pytest.mark.parametrize("stored", ["nothing is stored", "the terrain"])
@@ -168,7 +196,7 @@ def test_faults_of_the_terrain_are_read_as_they_are_written():
     assert lack_of(["the sources are stale"]) == TerrainLack()
 
 
-Restored = namedtuple("Restored", "digest patches whole_ns")
+Restored = namedtuple("Restored", "digest patches whole_ns whole_digest", defaults=("w",))
 
 
 @pytest.mark.parametrize(("restored", "unread", "lack"), [

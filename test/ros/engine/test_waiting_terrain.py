@@ -108,6 +108,40 @@ def test_a_patch_that_is_not_used_is_lost_until_the_next_whole_survey():
     assert waiting.lost_patches == 0
 
 
+def test_a_survey_that_is_repeated_takes_nothing_from_the_terrain_and_makes_nothing_good():
+    waiting = surveys("mesh", patches=("applied", "unusable"))
+    waiting.take()
+    waiting.accepted()
+    waiting.take()
+    waiting.take()
+    waiting.lost()
+    waiting.put_patch("before the repetition")
+    waiting.put_whole("mesh again", Moment(9))
+    waiting.put_patch("after it")
+    assert waiting.take() == ("whole", "mesh again")
+    waiting.repeated()
+    assert waiting.lost_patches == 1
+    assert [waiting.take(), waiting.take()] == [("patch", "before the repetition"), ("patch", "after it")]
+    assert len(waiting) == 0
+
+
+def test_a_survey_that_is_repeated_is_later_than_those_that_waited():
+    waiting = surveys("mesh")
+    waiting.take()
+    waiting.accepted()
+    waiting.put_whole("other", Moment(3))
+    waiting.put_patch("of the other", Moment(4, 0))
+    waiting.refuse("whole", 5, "bad")
+    waiting.put_whole("mesh again", Moment(6))
+    waiting.refuse("whole", 7, "bad, too")
+    waiting.take()
+    waiting.repeated(lost=2)
+    assert (waiting.lost_patches, waiting.refused_surveys, waiting.why_refused) == (2, 1, "bad, too")
+    assert waiting.take() == ("patch", "of the other")
+    waiting.put_whole("mesh again", Moment(6))
+    assert len(waiting) == 0, "the same publication, latched"
+
+
 def test_patches_outlive_a_survey_that_is_dropped_untried():
     waiting = surveys("dropped", patches=["kept"])
     for survey in range(UNTRIED):
@@ -129,10 +163,11 @@ def test_patches_outlive_a_survey_that_is_dropped_untried():
         (Moment(1, 7), Moment(2), False),
         (Moment(2, 7), Moment(1, 7), True),
         (Moment(2, 6), Moment(1, 7), False),  # surveyed before it, published after it
-        (Moment(1, 8), Moment(2, 7), False),
+        (Moment(1, 8), Moment(2, 7), True),  # the survey was published late, or again
+        (Moment(1, 7), Moment(2, 7), False),
     ],
 )
-def test_a_patch_follows_what_was_published_before_it_unless_its_stamp_is_older(patch, whole, follows):
+def test_a_patch_follows_a_survey_with_an_older_stamp_or_without_one_that_was_published_before(patch, whole, follows):
     assert patch.follows(whole) is follows
 
 

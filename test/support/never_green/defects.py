@@ -95,6 +95,16 @@ def duplicated(plan: Plan, rng: np.random.Generator) -> Plan | None:
     return plan.with_defect(f"duplicated: {topic}", sends=(*plan.sends, *again)) if again else None
 
 
+def repeated_surveys(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Publish each whole survey again before the next one, with the stamp of the first time."""
+    later = float(rng.uniform(0.5, 5.0))
+    again = tuple(
+        send._replace(sent=send.sent + later, at=send.at + later, offset=send.offset - later)
+        for send in plan.sends if send.topic in WHOLE
+    )  # fmt: skip
+    return plan.with_defect("published again", sends=(*plan.sends, *again)) if again else None
+
+
 def diluted(plan: Plan, rng: np.random.Generator) -> Plan | None:
     """Add twenty harmless sources to the messages of a sensor."""
     topic, chosen = _from_then(plan, rng, SENSORS)
@@ -240,4 +250,5 @@ DEFECTS: dict[str, Defect] = {
     "clock begins late": _clock("clock begins late", begins=_anywhen),
     "acknowledged early": acknowledged,
     "answers fail": failing,
+    "published again": repeated_surveys,
 }

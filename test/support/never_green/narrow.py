@@ -7,7 +7,7 @@ from never_green import changes
 from never_green.changes import Change
 from never_green.defects import PATCH, WHOLE, Defect, changing, harmed
 from never_green.plan import END, Plan, Send, Speaker
-from never_green.stories import EVERY, patch_send
+from never_green.stories import EVERY, patch_send, survey
 
 
 def of_the_only_sensor(word: str, change_of: Callable[[np.random.Generator], Change]) -> Defect:
@@ -93,6 +93,20 @@ def change_not_understood(by_patch: bool) -> Defect:
     return defect
 
 
+def mesh_after_the_patch(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let a patch show that the bank is gone, and publish the mesh from before again and again."""
+    gone = plan.truth.bank_until
+    if np.isinf(gone):
+        return None
+    others = [send for send in plan.sends if send.topic not in (*WHOLE, *PATCH)]
+    times = (0.1, *np.arange(gone + 0.6, END, 1.5).tolist())
+    meshes = [Send(sent=at, at=at, topic=WHOLE[1], kind="mesh", places=survey(plan.truth, 0.0)) for at in times]
+    patch = patch_send(plan.truth, gone + 0.1, ((32.0, 48.0), (40.0, 72.0)))
+    own = [speaker for speaker in plan.speakers if speaker.topic not in (*WHOLE, *PATCH)]
+    speakers = (*own, Speaker(topic=WHOLE[1], number=0), Speaker(topic=PATCH[0], number=0))
+    return plan.with_defect("mesh after the patch", sends=(*others, *meshes, patch), speakers=speakers)
+
+
 NARROW: dict[str, Defect] = {
     "never understood": never_understood,
     "never released": never_released,
@@ -103,5 +117,6 @@ NARROW: dict[str, Defect] = {
     "mirrored survey": changing("mirrored", WHOLE, changes.mirrored_heights),
     "alternately understood": alternately_understood,
     "one misplaced": one_misplaced,
+    "mesh after the patch": mesh_after_the_patch,
 }
 """The rare cases by name."""

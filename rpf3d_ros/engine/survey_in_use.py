@@ -1,0 +1,100 @@
+"""The whole survey that the terrain in use was built from, to notice that the same survey is published again.
+
+Some programs publish the same survey again and again. A repetition contains none of the patches that were received
+since the survey, so it must not replace the terrain with these patches.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from rpf3d_core.live.ground import LiveTerrain
+from rpf3d_core.live.survey import Survey
+from rpf3d_ros.messages.map_frame import RigidTransform, same_transform
+from rpf3d_ros.messages.terrain_messages import Buffer, same_bytes
+
+
+@dataclass(frozen=True, eq=False)
+class Arrival:
+    """A received terrain message that waits to be built into the terrain.
+
+    convert : returns the survey in the message
+    stamp_ns : stamp of the message (ns); for a mesh, which has no stamp, the time at which it was received
+    data : bytes of a mesh; empty for other messages
+    moved_by : transform from the frame of the message, from tf2; None for a frame that the parameters define
+    """
+
+    convert: Callable[[], Survey]
+    stamp_ns: int
+    data: Buffer = b""
+    moved_by: RigidTransform | None = None
+
+    @property
+    def is_mesh(self) -> bool:
+        """True for a mesh, which has no stamp."""
+        return len(self.data) > 0
+
+    @property
+    def mesh(self) -> "PlacedMesh":
+        """The bytes and the transform of a mesh; the bytes are empty for other messages."""
+        return PlacedMesh(data=self.data, moved_by=self.moved_by)
+
+
+class PlacedMesh(NamedTuple):
+    """The bytes of a mesh, and the transform from its frame; None for a frame that the parameters define."""
+
+    data: Buffer = b""
+    moved_by: RigidTransform | None = None
+
+    def repeats(self, other: "PlacedMesh") -> bool:
+        """True if this mesh has the same bytes and the same transform as another mesh.
+
+        A new transform of the frame moves the mesh, so equal bytes alone are no repetition.
+        """
+        return same_transform(self.moved_by, other.moved_by) and same_bytes(self.data, other.data)
+
+
+class SurveyInUse(NamedTuple):
+    """The whole survey that the terrain in use was built from.
+
+    digest : SHA-256 (hex) of the survey without patches; "" if it is not known
+    stamp_ns : stamp of the survey (ns); for a mesh, the time at which it was first received
+    mesh : the bytes of the last message with this survey, if the survey is a mesh
+    patches : number of patches in the terrain since this survey
+    """
+
+    digest: str = ""
+    stamp_ns: int = 0
+    mesh: PlacedMesh = PlacedMesh()
+    patches: int = 0
+
+    def is_same_mesh(self, arrival: Arrival) -> bool:
+        """True if a message has the bytes of the last message with this survey; a quick check before `is_repeated`."""
+        return arrival.is_mesh and arrival.mesh.repeats(self.mesh)
+
+    def is_repeated(self, arrival: Arrival, digest: str) -> bool:
+        """True if a message contains this survey again, and does not claim to be newer.
+
+        digest : SHA-256 (hex) of the survey in the message
+        """
+        return bool(digest) and digest == self.digest and (arrival.is_mesh or arrival.stamp_ns <= self.stamp_ns)
+
+    def may_stay(self, arrival: Arrival) -> bool:
+        """True if the terrain in use may stay as it is after a message that contains its survey again.
+
+        False if the clock was set back, so that the stamp of the terrain is in the future, or if the clock had not
+        begun when the terrain was built (stamp 0).
+        """
+        if arrival.is_mesh:
+            return 0 < self.stamp_ns <= arrival.stamp_ns
+        return arrival.stamp_ns == self.stamp_ns
+
+
+def survey_in_use(ground: LiveTerrain | None, memory: Mapping[str, Any]) -> SurveyInUse:
+    """Return the survey in use at a start.
+
+    ground : the restored terrain, None without one; memory : from `terrain_to_remember`, used without a terrain
+    """
+    if ground is None:
+        return SurveyInUse(digest=str(memory.get("whole", "")), stamp_ns=int(memory.get("whole_ns", 0)))
+    return SurveyInUse(digest=ground.whole_digest, stamp_ns=ground.whole_ns, patches=ground.patches)
