@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
 from rpf3d_core.alerts.levels import Alert
-from rpf3d_core.alerts.limits import hidden_level, level_of, limits_of
+from rpf3d_core.alerts.limits import hidden_level, level_of, limits_of, with_more_reached
 from rpf3d_core.alerts.outlines import outdated_faults
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.alerts.time_units import ns_of, span
@@ -52,6 +52,7 @@ def _evidence_faults(
         yield from (f"{area.name}: {fault}" for fault in _area_faults(area, evidence.sources))
         if limits_of(thresholds, area.name) is not None:
             yield from (f"{area.name}: {fault}" for fault in _unknown_faults(area, thresholds))
+            yield from (f"{area.name}: {fault}" for fault in _cut_off_faults(area, evidence.unfinished, thresholds))
 
 
 def _stamp_faults(evidence: Evidence, thresholds: Thresholds, now_ns: int) -> Iterator[str]:
@@ -172,6 +173,18 @@ def _unknown_faults(area: AreaEvidence, thresholds: Thresholds) -> Iterator[str]
         yield (
             f"{area.left:,} of {area.flown:,} rocks left the terrain on the way to it, over the rim or into a hole: "
             "publish a survey that covers the way"
+        )
+
+
+def _cut_off_faults(area: AreaEvidence, unfinished: int, thresholds: Thresholds) -> Iterator[str]:
+    """Yield a fault if an area would reach a higher limit of the share with the rocks whose flight was cut off.
+
+    unfinished : number of rocks of all clusters whose flight was cut off
+    """
+    if unfinished > 0 and level_of(with_more_reached(area, unfinished), thresholds) > level_of(area, thresholds):
+        yield (
+            f"{unfinished:,} rocks were cut off in flight; if they came, the area would reach a higher level:"
+            " allow longer flights and more impacts in the scene"
         )
 
 

@@ -4,6 +4,7 @@ Limits are compared even if the evidence has faults: a number far beyond a limit
 as a whole is not believed. A NaN reaches no limit; `evidence_faults.py` reports a NaN as a fault.
 """
 
+import math
 from collections.abc import Iterator
 from fnmatch import fnmatchcase
 from typing import NamedTuple
@@ -14,6 +15,9 @@ from rpf3d_core.alerts.origins import NOT_KNOWN, Origin
 from rpf3d_core.alerts.site_model import AreaLimitsSpec, EvidenceSpec, LimitsSpec, Thresholds
 from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.unknowns.predictive import ENOUGH
+
+RARE = 0.05
+"""Largest share (-) of the rocks in an area that cannot change its p95 energy beyond the largest energy."""
 
 
 class LimitFinding(NamedTuple):
@@ -67,17 +71,33 @@ def limits_of(thresholds: Thresholds, name: str) -> AreaLimitsSpec | None:
 def hidden_level(area: AreaEvidence, thresholds: Thresholds) -> Level | None:
     """Return the level of an area as if all rocks that left the terrain had reached the area; None if no rock left.
 
-    Only the share of rocks counts here, because the energy of a rock that left is unknown. Without `left_high`, all
-    rocks that left are counted in one parameter set, the worst case.
+    The energy of these rocks counts as infinite and their arrival as immediate, because both are unknown. Without
+    `left_high`, all rocks that left are counted in one parameter set, the worst case.
     """
     if area.left <= 0:
         return None
-    reached = min(max(area.reached, 0) + area.left, max(area.flown, 0))
+    share = with_more_reached(area, area.left)
+    predictive = share.predictive_high if area.left_high is None else area.left_high
+    is_rare = area.p95_energy is not None and area.left <= RARE * share.reached
+    return level_of(
+        share._replace(
+            predictive_high=predictive, p95_energy=area.largest_energy if is_rare else None, largest_energy=math.inf,
+            energy_high=None if area.sets == 0 else math.inf, first_arrival_s=0.0,
+        ), thresholds,
+    )  # fmt: skip
+
+
+def with_more_reached(area: AreaEvidence, count: int) -> AreaEvidence:
+    """Return the evidence of an area as if `count` more of the flown rocks had reached it, all of one parameter set.
+
+    Only the share of rocks changes, not their energy and arrival.
+    """
+    reached = min(max(area.reached, 0) + count, max(area.flown, 0))
     low, high = wilson_interval(reached, max(area.flown, 1))
-    predictive = area.left_high
-    if predictive is None and area.predictive_high is not None:
-        predictive = min(area.predictive_high + max(area.sets, 1) * area.left / max(area.flown, 1), 1.0)
-    return level_of(area._replace(reached=reached, low=low, high=high, predictive_high=predictive), thresholds)
+    predictive = area.predictive_high
+    if predictive is not None:
+        predictive = min(predictive + max(area.sets, 1) * count / max(area.flown, 1), 1.0)
+    return area._replace(reached=reached, low=low, high=high, predictive_high=predictive)
 
 
 def level_of(area: AreaEvidence, thresholds: Thresholds) -> Level:

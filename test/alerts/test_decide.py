@@ -24,6 +24,7 @@ from alert_evidence import (
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.levels import Acknowledgement, Level, acknowledgement
+from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.errors import InputError
 
 LEVELS = [(NORMAL, Level.NORMAL), (WATCH, Level.WATCH), (RESTRICT, Level.RESTRICT), (EVACUATE, Level.EVACUATE)]
@@ -267,7 +268,37 @@ def test_an_energy_beyond_all_bounds_is_never_normal(which: str, value: float) -
     ({"unfinished": 1000}, Level.NORMAL),
 ])  # fmt: skip
 def test_evidence_at_the_bound_of_what_the_site_allows_is_believed(facts: dict[str, int], level: Level) -> None:
-    assert decided(evidence(**facts)).level == level
+    far_from_it = site({"ramp": {"evacuate": {"reach_probability": 0.5}}})
+    assert decided(evidence(**facts), thresholds=far_from_it).level == level
+
+
+def test_rocks_that_were_cut_off_are_a_fault_where_they_would_raise_the_level() -> None:
+    limits = site({"ramp": {"restrict": {"reach_probability": 0.05}, "evacuate": {"reach_probability": 0.5}}})
+    assert decided(evidence(area(50), unfinished=300), thresholds=limits).level == Level.NORMAL
+    alert = decided(evidence(area(50), unfinished=450), thresholds=limits)
+    assert alert.level == Level.FAULT and "450 rocks were cut off in flight" in alert.faults[0]
+    alert = decided(evidence(area(600), unfinished=450), thresholds=limits)
+    assert alert.level == Level.RESTRICT, "the limit is reached without them"
+
+
+ENERGY = site({"ramp": {"restrict": {"p95_energy_j": 5e4}}}, most_left=0.5)
+ARRIVAL = site({"ramp": {"restrict": {"first_arrival_s": {"evacuation": 10, "margin": 5}}}}, most_left=0.5)
+
+
+@pytest.mark.parametrize(("facts", "thresholds", "level"), [
+    ({"left": 10}, ENERGY, Level.NORMAL),  # 10 of 210: the p95 is that of a rock that came
+    ({"left": 11}, ENERGY, Level.FAULT),
+    ({"left": 10, "largest_energy": 6e4}, ENERGY, Level.FAULT),
+    ({"left": 0, "largest_energy": 6e4}, ENERGY, Level.NORMAL),
+    ({"left": 1, "p95_energy": None}, ENERGY, Level.FAULT),  # the largest energy counts
+    ({"left": 0}, ARRIVAL, Level.NORMAL),
+    ({"left": 1}, ARRIVAL, Level.FAULT),
+    ({"left": 1, "first_arrival_s": 14.0}, ARRIVAL, Level.RESTRICT),
+])  # fmt: skip
+def test_the_energy_and_arrival_of_rocks_that_left_are_not_taken_for_small(
+    facts: dict[str, Any], thresholds: Thresholds, level: Level
+) -> None:
+    assert decided(evidence(area(200, **facts)), thresholds=thresholds).level == level
 
 
 def test_a_clock_that_goes_back_is_a_fault_once() -> None:
