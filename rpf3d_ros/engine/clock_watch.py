@@ -5,7 +5,7 @@ STANDS = "the clock stands still, so the age of all evidence is unknown: start t
 
 
 class ClockWatch:
-    """The last time that the node's clock showed, and when it began to show this time, by a steady clock."""
+    """Detects that the node's clock stands still, by comparison with a steady clock."""
 
     def __init__(self, patience_s: float) -> None:
         """Begin without a time; patience_s : time (s) for which the clock may stand still."""

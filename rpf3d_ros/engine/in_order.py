@@ -9,7 +9,7 @@ T = TypeVar("T")
 class Published(NamedTuple, Generic[T]):
     """A received message with the time of its publication.
 
-    at_ns : time of publication (ns); queue : index of the queue that contained the message; content : the content
+    at_ns : time of publication (ns); queue : index of the queue that contained the message
     """
 
     at_ns: int

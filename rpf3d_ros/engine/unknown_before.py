@@ -10,7 +10,7 @@ ADVICE = "a higher level may have been held: look at every area, then acknowledg
 
 
 class UnknownBefore:
-    """Why it is unknown which level was held before the start, and which persons have acknowledged that.
+    """The fault that the level held before the start is unknown, with the persons who have acknowledged the fault.
 
     The acknowledgements of as many persons as the site demands end the fault, whatever level is held, because any level
     may have been held. Only one thread may call.

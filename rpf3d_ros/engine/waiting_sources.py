@@ -27,7 +27,7 @@ class WaitingSources:
         """
         self._size, self._most = region_size, most
         self._waiting: dict[Region, Trigger] = {}
-        self._served: list[Region] = []  # the last ones that had a turn, latest last
+        self._served: list[Region] = []  # regions whose triggers were taken, the latest last
         self.dropped = 0
 
     def put(self, trigger: Trigger) -> Trigger | None:
@@ -79,7 +79,7 @@ class WaitingSources:
         return frozenset((trigger.topic, *place) for place in places.tolist()) or frozenset({(trigger.topic,)})
 
     def _last_turn(self, region: Region) -> int:
-        """Return the last turn of the place that has waited longest: 0 if it had none, larger for a later turn."""
+        """Return the last turn of the region's place that has waited longest: 0 if it had none, larger if later."""
         for turn in range(len(self._served), 0, -1):
             region -= self._served[turn - 1]
             if not region:

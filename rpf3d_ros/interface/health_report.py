@@ -48,7 +48,7 @@ class HealthReport:
     def set(self, part: str, level: int, message: str, values: Mapping[str, str] | None = None) -> None:
         """Set the state of a part of the node, for example "terrain".
 
-        level : OK, WARN, ERROR or STALE; message : a sentence; values : further figures
+        level : OK, WARN, ERROR or STALE; message : a sentence; values : further figures, by name
         The state is logged if it is not OK, or OK again after a fault; a changed level or sentence is published at
         once.
         """

@@ -187,7 +187,7 @@ class SimulatorParameters(InputParameters):
         return SensorTopics(poses=poses, clouds=clouds, expected=tuple(name for name in must if name not in optional))
 
     def _named(self, parameter_name: str) -> tuple[str, ...]:
-        """Return the topics of a list that the site gave; the topics of a default list need not exist on a site."""
+        """Return the topics of a list parameter; () if the list has its default, whose topics need not exist."""
         default = next(each.default for each in fields(self) if each.name == parameter_name)
         value = tuple(getattr(self, parameter_name))
         return () if value == default else tuple(name for name in value if name)
@@ -293,7 +293,7 @@ class ParameterLock:
     """
 
     def __init__(self, node: Node, free: Sequence[str] = (), is_forever: bool = False) -> None:
-        """Check all changes of the node's parameters.
+        """Begin to check all changes of the node's parameters; while `closed` is True, changes are refused.
 
         free : parameters that may be set at any time
         is_forever : True for a node that is never configured, whose parameters never change

@@ -36,7 +36,7 @@ REPEAT = 0.5
 
 
 class Wanted:
-    """The state that the bridge wants a contact to have; closed only if the last call of `set` was recent."""
+    """The state in which the bridge wants a contact: closed only if the last call of `set` was recent, else open."""
 
     def __init__(self) -> None:
         self.changed = threading.Condition()
@@ -67,7 +67,7 @@ class Wanted:
             self.changed.wait_for(lambda: self.has_ended or self.is_closed != is_closed, longest)
 
     def wait_for_end(self, longest: float) -> None:
-        """Wait until the contact is to be open for ever, at most `longest` (s)."""
+        """Wait until `end` is called, at most `longest` (s)."""
         with self.changed:
             self.changed.wait_for(lambda: self.has_ended, longest)
 
