@@ -277,7 +277,7 @@ def file_recording(path: Path) -> Recording:
 
 
 def _colours_of_percentages(rr: Any) -> Any:
-    """Return the colour and the label of each percentage and of unknown values, which are transparent."""
+    """Return rerun's colours and labels for the percentages 0 to 100 and for unknown values, which are transparent."""
     colours = speed_colours(np.arange(PERCENT + 1.0), float(PERCENT)).tolist()
     known = [(percent, f"{percent} %", (*colour, 255)) for percent, colour in enumerate(colours)]
     return rr.AnnotationContext([*known, (UNKNOWN, "unknown", (0, 0, 0, 0))])
