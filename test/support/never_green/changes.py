@@ -9,8 +9,8 @@ from never_green.plan import Send
 Change = Callable[[Send], Send]
 AXES = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, -1.0], [-1.0, -1.0, -1.0]])
 UNITS = (0.3048, 1.0 / 0.3048, 1000.0, 0.001, 0.01)
-"""Factors of coordinates in a wrong unit: feet taken for metres, metres in feet, in millimetres, in kilometres, and
-centimetres taken for metres."""
+"""Factors of coordinates in a wrong unit: metres per foot, feet, millimetres and kilometres per metre, metres per
+centimetre."""
 
 
 def framed(rng: np.random.Generator) -> Change:
@@ -32,7 +32,7 @@ def heights_scaled(rng: np.random.Generator) -> Change:
 
 
 def mirrored(rng: np.random.Generator) -> Change:
-    """Return a change of the sign of one coordinate, or of all three."""
+    """Return a change of the sign of one coordinate, or of x and y."""
     signs = AXES[rng.integers(len(AXES))]
     return lambda send: send._replace(places=send.places * signs[: send.places.shape[-1]])
 
@@ -71,7 +71,7 @@ def early(rng: np.random.Generator) -> Change:
 
 
 def not_finite(rng: np.random.Generator) -> Change:
-    """Return a change that makes one place NaN, in a cloud that is marked as dense."""
+    """Return a change that makes one place NaN; a cloud is also marked as dense."""
     row = int(rng.integers(100))
 
     def change(send: Send) -> Send:
@@ -111,6 +111,6 @@ def strip(rng: np.random.Generator) -> Change:
 
 
 def cut(rng: np.random.Generator) -> Change:
-    """Return a change that ends a survey at a random column, before the far side of the road."""
+    """Return a change that ends a survey at a random column, before the road."""
     columns = int(rng.integers(8, 22))
     return lambda send: send._replace(places=send.places[:, :columns])

@@ -119,7 +119,7 @@ class Mine(LivePeer):
     def begin(self, plan: Plan | None) -> None:
         """Begin a combination, or a time without a combination if `plan` is None.
 
-        Its clock begins later than the largest time that `/clock` has shown.
+        `/clock` continues just after the largest time that it has shown.
         """
         self.base = max(self.ros_now(), self._last_clock) + 0.1
         self.began, self.plan = time.monotonic(), plan

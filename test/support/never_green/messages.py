@@ -43,7 +43,7 @@ def _made(send: Send, stamp_ns: int) -> Any:
 
 
 def truncated(message: Any) -> Any:
-    """Return a damaged message: bytes and clouds lose half of their data, the last pose of an array has a wrong turn.
+    """Return a damaged message: bytes and clouds lose half of their data; the last pose of an array is no rotation.
 
     An array without poses stays as it is.
     """
