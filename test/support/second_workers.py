@@ -1,4 +1,4 @@
-"""Classes whose methods a second process calls in tests."""
+"""A class for tests of a second process that calls the methods of an object."""
 
 import os
 import threading
@@ -9,7 +9,7 @@ from rpf3d_core.errors import InputError
 
 
 class Clerk:
-    """Writes notes into a file, prints, fails and hangs when asked."""
+    """Has methods that write to a file, print, fail or hang."""
 
     def note(self, path: Path, words: str) -> None:
         """Append a line with this process's ID and some words to a file."""

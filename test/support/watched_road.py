@@ -1,4 +1,4 @@
-"""A slope above a road that is an area of interest: terrain, answers to sources on the slope, and alerts of the road."""
+"""A slope above a road that is an area of interest: its terrain, answers to sources on the slope, and alerts."""
 
 from itertools import count
 

@@ -1,7 +1,7 @@
 """The defects of inputs: each function takes a combination (a `Plan`) and returns it with one input harmed.
 
 Only defects that the node can notice are drawn. The safety argument names the others ("What does no part cover?"): a
-wrong place that is plausible, a source that no sensor reports, a patch that is never sent although whole surveys arrive.
+wrong place that is plausible, a source that no sensor reports, a patch that is never sent while whole surveys arrive.
 """
 
 from collections.abc import Callable
