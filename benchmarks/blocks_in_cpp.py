@@ -38,7 +38,7 @@ KERNELS = {
     "find_clear_times": "time without contact",
     "find_rotations": "free rotation",
 }
-"""What each kernel computes."""
+"""The kernels, each with the words for its result in the table."""
 
 
 @dataclass

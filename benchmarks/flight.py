@@ -58,12 +58,13 @@ class Falls(NamedTuple):
 
 
 BENCH = Falls({}, ((-606.7, -200.0), (-606.7, 200.0)), 2.0, Surface(0.5, 0.8, 0.58, 0.5))
-"""Short falls: from 400 m of the west wall onto the next bench; R_n 0.5, R_t 0.8 (thesis, table 5-1)."""
+"""Short falls: rocks start along 400 m of the west wall and fall onto the next bench; R_n 0.5, R_t 0.8 (thesis, table
+5-1)."""
 CONE = Falls(
     {"bench_widths": (0.0, 0.0), "face_angle_deg": 48.0, "ramp_width": 0.0},
     ((-530.0, -100.0), (-530.0, 100.0)), 10.0, Surface(0.35, 0.88, 0.58, 0.5),
 )  # fmt: skip
-"""Long falls: down the whole wall of a pit without benches, from 200 m of its west side; hard rock."""
+"""Long falls: rocks start along 200 m of the west side of a pit without benches, and fall down its hard wall."""
 
 
 def ground_of(falls: Falls, triangles: int) -> Terrain:

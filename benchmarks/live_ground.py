@@ -26,11 +26,11 @@ from rpf3d_core.live.survey import CloudSurvey, GridSurvey, MeshSurvey, Survey
 from rpf3d_core.terrain.grid_rows import grid_mesh
 
 SIDE = 1081
-"""Points on each side of the whole grid: 2.33 million triangles."""
+"""Number of points on each side of the grid of a whole survey, which makes 2.33 million triangles."""
 PATCH = 71
-"""Points on each side of a patch in rows: 9,800 triangles."""
+"""Number of points on each side of a patch with points in rows, which makes 9,800 triangles."""
 CLOUD = 5_000
-"""Number of points of a scattered patch: 10,000 triangles."""
+"""Number of points of a patch with scattered points, which make 10,000 triangles."""
 TIMES = 10
 REPEATED = 10
 """Number of updates in a cycle: the first is a whole survey, the others are patches."""

@@ -27,7 +27,7 @@ CORES, RATE = 0.1, 0.5
 MEDIAN, P95 = 0.1, 0.3
 """Goals (s): time from publishing sources to receiving the first `results`."""
 SHIFT = 12 * 3600.0
-"""Time (s) of a night's shift."""
+"""Length (s) of a shift of 12 hours, for the size of its recording."""
 LARGEST = 8
 """Number of entities of the recording that are printed, those with the most bytes."""
 MB = 1e6

@@ -13,7 +13,7 @@ REST = 20.0
 GOAL = 0.01
 """Cores that the simulator may use more than the idle node (-)."""
 STARTED = 5.0
-"""Time (s) for the idle node to start."""
+"""Time (s) after which the idle node counts as started."""
 
 
 class Resting(Protocol):

@@ -22,7 +22,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "test" / "support")]
 SIDE = 708
 """Number of points along a side of the terrain: 999,698 triangles."""
 TIMES = 3
-"""Number of readings; the table has the median."""
+"""Number of times that each file is read; the table has the median time."""
 
 
 def write_all(folder: Path, side: int) -> list[Path]:

@@ -87,18 +87,18 @@ class Ledger:
 
     @property
     def lost(self) -> list[Demand]:
-        """The demands that were never met: lost alerts."""
+        """The demands that were never met, which are lost alerts."""
         return [demand for demand in self.demands if demand.met is None]
 
     @property
     def summary(self) -> str:
-        """The progress of the test in a few words."""
+        """A line of text on the progress of the test: numbers of bursts, failures and results."""
         return f"{len(self.demands)} bursts, {len(self.failures)} failures, {self.counts['results']} results"
 
     def took(self, disturbed: bool) -> list[float]:
         """Return the seconds until each demand was met.
 
-        Disturbed : True for the disturbed demands, False for the others.
+        disturbed : True for the disturbed demands, False for the undisturbed demands
         """
         return [d.met - d.since for d in self.demands if d.met is not None and (d.disturbed > 0) == disturbed]
 

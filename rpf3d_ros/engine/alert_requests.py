@@ -65,4 +65,4 @@ TICK = Request()
 """A request without new evidence: the alert desk only checks whether the validity of the last decision ends soon."""
 
 CLOSING = None
-"""Request that ends the thread of the alert desk."""
+"""Value in place of a request, which ends the thread of the alert desk."""

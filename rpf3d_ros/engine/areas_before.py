@@ -14,7 +14,7 @@ class AreasBefore:
     """
 
     def __init__(self, report: Callable[[str, str], None], before: Iterable[str]) -> None:
-        """Begin; before : the topics that had an area before the restart."""
+        """Begin with the topics that had an area before the restart (`before`): all must publish again."""
         self._report = report
         self._missing = frozenset(before)
         self._defined: frozenset[str] = frozenset()

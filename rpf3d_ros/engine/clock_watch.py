@@ -1,7 +1,7 @@
-"""Notice a clock that stands still: without time, the age of all evidence is unknown."""
+"""Detect that the node's clock stands still: without the time, the age of all evidence is unknown."""
 
 STANDS = "the clock stands still, so the age of all evidence is unknown: start the publisher of /clock again"
-"""The fault of a clock that stands still."""
+"""Sentence of the fault that the node's clock stands still."""
 
 
 class ClockWatch:

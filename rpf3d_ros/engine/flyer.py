@@ -147,7 +147,7 @@ class Flyer:
         return self._schedule.has_trigger
 
     def activate(self) -> None:
-        """Start to answer."""
+        """Begin to answer sources."""
         with self._changed:
             self._active = True
             self._changed.notify()
@@ -160,7 +160,7 @@ class Flyer:
             self._changed.notify()
 
     def forget(self) -> None:
-        """Forget the last triggers, because their stamps are no longer valid."""
+        """Forget all triggers and the current answer, because the stamps of the triggers are no longer valid."""
         with self._changed:
             self._forget()
 

@@ -40,7 +40,10 @@ class MessageGaps:
     """Finds gaps in the numbers of the messages of one topic. Only one thread may call."""
 
     def __init__(self, depth: int) -> None:
-        """Begin; depth : number of messages that wait to be read before the middleware deletes the oldest, 0: all."""
+        """Begin without messages.
+
+        depth : number of messages that may wait to be read before the middleware deletes the oldest; 0 for no limit
+        """
         self._depth = depth
         self._last: dict[Hashable, list[int]] = {}
         self._first: list[_FirstMessage] = []

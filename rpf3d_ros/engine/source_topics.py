@@ -17,7 +17,7 @@ ONLY_CLICKS = "no sensor has reported, so only clicked sources are known: start 
 """Fault of a node with topics of sensors that has received clicks only: a click says nothing about other walls."""
 
 ANY_STAMP = -1
-"""Smaller than every stamp (ns)."""
+"""A time (ns) before every stamp, which stands for a topic without a known stamp."""
 
 
 class SourceTopics:

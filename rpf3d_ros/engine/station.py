@@ -181,7 +181,7 @@ class Station:
         self.terrain.holds(before.patches_ns)
 
     def activate(self) -> None:
-        """Start to answer and decide."""
+        """Begin to answer sources and to decide on alerts."""
         self.decisions.resume()
         self._outlets.alerts.forget()
         self.flyer.activate()

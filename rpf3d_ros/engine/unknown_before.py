@@ -6,7 +6,7 @@ from rpf3d_core.alerts.site_model import AcknowledgeSpec
 from rpf3d_core.alerts.time_units import ns_of
 
 ADVICE = "a higher level may have been held: look at every area, then acknowledge"
-"""Advice in the fault; it follows after the reason."""
+"""Advice to persons in the sentence of the fault, after the reason."""
 
 
 class UnknownBefore:
@@ -17,7 +17,11 @@ class UnknownBefore:
     """
 
     def __init__(self, why: str, terms: AcknowledgeSpec) -> None:
-        """Begin; why : the reason, "" if the level is known; terms : how many persons must acknowledge, and by when."""
+        """Begin without acknowledgements.
+
+        why : why the level before the start is unknown, "" if it is known
+        terms : how many persons must acknowledge, and within which time
+        """
         self._why, self._terms = why, terms
         self._persons: dict[str, int] = {}
 

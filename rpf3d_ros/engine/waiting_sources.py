@@ -11,7 +11,7 @@ from rpf3d_ros.engine.source_topics import BY_HAND
 Place = tuple[str | float, ...]
 """A topic with a square in plan (column, row) or a clicked point (m); the topic alone if no sources are reported."""
 Region = frozenset[Place]
-"""The places of all sources of a message."""
+"""The set of the places of all sources of one message."""
 
 
 class WaitingSources:

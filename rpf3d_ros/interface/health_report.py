@@ -65,7 +65,7 @@ class HealthReport:
                 self._publish_soon()
 
     def clear(self, *parts: str) -> None:
-        """Remove the states of some parts from the report."""
+        """Remove the states of these parts of the node, so that they are no longer published."""
         with self._lock:
             self._parts = {part: health for part, health in self._parts.items() if part not in parts}
 

@@ -62,7 +62,7 @@ class TfTransforms:
         self._buffer.clear()
 
     def close(self) -> None:
-        """End the subscriptions."""
+        """End the subscriptions to /tf and /tf_static."""
         self._listener.unregister()
 
 

@@ -47,7 +47,7 @@ class TransformLookup(Protocol):
         """Forget all transforms except static transforms, because the clock went back."""
 
     def close(self) -> None:
-        """Receive no more transforms."""
+        """End the subscriptions: receive no more transforms."""
 
 
 class InputFrames:

@@ -107,7 +107,7 @@ class FileContact:
         self._wanted.set(is_closed)
 
     def close(self) -> None:
-        """Open the contact, and close the file."""
+        """Open the contact for ever, end its thread, and close the file."""
         self._wanted.end()
         self._thread.join(1.0)
         os.close(self._file)

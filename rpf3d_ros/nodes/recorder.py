@@ -34,7 +34,7 @@ RECORDING = COUNT_OF_RECORDED.removeprefix(f"{NAME}: ")
 """Name of the part of /diagnostics with the number of recorded messages of each topic."""
 
 FILE, BAG, VIEWER = "file", "bag", "viewer"
-"""Names of the other parts of /diagnostics."""
+"""Names of the parts of /diagnostics for the recording's file, the bag and the viewer."""
 
 DIAGNOSTICS, MESH = "/diagnostics", "terrain/mesh"
 

@@ -186,7 +186,10 @@ class Recording:
         self._log(_under("hazard", level), mesh)
 
     def outline(self, level: str, lines: list[FloatArray], colour: Colour) -> None:
-        """Add the outline of a hazard zone, lines (T, 3) m."""
+        """Add the outline of a hazard zone: lines (T, 3) m, lifted so that the ground does not hide them.
+
+        level : name of the zone; colour : red, green, blue, opacity, 0 to 1
+        """
         solid = [int(255 * share) for share in colour[:3]]
         strips = self._rerun.LineStrips3D([_lifted(line) for line in lines], radii=-OUTLINE_PIXELS, colors=solid)
         self._log(_under("hazard", level) + "/outline", strips)

@@ -50,7 +50,7 @@ POINTS_A_ROCK = 50
 """Largest number of recorded points of a rock's path in a thinned recording."""
 
 WHOLE = Thinning(rocks=0, maps_every=0.0)
-"""The setting with which nothing is left out."""
+"""The setting with which a recording leaves nothing out."""
 
 ALWAYS = (
     "- Sources, terrain, areas, alerts, the alarm and the figures of every answer are recorded whenever they change.\n"

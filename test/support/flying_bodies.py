@@ -94,7 +94,7 @@ class Flown(NamedTuple):
 
     @property
     def outcome(self) -> np.ndarray:
-        """The outcomes (R,)."""
+        """The outcomes of the flights (R,), numbers of `Outcome`."""
         return self.counts[:, 0]
 
     @property
@@ -148,32 +148,32 @@ class Path(NamedTuple):
 
     @property
     def x(self) -> np.ndarray:
-        """Centres of mass (S, 3) m."""
+        """Centres of mass (S, 3) m at the beginning of the segments."""
         return self.rows[:, 1:4]
 
     @property
     def v(self) -> np.ndarray:
-        """Velocities (S, 3) m/s at the beginning."""
+        """Velocities (S, 3) m/s at the beginning of the segments."""
         return self.rows[:, 4:7]
 
     @property
     def v_end(self) -> np.ndarray:
-        """Velocities (S, 3) m/s at the end."""
+        """Velocities (S, 3) m/s at the end of the segments."""
         return self.rows[:, 7:10]
 
     @property
     def q(self) -> np.ndarray:
-        """Orientations (S, 4)."""
+        """Orientations (S, 4) at the beginning of the segments, as quaternions."""
         return self.rows[:, POSE : POSE + 4]
 
     @property
     def w(self) -> np.ndarray:
-        """Spins (S, 3) rad/s in the body's axes at the beginning."""
+        """Spins (S, 3) rad/s at the beginning of the segments, in the body's axes."""
         return self.rows[:, POSE + 4 : POSE + 7]
 
     @property
     def energy(self) -> np.ndarray:
-        """Kinetic and potential energy (S,) J/kg at the beginning."""
+        """Sum of kinetic and potential energy (S,) J/kg at the beginning of the segments."""
         v = self.v
         return 0.5 * (v * v).sum(1) + self.rows[:, POSE + 7] + G * self.x[:, 2]
 

@@ -237,7 +237,7 @@ class Session:
 
     @property
     def _stood(self) -> PreparedTerrain:
-        """The prepared terrain in use."""
+        """The prepared terrain in use; it must exist."""
         assert self._standing is not None
         return self._standing
 
@@ -293,7 +293,7 @@ class Session:
             self._note(f"recorded {topic}", [entry.stamp_ns, entry.event, content_of(drawn.rows)])
 
     def _note(self, part: str, content: Content) -> None:
-        """Append content to a part of the digest."""
+        """Append content to a part of the session's results; part : key of `parts`."""
         self.parts.setdefault(part, []).append(content)
 
 

@@ -34,7 +34,7 @@ def slope(rows: int = ROWS, columns: int = COLUMNS) -> Grid:
 
 
 def full(value: float, rows: int = ROWS, columns: int = COLUMNS) -> Grid:
-    """Return a grid with one value everywhere."""
+    """Return a grid (rows, columns) with the same value in all cells."""
     return np.full((rows, columns), value)
 
 

@@ -42,7 +42,7 @@ TOE = ((42.0, 20.0), (52.0, 20.0), (52.0, 40.0), (42.0, 40.0))
 """Corners (m) of an area at the toe that nearly every rock from the slope reaches."""
 
 ON_THE_SLOPE = (10.0, 30.3, DROP - 10.0 + 2.0)
-"""A point two metres above the slope (m)."""
+"""Place (x, y, z) m of a source two metres above the slope."""
 
 SPACING = 1.0
 

@@ -22,11 +22,11 @@ class Clerk:
         os.write(1, words.encode())
 
     def refuse(self, words: str) -> None:
-        """Fail in a way that a user can correct."""
+        """Raise InputError, which means an error that a user can correct."""
         raise InputError(words)
 
     def fail_unpicklably(self, words: str) -> None:
-        """Fail with an exception that cannot be pickled."""
+        """Raise an exception that cannot be pickled and sent to another process."""
         fault = ValueError(words)
         fault.lock = threading.Lock()  # type: ignore[attr-defined]
         raise fault

@@ -21,7 +21,7 @@ ROAD = np.array([[44.0, 2.0], [52.0, 2.0], [52.0, 158.0], [44.0, 158.0]])
 """Corners (m) of the road at the toe; nearly every rock from the slope reaches the road."""
 
 ON_THE_SLOPE = (10.0, 20.0, 31.0)
-"""Place (m) of a source a metre above the slope."""
+"""Place (x, y, z) m of a source a metre above the slope."""
 
 LIMITS = {"watch": {"reach_probability": 0.02}, "restrict": {"reach_probability": 0.1}}
 WANTED = 500

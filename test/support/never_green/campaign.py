@@ -75,7 +75,7 @@ class Totals:
     """
 
     def __init__(self) -> None:
-        """Begin without combinations."""
+        """Begin with all counts at 0."""
         self.seeds: list[int] = []
         self.failed: list[Verdict] = []
         self.of_defect, self.found = Counter[str](), Counter[str]()
@@ -83,7 +83,7 @@ class Totals:
         self.clean_s = self.clean_fault_s = 0.0
 
     def add(self, verdict: Verdict) -> None:
-        """Count a verdict."""
+        """Add the verdict of a combination to the counts."""
         self.seeds.append(verdict.seed)
         if failures_of(verdict):
             self.failed.append(verdict)
@@ -96,7 +96,7 @@ class Totals:
         self.found.update(kinds if verdict.fault_s else ())
 
     def report(self) -> str:
-        """Return the counts as text."""
+        """Return the counts as text of several lines."""
         lines = [
             f"{len(self.seeds):,} combinations, seeds {min(self.seeds)} to {max(self.seeds)}: "
             f"{len(self.failed)} failed",

@@ -147,7 +147,7 @@ class Run:
     """A combination while it runs: its steady time `at` (s), the node, and a subscriber of its alerts."""
 
     def __init__(self, plan: Plan) -> None:
-        """Start the node."""
+        """Start a node without a network for a plan."""
         self.plan, self.at = plan, 0.0
         self.node = DryNode(configuration_of(plan), self.now_ns, lambda: self.at, self._publishers)
         self.watcher = Watcher(self.node.ros.published, self.now_ns)

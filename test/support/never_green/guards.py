@@ -1,7 +1,7 @@
-"""Remove each guard of the safety argument in a copy of the package, and let the campaign find a too low level.
+"""Remove each guard of the safety argument in a copy of the package, and check that the campaign finds a failure.
 
     PYTHONPATH=test/support:. python -m never_green.guards               all guards
-    PYTHONPATH=test/support:. python -m never_green.guards 1.2 4         those whose line begins with one of these
+    PYTHONPATH=test/support:. python -m never_green.guards 1.2 4         only guards whose line begins with 1.2 or 4
     PYTHONPATH=test/support:. python -m never_green.guards --table       the table of docs/explanation/never-green.md
 
 A guard is a piece of code that prevents too low a level. It is removed by a change of exact text that occurs once in a
@@ -22,7 +22,7 @@ COMBINATIONS = 60
 """Number of combinations with the defects of a guard; the first combination that fails ends the search."""
 
 LONGEST = 900.0
-"""Time (s) after which the search is given up."""
+"""Time (s) after which the search for a failure ends with an error."""
 
 ENGINE, LIVE, ALERTS = "rpf3d_ros/engine", "rpf3d_core/live", "rpf3d_core/alerts"
 MESSAGES, NODES = "rpf3d_ros/messages", "rpf3d_ros/nodes"

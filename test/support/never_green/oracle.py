@@ -28,7 +28,7 @@ SPREAD, SPEED = 1.0, 0.5
 """Half-widths of the places (m) and the velocities (m/s) of the rocks of a source."""
 
 SCENE = {"ground": "sliding", "target.most_rocks": 100}
-"""The scene of node and oracle, as parameters."""
+"""The scene of the node and of the oracle, as parameters of the node."""
 
 LEVELS = ("normal", "watch", "restrict", "evacuate")
 LIMITS = {"watch": 0.05, "restrict": 0.2, "evacuate": 0.5}
@@ -45,7 +45,10 @@ class Oracle:
     """Computes the true levels of one truth; the rocks of each source fly only once over each state of the terrain."""
 
     def __init__(self, truth: Truth, limits: str, radius: float) -> None:
-        """Begin; limits : highest level for which the site has a limit; radius : of the circle around a machine (m)."""
+        """Begin without flights.
+
+        limits : highest level for which the site has a limit; radius : of the circle around a machine (m)
+        """
         self._truth, self._highest, self._radius = truth, LEVELS.index(limits), radius
         self._tracks: dict[tuple[int, bool], FloatArray] = {}
         self._known: dict[tuple[object, ...], tuple[int, int]] = {}

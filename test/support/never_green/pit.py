@@ -16,7 +16,7 @@ LENGTH, WIDTH, DROP, STEP = 72.0, 80.0, 40.0, 2.0
 """The slope of 45 degrees falls along x from 0 to DROP (m), then the floor is level; STEP is the spacing of points."""
 
 BANK_FROM, BANK_HEIGHT = 40.0, 14.0
-"""The bank stands at the toe, for y above BANK_FROM (m)."""
+"""The bank stands at the toe of the slope where y is above BANK_FROM (m); BANK_HEIGHT is its height (m)."""
 
 OPEN, SHELTERED = (12.0, 30.0), (54.0, 68.0)
 """Ranges of y (m) of sources above the open road and above the bank."""
