@@ -55,7 +55,7 @@ class DecisionListener(Protocol):
     """Receives each decision, and problems with decisions, from the thread of the alert desk."""
 
     def decided(self, alert: Alert, evidence: Evidence | None) -> None:
-        """Publish an alert."""
+        """Publish the alert of a decision; evidence : the evidence of the decision, None if there is no answer."""
 
     def logged(self, fault: str) -> None:
         """Report why the last decision is not on disk; fault : the reason, "" if the decision is on disk."""

@@ -39,7 +39,7 @@ class InOrder(Generic[T]):
         self.errors: list[Exception] = []
 
     def ready(self) -> list[Published[T]]:
-        """Return the messages that are ready, in order of publication."""
+        """Read all queues, and return the messages that need not wait for earlier messages, in order of publication."""
         self.errors = []
         self._look()
         if not self._waiting:

@@ -29,7 +29,7 @@ class SeenPublisher(NamedTuple):
 class WatchedTopic(NamedTuple):
     """A topic whose publishers are judged.
 
-    name : as in the documentation; kind : type of its messages
+    name : as in docs/reference/topics.md; kind : type of its messages
     qos : quality of service of the node's subscription; None for a topic that the node itself publishes
     is_single : True if more than one publisher is a fault
     group : name of a group of topics, at least one of which needs a publisher; "" for none

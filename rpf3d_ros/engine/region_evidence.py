@@ -62,7 +62,7 @@ class RegionEvidence:
 
     @property
     def missed(self) -> dict[str, int]:
-        """When messages of a topic were last lost (ns), by topic, as far as their sources would not be too old."""
+        """Topic -> time (ns) at which its messages were last lost; only topics whose lost sources may still count."""
         return self._topics.missed
 
     def note(self, region: Hashable, topic: str, evidence: Evidence) -> None:

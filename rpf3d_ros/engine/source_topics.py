@@ -48,7 +48,7 @@ class SourceTopics:
 
     @property
     def missed(self) -> dict[str, int]:
-        """When messages of a topic were last lost (ns), by topic, as far as their sources would not be too old."""
+        """Topic -> time (ns) at which its messages were last lost; only topics whose lost sources may still count."""
         return dict(self._missed)
 
     @property

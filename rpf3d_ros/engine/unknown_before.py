@@ -1,4 +1,4 @@
-"""The fault of a node that does not know which level was held before its start; only persons end it."""
+"""The fault of a node that does not know which level was held before its start; it ends when persons acknowledge it."""
 
 from rpf3d_core.alerts.levels import ANOTHER_PERSON
 from rpf3d_core.alerts.persons import person_of

@@ -9,7 +9,10 @@ from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.engine.source_topics import BY_HAND
 
 Place = tuple[str | float, ...]
-"""A topic with a square in plan (column, row) or a clicked point (m); the topic alone if no sources are reported."""
+"""The place of a source: (topic, column, row) of a square in plan, or (topic, x, y, z) m of a clicked point.
+
+A message without sources has the place (topic,).
+"""
 Region = frozenset[Place]
 """The set of the places of all sources of one message."""
 

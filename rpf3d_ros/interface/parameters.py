@@ -37,7 +37,10 @@ P = TypeVar("P")
 def parameter(
     default: Any, description: str, low: float | None = None, high: float | None = None, choices: tuple[str, ...] = ()
 ) -> Any:
-    """Return a dataclass field with the default, description, closed range and choices of its ROS parameter."""
+    """Return a dataclass field with the default, description, range and choices of its ROS parameter.
+
+    low, high : ends of the range, both allowed; None for no range. choices : allowed values; () for any value
+    """
     about = {"description": description, "low": low, "high": high, "choices": choices}
     return field(default=default, metadata=about)
 

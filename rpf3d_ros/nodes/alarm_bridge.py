@@ -37,7 +37,7 @@ WAITING_REPORTS = 100
 
 
 def put_newest(reports: "queue.Queue[str]", report: str) -> None:
-    """Put a report in a queue without waiting; a full queue drops its oldest report, as only the newest is current."""
+    """Put a report in a queue without waiting; a full queue drops its oldest reports."""
     while True:
         try:
             reports.put_nowait(report)

@@ -62,7 +62,7 @@ class Wanted:
         return self._is_closed and time.monotonic() - self._said_at <= LOOKED
 
     def wait_unless(self, is_closed: bool, longest: float) -> None:
-        """Wait until another state than `is_closed` is wanted, at most `longest` (s)."""
+        """Wait until the bridge wants another state than `is_closed` (True for closed), at most `longest` (s)."""
         with self.changed:
             self.changed.wait_for(lambda: self.has_ended or self.is_closed != is_closed, longest)
 

@@ -79,7 +79,10 @@ class AnswerEntries:
             yield self._times.of_message(cloud, lambda r: r.energies(energy))
 
     def zones(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield the hazard zones: entries that delete the last zones, then facets and outline of each zone."""
+        """Yield the entries of a message of hazard/zones, if it differs from the last message.
+
+        The first entries delete the last zones; the others draw facets and outline of each zone.
+        """
         levels = by_name(facets_of_markers(array, self._frame), HAZARD, "level")
         outlines = by_name(outlines_of_markers(array, self._frame), HAZARD, "level")
         if not self._is_new("hazard/zones", *_contents(levels, outlines)):
@@ -93,7 +96,10 @@ class AnswerEntries:
             yield self._of_zone(array, f"{level}/outline", lambda r, n=level, k=lines, c=colour: r.outline(n, k, c))
 
     def reach(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield the map cells that rocks reached; a cloud without points deletes the cells of the last event."""
+        """Yield the entry of a message of hazard/points (the map cells that rocks reached), if its content is new.
+
+        A cloud without points deletes the cells of the last event.
+        """
         self._frame.check(cloud.header.frame_id)
         keeps = self._keeps("hazard/points")
         if cloud.width == 0:
@@ -107,7 +113,7 @@ class AnswerEntries:
             yield self._times.of_message(cloud, lambda r: r.reach(points, reach, columns), keeps)
 
     def reach_grid(self, grid: Any) -> Iterator[RecordingEntry]:
-        """Yield the map of reach probability, drawn in plan."""
+        """Yield the entry of a message of hazard/grid, which draws reach probability in plan, if its content is new."""
         percent = percent_of_grid(grid, self._frame)
         if self._is_new("hazard/grid", percent):
             yield self._times.of_message(grid, lambda r: r.grid(percent), self._keeps("hazard/grid"))

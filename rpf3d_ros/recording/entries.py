@@ -88,7 +88,7 @@ class EntryTimes:
         return self.of_message(array.markers[0], draw, keeps) if array.markers else self.at(self.now(), draw, keeps)
 
     def at(self, stamp_ns: int, draw: Callable[..., None], keeps: str = "") -> RecordingEntry:
-        """Return an entry with a time (ns) and the number of the last event."""
+        """Return an entry with a time (ns) and the number of the last event; draw, keeps : as in `RecordingEntry`."""
         return RecordingEntry(stamp_ns=stamp_ns, event=self._events.last, draw=draw, keeps=keeps)
 
 
