@@ -1,7 +1,7 @@
-"""Record the calls of the kernels of rocks with a shape, while the reference engine flies such rocks.
+"""Record the calls of the kernels (compiled functions) for rocks with a shape, while the reference engine flies them.
 
 The reference engine calls the same functions with the same numbers as the compiled engine, but as plain Python. So a
-wrapper around each function can store the arguments, as arrays that compiled code reads.
+wrapper around each function can store the arguments, as arrays that compiled code can read.
 """
 
 from collections.abc import Iterable, Iterator
@@ -34,14 +34,14 @@ CALLERS = {
     "turning_of": (motion,),
     "turned_for": (motion,),
 }
-"""The recorded functions, and the modules that call them."""
+"""The names of the recorded functions, each with the modules that call it."""
 
 
 class Calls(NamedTuple):
-    """All recorded calls of a kernel, as arrays with a row for each call.
+    """All recorded calls of a kernel, as the arrays of a loop that repeats the calls.
 
-    count : number of rows over which the kernel loops
-    given : arrays that the kernel reads; changed : arrays that the kernel writes, with their contents before the calls
+    count : number of rows over which the loop runs
+    given : arrays that the loop reads; changed : arrays that the loop writes, with their contents before the calls
     """
 
     count: int
@@ -50,7 +50,7 @@ class Calls(NamedTuple):
 
 
 class CallRecorder:
-    """Stores the arguments of the recorded functions; one method for each function, which returns its result."""
+    """Stores the arguments of each recorded function; one method for each function calls it and returns its result."""
 
     def __init__(self) -> None:
         self._points: list[Floats] = []
@@ -62,32 +62,32 @@ class CallRecorder:
         self._latest: dict[tuple[float, ...], list[float]] = {}
 
     def inelastic(self, points: Any, rows: Any, count: int, moments: Any, velocity: Any, within: float) -> Any:
-        """Record a call of `inelastic`."""
+        """Record a call of `inelastic`, which solves an impact or contact, and return its result."""
         self._points.append(points[:count].copy())
         self._solved.append((*moments, within, *velocity.v, *velocity.w))
         return inelastic(points, rows, count, moments, velocity, within)
 
     def separation(self, corners: Any, first: int, last: int, size: float, facet: Any, guess: Any) -> Any:
-        """Record a call of `separation`."""
+        """Record a call of `separation`, which finds the distance of a body and a facet, and return its result."""
         self._searched.append((first, last, size, *facet[0], *facet[1], *facet[2], *guess))
         return separation(corners, first, last, size, facet, guess)
 
     def clear_time(self, arms: Any, count: int, sweep: Any, plane: Any, most: float) -> float:
-        """Record a call of `clear_time`."""
+        """Record a call of `clear_time`, which returns a time (s) without contact, and return its result."""
         body = self._arms.setdefault(arms[:, :count].tobytes(), (len(self._arms), count, arms.copy()))[0]
         moves = (*sweep.x, *sweep.v, *sweep.w, *sweep.q, sweep.gravity, sweep.spin_bound)
         self._waited.append((body, (*moves, *plane[0], plane[1], most)))
         return float(clear_time(arms, count, sweep, plane, most))
 
     def turning_of(self, moments: Any, q: Any, w: Any) -> Any:
-        """Record a call of `turning_of`."""
+        """Record a call of `turning_of`, which begins a free rotation, and return its result."""
         key: tuple[float, ...] = (*moments, *q, *w)
         self._latest[key] = []
         self._turned.append((key, self._latest[key]))
         return turning_of(moments, q, w)
 
     def turned_for(self, turning: Any, t: float) -> Any:
-        """Record a call of `turned_for`, as a time of the rotation that `turning_of` has begun."""
+        """Record a call of `turned_for` as one more time (s) of a recorded rotation, and return its result."""
         self._latest[(*turning.moments, *turning.q, *turning.w)].append(t)
         return turned_for(turning, t)
 
@@ -133,19 +133,22 @@ class CallRecorder:
 
 
 def _starts(lengths: Iterable[int]) -> NDArray[np.int64]:
-    """Return the first row of each of N groups of rows with the given lengths, and the end of the last: (N + 1,)."""
+    """Return the first row of each of N groups of rows with given lengths, and then the total number: (N + 1,)."""
     return np.array([0, *accumulate(lengths)], dtype=np.int64)
 
 
 def calls_of(given: list[NDArray[Any]], changed: list[NDArray[Any]], count: int | None = None) -> Calls:
-    """Return calls of a kernel; count : number of calls, by default the rows of the last array in `changed`."""
+    """Return the arrays of a kernel's recorded calls, made contiguous.
+
+    given, changed : as in `Calls`; count : number of calls, by default the rows of the last array in `changed`
+    """
     read, written = (tuple(map(np.ascontiguousarray, arrays)) for arrays in (given, changed))
     return Calls(len(changed[-1]) if count is None else count, read, written)
 
 
 @contextmanager
 def recording() -> Iterator[CallRecorder]:
-    """Record the calls of the reference engine within the `with` block."""
+    """Context manager: record the calls of the kernels by the reference engine; yield the recorder."""
     recorder = CallRecorder()
     with ExitStack() as stack:
         for name, modules in CALLERS.items():
@@ -155,9 +158,9 @@ def recording() -> Iterator[CallRecorder]:
 
 
 def recorded_calls(prepared: Prepared, rocks: int) -> tuple[dict[str, Calls], Deposits]:
-    """Fly the first rocks of a scene on the reference engine; return the calls of the kernels, and the deposits.
+    """Fly rocks of a scene's first source on the reference engine; return the calls of the kernels, and the deposits.
 
-    prepared : the scene, prepared for the reference engine
+    prepared : the scene, prepared for the reference engine; rocks : number of rocks
     """
     ranges = [range(rocks)] + [range(0)] * (len(prepared.sources) - 1)
     releases = releases_in_ranges(prepared, ranges)

@@ -1,6 +1,6 @@
-"""Loops of compiled Python over recorded calls of the kernels of rocks with a shape (`block_calls.py`).
+"""Loops of compiled Python that repeat recorded calls of the kernels for rocks with a shape (`block_calls.py`).
 
-The loops have the names and the arrays of the functions in `cpp/blocks.cpp`. Arrays have a row for each call.
+The loops have the names and the arrays of the functions in `cpp/blocks.cpp`. C is the number of calls.
 """
 
 from typing import Any

@@ -1,4 +1,4 @@
-"""Measure how fast rocks with a shape fly: on Authume's profile P1, and down one bench of 15 m.
+"""Measure how many rocks with a shape fly per second: on profile P1 of Authume, and down one bench of 15 m.
 
     python benchmarks/blocks.py [rocks]
 
@@ -37,7 +37,7 @@ class Case:
     seconds: dict[int, list[tuple[float, float]]] = field(default_factory=lambda: {1: [], 2: []})
 
     def fly(self, threads: int) -> Deposits:
-        """Fly all rocks once, and store the times."""
+        """Fly all rocks once with a number of threads, store the times, and return the deposits."""
         began, cpu = time.perf_counter(), time.process_time()
         flights = fly_ensemble(
             self.prepared.engine, self.prepared.flight, self.releases, record=False, threads=threads
@@ -50,13 +50,16 @@ class Case:
         return len(self.releases.x) / float(np.median([cpu for cpu, _ in self.seconds[1]]))
 
     def gain(self) -> float:
-        """Return the wall time on one thread over that on two."""
+        """Return the wall time of a pass on one thread, divided by the wall time on two threads."""
         one, two = (np.median([wall for _, wall in self.seconds[threads]]) for threads in (1, 2))
         return float(one / two)
 
 
 def case_of(name: str, rocks: int) -> Case:
-    """Return a scene of config/scenes with the given number of rocks, compiled."""
+    """Return the case of a scene of config/scenes with a number of rocks; its loops are compiled.
+
+    name : name of the scene file, without its extension
+    """
     prepared = prepare(read_scene(SCENES / f"{name}.yaml"))
     ranges = [range(rocks)] + [range(0)] * (len(prepared.sources) - 1)
     case = Case(prepared, releases_in_ranges(prepared, ranges))

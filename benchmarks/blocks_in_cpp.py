@@ -1,13 +1,13 @@
-"""Measure the kernels of rocks with a shape against the same kernels in C++, on the calls of rocks of Authume's P1.
+"""Compare the speed of the kernels for rocks with a shape with the same kernels in C++, on profile P1 of Authume.
 
     python benchmarks/blocks_in_cpp.py [rocks]
 
 The reference engine flies the rocks once, which takes some seconds for each rock, and all calls of the kernels are
 recorded. Then compiled Python and C++ repeat these calls in turn, and the compiled engine flies the same rocks. The
 figures are CPU seconds of this process without compile time, as medians of passes. The share is the time of a kernel's
-calls over the time of the flights. Fused C++ uses multiplications fused with additions, so its results differ by
-rounding. Different results are numbers that differ in any bit from those of C++ without fused multiplications. Without
-the Authume data, the rocks fall down one bench of 15 m.
+calls, divided by the time of the flights. Fused C++ uses multiplications fused with additions, so its results differ by
+rounding. Different results are numbers of compiled Python that differ in any bit from those of C++ without fused
+multiplications. Without the Authume data, the rocks fall down one bench of 15 m.
 """
 
 import os
@@ -38,14 +38,14 @@ KERNELS = {
     "find_clear_times": "time without contact",
     "find_rotations": "free rotation",
 }
-"""What each kernel computes."""
+"""The kernels, each with the words for its result in the table."""
 
 
 @dataclass
 class Compared:
-    """A kernel's recorded calls, and the seconds and results of each of its programs.
+    """A kernel's recorded calls, and the times and results of each program that repeats them.
 
-    programs : name of a program -> function of the arrays of the calls
+    programs : name of a program ("numba", "C++", "fused") -> function of the arrays of the calls
     seconds : CPU seconds of each pass; results : arrays that the last pass has written; both by the program's name
     """
 
@@ -68,7 +68,7 @@ class Compared:
         return float(np.median(self.seconds[name]))
 
     def ratio(self, name: str) -> float:
-        """Return the CPU time of compiled Python over that of another program."""
+        """Return the CPU time of compiled Python, divided by the CPU time of another program."""
         return self.median("numba") / self.median(name)
 
     def different(self, name: str) -> int:
@@ -95,7 +95,8 @@ def compared(name: str, calls: Calls, exact: CppKernels, fused: CppKernels) -> C
 
 
 def scene_name() -> str:
-    """Return the name of the scene of Authume's P1, or of the short falls if the data of Authume is missing."""
+    """Return the name of the scene of Authume's profile P1, or of the scene of one bench if Authume's data is missing.
+    """
     try:
         prepare(read_scene(SCENES / "authume_p1_blocks.yaml"))
     except InputError as fault:
@@ -130,7 +131,7 @@ def main(rocks: int) -> None:
 
 
 def print_table(kernels: dict[str, Compared], flying: float, rocks: int) -> None:
-    """Print the table of kernels; flying : CPU seconds of the flights of all rocks."""
+    """Print the table of kernels; flying : CPU seconds of the flights of all rocks; rocks : number of rocks."""
     print(f"{platform.node()}, {platform.machine()}, load {os.getloadavg()[0]:.1f}; {rocks / flying:,.0f} rocks/s")
     print(f"{'CPU time':28} {'calls/rock':>10} {'share':>6} {'numba, ns':>10} {'C++, ns':>8} {'numba/C++':>10} "
           f"{'numba/fused C++':>16} {'different results':>18}")  # fmt: skip

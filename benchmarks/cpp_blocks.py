@@ -1,4 +1,4 @@
-"""Build and call the kernels of rocks with a shape in C++ (`benchmarks/cpp/blocks.cpp`, g++ -O3 -march=native)."""
+"""Build and call the C++ kernels for rocks with a shape (`benchmarks/cpp/blocks.cpp`, g++ -O3 -march=native)."""
 
 import ctypes
 import subprocess
@@ -15,7 +15,7 @@ SAME_ROUNDING = "-ffp-contract=off"
 
 
 class CppKernels:
-    """The library of kernels, built and loaded.
+    """The library of C++ kernels, built in a temporary folder and loaded.
 
     fused : True to let the compiler use fused multiplications; results then differ by rounding
 
@@ -29,6 +29,6 @@ class CppKernels:
         self._library = ctypes.CDLL(str(path))
 
     def call(self, name: str, count: int, *arrays: NDArray[Any]) -> None:
-        """Call a kernel over `count` rows of C-contiguous arrays; the last of the arrays are written."""
+        """Call the kernel `name` over `count` rows of C-contiguous arrays; it writes into the last of the arrays."""
         pointers = [ctypes.c_void_p(array.ctypes.data) for array in arrays]
         getattr(self._library, name)(ctypes.c_int64(count), *pointers)

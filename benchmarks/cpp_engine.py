@@ -1,4 +1,4 @@
-"""Build and run the compiled engine's algorithm in C++ (`benchmarks/cpp`, g++ -O3) on the same arrays."""
+"""Build and run a C++ program with the algorithm of the compiled engine (`benchmarks/cpp`, g++ -O3), on its arrays."""
 
 import os
 import subprocess

@@ -1,8 +1,10 @@
-"""How soon the desk shows something, in headless Chromium: `python benchmarks/desk.py [--scene FILE] [--picture FILE]`.
+"""Measure how soon `rpf3d desk` shows its page and its results, in Chromium without a window.
 
-Prints seconds from opening the address to the first canvas, and from pressing Run to the first and to the last
-results, for the first run and for a second run of the warm process. With --picture the page is written as PNG.
-Needs the extra `desk`, playwright and a Chromium of the system, which draws without a graphics card.
+    python benchmarks/desk.py [--scene FILE] [--picture FILE]
+
+Prints the seconds from opening the address to the first canvas, and from pressing Run to the first and to the last
+results. The second run is in the same process, so its code is compiled already. With --picture the page is written as
+PNG. The benchmark needs the extra `desk`, playwright and a Chromium of the system, which draws without a graphics card.
 """
 
 import argparse
@@ -22,11 +24,11 @@ from browsers import browser  # noqa: E402  (the path above is for it)
 DEMO = ROOT / "config" / "scenes" / "demo.yaml"
 LONGEST = 300_000
 FIRST_SHOWN = "#progress:has-text(' of '), #report:enabled"
-"""Some of the rocks are shown; a quick run shows all of them at once."""
+"""Selector of the page as soon as it shows some of the rocks; a quick run shows all rocks at once."""
 
 
 def seconds_to(page: Any, action: Any, *selectors: str) -> list[float]:
-    """Return the seconds from an action until each of some selectors is on the page."""
+    """Do an action on a page; return the seconds from its begin until each of the selectors matches, in their order."""
     began, found = time.perf_counter(), []
     action()
     for selector in selectors:
@@ -49,7 +51,7 @@ def main() -> None:
         page = chromium.new_page(viewport={"width": 1400, "height": 900})
         (canvas, ready) = seconds_to(page, lambda: page.goto(address), "#view canvas", "#run:enabled")
         print(f"first canvas {canvas:.1f} s, ready to fly {ready:.1f} s after opening the address")
-        page.wait_for_timeout(30_000)  # the loops are compiled or loaded meanwhile
+        page.wait_for_timeout(30_000)  # in this time the desk compiles its loops or loads them from the cache
         for run in ("first run", "second run"):
             _, first, last = seconds_to(
                 page, lambda: page.click("#run"), "#stop:enabled", FIRST_SHOWN, "#report:enabled"

@@ -2,12 +2,12 @@
 
     python benchmarks/ensemble.py [rocks]
 
-The pit has 2.33 million triangles; all maps are counted: a raster of 1 m, facets, zones. Speeds are metres of path per
-CPU second of this process, without compile time. Each is the median of several passes; the passes of all cases
+The pit has 2.33 million triangles. All maps are made: a raster of 1 m, facets, zones. Speeds are metres of path per
+CPU second of this process, without compile time. Each speed is the median of several passes; the passes of all cases
 alternate. The run from the scene file is a separate process. A first run, which fills the caches, is not counted.
 
-The gain of two threads is also measured for plain arithmetic and for memory reads. It shows how much a second thread
-can gain at most on this machine at this moment.
+The gain of two threads is also measured for plain arithmetic and for memory reads: a second thread can gain no more on
+this machine at this moment.
 """
 
 import json
@@ -42,7 +42,8 @@ PASSES = 5
 LONG = 4
 """Number of short falls for each long fall.
 
-The cells under the short falls then have many counts, so that the allocation of cells does not dominate the figures.
+With more rocks, each cell under the short falls is reached many times, so that the time to allocate memory for cells
+does not dominate the figures.
 """
 CELL = 1.0  # m, cell size of the hazard maps
 LINE = 64
@@ -77,7 +78,7 @@ class Mapped:
         self.wall: dict[str, list[float]] = {}
 
     def tallies(self) -> Tallies:
-        """Return empty counts for hazard maps."""
+        """Return empty counts (tallies) for all hazard maps."""
         return tallies_over(self.ground, areas_of({}), 1, 9.81, self.binning, True)
 
     def fly(self, name: str, threads: int, maps: bool) -> None:
@@ -105,7 +106,10 @@ class Mapped:
 
 @loop
 def _shift(rounds: int, seed: int) -> int:
-    """Do arithmetic without memory, to time threads: a random generator (Marsaglia 2003, J. Stat. Softw. 8(14))."""
+    """Do arithmetic that reads no memory, to time threads; return its result.
+
+    The arithmetic is a random generator (Marsaglia 2003, J. Stat. Softw. 8(14)).
+    """
     x = np.uint64(seed)
     for _ in range(rounds):
         x ^= x << np.uint64(13)
@@ -116,7 +120,10 @@ def _shift(rounds: int, seed: int) -> int:
 
 @loop
 def _follow_links(links: Any, rounds: int, begin: int) -> int:
-    """Read memory at random: each read gives the index of the next; to time threads that wait for memory."""
+    """Read memory at random places, to time threads that wait for memory; return the index after the last read.
+
+    links : each element is the index of the next element to read; rounds : number of reads; begin : first index
+    """
     at = begin
     for _ in range(rounds):
         at = links[at]
@@ -124,7 +131,7 @@ def _follow_links(links: Any, rounds: int, begin: int) -> int:
 
 
 def chain(size: int) -> NDArray[np.int64]:
-    """Return links for `_follow_links` that visit every cache line of `size` bytes in random order."""
+    """Return links for `_follow_links` that visit each cache line of a memory of `size` bytes once, in random order."""
     order = np.random.default_rng(1).permutation(size // LINE)
     links = np.zeros(len(order) * (LINE // 8), dtype=np.int64)
     links[order * (LINE // 8)] = np.roll(order, -1) * (LINE // 8)
@@ -132,7 +139,10 @@ def chain(size: int) -> NDArray[np.int64]:
 
 
 class Control:
-    """Work that threads can share without waiting, to measure the largest possible gain of two threads here."""
+    """Work that threads can share without waiting for each other, to measure the largest gain of two threads.
+
+    work : called with a number of rounds and the number of the thread, from 1; rounds : number of rounds in all
+    """
 
     def __init__(self, work: Callable[[int, int], object], rounds: int) -> None:
         self.work, self.rounds = work, rounds
@@ -150,9 +160,10 @@ class Control:
 
 
 def gains(one: Sequence[Sequence[float]], two: Sequence[Sequence[float]]) -> str:
-    """Return the gain of two threads in wall time as text, with its limit by their CPU time in brackets.
+    """Return as text the gain of two threads in wall time, and in brackets the gain on a machine without other load.
 
-    one, two : (wall, CPU) seconds of the passes with one thread and with two threads
+    The second gain follows from the CPU time: two threads that take no more CPU time than one thread halve the wall
+    time. one, two : (wall, CPU) seconds of the passes with one thread and with two threads
     """
     wall, cpu = (float(np.median(np.divide(a, b))) for a, b in zip(one, two, strict=True))
     return f"{wall:8.2f} ({2.0 * cpu:.2f})"

@@ -3,8 +3,8 @@
     python benchmarks/flight.py [rocks]
 
 The rocks keep only final states and fly on one thread. The figures are CPU seconds of this process without compile
-time, as medians of passes in turn, so the ratios also hold on a busy machine. The whole pit has one material; no ground
-model.
+time, as medians. The passes of all cases alternate, so the ratios also hold on a busy machine. The whole pit has one
+material, and the ground model is `none`.
 """
 
 import os
@@ -48,7 +48,7 @@ class Falls(NamedTuple):
     pit : the parameters in which the pit differs from the default pit
     line : (2, 2) x, y (m), ends of the line in the pit's coordinates
     speed : m/s, at the release
-    surface : of all the ground
+    surface : coefficients of all the ground
     """
 
     pit: dict[str, object]
@@ -58,28 +58,29 @@ class Falls(NamedTuple):
 
 
 BENCH = Falls({}, ((-606.7, -200.0), (-606.7, 200.0)), 2.0, Surface(0.5, 0.8, 0.58, 0.5))
-"""Short falls: from 400 m of the west wall onto the next bench; R_n 0.5, R_t 0.8 (thesis, table 5-1)."""
+"""Short falls: rocks start along 400 m of the west wall and fall onto the next bench; R_n 0.5, R_t 0.8 (thesis, table
+5-1)."""
 CONE = Falls(
     {"bench_widths": (0.0, 0.0), "face_angle_deg": 48.0, "ramp_width": 0.0},
     ((-530.0, -100.0), (-530.0, 100.0)), 10.0, Surface(0.35, 0.88, 0.58, 0.5),
 )  # fmt: skip
-"""Long falls: down the whole wall of a pit without benches, from 200 m of its west side; hard rock."""
+"""Long falls: rocks start along 200 m of the west side of a pit without benches, and fall down its hard wall."""
 
 
 def ground_of(falls: Falls, triangles: int) -> Terrain:
-    """Return the pit over which rocks of this kind fall, as one zone."""
+    """Return the pit over which the rocks of a kind of fall fly, as one zone; triangles : number of its triangles."""
     terrain = pit_terrain(Pit(triangles=triangles, **falls.pit))  # type: ignore[arg-type]
     return replace(terrain, zone=np.zeros_like(terrain.zone), zones=("ground",))
 
 
 def flight_of(falls: Falls, ground: str = "none") -> Flight:
-    """Return the material, settings and models of this kind of fall; ground : name of the ground model."""
+    """Return the material, settings and models of a kind of fall; ground : name of the ground model."""
     models = Models(ConstantRestitution(), GROUNDS[ground])
     return Flight(materials_of([falls.surface]), Settings(), models)
 
 
 def releases(falls: Falls, engine: Engine, terrain: Terrain, rocks: int) -> Releases:
-    """Return the releases of this kind of fall, along its line."""
+    """Return the releases of a number of rocks of a kind of fall, along its line."""
     line = terrain.frame.points_to_local(np.array([(*point, 0.0) for point in falls.line]))
     source = Source("line", line, rocks, velocity=(falls.speed, 0.0, 0.0), line=True, above_ground=0.5)
     return releases_of([source], Rock(1000.0, 0.5), 1, engine)
@@ -98,7 +99,7 @@ class Case:
         self.seconds.clear()
 
     def fly(self) -> Deposits:
-        """Fly all rocks once, and store the CPU seconds."""
+        """Fly all rocks once, store the CPU seconds, and return the deposits."""
         began = time.process_time()
         self.deposits = fly_ensemble(self.engine, self.flight, self.releases, record=False, threads=1).deposits
         self.seconds.append(time.process_time() - began)
@@ -123,9 +124,9 @@ class Case:
 
 
 def told_apart(rows: IntArray, deposits: Deposits, other: CppFlights) -> str:
-    """Return as text how many rocks have final states that differ in any bit between the engine and C++.
+    """Return as text how many rocks have final states that differ in any bit between the compiled engine and C++.
 
-    rows : (R,) row of each rock of `other` in `deposits`
+    rows : (R,) row of each rock of `other` in `deposits`; deposits : of the engine; other : flights of C++
     """
     ours = np.column_stack([deposits.t, deposits.x, deposits.path, deposits.max_speed, deposits.ground_speed])
     theirs = other.finals[:, [0, 1, 2, 3, 4, 5, 7]]

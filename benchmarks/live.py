@@ -35,11 +35,13 @@ SOURCES = 20
 MANY, FEW = 10_000, 200
 """Number of rocks of the first answer: as in the goals for terrain, and the node's default for a burst of sources."""
 FINEST = 20_000
-"""Number of rocks at which an answer is complete, so that rounds do not overlap; the part `busy` has its own."""
+"""Number of rocks at which an answer is complete, so that rounds do not overlap; the part `busy` has more rocks."""
 START, ANSWER, QUIET = 120.0, 60.0, 0.4
 """Waiting times (s): for a node to start and compile, for an answer, and for no more results."""
 TOLD, BEATING = 2.5, 4.0
 """Waiting times (s): until the last report of a gap, and until a heartbeat has found its service.
+
+A gap is a time in which the node's executor is busy and handles no messages.
 
 The node sums up the gaps of each second and repeats the report for another second. The discovery of the heartbeat
 itself must not count: rmw_fastrtps holds a reply, and the executor with it, for up to 100 ms if it has not yet
@@ -120,7 +122,11 @@ class Bench:
                 return
 
     def rounds(self, name: str, goal: float, count: int, send: Callable[[int], Callable[[], int]]) -> Rows:
-        """Return the measurements of `count` rounds: delays of the answers, the node's own times, service calls."""
+        """Return the measurements of `count` rounds: delays of answers, times reported by the node, service calls.
+
+        name : of the measurement, for the table; goal : time (s) until the last required message
+        send : prepares the message of a round, by number, and returns the function that publishes it
+        """
         row = Row(name, goal)
         began, came = self.until_answered(send(0), START)  # includes compilation
         row.first = (max(came.values()) - began) / 1e9
@@ -147,7 +153,11 @@ class Bench:
 
 
 class Bytes:
-    """All messages to publish, prepared as bytes, so that their preparation is not measured."""
+    """All messages to publish, prepared as bytes, so that their preparation is not measured.
+
+    mesh : the terrain as a mesh; grid : (H, W, 3) m, the terrain as points in rows; patches : patches of terrain
+    places : (S, 3) m, positions of the sources
+    """
 
     def __init__(self, triangles: int) -> None:
         terrain = pit_terrain(Pit(triangles=triangles))
@@ -162,14 +172,14 @@ class Bytes:
         self.places = np.column_stack([line, heights.at(line)])
 
     def cloud(self, number: int) -> bytes:
-        """Return the grid as a message with one corner raised, a little higher for each number: no two are equal."""
+        """Return the grid as a message, its first corner raised by 0.02 m times `number`: no two messages are equal."""
         grid = self.grid.copy()
         grid[0, 0, 2] += 0.02 * number
         return cloud_bytes(grid)
 
 
 def _bump(heights: Heights, height: float) -> Any:
-    """Return the ground of the patch with a heap of `height` (m) in its middle, as points."""
+    """Return the ground of a patch with a heap of `height` (m) in its middle, as points (PATCH, PATCH, 3) m."""
     grid = heights.grid(*PATCH_AT, 1.0, PATCH, PATCH)
     i, j = np.ogrid[:PATCH, :PATCH]
     distance = np.hypot(i - PATCH // 2, j - PATCH // 2) / (0.4 * PATCH)
@@ -196,7 +206,7 @@ def memory(bench: Bench, data: Bytes, updates: int) -> None:
 
 
 def measure(options: argparse.Namespace, data: Bytes) -> list[Rows]:
-    """Measure all requested parts, and return their rows for the table."""
+    """Measure the requested parts that are rows of the table, and return these rows; also print the part `memory`."""
     rows, wanted, count = [], options.only, options.rounds
     if {"mesh", "cloud", "patch", "memory"} & set(wanted):
         with Stack() as stack:

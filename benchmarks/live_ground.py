@@ -1,11 +1,12 @@
-"""Measure how fast a survey becomes ground in the live simulator: a grid, a mesh, patches, and storing on disk.
+"""Measure how fast the live simulator makes terrain from a survey (grid, mesh or patch), and stores it on disk.
 
     python benchmarks/live_ground.py [updates]
 
 The grid has 1.17 million points, the mesh 2.33 million triangles. The figures are medians of 10, in wall and CPU
-seconds of this process, without the first two, which compile and touch new memory. The table also has the longest delay
-of another thread that wakes every millisecond: a callback of a node would wait for the interpreter as long. Then follow
-updates (100 by default), one whole survey to nine patches, with the memory of the process during and after them.
+seconds of this process, without the first two repetitions, which compile and touch new memory. The table also has the
+longest delay of another thread that wakes every millisecond: a callback of a node would wait for the interpreter as
+long. Then the program makes updates (100 by default), one whole survey to nine patches, and prints the memory of the
+process during and after the updates.
 """
 
 import statistics
@@ -25,34 +26,37 @@ from rpf3d_core.live.survey import CloudSurvey, GridSurvey, MeshSurvey, Survey
 from rpf3d_core.terrain.grid_rows import grid_mesh
 
 SIDE = 1081
-"""Points on each side of the whole grid: 2.33 million triangles."""
+"""Number of points on each side of the grid of a whole survey, which makes 2.33 million triangles."""
 PATCH = 71
-"""Points on each side of a patch in rows: 9,800 triangles."""
+"""Number of points on each side of a patch with points in rows, which makes 9,800 triangles."""
 CLOUD = 5_000
-"""Number of points of a scattered patch: 10,000 triangles."""
+"""Number of points of a patch with scattered points, which make 10,000 triangles."""
 TIMES = 10
 REPEATED = 10
-"""Number of updates of which one is a whole survey and the others are patches."""
+"""Number of updates in a cycle: the first is a whole survey, the others are patches."""
 
 
 def hills(x: np.ndarray, y: np.ndarray, seed: int) -> np.ndarray:
-    """Return the heights (m) of an artificial pit: benches of 15 m in a bowl, with noise of 0.15 m."""
+    """Return the heights (m) at x, y (m) of an artificial pit: benches of 15 m in a bowl, with noise of 0.15 m."""
     away = np.hypot(x - 0.5 * SIDE, y - 0.5 * SIDE)
     noise = np.random.default_rng(seed).normal(0.0, 0.15, x.shape)
     return 15.0 * np.floor(away / 45.0) + np.minimum(15.0, 3.0 * (away % 45.0)) + noise
 
 
 def grid(side: int, east: float, north: float, seed: int) -> GridSurvey:
-    """Return a survey of points in rows, with steps of 1 m from a corner (m).
+    """Return a survey of points in rows, with steps of 1 m from a south-western corner.
 
-    side : points on each side; east, north : the corner
+    side : points on each side; east, north : the corner (m); seed : of the noise
     """
     y, x = np.mgrid[0:side, 0:side] + np.array([north, east])[:, None, None]
     return GridSurvey(np.stack([x, y, hills(x, y, seed)], axis=-1))
 
 
 def cloud(east: float, north: float, seed: int) -> CloudSurvey:
-    """Return a survey of points scattered over a square of the width of a patch."""
+    """Return a survey of points scattered over a square of the width of a patch.
+
+    east, north : south-western corner (m); seed : of the places and the noise
+    """
     x, y = np.random.default_rng(seed).uniform(0.0, PATCH - 1.0, (2, CLOUD)) + np.array([[east], [north]])
     return CloudSurvey(np.column_stack([x, y, hills(x, y, seed)]))
 
@@ -89,7 +93,10 @@ def resident() -> float:
 
 
 def timed(name: str, beat: Heartbeat, work: Callable[[int], Any]) -> None:
-    """Measure a kind of work several times, and print a line of the table."""
+    """Do work several times, and print a line of the table with its times and the delays of the thread `beat`.
+
+    name : of the work; work : called with the number of the repetition
+    """
     walls, cpus, gaps = [], [], []
     for k in range(TIMES + 2):
         beat.longest()
@@ -104,23 +111,23 @@ def timed(name: str, beat: Heartbeat, work: Callable[[int], Any]) -> None:
 
 
 class Updates:
-    """The ground of a simulator over a sequence of surveys."""
+    """The terrain of a simulator over a sequence of surveys."""
 
     def __init__(self, survey: Survey) -> None:
         self.workshop = Workshop()
         self.ground: LiveTerrain = self.workshop.whole(survey)
 
     def whole(self, survey: Survey) -> None:
-        """Replace the ground by a whole survey."""
+        """Replace the terrain by that of a whole survey."""
         self.ground = self.workshop.whole(survey)
 
     def patched(self, patch: GridSurvey | CloudSurvey) -> None:
-        """Change the ground by a patch."""
+        """Change the terrain by a patch."""
         self.ground = self.workshop.patched(self.ground, patch)
 
 
 def places(count: int) -> list[tuple[float, float]]:
-    """Return the corners of patches, metres east and north, not on the points of the grid."""
+    """Return random south-western corners of `count` patches: metres east and north, not on the points of the grid."""
     return [tuple(place) for place in np.random.default_rng(0).uniform(20.0, SIDE - PATCH - 20.0, (count, 2)).tolist()]
 
 

@@ -2,7 +2,8 @@
 
     python benchmarks/live_heartbeat.py rpf3d_simulator/get_parameter_types
 
-This is a process of its own, because the process that publishes 56 MB would measure itself.
+The times are due, sent and answered (ns, monotonic) for each call. The program is a separate process, because the
+process that publishes messages of 56 MB would measure its own delays.
 """
 
 import json

@@ -1,13 +1,13 @@
-"""A node with as many topics as the simulator that only waits, as the scale for the work of a node at rest."""
+"""A node that only waits, with as many topics as the simulator, to compare its CPU time with that of the simulator."""
 
 import rclpy
 from rclpy.node import Node
 from std_msgs.msg import Empty
 
 PUBLISHERS, SUBSCRIPTIONS = 12, 8
-"""Topics of the simulator (docs/reference/topics.md)."""
+"""Numbers of topics that the simulator publishes and subscribes to (docs/reference/topics.md)."""
 PERIOD = 1.0
-"""Time (s) between calls of its timer: as the diagnostics of the simulator."""
+"""Time (s) between calls of the node's timer, as often as the simulator publishes diagnostics."""
 
 
 def main() -> None:

@@ -28,11 +28,11 @@ MARKER = 4
 """Number of bytes of an array of markers before the header of its first marker."""
 FRAME = "map"
 HIGHER = 0.02
-"""Height (m) by which one point differs from the previous survey, because the node ignores an identical survey."""
+"""Height (m) by which one point of a survey is above that of the previous survey: the node ignores an equal survey."""
 
 
 class Heights:
-    """Finds the height of a terrain's ground at any place in plan, map frame, to make surveys of it."""
+    """Finds the height of a terrain at places in plan, to make surveys of the terrain; places are in the map frame."""
 
     def __init__(self, terrain: Terrain) -> None:
         self._origin = np.array(terrain.frame.origin)
@@ -57,7 +57,7 @@ def mesh_bytes(terrain: Terrain) -> bytearray:
 
 
 def raise_mesh(data: bytes | bytearray, number: int) -> bytes:
-    """Return the bytes of a mesh message with its first vertex raised, a little higher for each number."""
+    """Return the bytes of a mesh message whose first vertex is raised by HIGHER (m) times `number`."""
     (triangles,) = struct.unpack_from("<I", data, HEADER)
     after = COUNT + 12 * triangles + COUNT
     z = HEADER + after + (-after % 8) + 16
@@ -87,7 +87,7 @@ def stamp_of(data: bytes) -> int:
 
 
 def poses(places: Floats, at_ns: int = 0) -> Any:
-    """Return a message with sources of rocks at positions (S, 3) m, thrown eastwards."""
+    """Return a PoseArray with sources of rocks at positions (S, 3) m, thrown eastwards; at_ns : its stamp (ns)."""
     each = [Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(w=1.0)) for x, y, z in places.tolist()]
     stamp = Time(sec=at_ns // SECOND, nanosec=at_ns % SECOND)
     return PoseArray(header=Header(stamp=stamp, frame_id=FRAME), poses=each)

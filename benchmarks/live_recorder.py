@@ -1,7 +1,7 @@
-"""Measure the recorder while the simulator answers bursts of sources: computing time, bytes, memory, delays.
+"""Measure the recorder while the simulator answers messages of sources: CPU time, bytes, memory, delays.
 
-Simulator and recorder are processes. The sources move a little from message to message, as measured positions do, so
-no answer repeats an earlier one. An area on the benches has thresholds, so alerts are published, too.
+Simulator and recorder are separate processes. The sources move a little from message to message, as measured positions
+do, so no answer repeats an earlier answer. An area on the benches has thresholds, so alerts are published, too.
 """
 
 import time
@@ -19,7 +19,7 @@ SIMULATOR, RECORDER = "simulator_node", "recorder_node"
 PERIOD = 2.0
 """Time (s) between two messages of sources."""
 START, WARM, MEASURED = 300.0, 60.0, 60.0
-"""Times (s): longest start of the nodes, time before the measurement, time of the measurement."""
+"""Times (s): longest start of the nodes, warming up before the measurement, duration of the measurement."""
 MOVED = 0.2
 """Half-width (m) in plan of the square in which a source moves between two messages."""
 CORES, RATE = 0.1, 0.5
@@ -27,7 +27,7 @@ CORES, RATE = 0.1, 0.5
 MEDIAN, P95 = 0.1, 0.3
 """Goals (s): time from publishing sources to receiving the first `results`."""
 SHIFT = 12 * 3600.0
-"""Time (s) of a night's shift."""
+"""Length (s) of a shift of 12 hours, for the size of its recording."""
 LARGEST = 8
 """Number of entities of the recording that are printed, those with the most bytes."""
 MB = 1e6
@@ -52,9 +52,10 @@ areas: {bench: {watch: {reach_probability: 0.1}, restrict: {reach_probability: 0
 
 
 class Shift:
-    """Simulator and recorder under a radar that publishes every PERIOD; the delays of the answers.
+    """Runs simulator and recorder, publishes in place of a radar every PERIOD, and notes the delays of the answers.
 
-    seconds : time (s) from publishing sources to their first `results`, for each message of sources
+    file : the recording
+    seconds : stamp of a message of sources (ns) -> time (s) from its publication to its first `results`
     """
 
     def __init__(self, stack: Stack, terrain: bytes, places: Floats) -> None:
@@ -122,7 +123,11 @@ def _state(stack: Stack, file: Path) -> dict[str, float]:
 
 
 def _report(rates: dict[str, float], memory: float, seconds: list[float]) -> bool:
-    """Print the figures, and return True if a goal is missed; rates : per second; memory : bytes; seconds : delays."""
+    """Print the figures, and return True if a goal is missed.
+
+    rates : growth per second of the values of `_state`, by name; memory : of the recorder (bytes)
+    seconds : delays of the answers (s)
+    """
     cores, rate = rates[RECORDER], rates["file"] / MB
     median, p95 = (float(np.percentile(seconds, share)) for share in (50, 95)) if seconds else (np.nan, np.nan)
     print(f"recorder, {len(seconds)} bursts: {100 * cores:.1f} % of a core (goal {100 * CORES:g}), "

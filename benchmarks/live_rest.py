@@ -13,11 +13,11 @@ REST = 20.0
 GOAL = 0.01
 """Cores that the simulator may use more than the idle node (-)."""
 STARTED = 5.0
-"""Time (s) for the idle node to start."""
+"""Time (s) after which the idle node counts as started."""
 
 
 class Resting(Protocol):
-    """What `at_rest` needs of the bench: its processes, and a wait until no more results arrive."""
+    """The part of `live.Bench` (a running simulator) that `at_rest` needs."""
 
     stack: Stack
 
@@ -26,7 +26,10 @@ class Resting(Protocol):
 
 
 def at_rest(bench: Resting, module: str) -> bool:
-    """Print the cores that a node and an idle node use while no message arrives; return True if the goal is missed."""
+    """Print how much CPU time a node and an idle node use while no message arrives; return True if the goal is missed.
+
+    bench : the running node; module : name of the node's module, such as "simulator_node"
+    """
     bench.stack.start_script(IDLE)
     time.sleep(STARTED)
     bench.rest()
@@ -39,7 +42,10 @@ def at_rest(bench: Resting, module: str) -> bool:
 
 
 def _cores(cpu: Callable[[str], float], *names: str) -> list[float]:
-    """Return the cores that each process uses over the same REST seconds."""
+    """Return the number of cores that each process uses, as a mean over the same REST seconds.
+
+    cpu : returns the CPU seconds that a process has used, by name; names : of the processes
+    """
     before, began = [cpu(name) for name in names], time.monotonic()
     time.sleep(REST)
     took = time.monotonic() - began

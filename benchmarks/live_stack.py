@@ -17,7 +17,11 @@ HEARTBEAT = Path(__file__).parent / "live_heartbeat.py"
 
 
 class Stack:
-    """A context manager for one set of nodes: a folder, a DDS domain of its own on this machine, and the processes."""
+    """A set of nodes: processes, output folder and separate DDS domain; a context manager that ends the processes.
+
+    Processes are named after their module, such as `simulator_node`, or their script without its extension.
+    began : name -> how often the node was started; killed : names of the processes that `kill` has ended
+    """
 
     def __init__(self, folder: Path | None = None) -> None:
         """Create the folder and the DDS domain; folder : output folder of the nodes, None for a temporary folder."""
@@ -48,7 +52,7 @@ class Stack:
         return self.processes[script.stem].pid
 
     def kill(self, module: str) -> None:
-        """End a node at once, by SIGKILL."""
+        """End a process at once, by SIGKILL."""
         self.killed.add(module)
         self.processes[module].kill()
         self.processes[module].wait()
@@ -95,7 +99,10 @@ class Stack:
 
 
 class Heartbeat:
-    """A context manager: a process that calls a service of a node again and again, to show when the node is blocked."""
+    """A process that calls a service of a node again and again, to show when the node is blocked; a context manager.
+
+    service : name of the service; beats : result of `stop`
+    """
 
     def __init__(self, service: str) -> None:
         self._process = subprocess.Popen(

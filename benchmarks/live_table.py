@@ -1,4 +1,4 @@
-"""Print the measurements of a live benchmark as a table: medians against goals, and the parts of each delay."""
+"""Print the measurements of the live benchmark as tables: medians with their goals, and the parts of each delay."""
 
 from dataclasses import dataclass, field
 
@@ -16,7 +16,7 @@ class Row:
     """The rounds of one measurement: delays, results and CPU time of each round.
 
     name : the published message; goal : time until the last required message (s)
-    first : time of the first round, which is not counted (s)
+    first : delay of the first round (s), which does not count, because the node compiles
     cpu : CPU seconds of the node in each round
     seconds : topic -> delay (s), for each round; results : the message of `results` of each round
     """
@@ -29,7 +29,11 @@ class Row:
     results: list[bytes] = field(default_factory=list)
 
     def add(self, began_ns: int, came_ns: dict[str, int], result: bytes) -> None:
-        """Add a round: the time at which publishing began, and the time of the first answer on each topic."""
+        """Add a round.
+
+        began_ns : when publishing began; came_ns : topic -> when its first answer arrived (both ns, monotonic)
+        result : the first message of `results` (CDR bytes)
+        """
         self.seconds.append({topic: (at - began_ns) / 1e9 for topic, at in came_ns.items()})
         self.results.append(result)
 
@@ -56,8 +60,9 @@ class Rows:
     beats : due, sent, answered (ns) for each call
     gaps : longest gap (s) of each second, as reported by the node
 
-    The goal is for `gaps`: the delay of the node's executor at its own timer. The calls show the same delay from
-    outside, with two ways through the network and the scheduling of two processes.
+    The goal is for `gaps`, which the node measures itself: the times for which its executor was busy. The calls show
+    the same delays from outside, and in addition the transport of request and reply and the scheduling of two
+    processes.
     """
 
     row: Row
@@ -87,7 +92,7 @@ class Rows:
 
 
 def figures_of(result: bytes) -> dict[str, str]:
-    """Return key -> value of a `results` message, from its bytes."""
+    """Return the values of a `results` message by key, from its CDR bytes."""
     array = deserialize_message(result, DiagnosticArray)
     return {pair.key: pair.value for status in array.status for pair in status.values}
 

@@ -31,7 +31,7 @@ rock: {density: 2700, diameter: {mean: 1.0, sd: 0.3, min: 0.4, max: 2.0}}
 
 
 def scene(sets: int) -> str:
-    """Return the text of the scene with one parameter set, or with several sets of almost equal values."""
+    """Return the text of the scene for a number of parameter sets: 1, or several sets of almost equal values."""
     text = SCENE + f"materials: {{default: {_mapping(VALUES)}}}\n"
     if sets == 1:
         return text
@@ -47,7 +47,10 @@ def _mapping(entries: dict[str, float] | dict[str, str]) -> str:
 
 
 def cpu_seconds(folder: Path, name: str, rocks: int) -> float:
-    """Run a scene of a folder, and return its CPU time (s), with that of its second process."""
+    """Run a scene of a folder in a child process; return the CPU time (s) of the child and of its own children.
+
+    name : name of the scene file without extension, and of the result folder; rocks : number of rocks
+    """
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(
         [sys.executable, "-m", "rpf3d_core.cli", "run", f"{name}.yaml", "--out", name, "--rocks", str(rocks)],

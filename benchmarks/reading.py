@@ -2,8 +2,8 @@
 
 python benchmarks/reading.py [--side 708]
 
-The figures are seconds of CPU, of child processes too, and the largest memory of a process that reads one file. The
-files are written to a temporary folder, in survey coordinates to the millimetre.
+The figures are CPU seconds, including those of child processes, and the largest memory of a process that reads one
+file. The files are written to a temporary folder, in survey coordinates rounded to the millimetre.
 """
 
 import argparse
@@ -22,11 +22,14 @@ sys.path[:0] = [str(ROOT), str(ROOT / "test" / "support")]
 SIDE = 708
 """Number of points along a side of the terrain: 999,698 triangles."""
 TIMES = 3
-"""Number of readings; the table has the median."""
+"""Number of times that each file is read; the table has the median time."""
 
 
 def write_all(folder: Path, side: int) -> list[Path]:
-    """Write a terrain of side x side points in each format, and clouds of 4, 2 and 1 million points."""
+    """Write a terrain of side x side points in each format, and clouds; return the files to read.
+
+    With the default side, the clouds have 4 million points (LAS, LAZ), 2 million (E57) and 1 million (text).
+    """
     from mine_files import at_site, write_e57, write_landxml, write_las, write_omf, write_surpac
     from terrain_files import grid
 
@@ -52,7 +55,7 @@ def write_all(folder: Path, side: int) -> list[Path]:
 
 
 def write_faces(path: Path, corners: np.ndarray) -> None:
-    """Write triangles (F, 3, 3) as 3DFACE on one layer, as programs of mines do."""
+    """Write triangles (F, 3, 3) m as 3DFACE entities of a DXF file, on one layer, as mine planning programs do."""
     head = "  0\n3DFACE\n  5\n%X\n100\nAcDbEntity\n  8\npit\n100\nAcDbFace\n"
     row = head + "".join(f" {axis}{corner}\n%.3f\n" for corner in range(4) for axis in (1, 2, 3))
     with path.open("w") as file:
@@ -69,13 +72,16 @@ def cpu() -> float:
 
 
 def own_memory() -> int:
-    """Return the largest memory (kB) of this process since it was started; that of its parent does not count."""
+    """Return the largest memory (kB) of this process since its start; the memory of its parent does not count."""
     lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
 
 
 def measure(path: Path) -> None:
-    """Read one file, and print CPU time, memory (MB) and number of triangles."""
+    """Read one file several times, and print a table row: name, size (MB), triangles, CPU time (s), memory (MB).
+
+    For a cloud of points, the number of triangles is a third of the number of points.
+    """
     from rpf3d_core.setup.terrain import read_surface
 
     taken = []
@@ -90,7 +96,7 @@ def measure(path: Path) -> None:
 
 
 def main() -> None:
-    """Write all files, and measure each in a process of its own."""
+    """Write all files, and measure the reading of each file in a separate process; with --file, measure one file."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--side", type=int, default=SIDE)
     parser.add_argument("--file", type=Path)

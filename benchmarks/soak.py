@@ -1,4 +1,4 @@
-"""Soak test: run the nodes for a long time with every disturbance: rocks, new ground, kills, clock jumps.
+"""Soak test: run the nodes for a long time with all kinds of disturbances: rocks, new terrain, kills, clock jumps.
 
     python benchmarks/soak.py [--minutes 20] [--seed 1] [--json soak.json] [--keep folder]
 
@@ -28,9 +28,9 @@ from rpf3d_ros.interface.simulated_clock import SimulatedClock
 WITHIN = 5.0
 """Goal: time (s) from sources to their alert level, while the simulator runs and the clock runs evenly."""
 FALLING, QUIET = (2.0, 8.0), (1.0, 3.0)
-"""Ranges of times (s): how long rocks stay visible after their alert level was published, and no rocks afterwards."""
+"""Ranges of times (s): for which rocks stay visible after their level was published, and then for which none fall."""
 ACKNOWLEDGED, EACH = 30.0, 3.0
-"""Longest time (s) until the level is lowered, over all attempts to acknowledge; longest time (s) of one attempt."""
+"""Longest times (s): of all attempts to acknowledge until the level is lowered, and of one attempt."""
 CALM = 60.0
 """Length of the last part of the test, which has no disturbances (s)."""
 BEGINS_NS = 1_767_250_800_000_000_000
@@ -38,14 +38,14 @@ BEGINS_NS = 1_767_250_800_000_000_000
 
 
 class Soak:
-    """Publishes sources one burst after the other, and checks that the alert reaches the level of each burst."""
+    """Publishes one burst of rocks after the other, and checks that the alert reaches the level of each burst."""
 
     def __init__(self, mine: Mine, world: World, disturbances: Disturbances) -> None:
         self._mine, self._world, self._disturbances = mine, world, disturbances
         self._random = disturbances.random
 
     def run(self, minutes: float) -> None:
-        """Publish bursts and acknowledge their alerts until time is up."""
+        """Publish bursts and acknowledge their alerts for a time (minutes)."""
         mine = self._mine
         mine.stand_in.publish("terrain/mesh", self._world.content.mesh)
         if not mine.live(lambda: mine.told.shown == Level.NORMAL, RECOVERY):
@@ -76,7 +76,7 @@ class Soak:
         mine.live(lambda: False, float(self._random.uniform(*QUIET)))
 
     def _await(self) -> None:
-        """Wait until the alert has the demanded level, or its time is up."""
+        """Wait until the alert has the demanded level; record a failure if the level is not reached in time."""
         mine = self._mine
         while (demand := mine.open) and demand.met is None and time.monotonic() < demand.until:
             mine.live(lambda: demand.met is not None or mine.open is not demand, 0.2)
@@ -98,7 +98,7 @@ class Soak:
 
 
 def audited(log: Path) -> tuple[bool, str]:
-    """Return if the audit of a decision log finds no error, and the last lines of the audit."""
+    """Return True if the audit of a decision log finds no error, else False; and the last lines of its output."""
     done = subprocess.run(
         [sys.executable, "-m", "rpf3d_core.cli", "audit", str(log)], capture_output=True, text=True, check=False
     )
@@ -106,7 +106,7 @@ def audited(log: Path) -> tuple[bool, str]:
 
 
 def soaked(stack: Stack, world: World, options: argparse.Namespace) -> Mine:
-    """Run the soak test with running nodes, and return the mine with its record.
+    """Start the nodes, run the soak test, end the nodes, and return the mine with its record (`Mine.ledger`).
 
     Raises TimeoutError if the nodes do not start.
     """

@@ -1,4 +1,4 @@
-"""Disturb a soak test: publish new ground, kill nodes, let the clock jump, and add late subscribers."""
+"""Disturb a soak test: publish new terrain, kill nodes, let the clock jump, and add late subscribers."""
 
 import time
 from collections.abc import Callable
@@ -17,26 +17,26 @@ from rpf3d_ros.interface.qos import LATCHED
 
 CHOICES = {"patch": 6, "terrain": 2, "recorder": 2, "listener": 2, "late joiner": 3, "clock back": 1,
            "clock forward": 1, "simulator": 1, "simulator in an update": 1}  # fmt: skip
-"""The kinds of disturbances and their relative frequency."""
+"""The kinds of disturbances, each with its relative frequency."""
 KILLS = ("recorder", "simulator", "simulator in an update")
-"""The disturbances that kill a node which should run for long.
+"""The disturbances that kill the recorder or the simulator.
 
-The second half of a test has none of them, so that the memory of these nodes can be measured.
+The second half of a test has no such disturbance, so that the memory of these nodes can be measured over a long time.
 """
 BETWEEN = 6.0
 """Mean time between disturbances (s)."""
 RECOVERY = 60.0
 """Longest time (s) from a kill of the simulator until it publishes the alert level again.
 
-The level is for the current message of the radar. The simulator imports its modules, loads its cache, and reads its
-terrain from the store, on two busy cores.
+The level is that of the current message of the radar. In this time, the simulator imports its modules, loads its cache,
+and reads its terrain from the store, on two busy cores.
 """
 RELEARNING = 10.0
 """Longest time (s) until alerts are right again after a jump of the clock: the radar publishes every 2 s."""
 JOINING, SETTLED = 5.0, 1.0
-"""Times (s): until a late subscriber must have the alarm, and for which the alarm must be constant before the check."""
+"""Times (s): until a late subscriber must have the alarm, and for which the alarm must not change before the check."""
 DOWN, UPDATING = (0.5, 2.0), (0.0, 0.3)
-"""Ranges of times (s): that a killed process stays away, and from new ground to a kill while it is processed."""
+"""Ranges of times (s): from a kill to the restart of the process, and from new terrain to a kill of the simulator."""
 JUMP = (2.0, 20.0)
 """Range of the length of a jump of the clock (s)."""
 HEAP, RADIUS, SPACING = 21, 8.0, 1.5
@@ -44,7 +44,7 @@ HEAP, RADIUS, SPACING = 21, 8.0, 1.5
 
 
 class Disturbances:
-    """Disturbs a soak test at random: from `begin` until the time `calm`."""
+    """Disturbs a soak test at random, after `begin` is called and until the time `calm` (s, monotonic)."""
 
     def __init__(self, mine: Mine, world: World, seed: int) -> None:
         self._mine, self._world = mine, world
@@ -104,7 +104,7 @@ class Disturbances:
         self._due.append((time.monotonic() + down, lambda: start(mine.stack, name)))
 
     def _survey(self, whole: bool) -> None:
-        """Publish new ground: the whole pit with one point a little higher, or a patch with a heap somewhere."""
+        """Publish new terrain: the whole pit with one point a little higher, or a patch with a heap."""
         self._surveyed += 1
         if whole:
             self._mine.stand_in.publish("terrain/mesh", raise_mesh(self._world.content.mesh, self._surveyed % 50))

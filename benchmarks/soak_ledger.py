@@ -60,13 +60,19 @@ class Ledger:
         return self.demands[-1]
 
     def disturb(self, demand: Demand | None, seconds: float) -> None:
-        """Give an open demand more time, until `seconds` from now, because a disturbance delays the node."""
+        """Give a demand that is not met yet more time, at least `seconds` from now, because of a disturbance.
+
+        demand : None if there is no demand
+        """
         if demand is not None and demand.met is None:
             demand.until = max(demand.until, time.monotonic() + seconds)
             demand.disturbed += 1
 
     def settle(self, demand: Demand, held: Level | None) -> bool:
-        """Return if the demand is met by the held alert level, or was met earlier; record the first time."""
+        """Return True if a held level meets the demand, or an earlier level did; note when the demand is first met.
+
+        held : the held alert level, None if it is not known
+        """
         if held is not None and held >= demand.level and demand.met is None:
             demand.met = time.monotonic()
         return demand.met is not None
@@ -81,18 +87,18 @@ class Ledger:
 
     @property
     def lost(self) -> list[Demand]:
-        """The demands that were never met: lost alerts."""
+        """The demands that were never met, which are lost alerts."""
         return [demand for demand in self.demands if demand.met is None]
 
     @property
     def summary(self) -> str:
-        """The progress of the test in a few words."""
+        """A line of text on the progress of the test: numbers of bursts, failures and results."""
         return f"{len(self.demands)} bursts, {len(self.failures)} failures, {self.counts['results']} results"
 
     def took(self, disturbed: bool) -> list[float]:
         """Return the seconds until each demand was met.
 
-        Disturbed : True for the disturbed demands, False for the others.
+        disturbed : True for the disturbed demands, False for the undisturbed demands
         """
         return [d.met - d.since for d in self.demands if d.met is not None and (d.disturbed > 0) == disturbed]
 
@@ -119,7 +125,7 @@ class Ledger:
 
 
 def percentiles(seconds: list[float]) -> str:
-    """Return the number, median, 95 %, 99 % and largest of delays, in ms, as the cells of a table row."""
+    """Return number, median, 95 % and 99 % percentile and largest of delays (s) as cells of a table row, in ms."""
     if not seconds:
         return "0 | - | - | - | -"
     figures = [1e3 * float(np.percentile(seconds, share)) for share in (50, 95, 99, 100)]

@@ -1,4 +1,4 @@
-"""The mine of a soak test: publishes what the radar sees, receives the nodes' messages, and lets time pass."""
+"""The mine of a soak test: publishes the sources of a radar, receives the nodes' messages, and lets time pass."""
 
 import sys
 import time
@@ -31,10 +31,10 @@ SIMULATOR, RECORDER, LISTENER = "simulator_node", "recorder_node", "soak_listene
 
 @dataclass
 class Told:
-    """The last alert that the node has published: levels and alarm.
+    """The last alert that the simulator has published: levels and alarm.
 
-    held, shown : the held alert level and the shown one, None if unknown
-    alarm : True if the alarm sounds; alarm_since : time of its last change (s, monotonic)
+    held, shown : the held alert level and the shown alert level, None if unknown
+    alarm : True if the alarm sounds, None if unknown; alarm_since : time of its last change (s, monotonic)
     """
 
     held: Level | None = None
@@ -44,7 +44,11 @@ class Told:
 
 
 class Mine:
-    """Publishes as the radar, receives the messages of the nodes, and records what happens."""
+    """Publishes in place of the radar, receives the messages of the nodes, and records the course of the test.
+
+    open : the demand that must be met now, None without a demand; seen : (S, 3) m, sources that the radar sees
+    disturb : called regularly with the time (s, monotonic), to disturb the test
+    """
 
     def __init__(self, stack: Stack, stand_in: StandIn, clock: SimulatedClock) -> None:
         self.stack, self.stand_in, self.clock = stack, stand_in, clock
@@ -60,7 +64,10 @@ class Mine:
         stand_in.subscribe("hazard/grid", lambda data, at: self._delay("sources to hazard/grid", data, at))
 
     def live(self, condition: Callable[[], Any], seconds: float) -> bool:
-        """Let time pass until a condition is true or time (s) is up; return if the condition is true."""
+        """Run the test until a condition is true or time (s) is up; return True if the condition is true.
+
+        Meanwhile the radar publishes, messages are received, memory is sampled, and the test is disturbed.
+        """
         deadline = time.monotonic() + seconds
         while not condition():
             now = time.monotonic()
@@ -82,9 +89,9 @@ class Mine:
         self._waiting[stamp] = (self.stand_in.publish("sources", data), set())
 
     def demand_again(self, within: float) -> None:
-        """Demand the current alert level again within a time (s), after a kill of the node.
+        """Demand the current alert level again within a time (s), because the simulator was killed.
 
-        The demand is made even if the level was already reached.
+        A demand that is not met yet gets more time. If it was met already, a new demand for the same level is made.
         """
         if self.open is not None and self.open.met is None:
             self.ledger.disturb(self.open, within)
@@ -116,7 +123,11 @@ class Mine:
         self._delay("sources to all of an answer", data, at_ns)
 
     def _delay(self, what: str, data: bytes, at_ns: int) -> None:
-        """Record the time from the publication of sources to the first message that answers them."""
+        """Record the delay from the publication of sources to the first message of a kind that answers the sources.
+
+        what : name of the delay, one for each kind; data : CDR bytes of the message
+        at_ns : time of its arrival (ns, monotonic)
+        """
         began, came = self._waiting.get(stamp_of(data), (0, {what}))
         if what not in came:
             came.add(what)
@@ -138,7 +149,7 @@ class Mine:
 
 
 def start(stack: Stack, name: str) -> None:
-    """Start one of the nodes or the listener, for the first time or again."""
+    """Start the simulator, the recorder or the listener, for the first time or again after a kill; name : which one."""
     stack.killed.discard(name)
     if name == LISTENER:
         stack.start_script(Path(__file__).parent / f"{LISTENER}.py")

@@ -10,7 +10,7 @@ from soak_ledger import Ledger, percentiles
 from rpf3d_core.alerts.levels import Level
 
 SETTLING = 60.0
-"""First seconds of a node's life that do not count, because its memory may grow then."""
+"""Time (s) after a node's start that does not count for the growth of its memory."""
 
 
 def print_report(

@@ -1,7 +1,7 @@
-"""The mine of a soak test: its pit, and its release places with the alert level that each demands.
+"""The pit of a soak test, and the places where rocks start, with the alert level that each place demands.
 
-The demands do not come from the node. A run of the core over the same pit gives the number of rocks that reach the
-ramp. The level that the lower end of that interval reaches must be published.
+The demands do not come from the node. A run of the core over the same pit gives the share of rocks that reach the ramp,
+and the thresholds of the site give the level of this share. The simulator must publish at least this level.
 """
 
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ PLACES = {
     "catch bench": (-560.0, -40.0, 20.0),
     "far wall": (-606.0, -140.0, -110.0),
 }
-"""Easting (m) of each release place, and the northings (m) that limit it."""
+"""For each release place, its easting (m), and the northings (m) of its southern and northern ends, in this order."""
 PATCHED = ((-480.0, -300.0), (-250.0, 250.0))
 """Area in which patches change the ground (m): below the ramp, so that they change no demanded level."""
 
@@ -45,7 +45,7 @@ PATCHED = ((-480.0, -300.0), (-250.0, 250.0))
 class World:
     """The pit that the test publishes, and the alert level that each release place demands.
 
-    content : the published pit; heights : its ground; demands : place -> level
+    content : the messages of the pit; heights : finds heights of its ground; demands : name of a place -> level
     """
 
     content: ShiftContent
@@ -63,17 +63,17 @@ def world_of(folder: Path) -> World:
 
 
 def places_of(place: str) -> Any:
-    """Return the positions (SOURCES, 3) m of sources along a place; the node moves them to the ground."""
+    """Return the positions (SOURCES, 3) m of the sources at a place; the node moves their heights to the ground."""
     x, south, north = PLACES[place]
     y = np.linspace(south, north, SOURCES)
     return np.column_stack([np.full(SOURCES, x), y, np.full(SOURCES, 1700.0)])
 
 
 def demanded(place: str, folder: Path) -> Level:
-    """Return the alert level that rocks from a place surely demand, from a run without the node.
+    """Return the lowest alert level that the node must publish for rocks from a place, from a run without the node.
 
-    It is the level of the share of rocks that reach the ramp, without the upper end of its interval, which would demand
-    more. Patches do not change the share (`PATCHED`).
+    This is the level of the share of rocks that reach the ramp. The node itself uses the upper end of the share's 95 %
+    interval, so it may publish a higher level. Patches do not change the share (`PATCHED`).
     """
     scene, spread = read_scene(SCENE), (SPREAD_V, SPREAD_V, SPREAD_V)
     changed = {"line": None, "points": tuple(map(tuple, places_of(place).tolist())), "rocks": ROCKS,

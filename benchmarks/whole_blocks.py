@@ -1,4 +1,4 @@
-"""Measure a whole run of rocks with a shape over 2.33 million triangles: time, memory, and the same run of points.
+"""Measure time and memory of a whole run over 2.33 million triangles, for rocks as points and for rocks with a shape.
 
     python benchmarks/whole_blocks.py [rocks]
 
@@ -54,7 +54,10 @@ except SystemExit as end:
     assert not end.code, end.code
 print([line.split()[1] for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmHWM")][0])
 """
-"""A run that prints its own peak of memory (kB): the peak that the system reports of a child includes its parent's."""
+"""Python code of a run that prints its peak of memory (kB).
+
+The peak that the system reports of a child process would include the memory of its parent.
+"""
 
 
 def run(folder: Path, rocks: int) -> dict[str, float]:
@@ -68,7 +71,7 @@ def run(folder: Path, rocks: int) -> dict[str, float]:
 
 
 def main(rocks: int) -> None:
-    """Print a line for points and one for blocks."""
+    """Print a line of figures for each of KINDS; rocks : number of rocks of a run."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         write_mesh(folder / "pit.stl", pit_terrain(Pit(triangles=TRIANGLES)))

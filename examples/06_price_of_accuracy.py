@@ -38,7 +38,7 @@ events = exact.flights.deposits.impacts.mean()
 print(f"event by event: exact,             {events:9,.0f} impacts a rock")
 steps, errors = [], []
 for dt in (0.01, 0.003, 0.001, 0.0003, 0.0001):
-    run = fly({"stepping": {"dt": dt, "threshold": 20 * dt}})  # contact: nearer to the ground than 20 dt (m)
+    run = fly({"stepping": {"dt": dt, "threshold": 20 * dt}})  # a contact is a distance to the ground below 20 dt (m)
     off = np.linalg.norm(first_impacts(run) - first_impacts(exact), axis=1)
     errors.append(float(np.median(off)))
     steps.append(float(run.flights.deposits.t.mean() / dt))

@@ -1,1 +1,1 @@
-"""ROS 2 nodes of rpf3d: receive, convert, call the core, convert, publish. Nothing is computed here."""
+"""The ROS 2 nodes of rpf3d: they receive and convert messages, call the core (`rpf3d_core`), and publish results."""

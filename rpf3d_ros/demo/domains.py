@@ -1,4 +1,4 @@
-"""Reserve ROS domains for one process at a time, so that demos, measurements and tests receive only their own nodes."""
+"""Reserve a ROS domain for one process, so that a demo, measurement or test receives only messages of its own nodes."""
 
 import fcntl
 import itertools

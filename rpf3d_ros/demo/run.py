@@ -47,7 +47,7 @@ BEGINS_NS = 1_767_250_800_000_000_000
 """The shift begins on 2026-01-01 at 07:00 UTC."""
 
 EARLIER_NS = 600_000_000_000
-"""Time (ns) between the begin of the clock and the shift; when the nodes are ready, the clock jumps to the shift."""
+"""Time (ns) by which the clock begins before the shift; when the nodes are ready, the clock jumps to the shift."""
 
 SOURCES = 12
 
@@ -116,7 +116,7 @@ def _options(args: Sequence[str] | None) -> argparse.Namespace:
 
 def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[str]:
     """Run the nodes while the shift is played, until everything is recorded; return what is missing."""
-    # This process subscribes in the same domain, so it takes the same environment. Children start before rclpy does.
+    # This process subscribes in the same domain, so it takes the same environment. Child processes start before rclpy.
     os.environ.update(isolated_environment(logs))
     content = shift_content(options.scene, SOURCES)
     nodes = {
@@ -146,7 +146,7 @@ def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[st
 def _play(options: argparse.Namespace, content: ShiftContent, processes: list[subprocess.Popen[bytes]]) -> list[str]:
     """Play the shift to the nodes; return the missing nodes, levels and topics."""
     from rpf3d_ros.demo.shift import LENGTH, Shift
-    from rpf3d_ros.demo.stand_in import StandIn  # starts DDS threads: after the children
+    from rpf3d_ros.demo.stand_in import StandIn  # starts DDS threads, so it is imported after the child processes start
     from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
     published = ("terrain/mesh", "terrain/update", "sources")
@@ -175,7 +175,7 @@ def _in_order(wanted: Sequence[str], received: Sequence[str]) -> bool:
 
 def _wait_for_topics(timeout: float, processes: list[subprocess.Popen[bytes]]) -> list[str]:
     """Receive the recorder's diagnostics until it has recorded every expected topic; return the missing topics."""
-    from rpf3d_ros.demo.diagnostic_listener import DiagnosticListener  # starts DDS threads: after the children
+    from rpf3d_ros.demo.diagnostic_listener import DiagnosticListener  # starts DDS threads, so not at the top
     from rpf3d_ros.recording.alert_entries import COUNT_OF_RECORDED
 
     deadline = time.monotonic() + timeout

@@ -60,7 +60,7 @@ class StandIn:
         self.node.create_subscription(kind, topic, lambda data: receive(data, arrived()), qos, raw=True)
 
     def spin_once(self, seconds: float = SPIN) -> None:
-        """Handle at most one received message."""
+        """Wait for a received message for at most `seconds`, and handle it."""
         self._executor.spin_once(timeout_sec=seconds)
 
     def wait(self, condition: Callable[[], Any], seconds: float) -> Any:

@@ -9,15 +9,16 @@ from rpf3d_ros.messages.stamps import SECOND, nanoseconds_of_text
 NOTHING_YET = "no alert has been received yet"
 
 CLOCK_OFFSET = 1.0
-"""Time (s) by which the clocks of simulator and bridge may differ, if the site names no other."""
+"""Default time (s) by which the clocks of simulator and bridge may differ."""
 
 
 class HeardAlert(NamedTuple):
     """The alert of the site in one message of `alerts`.
 
-    sequence : number of the publication; run : identifies the run of the simulator, "" if an older version published
-    stamp_ns, until_ns : time of the publication, and end of validity (ns, by the simulator's clock)
+    sequence : number of the publication; stamp_ns, until_ns : time of the publication, and end of validity (ns, by the
+        simulator's clock)
     is_alarm : True if the alert sounds the alarm; level : level as a word
+    run : identifies the run of the simulator, "" if an older version of the simulator published the message
     """
 
     sequence: int
@@ -79,7 +80,7 @@ class AlarmState:
         self._lost, self._alert, self._is_second = why, None, False
 
     def note_publishers(self, nodes: Mapping[str, Sequence[str]]) -> None:
-        """Note the present publishers; nodes : for `alarm` and `alerts`, the names of the nodes that publish it."""
+        """Note the present publishers; nodes : names of the nodes that publish `alarm` and `alerts`, by topic."""
         for topic, names in nodes.items():
             if len(names) > 1:
                 self._several = f"{len(names)} programs publish {topic} ({', '.join(sorted(names))}): stop all but one"
@@ -110,7 +111,7 @@ class AlarmState:
         return f"the level is {alert.level}" if alert.level == "fault" else ""
 
     def _not_valid(self, alert: HeardAlert, since_s: float, clock_ns: int) -> str:
-        """Return why the last alert is not valid now; since_s : time (s) since its arrival."""
+        """Return why the last alert is not valid now, "" if it is valid; since_s : time (s) since its arrival."""
         if since_s > alert.left_s:
             return "the last alert is no longer valid"
         past, ahead = clock_ns - alert.until_ns, alert.stamp_ns - clock_ns

@@ -1,6 +1,6 @@
-"""Decide on alerts and publish them, on a separate thread: each decision is on disk before its alert is published.
+"""The alert desk decides on alerts on its own thread: each decision is on disk before its alert is published.
 
-If the log cannot be written, the alert is published anyway, together with the fault of the log. A disk that hangs
+If the log cannot be written, the alert is published anyway, and the fault of the log is reported. A disk that hangs
 without an error delays the alert; after a second the delay is reported and the alarm sounds.
 """
 
@@ -29,7 +29,7 @@ from rpf3d_ros.messages.refusals import report_error
 from rpf3d_ros.messages.stamps import SECOND
 
 FORGOTTEN = "a decision failed: what was heard before is not used"
-"""Reason for an unknown state after an unforeseen error."""
+"""Reason why the state of all walls counts as unknown after an unforeseen error."""
 
 NO_CLOCK = "no /clock yet, or it stands at 0: nothing is decided before it runs"
 """Reason why no decision is made before the clock runs: it would state that a level is held since 1970."""
@@ -47,14 +47,15 @@ MOST_UNDECIDED = 2
 """Number of answers that may wait for their decision, including the answer that is being decided on."""
 
 MOST_WAITING = 10_000
-"""Number of answers that may wait while the disk hangs; to limit memory, the messages of further ones count as lost."""
+"""Number of answers that may wait while the disk hangs; to limit memory, the messages of further answers count as lost.
+"""
 
 
 class DecisionListener(Protocol):
     """Receives each decision, and problems with decisions, from the thread of the alert desk."""
 
     def decided(self, alert: Alert, evidence: Evidence | None) -> None:
-        """Publish an alert."""
+        """Publish the alert of a decision; evidence : the evidence of the decision, None if there is no answer."""
 
     def logged(self, fault: str) -> None:
         """Report why the last decision is not on disk; fault : the reason, "" if the decision is on disk."""
@@ -62,7 +63,7 @@ class DecisionListener(Protocol):
     def remembered(self, fault: str) -> None:
         """Report why the state that the next start needs could not be saved; fault : "" if it is on disk.
 
-        The state is what the node has received, such as refused messages and silent topics.
+        The state describes what the node has received, such as the topics that have published and refused messages.
         """
 
     def held_up(self, why: str) -> None:
@@ -72,7 +73,7 @@ class DecisionListener(Protocol):
         """
 
     def unwritten(self) -> None:
-        """Report, once for each decision, that a decision has long been waiting for the disk and is unpublished."""
+        """Report that a decision has long been waiting for the disk and is not published; called once per decision."""
 
     def undecided(self, error: BaseException) -> None:
         """Report that a decision failed with an unforeseen error; the next decision is made soon, without evidence."""
@@ -83,13 +84,14 @@ class AlertDesk:
 
     thresholds : thresholds of the site; log : the decision log, None if the log could not be opened
     now : returns the time of the node's clock (ns)
-    standing : the faults that every decision contains until their cause has ended
+    listener : publishes the alerts, and receives the reports of problems
+    standing : attribute: the faults that every decision contains until their cause has ended
     expected : topics of sources that must publish
     has_sensors : True if the node also has topics of sensors; False if its only topic of sources is `clicked_point`
     heard : topics of sources that had published before the start, and must publish again
     missed : time (ns) at which messages of a topic were lost before the start, by topic
-    unknown : why it is unknown which level was held before the start, which is a fault until persons acknowledge it;
-        "" if the level is known
+    unknown : why it is unknown which level was held before the start, "" if it is known. An unknown level is a fault
+        until persons acknowledge it
     remembered : returns the state to save for the next start, as plain values, without the topics of sources
     """
 
@@ -117,7 +119,7 @@ class AlertDesk:
         self._thread.start()
 
     def decide_on(self, region: Hashable, evidence: Evidence, topic: str) -> None:
-        """Ask for a decision on new evidence of a region, that is of one wall; returns at once.
+        """Ask for a decision on new evidence of a region (one wall of the pit); returns at once.
 
         Evidence without sources applies to all regions of its topic. If MOST_WAITING answers wait already, the message
         counts as lost.
@@ -130,10 +132,11 @@ class AlertDesk:
         self.miss(topic, self._now())
 
     def wait_for_room(self, seconds: float) -> bool:
-        """Wait until fewer than MOST_UNDECIDED pieces of evidence have no decision yet, at most `seconds`.
+        """Wait at most `seconds` until fewer than MOST_UNDECIDED answers wait for their decision.
 
-        Return True if this is so, or if the desk is closed. The thread that flies rocks calls this: each answer needs
-        its own decision, because a later answer may hide a danger. With a slow disk, decisions fall behind the answers.
+        Return True if fewer wait, or if the desk is closed; False after the time. The thread that flies rocks calls
+        this method, because a slow disk delays decisions, and each answer needs its own decision: a later answer may
+        hide a danger.
         """
         with self._served:
             return self._served.wait_for(lambda: len(self._undecided) < MOST_UNDECIDED or self._closed, seconds)
@@ -156,9 +159,9 @@ class AlertDesk:
                 self._requests.put(request)
 
     def watch(self, outlines: Callable[[], Mapping[str, str]], terrain: Callable[[], str] | None = None) -> None:
-        """Make the present outlines of areas and the present terrain count for all further decisions.
+        """Set the present outlines of the areas and the present terrain, for all further decisions.
 
-        Evidence for a former outline or terrain is then outdated, also if many requests wait. Any thread may call.
+        Evidence for a former outline or terrain is outdated at once, even if many requests wait. Any thread may call.
 
         outlines : returns the digest of the present outline of each area, by name
         terrain : returns the digest of the present terrain, "" without terrain; None if the terrain is not watched
@@ -172,18 +175,20 @@ class AlertDesk:
             self._ask(MOVED)
 
     def forget(self, why: str, reply: Reply | None = None) -> None:
-        """Ask to forget all evidence; until every topic has published again, the state is unknown because of `why`.
+        """Ask to forget all evidence; until every topic of sources has published again, the alert has a fault.
 
+        why : the reason why the state is unknown
         reply : called on the thread of the alert desk after the decision without evidence has been published
         """
         self._requests.put(Request(faults=why, reply=reply))
 
     def lose(self, why: str) -> None:
-        """Ask to forget all evidence because of an error of the program; then only messages with later stamps count.
+        """Ask to forget all evidence because of an error of the program.
 
-        If a source of topic `clicked_point` is lost, the alert has a fault until the source would be too old.
+        From then on, only messages with later stamps count. If a source of topic `clicked_point` is lost, the alert has
+        a fault until the source would be too old.
 
-        why : the reason for the unknown state
+        why : the reason why the state is unknown
         """
         self._requests.put(Request(faults=why, is_error=True))
 
@@ -197,15 +202,16 @@ class AlertDesk:
         """
         given = Acknowledgement(by=by, why=why, at_ns=self._now(), client=client)
         faults = self.alert.faults if self.alert is not None else ()
-        ended_by_it = self._unknown.sentences  # otherwise no acknowledgement could end it
+        ended_by_it = self._unknown.sentences  # a fault that only acknowledgements end cannot make them void
         shown = tuple(each for each in _once(*self.standing.sentences, *faults) if each not in ended_by_it)
         self._requests.put(Request(acknowledged=given, reply=reply, shown=shown))
 
     def tick(self) -> None:
-        """Request a decision if the last one failed or its validity ends soon, unless a request is already waiting.
+        """Request a decision if the last one failed or its validity ends soon; call this method regularly.
 
-        In any case, report a decision that is taking too long to be written to the log, and evidence that has waited
-        too long for its decision, because a disk that is slow or hangs raises no error. Call this regularly.
+        Nothing is requested if a request already waits. In any case, report a decision that takes too long to be
+        written to the log, and evidence that has waited too long for its decision: a disk that is slow or hangs raises
+        no error.
         """
         since = self._waiting_since()
         if since is not None and since != self._hanging_since and time.monotonic() - since > LONGEST_WRITE:
@@ -263,9 +269,9 @@ class AlertDesk:
                 self._note_served(request)
 
     def _next(self) -> Request | None:
-        """Wait for the next request and return it; None if the desk is closing.
+        """Wait for the next request and return it; None if the desk must close.
 
-        A change that happens after this call needs a new request.
+        The request no longer counts as waiting: a change of faults, areas or terrain after this call queues a new one.
         """
         request = self._requests.get()
         with self._served:
@@ -279,7 +285,7 @@ class AlertDesk:
                 self._served.notify_all()
 
     def _serve(self, request: Request, following: Request | None) -> None:
-        """Do what a request asks for; following : the next request if it waits already, else None."""
+        """Carry out a request; following : the request after it if that one waits already, else None."""
         now = self._now()
         if request.faults:
             self._evidence.lose() if request.is_error else self._evidence.forget(now)
@@ -308,7 +314,7 @@ class AlertDesk:
             self._evidence.miss(topic, at_ns)
 
     def _remember(self) -> None:
-        """Save to disk the state that the next start needs, and report if this fails; an error stops no decision."""
+        """Save the state that the next start needs, and report if this fails; an error does not stop decisions."""
         log = self._log
         if log is None:
             return
@@ -324,7 +330,7 @@ class AlertDesk:
         log.remember(received)
 
     def _wait_for_clock(self, request: Request) -> None:
-        """Report that no decision is possible before the clock runs; evidence is kept for the decision after that."""
+        """Report that no decision is possible before the clock runs; the evidence is kept until then."""
         if not self._owed or request != TICK:
             self._listener.held_up(NO_CLOCK)
         self._owed = True
@@ -332,7 +338,7 @@ class AlertDesk:
             request.reply((request.acknowledged is None, NO_CLOCK))
 
     def _acknowledge(self, request: Request, now: int) -> None:
-        """Decide with an acknowledgement; only log it if it has no name or no reason. now : present time (ns)."""
+        """Decide with the acknowledgement of a request; if it has no name or reason, only log it. now : time (ns)."""
         said = request.acknowledged or Acknowledgement(by="", why="", at_ns=now)
         try:
             given = acknowledgement(*said)
@@ -343,7 +349,7 @@ class AlertDesk:
         else:
             result = self._decide_with(given, now, request.shown)
             if set(request.shown) - set(self.standing.sentences):
-                self._decide(now, None)  # without the faults that have ended since it was given
+                self._decide(now, None)  # without the faults that have ended since the acknowledgement was given
         if request.reply is not None:
             request.reply(result)
 
@@ -407,8 +413,10 @@ class AlertDesk:
     def _is_over(self, now: int) -> bool:
         """True if a new decision must be made: the validity of the last decision has ended, or ends soon.
 
-        now : time (ns). A decision is not valid after its evidence has become stale. So the alert becomes a fault at
-            the latest one call of `tick` after that time.
+        A decision is not valid after its evidence has become stale. So the alert becomes a fault at the latest at the
+        first call of `tick` after that time.
+
+        now : present time (ns)
         """
         if self._owed or self.alert is None:
             return True

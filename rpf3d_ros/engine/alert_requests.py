@@ -1,4 +1,4 @@
-"""The requests to the alert desk: what its thread takes into account before it decides again."""
+"""The requests to the alert desk, the thread that decides on alerts: each says what has changed or is asked for."""
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
@@ -19,7 +19,8 @@ class Request:
     is_error : True if the reason is an error of the program; then only messages with a stamp later than that of the
         last message of their topic count
     acknowledged : an acknowledgement, whose name and reason are not checked yet
-    shown : the faults that were shown when the acknowledgement was given, except the one that it may end
+    shown : the faults that were shown when the acknowledgement was given, except the fault that the acknowledgement
+        may end
     reply : called with True and a sentence if the request succeeded, or with False and the reason
     is_changed : True to decide again because standing faults or lost messages have changed
     is_moved : True to decide again on the evidence, if there is any, because an outline or the terrain has changed
@@ -38,7 +39,7 @@ class Request:
 
     @property
     def decides(self) -> bool:
-        """True if the request always leads to a decision, on all evidence, standing faults and lost messages."""
+        """True if the request always causes a decision, with all evidence, standing faults and lost messages."""
         return self.evidence is not None or bool(self.faults) or self.is_changed
 
     def is_covered_by(self, later: "Request") -> bool:
@@ -64,4 +65,4 @@ TICK = Request()
 """A request without new evidence: the alert desk only checks whether the validity of the last decision ends soon."""
 
 CLOSING = None
-"""Request that ends the thread of the alert desk."""
+"""Value in place of a request, which ends the thread of the alert desk."""

@@ -103,7 +103,7 @@ class AnswerSchedule:
         self._unfinished = None
 
     def _wants_latest(self) -> bool:
-        """True if the newest trigger must be answered again, because its answer must be the last published answer."""
+        """True if the newest trigger must be answered again: the last published answer must be that of this trigger."""
         ends_another = self._finishing and (self._unfinished is not None or self._to_be_completed() is not None)
         return self._latest is not None and (self.repeats or (self.current is not self._latest and not ends_another))
 
@@ -120,7 +120,7 @@ class AnswerSchedule:
         return next((each for each in self._interrupted if any(each is one for one in others)), None)
 
     def _in_turn(self, latest: Trigger) -> list[Trigger]:
-        """Return all triggers to answer again; triggers that still wait since an earlier change are first.
+        """Return all triggers to answer again, in order: first those that still wait since an earlier change.
 
         latest : the newest trigger
         """

@@ -1,4 +1,4 @@
-"""Faults of topics that defined an area before a restart and have not published it again; the area is then unknown."""
+"""Faults of topics that defined an area of interest before a restart: until they publish again, the area is unknown."""
 
 from collections.abc import Callable, Iterable
 
@@ -14,13 +14,13 @@ class AreasBefore:
     """
 
     def __init__(self, report: Callable[[str, str], None], before: Iterable[str]) -> None:
-        """Begin; before : the topics that had an area before the restart."""
+        """Begin with the topics that had an area before the restart (`before`): all must publish again."""
         self._report = report
         self._missing = frozenset(before)
         self._defined: frozenset[str] = frozenset()
 
     def repeat(self) -> None:
-        """Report all faults, because they could not be reported before."""
+        """Report the fault of each topic; call this as soon as `report` can take faults."""
         for topic in sorted(self._missing):
             self._report(
                 CAUSE.format(topic),
@@ -34,7 +34,7 @@ class AreasBefore:
         return tuple(sorted(self._missing | self._defined))
 
     def announce(self, topic: str) -> None:
-        """Note that a topic defines an area; call this before the area is used, because `topics` may be saved then."""
+        """Note that a topic defines an area; call this before the area is used, so that `topics` contains the topic."""
         self._defined = self._defined | {topic}
 
     def received(self, topic: str, has_area: bool) -> None:

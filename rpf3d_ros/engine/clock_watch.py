@@ -1,11 +1,11 @@
-"""Notice a clock that stands still: without time, the age of all evidence is unknown."""
+"""Detect that the node's clock stands still: without the time, the age of all evidence is unknown."""
 
 STANDS = "the clock stands still, so the age of all evidence is unknown: start the publisher of /clock again"
-"""The fault of a clock that stands still."""
+"""Sentence of the fault that the node's clock stands still."""
 
 
 class ClockWatch:
-    """The last time that the node's clock showed, and when it began to show this time, by a steady clock."""
+    """Detects that the node's clock stands still, by comparison with a steady clock."""
 
     def __init__(self, patience_s: float) -> None:
         """Begin without a time; patience_s : time (s) for which the clock may stand still."""

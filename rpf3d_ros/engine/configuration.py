@@ -202,7 +202,7 @@ def _store_of(parameters: SimulatorParameters) -> Store | None:
 def _restored(
     store: Store | None, scene: Scene, workshop: Workshop, now_ns: int
 ) -> tuple[PreparedTerrain | None, str, TerrainBefore]:
-    """Return the prepared terrain from a store, a sentence on the age of the terrain, and what is known of its patches.
+    """Return the prepared terrain from a store, a sentence on its age, and which patches it contains or lacks.
 
     Without a store, or if the store is empty, the terrain is None and the sentence "". If the terrain cannot be read,
     the terrain is None and the sentence gives the reason. The simulator then starts without a terrain.

@@ -76,7 +76,7 @@ class DecisionReports:
             self._report_log()
 
     def _report_log(self) -> None:
-        """Report the state of the log, with problems of earlier decisions, because an audit finds them."""
+        """Report the state of the log; earlier problems stay in the report, because an audit finds them."""
         faults = "; ".join(filter(None, (self._not_logged, self._not_remembered)))
         if faults:
             self._outlets.health.set("decision log", ERROR, faults)

@@ -147,7 +147,7 @@ class Flyer:
         return self._schedule.has_trigger
 
     def activate(self) -> None:
-        """Start to answer."""
+        """Begin to answer sources."""
         with self._changed:
             self._active = True
             self._changed.notify()
@@ -160,7 +160,7 @@ class Flyer:
             self._changed.notify()
 
     def forget(self) -> None:
-        """Forget the last triggers, because their stamps are no longer valid."""
+        """Forget all triggers and the current answer, because the stamps of the triggers are no longer valid."""
         with self._changed:
             self._forget()
 
@@ -248,7 +248,7 @@ class Flyer:
         self._refine()
 
     def _refine(self) -> None:
-        """Fly the next stage of the current answer, and publish the stage unless a better answer was published."""
+        """Fly the next stage of the current answer, and publish it unless an answer with more rocks was published."""
         stages, trigger = self._stages, self._schedule.current
         if stages is None or trigger is None:
             return
@@ -268,7 +268,9 @@ class Flyer:
                 self._listener.answered(answer)
 
     def _goes_on(self, stages: Iterator[Answer], ended: bool) -> bool:
-        """True if the stage that was just flown may be published: the flyer is active, and its trigger still counts.
+        """True if the stage that was just flown may be published: the flyer is active, and the answer is not forgotten.
+
+        If the answer has ended, its iterator is dropped.
 
         stages : the iterator that flew the stage; ended : True if the answer has no further stage
         """
@@ -280,7 +282,7 @@ class Flyer:
             return self._active and not self._closed
 
     def _is_overtaken(self, stage: int) -> bool:
-        """True if the flight of a stage must stop because of other work; stage : number of the stage, from 0.
+        """True if the flight of a stage must stop because of other work; stage : number of the stage, first 0.
 
         The first stage is flown even if other triggers wait. Otherwise a flood of triggers would never be answered.
         """

@@ -9,7 +9,7 @@ T = TypeVar("T")
 class Published(NamedTuple, Generic[T]):
     """A received message with the time of its publication.
 
-    at_ns : time of publication (ns); queue : index of the queue that contained the message; content : the content
+    at_ns : time of publication (ns); queue : index of the queue that contained the message
     """
 
     at_ns: int
@@ -39,7 +39,7 @@ class InOrder(Generic[T]):
         self.errors: list[Exception] = []
 
     def ready(self) -> list[Published[T]]:
-        """Return the messages that are ready, in order of publication."""
+        """Read all queues, and return the messages that need not wait for earlier messages, in order of publication."""
         self.errors = []
         self._look()
         if not self._waiting:

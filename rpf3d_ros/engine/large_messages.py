@@ -1,11 +1,11 @@
-"""Receive large messages without blocking other threads, on a thread of their own.
+"""Receive large messages on a separate thread, without blocking other threads.
 
-Messages that must stay in order with large ones are received here, too. rclpy holds the interpreter's lock while it
-takes a message: a mesh of 56 MB, copied twice into untouched pages, blocks every thread of a node for 0.1 s and more.
-This module calls the function of rcl through ctypes, which releases the lock, and does not copy the bytes. Messages of
-several topics that have arrived are passed on in the order in which they were published. The transport of a large
-message takes time, so the message may arrive after a small message that was published later. Therefore the time of
-publication is passed on with each message.
+Smaller messages that must stay in order with the large messages are received here, too. rclpy holds the interpreter's
+lock while it takes a message: a mesh of 56 MB, which rclpy copies twice, blocks every thread of a node for 0.1 s and
+more. This module calls the function of rcl through ctypes, which releases the lock, and does not copy the bytes.
+Messages of several topics that have arrived are passed on in the order in which they were published. The transport of
+a large message takes time, so the message may arrive after a small message that was published later. Therefore the
+time of publication is passed on with each message.
 """
 
 import ctypes
@@ -128,7 +128,7 @@ class NotByTheExecutor(CallbackGroup):
 class LargeTopic(NamedTuple):
     """A topic of large messages, and the function that receives them.
 
-    kind : a message class; take : called with the CDR bytes of each message and its time of publication (ns)
+    kind : message class of rclpy; take : called with the CDR bytes of each message and its time of publication (ns)
     lost : called before `take` if messages were lost before this message: with their number, and the time (ns) of
         publication of this message; None if only the last message matters
     """

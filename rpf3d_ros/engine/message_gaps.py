@@ -1,7 +1,8 @@
-"""Notice messages of a topic that were published, but lost before they could be read.
+"""Detect messages of a topic that were published, but lost before they could be read.
 
-The middleware keeps the newest messages of a topic until they are read (`depth`). If more arrive, it deletes the
-oldest, and neither counts nor reports them. A network can lose messages, too. But each publisher numbers its messages.
+The middleware keeps the newest messages of a topic until they are read; `depth` is their largest number. If more
+arrive, it deletes the oldest, and neither counts nor reports them. A network can lose messages, too. Because each
+publisher numbers its messages, a loss is a gap in the numbers.
 """
 
 from collections.abc import Callable, Hashable
@@ -12,7 +13,7 @@ PUBLISHERS = 1000
 
 
 class Numbered(NamedTuple):
-    """What the middleware states about a message.
+    """The number, time of reception and publisher of a message, as the middleware states them.
 
     number : number that the publisher gave the message, counted from 1; None if the middleware has no numbers
     received_ns : when the message was received, before it waited to be read (ns since the epoch)
@@ -39,7 +40,10 @@ class MessageGaps:
     """Finds gaps in the numbers of the messages of one topic. Only one thread may call."""
 
     def __init__(self, depth: int) -> None:
-        """Begin; depth : number of messages that wait to be read before the middleware deletes the oldest, 0: all."""
+        """Begin without messages.
+
+        depth : number of messages that may wait to be read before the middleware deletes the oldest; 0 for no limit
+        """
         self._depth = depth
         self._last: dict[Hashable, list[int]] = {}
         self._first: list[_FirstMessage] = []
@@ -88,7 +92,11 @@ class MessageGaps:
         return last
 
     def _overwritten(self, received_ns: int) -> int:
-        """Count a message for earlier first messages; return how many of these were read from a full queue."""
+        """Return how many earlier first messages of publishers turn out, by this message, to be read from a full queue.
+
+        received_ns : when the message was received (ns since the epoch). A message that was received before a first
+            message was read waited in the queue at the same time.
+        """
         waiting = [each._replace(queued=each.queued + 1) for each in self._first if received_ns <= each.taken_ns]
         self._first = [each for each in waiting if not 0 < self._depth <= each.queued]
         return len(waiting) - len(self._first)

@@ -13,7 +13,10 @@ from rpf3d_ros.interface.health_report import HealthReport
 
 @dataclass(frozen=True, eq=False)
 class Outlets:
-    """The outputs of a simulator: the node's publishers, diagnostics and log; now : returns the node's time (ns)."""
+    """The outputs of a simulator: the node's publishers, diagnostics and ROS log.
+
+    now : returns the time of the node's clock (ns)
+    """
 
     answers: AnswerPublishers
     alerts: AlertPublishers

@@ -29,7 +29,7 @@ class SeenPublisher(NamedTuple):
 class WatchedTopic(NamedTuple):
     """A topic whose publishers are judged.
 
-    name : as in the documentation; kind : type of its messages
+    name : as in docs/reference/topics.md; kind : type of its messages
     qos : quality of service of the node's subscription; None for a topic that the node itself publishes
     is_single : True if more than one publisher is a fault
     group : name of a group of topics, at least one of which needs a publisher; "" for none
@@ -53,9 +53,9 @@ class PublisherFinding(NamedTuple):
 class PublisherWatch:
     """Judges the publishers of all watched topics from time to time.
 
-    overlap_s : time (s) for which two publishers are only a warning, because a killed publisher stays visible for some
-        time. The time begins when the second-oldest visible publisher was first seen. A single program that is killed
-        and started again several times is therefore not a fault
+    overlap_s : time (s) for which two publishers of a topic are only a warning, because a killed publisher stays
+        visible for some time. The time begins when the second-oldest visible publisher was first seen, so a program
+        that is killed and started again several times is not a fault
     """
 
     def __init__(self, topics: Sequence[WatchedTopic], overlap_s: float) -> None:
@@ -111,7 +111,7 @@ class MuteSensors:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of the topics."""
+        """The names of the topics of sources that are checked."""
         return tuple(topic.name for topic in self._topics)
 
     def understood(self, topic: str) -> None:

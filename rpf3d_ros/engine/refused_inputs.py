@@ -45,14 +45,14 @@ class RefusedInputs:
         self._refused: dict[str, Refusal] = {}
 
     def refused(self, topic: str, why: str, at: float) -> None:
-        """Note that a message of a topic was refused at a time (s)."""
+        """Note that a message of a topic was refused; why : reason; at : time of the refusal (s, steady clock)."""
         first = self.reasons.get(topic, why)
         self._refused = {**self._refused, topic: Refusal(why=first, at=at)}
         self._persons = {}
         self._tell(topic, why)
 
     def repeat(self) -> None:
-        """Report all faults, because they could not be reported before."""
+        """Report the fault of each topic; call this as soon as `report` can take faults."""
         for topic, why in self.reasons.items():
             self._tell(topic, why)
 

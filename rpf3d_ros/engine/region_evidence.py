@@ -62,7 +62,7 @@ class RegionEvidence:
 
     @property
     def missed(self) -> dict[str, int]:
-        """When messages of a topic were last lost (ns), by topic, as far as their sources would not be too old."""
+        """Topic -> time (ns) at which its messages were last lost; only topics whose lost sources may still count."""
         return self._topics.missed
 
     def note(self, region: Hashable, topic: str, evidence: Evidence) -> None:
@@ -126,13 +126,16 @@ class RegionEvidence:
         )
 
     def _complete_until_ns(self, parts: Sequence[Evidence]) -> int:
-        """Return the time (ns) at which a topic falls silent, or an answer is too old for the terrain; 0 if none."""
+        """Return when (ns) the first topic falls silent or the first answer is too old for the terrain; 0 if never."""
         first_ns = self._topics.oldest_ns
         silent_ns = [] if first_ns is None else [first_ns + self._max_age_ns]
         return min([*silent_ns, *self._ground.ends_ns(parts)], default=0)
 
     def forget(self, now_ns: int) -> None:
-        """Forget all evidence and stamps, because times from before now (ns) are invalid; topics must publish again."""
+        """Forget all evidence and stamps, for example because the clock went back; every topic must publish again.
+
+        now_ns : present time (ns); earlier times are invalid
+        """
         self._clear()
         self._topics.forget()
         self._outlines.restart(now_ns)

@@ -17,7 +17,7 @@ ONLY_CLICKS = "no sensor has reported, so only clicked sources are known: start 
 """Fault of a node with topics of sensors that has received clicks only: a click says nothing about other walls."""
 
 ANY_STAMP = -1
-"""Smaller than every stamp (ns)."""
+"""A time (ns) before every stamp, which stands for a topic without a known stamp."""
 
 
 class SourceTopics:
@@ -41,14 +41,14 @@ class SourceTopics:
     def miss(self, topic: str, now_ns: int) -> None:
         """Note that messages of a topic were lost before they could be read; now_ns : present time (ns).
 
-        They may have reported danger at any wall, so a later message does not make up for them. The loss is a
-        fault until their sources would be too old, whatever is forgotten meanwhile.
+        The lost messages may have reported danger at any wall, so a later message does not replace them. The loss is a
+        fault until the lost sources would be too old, even if `forget` or `lose` is called meanwhile.
         """
         self._missed[topic] = max(now_ns, self._missed.get(topic, now_ns))
 
     @property
     def missed(self) -> dict[str, int]:
-        """When messages of a topic were last lost (ns), by topic, as far as their sources would not be too old."""
+        """Topic -> time (ns) at which its messages were last lost; only topics whose lost sources may still count."""
         return dict(self._missed)
 
     @property
@@ -65,7 +65,7 @@ class SourceTopics:
             self._last[topic] = max(stamp_ns, self._last.get(topic, stamp_ns))
 
     def silent(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
-        """Return a sentence for each silent topic: its last message is too old, or an expected message never came.
+        """Return one sentence for each silent topic: its last message is too old, or it must publish and has not yet.
 
         The result also has a sentence for each topic with lost messages, a sentence for a clicked source that was lost
         by an error, and a sentence if the node has sensors but has received messages of topic `clicked_point` only.
@@ -108,7 +108,7 @@ class SourceTopics:
         self._is_new_time = True
 
     def lose(self, click_ns: int | None = None) -> None:
-        """Note that the evidence of all messages was lost by an error, so that every topic must publish again.
+        """Note that an error of the program lost the evidence of all messages; every topic must publish again.
 
         A message from before the error may be answered again, although other messages of its topic are lost. Therefore
         only messages with later stamps count. A person does not repeat a message of topic `clicked_point`, so its lost

@@ -19,9 +19,9 @@ class StampGuards:
         self._most_ahead = most_ahead
 
     def check(self, topic: str, stamp_ns: int, now_ns: int) -> None:
-        """Refuse a stamp (ns) before the last one of its topic, or too far ahead of the clock. Raises MessageRefused.
+        """Raise MessageRefused if a stamp (ns) is older than the topic's last stamp, or too far ahead of the clock.
 
-        now_ns : 0 if the clock has not begun, so that no stamp is ahead of it
+        now_ns : present time (ns); 0 if the clock does not run yet, so that no stamp counts as ahead
         """
         ahead = (stamp_ns - now_ns) / SECOND
         if now_ns > 0 and ahead > self._most_ahead:

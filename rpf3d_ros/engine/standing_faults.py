@@ -1,4 +1,4 @@
-"""Standing faults: faults that last until their cause has ended, whatever the evidence says."""
+"""Standing faults of the alert: faults that last until their cause has ended, whatever the evidence says."""
 
 import threading
 from collections.abc import Callable
@@ -7,7 +7,7 @@ from collections.abc import Callable
 class StandingFaults:
     """The present standing faults: one sentence for each cause. Any thread may call.
 
-    changed : called after each change, once the lock is released
+    changed : called after each change of the faults
     """
 
     def __init__(self, changed: Callable[[], None]) -> None:

@@ -49,7 +49,7 @@ ANSWER_WITHIN = 0.04
 """Time (s) that a service's callback waits for a decision and its log: no callback may take longer than 50 ms."""
 
 REMEMBERED = 4
-"""Number of walls whose last sources are kept to be answered again, as a multiple of `waiting_sources`."""
+"""Factor: the last sources of REMEMBERED times `waiting_sources` regions are kept, to be answered again."""
 
 COMPUTING = 0.5
 """Time (s) for which the threads that fly rocks and build terrain may continue when the simulator is closed.
@@ -110,8 +110,8 @@ class Station:
         self.decisions = DecisionReports(outlets, parameters.map_frame)
         self._note_terrain_before()
         if configuration.thresholds is not None:
-            # The desk's thread may write to disk and decide at once: all that is known from before the start is noted
-            # before it starts.
+            # The thread of the alert desk may write to disk and decide as soon as it runs. So all that is known from
+            # before the start is noted first.
             self._remember_refusals()
             self.desk = self._desk_of(configuration, configuration.thresholds)
             self._report_terrain()
@@ -186,7 +186,7 @@ class Station:
         self.terrain.holds(before.patches_ns)
 
     def activate(self) -> None:
-        """Start to answer and decide."""
+        """Begin to answer sources and to decide on alerts."""
         self.decisions.resume()
         self._outlets.alerts.forget()
         self.flyer.activate()
@@ -244,7 +244,7 @@ class Station:
     def forget(self, why: str) -> None:
         """Forget all sources, evidence and received patches, because the clock went back.
 
-        why : sentence on the fault that lasts until every topic of sources has published again
+        why : sentence of the fault that lasts until every topic of sources has published again
         """
         self.terrain.forget_received()
         self.flyer.forget()
@@ -290,7 +290,8 @@ class Station:
         by, _, why = acknowledged_by.partition(":")
         replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
         is_named = bool(by.strip() and why.strip())
-        self.desk.acknowledge(by, why, replies.put, client)  # before it ends a fault, which makes it void for the level
+        # The desk is asked before the acknowledgement ends any fault: a fault that is shown now makes it void.
+        self.desk.acknowledge(by, why, replies.put, client)
         silent = self._refused_inputs.acknowledged(by, time.monotonic()) if is_named else ()
         ended = f"; no longer a fault, because silent since: {', '.join(silent)}" if silent else ""
         try:
@@ -368,7 +369,10 @@ class Station:
         self._report_terrain()
 
     def set_areas(self, topic: str, outlines: Outlines) -> None:
-        """Replace the areas of interest of a topic, map frame; evidence for their former places is outdated."""
+        """Replace the areas of interest of a topic; evidence for their former outlines is outdated.
+
+        outlines : the rings of each area in the map frame, by name; empty if the topic defines no area
+        """
         if outlines:
             self._areas.announce(topic)
         self.flyer.set_areas(topic, outlines)

@@ -1,4 +1,4 @@
-"""The fault of a node that does not know which level was held before its start; only persons end it."""
+"""The fault of a node that does not know which level was held before its start; it ends when persons acknowledge it."""
 
 from rpf3d_core.alerts.levels import ANOTHER_PERSON
 from rpf3d_core.alerts.persons import person_of
@@ -6,18 +6,22 @@ from rpf3d_core.alerts.site_model import AcknowledgeSpec
 from rpf3d_core.alerts.time_units import ns_of
 
 ADVICE = "a higher level may have been held: look at every area, then acknowledge"
-"""Advice in the fault; it follows after the reason."""
+"""Advice to persons in the sentence of the fault, after the reason."""
 
 
 class UnknownBefore:
-    """Why it is unknown which level was held before the start, and which persons have acknowledged that.
+    """The fault that the level held before the start is unknown, with the persons who have acknowledged the fault.
 
     The acknowledgements of as many persons as the site demands end the fault, whatever level is held, because any level
     may have been held. Only one thread may call.
     """
 
     def __init__(self, why: str, terms: AcknowledgeSpec) -> None:
-        """Begin; why : the reason, "" if the level is known; terms : how many persons must acknowledge, and by when."""
+        """Begin without acknowledgements.
+
+        why : why the level before the start is unknown, "" if it is known
+        terms : how many persons must acknowledge, and within which time
+        """
         self._why, self._terms = why, terms
         self._persons: dict[str, int] = {}
 

@@ -9,9 +9,12 @@ from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.engine.source_topics import BY_HAND
 
 Place = tuple[str | float, ...]
-"""A topic with a square in plan (column, row) or a clicked point (m); the topic alone if no sources are reported."""
+"""The place of a source: (topic, column, row) of a square in plan, or (topic, x, y, z) m of a clicked point.
+
+A message without sources has the place (topic,).
+"""
 Region = frozenset[Place]
-"""The places of all sources of a message."""
+"""The set of the places of all sources of one message."""
 
 
 class WaitingSources:
@@ -27,7 +30,7 @@ class WaitingSources:
         """
         self._size, self._most = region_size, most
         self._waiting: dict[Region, Trigger] = {}
-        self._served: list[Region] = []  # the last ones that had a turn, latest last
+        self._served: list[Region] = []  # regions whose triggers were taken, the latest last
         self.dropped = 0
 
     def put(self, trigger: Trigger) -> Trigger | None:
@@ -79,7 +82,7 @@ class WaitingSources:
         return frozenset((trigger.topic, *place) for place in places.tolist()) or frozenset({(trigger.topic,)})
 
     def _last_turn(self, region: Region) -> int:
-        """Return the last turn of the place that has waited longest: 0 if it had none, larger for a later turn."""
+        """Return the last turn of the region's place that has waited longest: 0 if it had none, larger if later."""
         for turn in range(len(self._served), 0, -1):
             region -= self._served[turn - 1]
             if not region:

@@ -1,1 +1,1 @@
-"""What other programs see of a node: topics with their quality of service, parameters and diagnostics."""
+"""The interface of the nodes to other programs: topics with their quality of service, parameters and diagnostics."""

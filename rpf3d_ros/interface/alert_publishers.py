@@ -1,6 +1,6 @@
-"""Publish alerts: `alerts` contains levels and reasons, the latched `alarm` is for bridges to a PLC.
+"""Publish alerts on two latched topics: `alerts` has levels and reasons, `alarm` one true or false for a PLC.
 
-Both are published again at least every HEARTBEAT seconds, so that a subscriber can require a deadline.
+Both messages are published again about every HEARTBEAT seconds, so that a subscriber can require a deadline.
 """
 
 import secrets
@@ -25,7 +25,11 @@ EARLY = 0.15
 
 
 class PublishedAlert(NamedTuple):
-    """The last published alert, kept to be repeated; result : number of the live result behind it, None without one."""
+    """The last published alert, kept so that it can be published again.
+
+    header : frame and stamp of its message of `alerts`
+    result : number of the live result on which the alert was decided; None if there was no result
+    """
 
     header: Header
     alert: Alert
@@ -33,7 +37,7 @@ class PublishedAlert(NamedTuple):
 
 
 class AlertPublishers:
-    """Publishers of `alerts` and `alarm`, which publish only while the node is active; any thread may call."""
+    """The publishers of `alerts` and `alarm`. They publish only while the node is active. Any thread may call."""
 
     def __init__(self, node: LifecycleNode) -> None:
         self._node = node
@@ -68,16 +72,16 @@ class AlertPublishers:
         return True
 
     def sound_alarm(self) -> None:
-        """Publish that the alarm sounds, because no decision can be made or published."""
+        """Publish `alarm` as true; call this if no decision can be made or published."""
         with self._lock:
             self._sound()
 
     def beat(self) -> None:
         """Publish the last alert again if a heartbeat is due; call this several times per HEARTBEAT.
 
-        Only the alarm is published if there is no decision yet, if `sound_alarm` was called after the last decision, or
-        if the validity of the last decision has ended. If only the validity has ended, the alarm is published one
-        heartbeat later, because the next decision may be on its way.
+        Only `alarm`, as true, is published if there is no decision yet, if `sound_alarm` was called after the last
+        decision, or if the validity of the last decision has ended. If only the validity has ended, `alarm` is
+        published one heartbeat later, because the next decision may be on its way.
         """
         with self._lock:
             since = time.monotonic() - self._published_at
@@ -90,7 +94,7 @@ class AlertPublishers:
                 self._repeat(self._last)
 
     def forget(self) -> None:
-        """Forget the last alert, because the node has been activated again."""
+        """Forget the last alert, so that it is not repeated; call this when the node is activated again."""
         with self._lock:
             self._last, self._is_sounding = None, False
 

@@ -1,4 +1,4 @@
-"""Publish answers: latched, with the stamp of their sources, only while the node is active."""
+"""Publish each answer on several latched topics, with the stamp of its sources, only while the node is active."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -39,7 +39,7 @@ TOPICS = {
 
 
 class AnswerPublishers:
-    """Publishers of all messages of an answer."""
+    """The publishers of all messages of an answer, one for each topic in TOPICS."""
 
     def __init__(self, node: LifecycleNode) -> None:
         self._publishers = {

@@ -48,7 +48,7 @@ class HealthReport:
     def set(self, part: str, level: int, message: str, values: Mapping[str, str] | None = None) -> None:
         """Set the state of a part of the node, for example "terrain".
 
-        level : OK, WARN, ERROR or STALE; message : a sentence; values : further figures
+        level : OK, WARN, ERROR or STALE; message : a sentence; values : further figures, by name
         The state is logged if it is not OK, or OK again after a fault; a changed level or sentence is published at
         once.
         """
@@ -65,7 +65,7 @@ class HealthReport:
                 self._publish_soon()
 
     def clear(self, *parts: str) -> None:
-        """Remove the states of some parts from the report."""
+        """Remove the states of these parts of the node, so that they are no longer published."""
         with self._lock:
             self._parts = {part: health for part, health in self._parts.items() if part not in parts}
 

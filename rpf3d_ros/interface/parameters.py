@@ -37,7 +37,10 @@ P = TypeVar("P")
 def parameter(
     default: Any, description: str, low: float | None = None, high: float | None = None, choices: tuple[str, ...] = ()
 ) -> Any:
-    """Return a dataclass field with the default, description, closed range and choices of its ROS parameter."""
+    """Return a dataclass field with the default, description, range and choices of its ROS parameter.
+
+    low, high : ends of the range, both allowed; None for no range. choices : allowed values; () for any value
+    """
     about = {"description": description, "low": low, "high": high, "choices": choices}
     return field(default=default, metadata=about)
 
@@ -187,7 +190,7 @@ class SimulatorParameters(InputParameters):
         return SensorTopics(poses=poses, clouds=clouds, expected=tuple(name for name in must if name not in optional))
 
     def _named(self, parameter_name: str) -> tuple[str, ...]:
-        """Return the topics of a list that the site gave; the topics of a default list need not exist on a site."""
+        """Return the topics of a list parameter; () if the list has its default, whose topics need not exist."""
         default = next(each.default for each in fields(self) if each.name == parameter_name)
         value = tuple(getattr(self, parameter_name))
         return () if value == default else tuple(name for name in value if name)
@@ -293,7 +296,7 @@ class ParameterLock:
     """
 
     def __init__(self, node: Node, free: Sequence[str] = (), is_forever: bool = False) -> None:
-        """Check all changes of the node's parameters.
+        """Begin to check all changes of the node's parameters; while `closed` is True, changes are refused.
 
         free : parameters that may be set at any time
         is_forever : True for a node that is never configured, whose parameters never change

@@ -1,4 +1,4 @@
-"""Publish from any thread at any time, even while a signal shuts the context down; publishers for simulator inputs."""
+"""Publish from any thread, even while a signal shuts the context down; make publishers for the simulator's inputs."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -11,7 +11,10 @@ from rpf3d_ros.interface.recorded_topics import TOPICS
 
 
 def publishers_of(node: Node, topics: Iterable[str]) -> dict[str, Publisher]:
-    """Return a publisher for each given input topic of the simulator, by name, for a program that replaces a sensor."""
+    """Return a publisher for each given input topic of the simulator, by the topic's name.
+
+    This is for programs that publish in place of a sensor. topics : keys of `recorded_topics.TOPICS`
+    """
     return {
         name: node.create_publisher(TOPICS[name].message_class, name, given_qos(TOPICS[name].offered))
         for name in topics

@@ -7,7 +7,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from rpf3d_ros.interface.recorded_topics import EVENT, RESULT, STATE, TERRAIN
 
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""Quality of service of states, which are terrain and results: a late subscriber receives the last message."""
+"""Quality of service of topics that show a state, such as terrain: a late subscriber receives the last message."""
 
 HEARTBEAT = 1.0
 """Time (s) after which `alerts` and `alarm` are published again, even if nothing has changed."""
@@ -29,7 +29,7 @@ RESULTS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durabili
 """Quality of service of the recorder for results, which may have to wait while a large terrain is written."""
 
 EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
-"""Quality of service of events, which are sources and diagnostics: a late subscriber must not receive old events."""
+"""Quality of service of topics of events, such as sources and diagnostics: a late subscriber must get no old event."""
 
 
 SOURCES = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
@@ -40,7 +40,7 @@ A sensor may report its walls one after the other without a pause. The queue tak
 
 
 def depth_of(qos: QoSProfile) -> int:
-    """Return the number of messages that wait in a subscription before the oldest is deleted; 0 if none is deleted."""
+    """Return how many messages may wait in a subscription before the oldest is deleted; 0 if none is ever deleted."""
     return 0 if qos.history == HistoryPolicy.KEEP_ALL else qos.depth
 
 
@@ -74,7 +74,7 @@ Events may wait while a large terrain is written.
 
 
 def given_qos(offered: str) -> QoSProfile:
-    """Return the quality of service with which a stand-in for survey or radar publishes; only terrain is latched.
+    """Return the quality of service for a program that publishes in place of a survey or radar: terrain is latched.
 
     offered : STATE, EVENT, RESULT or TERRAIN, as in `RecordedTopic`
     """

@@ -41,7 +41,7 @@ class SceneParameters:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of all parameters that are declared here."""
+        """The names of all parameters of the scene: the path of a scene file, and the scene's fields."""
         return (SCENE, *self._fields)
 
     @property

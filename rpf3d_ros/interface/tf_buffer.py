@@ -36,9 +36,10 @@ class TfTransforms:
         self._listener: Any = tf2_ros.TransformListener(self._buffer, node)
 
     def lookup(self, target: str, source: str, stamp_ns: int) -> FoundTransform | str:
-        """Return the transform from `source` into `target` as in `TransformLookup`; if there is none, the reason.
+        """Return at once the transform from `source` into `target`; if there is none, the reason as text.
 
-        stamp_ns : time (ns) of the transform, NEWEST for the newest of all; if all transforms are older, the newest
+        stamp_ns : time (ns) of the transform, NEWEST for the newest of all; if all transforms are older than this time,
+            the newest is returned
 
         A chain of static transforms is valid for all times; tf2 returns it with the stamp 0. A dynamic transform may
         wrongly have the stamp 0, too: therefore a second lookup, at another time, follows, which fails for a dynamic
@@ -61,7 +62,7 @@ class TfTransforms:
         self._buffer.clear()
 
     def close(self) -> None:
-        """End the subscriptions."""
+        """End the subscriptions to /tf and /tf_static."""
         self._listener.unregister()
 
 

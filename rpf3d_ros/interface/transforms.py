@@ -18,7 +18,7 @@ NEWEST = 0
 
 MESH_HAS_NO_STAMP = "a mesh has no stamp"
 AREAS_STAY = "an area stays where it was when it was received"
-"""The reasons, for messages, why the frame of a mesh and the frame of an area must be static."""
+"""The reasons, in error messages, why the frame of a mesh and the frame of an area must be static."""
 
 
 class FoundTransform(NamedTuple):
@@ -47,11 +47,11 @@ class TransformLookup(Protocol):
         """Forget all transforms except static transforms, because the clock went back."""
 
     def close(self) -> None:
-        """Receive no more transforms."""
+        """End the subscriptions: receive no more transforms."""
 
 
 class InputFrames:
-    """Returns for each message the map frame together with the transform that the message needs."""
+    """Finds the map frame for each message, with the transform that the message's coordinates need, if any."""
 
     def __init__(self, frame: MapFrame, transforms: TransformLookup | None = None, max_age_s: float = 0.0) -> None:
         """Set the frames.
@@ -68,7 +68,7 @@ class InputFrames:
         for a transform that is too old or not a rotation.
         """
         if self._transforms is None or self._needs_none(frame_id):
-            return self._frame  # which refuses a foreign frame
+            return self._frame  # the map frame itself refuses a message in another frame
         if stamp_ns <= 0:
             raise MessageRefused(
                 f"frame_id is '{frame_id}', and its stamp is 0: a transform needs the time of the data"

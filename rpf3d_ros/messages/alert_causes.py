@@ -1,4 +1,4 @@
-"""The values of `alerts` on an alert level: its cause, the terrain for which it was judged, and its beginning."""
+"""The values in a message of `alerts` that explain a level: its cause, the terrain it was judged for, its beginning."""
 
 from collections.abc import Mapping, Sequence
 
@@ -6,7 +6,7 @@ from rpf3d_core.alerts.levels import Alert, AreaAlert, Level, Since
 from rpf3d_core.alerts.origins import Origin
 
 NOTHING, SOURCES, FAULT, NOT_KNOWN = "nothing", "sources", "fault", "unknown"
-"""Causes of a level: no limit is reached, a cluster of sources, a fault, or a cluster of sources that is not known."""
+"""Causes of a level: no limit is reached, a known cluster of sources, a fault, or a cluster that is not known."""
 
 
 def causes_of_site(alert: Alert) -> dict[str, str]:

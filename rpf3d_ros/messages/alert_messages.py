@@ -64,7 +64,10 @@ def alerts_message(
 
 
 def _waiting_values(alert: Alert) -> dict[str, str]:
-    """Return the acknowledgement that waits for another person; empty values if none waits."""
+    """Return who has acknowledged, why and until when this counts, while another person must acknowledge, too.
+
+    All values are "" if no acknowledgement waits for another person.
+    """
     until_ns = alert.waiting_until_ns
     return {
         "waiting_by": "; ".join(one.by for one in alert.waiting),

@@ -37,7 +37,7 @@ class ReceivedLevel(NamedTuple):
 
     @property
     def state(self) -> str:
-        """The name of the alert level."""
+        """The alert level as a word of LEVELS."""
         return LEVELS[self.level]
 
 

@@ -1,6 +1,6 @@
 """Collect the published content of an answer: positions of rocks as columns, figures and warnings for diagnostics.
 
-No message class is used here.
+The module needs no message class of ROS.
 """
 
 from collections.abc import Mapping

@@ -24,7 +24,7 @@ class Health:
     name : "node: part"
     level : OK, WARN, ERROR or STALE
     message : one sentence
-    values : further figures
+    values : further figures, by name
     """
 
     name: str

@@ -21,7 +21,7 @@ from rpf3d_ros.messages.marker_layout import CLEARING, WHITE, Layout, cdr_of_mar
 from rpf3d_ros.messages.marker_reading import AREAS, HAZARD
 
 TRAJECTORIES = "trajectories"
-"""Namespace of all trajectory markers (id = rock); each hazard zone and each area has its own."""
+"""Namespace of all trajectory markers (id = rock); each hazard zone and each area has a separate namespace."""
 
 FACETS, OUTLINE = 0, 1
 """Ids of the two markers of a hazard zone: its facets and its outline."""
@@ -129,7 +129,7 @@ def area_markers(header: Header, areas: Mapping[str, Sequence[FloatArray]], resu
 
 
 def text_of(result: int) -> str:
-    """Return the text of a marker, which states the result that it belongs to."""
+    """Return the text of a marker, `result N`; result : number of the result that the marker belongs to."""
     return f"result {result}"
 
 

@@ -25,7 +25,7 @@ ADD, LINE_STRIP, LINE_LIST, TRIANGLE_LIST = 0, 4, 5, 11
 
 
 Colour = tuple[float, float, float, float]
-"""Red, green, blue, opacity, 0 to 1."""
+"""A colour: red, green, blue and opacity, each from 0 to 1."""
 
 
 class Strip(NamedTuple):

@@ -1,4 +1,4 @@
-"""How a node reports failures: refused messages, a slow disk, unforeseen errors."""
+"""The exception for a refused message, and how a node reports a slow disk and unforeseen errors."""
 
 import sys
 import traceback

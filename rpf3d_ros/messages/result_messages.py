@@ -21,6 +21,7 @@ class ResultFacts:
     stage : counted from 0; each stage has more rocks than the previous stage
     complete : True if no further stage follows
     rocks, sources : numbers of rocks flown and of sources that released rocks; outcomes : outcome -> number of rocks
+    seed : random seed of the scene
     seconds : time since the processing of the trigger began
     terrain_digest, sources_digest : sha256, hex
     warning : a sentence if the answer omits part of the request, else ""

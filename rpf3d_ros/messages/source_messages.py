@@ -28,7 +28,7 @@ A cloud of raw lidar points is therefore refused.
 """
 
 SMALLEST_DIAMETER, LARGEST_DIAMETER = 1.0e-3, 100.0
-"""Range of accepted diameters (m) of a source in a message; any other is no rock, but a wrong unit or a wrong field."""
+"""Range of accepted diameters (m) of a source in a message; any other value is a wrong unit or a wrong field."""
 
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
 """Quaternion x, y, z, w without rotation, which is the default of many programs."""
@@ -53,7 +53,7 @@ class Sources:
 
     @property
     def stamp_ns(self) -> int:
-        """Return the stamp of the message (ns)."""
+        """The stamp of the message (ns)."""
         return nanoseconds(self.header.stamp)
 
 

@@ -11,7 +11,7 @@ Survey = GridSurvey | MeshSurvey
 
 
 def ground_mesh(survey: Survey) -> MeshSurvey:
-    """Return a received survey as a mesh, for drawing or recording; points in rows are connected.
+    """Return a received survey as a mesh, for drawing or recording; points in rows are joined to triangles.
 
     Raises TerrainError for a grid without a complete square.
     """

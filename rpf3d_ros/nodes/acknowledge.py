@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 SIMULATOR = "rpf3d_simulator"
 """Name of the simulator's node, in any namespace."""
 LOOK = 0.1
-"""Time (s) between two looks for a simulator."""
+"""Time (s) between two checks whether a simulator is visible in the ROS graph."""
 
 NOT_YET = 3
 """Exit code if the result is not yet known."""

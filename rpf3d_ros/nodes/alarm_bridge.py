@@ -30,14 +30,14 @@ from rpf3d_ros.nodes.alarm_contacts import FileContact, TcpContact
 NAME = "rpf3d_alarm_bridge"
 
 LOOK = 0.1
-"""Time (s) between two looks at the age of the last alert."""
+"""Time (s) between two checks of the age of the last alert."""
 
 WAITING_REPORTS = 100
 """Number of changes that may wait to be reported; if more wait, the oldest are not reported."""
 
 
 def put_newest(reports: "queue.Queue[str]", report: str) -> None:
-    """Put a report in a queue without waiting; a full queue drops its oldest report, as only the newest is current."""
+    """Put a report in a queue without waiting; a full queue drops its oldest reports."""
     while True:
         try:
             reports.put_nowait(report)
@@ -100,7 +100,7 @@ class AlarmBridgeNode(Node):
         return names + ["unknown"] * (self._alive.get(topic, 0) - len(names)) if len(names) else names
 
     def _report(self) -> None:
-        """Report changes of the contact, on a thread of its own."""
+        """Report changes of the contact in the diagnostics; this runs on a separate thread."""
         while True:
             why = self._reports.get()
             self.health.set("contact", ERROR if why else OK, f"open: {why}" if why else "closed")

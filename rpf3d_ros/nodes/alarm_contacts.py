@@ -36,7 +36,7 @@ REPEAT = 0.5
 
 
 class Wanted:
-    """The state that the bridge wants a contact to have; closed only if the last call of `set` was recent."""
+    """The state in which the bridge wants a contact: closed only if the last call of `set` was recent, else open."""
 
     def __init__(self) -> None:
         self.changed = threading.Condition()
@@ -62,12 +62,12 @@ class Wanted:
         return self._is_closed and time.monotonic() - self._said_at <= LOOKED
 
     def wait_unless(self, is_closed: bool, longest: float) -> None:
-        """Wait until another state than `is_closed` is wanted, at most `longest` (s)."""
+        """Wait until the bridge wants another state than `is_closed` (True for closed), at most `longest` (s)."""
         with self.changed:
             self.changed.wait_for(lambda: self.has_ended or self.is_closed != is_closed, longest)
 
     def wait_for_end(self, longest: float) -> None:
-        """Wait until the contact is to be open for ever, at most `longest` (s)."""
+        """Wait until `end` is called, at most `longest` (s)."""
         with self.changed:
             self.changed.wait_for(lambda: self.has_ended, longest)
 
@@ -107,7 +107,7 @@ class FileContact:
         self._wanted.set(is_closed)
 
     def close(self) -> None:
-        """Open the contact, and close the file."""
+        """Open the contact for ever, end its thread, and close the file."""
         self._wanted.end()
         self._thread.join(1.0)
         os.close(self._file)

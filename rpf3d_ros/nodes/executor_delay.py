@@ -1,4 +1,4 @@
-"""Report how long the node's executor was busy and could not handle messages."""
+"""Report for how long the node's executor was busy with callbacks and could not receive messages."""
 
 import time
 

@@ -1,4 +1,4 @@
-"""Find the frame of a message when it arrives; the thread of the surveys may wait for the first transforms."""
+"""Find the frame of a message when it arrives; only the thread that receives surveys may wait for a transform."""
 
 import threading
 import time
@@ -19,10 +19,10 @@ LOOK = 0.05
 
 
 class FramesOnArrival:
-    """Returns the frame of each message. The executor's thread, which receives the transforms, never waits."""
+    """Finds the map frame that converts each message. The executor's thread, which receives transforms, never waits."""
 
     def __init__(self, frames: InputFrames, is_patient: bool) -> None:
-        """Begin; call this on the executor's thread, which never waits afterwards.
+        """Note the calling thread, which must be the executor's thread: it never waits for a transform.
 
         frames : finds the frames of messages
         is_patient : True if other threads may wait for the first transforms
@@ -32,15 +32,16 @@ class FramesOnArrival:
         self._closed = threading.Event()
 
     def of(self, frame_id: str, stamp_ns: int) -> MapFrame:
-        """Return the map frame that converts a message, as `InputFrames.of`; may wait for the first transforms.
+        """Return the map frame that converts a message of frame_id and stamp (ns); may wait for the first transforms.
 
-        Raises MessageRefused.
+        Raises MessageRefused, as in `InputFrames.of`.
         """
         return self._when_known(lambda: self._frames.of(frame_id, stamp_ns))
 
     def static(self, frame_id: str, because: str) -> MapFrame:
-        """Return the map frame of data without a time, as `InputFrames.static`; may wait for the first transforms.
+        """Return the map frame that converts data without a time, such as a mesh; may wait for the first transforms.
 
+        frame_id, because : as in `InputFrames.static`
         Raises MessageRefused.
         """
         return self._when_known(lambda: self._frames.static(frame_id, because))

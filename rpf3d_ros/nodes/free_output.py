@@ -20,7 +20,7 @@ FLUSHED = 0.5
 
 @contextlib.contextmanager
 def free_output() -> Iterator[None]:
-    """Context manager: threads write standard output and standard error, so that a write of the program never blocks.
+    """Context manager in which threads pass on standard output and error, so that a write of the program never blocks.
 
     If the reader hangs, about 64 KiB wait, and later output is dropped. All output is dropped if the reader has gone,
     or if the descriptor was closed when the program started.
@@ -55,7 +55,7 @@ def _open_if_closed(descriptor: int) -> None:
 
 
 class _Pump:
-    """Replaces a file descriptor by a pipe; a thread reads the pipe, and writes to the original file."""
+    """Replaces a file descriptor by a pipe; a thread reads the pipe, and writes the data to the original file."""
 
     def __init__(self, descriptor: int) -> None:
         self._descriptor, self._real = descriptor, os.dup(descriptor)

@@ -65,10 +65,10 @@ class Inputs:
         self, node: LifecycleNode, parameters: SimulatorParameters, station: Station, health: HealthReport,
         notice_jump: Callable[[], object], transforms: TransformLookup | None = None,
     ) -> None:  # fmt: skip
-        """Subscribe.
+        """Subscribe to all topics.
 
-        notice_jump : checks whether the clock went back; it is called before each message of sources or areas, so that
-            the message is not forgotten together with older messages
+        notice_jump : checks whether the clock went back, and then forgets all sources; it is called before each message
+            of sources or areas, so that this message is not forgotten together with older messages
         transforms : provider of transforms of other frames; None to refuse other frames
         """
         self._notice_jump = notice_jump
@@ -90,7 +90,7 @@ class Inputs:
             BY_HAND: self._subscribe(PointStamped, "clicked_point", self.on_point, SOURCES),
             "areas/polygon": self._subscribe(PolygonStamped, "areas/polygon", self.on_polygon),
             "areas/equipment": self._subscribe(PoseArray, "areas/equipment", self.on_equipment),
-        }  # of areas, as of whole surveys, only the last message counts: it replaces all earlier ones
+        }  # gaps matter for sources and patches only: the last message of areas or a whole survey replaces all earlier
         for topic in (*sensors.poses, *sensors.clouds):
             self._gaps[topic] = MessageGaps(depth_of(self._subscriptions[topic].qos_profile))
         surveys = (
@@ -114,7 +114,7 @@ class Inputs:
             self._node.destroy_subscription(subscription)
         self._subscriptions = {}
 
-    # --- on the thread of the surveys
+    # --- called on the thread that receives large messages
 
     def _report_middleware(self, why: str, at_ns: int) -> None:
         """Report a fault as long as the middleware cannot deliver terrain messages.
@@ -186,7 +186,7 @@ class Inputs:
 
         self._survey("terrain/update", data, take, published_ns)
 
-    # --- on the executor's thread
+    # --- called on the executor's thread
 
     def on_poses(self, topic: str, poses: PoseArray) -> None:
         """Take each pose as a source of rocks; a message without poses means that no rock is moving."""
@@ -289,7 +289,7 @@ class Inputs:
         self._take(topic, header, take)
 
     def _take(self, topic: str, header: Header, take: Callable[[], None], published_ns: int = 0) -> None:
-        """Process a message with `take`; refuse a stamp older than the last stamp of the topic, or in the future."""
+        """Process a message with `take`; refuse it if its stamp is older than the topic's last, or in the future."""
         stamp = nanoseconds(header.stamp)
 
         def guarded() -> None:

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 
 CLEANING_UP = 5.0
-"""Time (s) for which further signals are ignored while the program ends; a later signal is handled again."""
+"""Time (s) after a signal for which further signals are ignored, so that the program can end in order."""
 
 AGAIN = 0.01
 """Time (s) after which the exception of a signal is raised again if Python has dropped it."""

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
 CLOCK_AHEAD = 0.5
-"""Time (s) for which /clock shows the time of the first message before the message, because nodes need a time."""
+"""Time (s) before the first message for which /clock already shows that message's time, because nodes need a time."""
 
 LEAVING = 1.0
 """Time (s) between the last message and the end: when a reliable publisher ends, undelivered messages are lost."""
@@ -51,7 +51,7 @@ def inputs_of(bag: Path, namespace: str) -> list[str]:
 
 
 def with_times(messages: Iterator[Raw]) -> tuple[Iterator[Raw], int]:
-    """Return the messages unchanged, and the time (ns) of the first message whose time is known.
+    """Return the messages unchanged, and the time (ns) of the first message with a time above 0; 0 if there is none.
 
     A recorder on a simulated clock receives the latched terrain at time 0, before the clock begins.
     """

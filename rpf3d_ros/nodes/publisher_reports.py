@@ -57,7 +57,11 @@ class PublisherReports:
         self, node: Node, inputs: Mapping[str, QoSProfile], parameters: SimulatorParameters, station: Station,
         health: HealthReport,
     ) -> None:  # fmt: skip
-        """Begin; inputs : quality of service of the subscription to each input."""
+        """Begin without findings.
+
+        inputs : quality of service of the node's subscription to each input, by topic
+        station, health : receive the faults, and the state of the part `inputs` of the diagnostics
+        """
         self._node, self._station, self._health = node, station, health
         self._watched = watched_topics(inputs, parameters.sensors)
         self._watch = PublisherWatch(self._watched, parameters.publisher_overlap)

@@ -34,7 +34,7 @@ RECORDING = COUNT_OF_RECORDED.removeprefix(f"{NAME}: ")
 """Name of the part of /diagnostics with the number of recorded messages of each topic."""
 
 FILE, BAG, VIEWER = "file", "bag", "viewer"
-"""Names of the other parts of /diagnostics."""
+"""Names of the parts of /diagnostics for the recording's file, the bag and the viewer."""
 
 DIAGNOSTICS, MESH = "/diagnostics", "terrain/mesh"
 
@@ -95,8 +95,10 @@ class RecorderNode(Node):
     def _take(self, topic: str, read: Read) -> None:
         """Record all messages that are due after a message was received, and count the received message.
 
-        The received message is not counted if it is refused or cannot be written. A message that waits to be recorded
-        later is counted now. topic : topic of the received message; read : deserializes it
+        The received message is not counted if it is refused or cannot be written. It is counted now even if it waits to
+        be recorded later.
+
+        topic : topic of the received message; read : returns the message
         """
         written = [self._record(reading) or reading.topic != topic for reading in self.log.received(topic, read)]
         if all(written):
@@ -161,7 +163,7 @@ class RecorderNode(Node):
         self.health.set(RECORDING, ERROR, sentence)
 
     def destroy_node(self) -> None:
-        """Close the recording: a file without its footer must be repaired before it can be verified."""
+        """Close the recording and its bag, then destroy the node; an unclosed file must be repaired before `verify`."""
         for reading in self.log.rest():
             self._record(reading)
         self.health.closed = True

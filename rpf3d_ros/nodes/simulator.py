@@ -175,7 +175,7 @@ class SimulatorNode(LifecycleNode):
             self.station.beat()
 
     def _notice_jump(self) -> int:
-        """Return the time now (ns); if the clock went back since the last call, handle that first."""
+        """Return the present time (ns); if the clock went back since the last call, first forget all sources."""
         now = self._now()
         if now < self._ticked:
             self._clock_went_back((self._ticked - now) * 1e-9)

@@ -1,4 +1,4 @@
-"""An executor that measures how long it is busy with callbacks; during this time it receives no messages."""
+"""An rclpy executor that measures how long it is busy with callbacks and receives no messages."""
 
 import time
 from collections.abc import Iterator

@@ -20,7 +20,7 @@ class AlertEntries:
     """Converts messages of alerts, the alarm and diagnostics to entries of a recording."""
 
     def __init__(self, times: EntryTimes) -> None:
-        """Begin without alerts; attribute `changes` counts messages in which a level of site or areas has changed."""
+        """Begin without alerts; attribute `changes` counts the messages that changed a level of the site or an area."""
         self._times, self._logged = times, LoggedStates()
         self._areas_with_alerts: set[str] = set()
         self._levels: object = None
@@ -31,7 +31,7 @@ class AlertEntries:
         return {"alerts": self.alerts, "alarm": self.alarm, "/diagnostics": self.diagnostics}
 
     def alerts(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield the alert level of the site, and the states and texts of site and areas that have changed.
+        """Yield entries for the alert level of the site, and for the changed states and texts of site and areas.
 
         A lane is a coloured bar over time that shows the states of one area, or of the site. The level of the site is
         recorded with every decision, because it is drawn as a curve over time; a heartbeat that repeats a decision is
@@ -60,15 +60,15 @@ class AlertEntries:
         self._areas_with_alerts = areas
 
     def alarm(self, alarm: Any) -> Iterator[RecordingEntry]:
-        """Yield the state of the alarm if it has changed."""
+        """Yield an entry for the state of the alarm ("on" or "off"), if it has changed."""
         state = "on" if alarm.data else "off"
         if self._logged.is_new("alarm", state):
             yield self._times.at(self._times.now(), lambda r: r.alert_state("alarm", state), "alarm")
 
     def diagnostics(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield the state of each part of a node that has changed.
+        """Yield an entry for the state of each part of a node, if the state has changed.
 
-        A node repeats its states every second. The count of recorded messages is left out.
+        A node publishes all its states every second. The count of recorded messages (COUNT_OF_RECORDED) is left out.
         """
         stamp_ns = nanoseconds(array.header.stamp)
         for health in healths_of(array):

@@ -33,7 +33,9 @@ class AnswerEntries:
     """Converts the messages of an answer to recording entries, in the event to which the answer's sources belong."""
 
     def __init__(self, frame: MapFrame, times: EntryTimes, last: LastContents | None = None) -> None:
-        """Begin without hazard zones.
+        """Begin before the first answer.
+
+        frame : the frame of the messages; times : gives each entry its time and event
 
         last : contents of the last recorded maps, so that an equal map is not recorded again; None to record every map
         """
@@ -53,12 +55,12 @@ class AnswerEntries:
         }
 
     def trajectories(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield the trajectories to be drawn, which the simulator has already thinned."""
+        """Yield the entry of a message of `trajectories`: the rocks' lines, which the simulator has already thinned."""
         strips = strips_of_markers(array, self._frame)
         yield self._times.of_markers(array, lambda r: r.trajectories(strips))
 
     def cloud(self, topic: str, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield the points of trajectories/points, impacts or deposits, coloured by energy.
+        """Yield the entries of a message of trajectories/points, impacts or deposits: its points, coloured by energy.
 
         For trajectories/points, also yield the motion of the rocks; for impacts, also the energies for the plots. A
         cloud without points deletes the points of the last event.
@@ -77,7 +79,10 @@ class AnswerEntries:
             yield self._times.of_message(cloud, lambda r: r.energies(energy))
 
     def zones(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield the hazard zones: entries that delete the last zones, then facets and outline of each zone."""
+        """Yield the entries of a message of hazard/zones, if it differs from the last message.
+
+        The first entries delete the last zones; the others draw facets and outline of each zone.
+        """
         levels = by_name(facets_of_markers(array, self._frame), HAZARD, "level")
         outlines = by_name(outlines_of_markers(array, self._frame), HAZARD, "level")
         if not self._is_new("hazard/zones", *_contents(levels, outlines)):
@@ -91,7 +96,10 @@ class AnswerEntries:
             yield self._of_zone(array, f"{level}/outline", lambda r, n=level, k=lines, c=colour: r.outline(n, k, c))
 
     def reach(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield the map cells that rocks reached; a cloud without points deletes the cells of the last event."""
+        """Yield the entry of a message of hazard/points (the map cells that rocks reached), if its content is new.
+
+        A cloud without points deletes the cells of the last event.
+        """
         self._frame.check(cloud.header.frame_id)
         keeps = self._keeps("hazard/points")
         if cloud.width == 0:
@@ -105,7 +113,7 @@ class AnswerEntries:
             yield self._times.of_message(cloud, lambda r: r.reach(points, reach, columns), keeps)
 
     def reach_grid(self, grid: Any) -> Iterator[RecordingEntry]:
-        """Yield the map of reach probability, drawn in plan."""
+        """Yield the entry of a message of hazard/grid, which draws reach probability in plan, if its content is new."""
         percent = percent_of_grid(grid, self._frame)
         if self._is_new("hazard/grid", percent):
             yield self._times.of_message(grid, lambda r: r.grid(percent), self._keeps("hazard/grid"))
@@ -114,9 +122,9 @@ class AnswerEntries:
         return self._last is None or self._last.is_new(topic, *arrays)
 
     def _keeps(self, name: str) -> str:
-        """Return the value of `RecordingEntry.keeps` for a map; "" if every map is recorded.
+        """Return the value of `RecordingEntry.keeps` for a map or a part of a map; "" if every map is recorded.
 
-        If equal maps are not recorded again, every new file must begin with the last map.
+        If equal maps are not recorded again, every new file must begin with the last map. name : of the map or the part
         """
         return f"answer/{name}" if self._last is not None else ""
 
@@ -124,7 +132,7 @@ class AnswerEntries:
         return self._times.of_markers(array, draw, self._keeps(f"hazard/zones/{name}"))
 
     def results(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield the figures of an answer as text."""
+        """Yield the entries of a message of `results`: the figures of an answer, as text."""
         for health in healths_of(array):
             yield self._times.of_message(array, lambda r, health=health: r.text("results", health))
 

@@ -42,20 +42,20 @@ class AreaEntries:
         return self._frames.static(message.header.frame_id, AREAS_STAY)
 
     def polygon(self, polygon: Any) -> Iterator[RecordingEntry]:
-        """Yield the outline of the live area as it was received, from a polygon message."""
+        """Yield the entry of a message of areas/polygon: the outline of the live area as it was received."""
         corners = np.array([(p.x, p.y, p.z) for p in polygon.polygon.points], dtype=float).reshape(-1, 3)
         corners = finite_points(corners, polygon.header.frame_id, self._frame_of(polygon))
         stamp_ns = nanoseconds(polygon.header.stamp)
         yield self._times.at(stamp_ns, lambda r: r.area("live_area", corners), "areas/live_area")
 
     def equipment(self, poses: Any) -> Iterator[RecordingEntry]:
-        """Yield the places of equipment as points, from a pose message."""
+        """Yield the entry of a message of areas/equipment: the places of equipment, as points."""
         positions, _ = placed(poses, self._frame_of(poses))
         stamp_ns = nanoseconds(poses.header.stamp)
         yield self._times.at(stamp_ns, lambda r: r.places("equipment", positions), "areas/equipment")
 
     def outlines(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield the outline of each area that has changed, and delete the outlines that are not in the message.
+        """Yield entries that draw each changed outline of an area, and delete the outlines that are not in the message.
 
         The entries have the current time, because the answer to older sources may contain newer areas.
         """

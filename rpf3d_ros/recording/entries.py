@@ -1,4 +1,4 @@
-"""Entries of a recording: what is drawn at one time, and helpers that make entries from messages."""
+"""Entries of a recording (each adds rows at one time), and helpers that make entries from messages."""
 
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping
@@ -23,9 +23,10 @@ Drawn = TypeVar("Drawn")
 
 
 class RecordingEntry(NamedTuple):
-    """What is added to a recording at one time, such as the terrain or the impacts of an answer.
+    """Rows to add to a recording at one time, such as the terrain or the impacts of an answer.
 
-    stamp_ns, event : the time (ns) and the number of the event of the added rows
+    stamp_ns, event : the time (ns) and the number of the event of the added rows. All results for the same sources
+        belong to one event
     draw : adds the rows to a recording
     keeps : name of the state that the entry sets, such as "terrain"; "" if it sets no state. A new file begins with the
         last entry of each state
@@ -87,18 +88,18 @@ class EntryTimes:
         return self.of_message(array.markers[0], draw, keeps) if array.markers else self.at(self.now(), draw, keeps)
 
     def at(self, stamp_ns: int, draw: Callable[..., None], keeps: str = "") -> RecordingEntry:
-        """Return an entry with a time (ns) and the number of the last event."""
+        """Return an entry with a time (ns) and the number of the last event; draw, keeps : as in `RecordingEntry`."""
         return RecordingEntry(stamp_ns=stamp_ns, event=self._events.last, draw=draw, keeps=keeps)
 
 
 class LoggedStates:
-    """The last recorded state of each name, so that a repeated state is recorded once."""
+    """Keeps the last recorded state of each name, so that a repeated state is recorded only once."""
 
     def __init__(self) -> None:
         self._states: dict[str, object] = {}
 
     def is_new(self, name: str, state: object) -> bool:
-        """Note a state; return True if it must be recorded, because it differs from the last one of the same name."""
+        """Note a state; return True if it must be recorded, because it differs from the last state of the same name."""
         if self._states.get(name) == state:
             return False
         self._states[name] = state
@@ -110,7 +111,7 @@ class LoggedStates:
 
 
 class LastContents:
-    """The last recorded arrays of each name, so that equal content is recorded once."""
+    """Keeps the last recorded arrays of each name, so that repeated content is recorded only once."""
 
     def __init__(self) -> None:
         self._arrays: dict[str, tuple[np.ndarray, ...]] = {}

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 NAME = "file_writer"
-"""rerun's name of the writer thread."""
+"""Name that rerun gives to its writer thread."""
 
 STEP = 0.2
 """Time between checks whether the writer thread still runs, during a flush (s)."""

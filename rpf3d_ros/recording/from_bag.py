@@ -105,7 +105,7 @@ def _chosen(reader: Any, namespace: str) -> list[Any]:
 
 
 def _is_cut_off(bag: Path) -> bool:
-    """True if a file of the bag was cut off, as by a kill: it begins as MCAP but has no MCAP end.
+    """True if a file of the bag was cut off, for example by a kill: it begins as MCAP but has no MCAP end.
 
     False if the files cannot be read.
     """

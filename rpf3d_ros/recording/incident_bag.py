@@ -18,7 +18,7 @@ At a site with more patches between two whole surveys, later bags lack the oldes
 
 
 class IncidentBag:
-    """The bags written in parallel with a recording: one for each file of the recording; none without a prefix.
+    """Writes the bags of a recording: one bag for each file of the recording, or no bags if there is no prefix.
 
     A bag that cannot be written is abandoned; the next file of the recording begins another bag.
     """

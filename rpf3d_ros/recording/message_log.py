@@ -75,7 +75,7 @@ class MessageLog:
     def received(self, topic: str, read: Read) -> Iterator[Reading]:
         """Note a received message, and yield the messages to record now; record each before asking for the next.
 
-        These may be the received message and messages that have waited. There may also be none.
+        The yielded messages may include the received message and messages that have waited, or there may be none.
 
         topic : a key of TOPICS; read : deserializes the message, but returns CDR bytes for terrain/mesh
         """
@@ -98,7 +98,7 @@ class MessageLog:
     def entries(self, topic: str, message: Any) -> list[RecordingEntry]:
         """Note a received message, and return the entries of all messages that are to be recorded now.
 
-        These may be entries of messages that have waited. Raises MessageRefused if one of the messages is refused.
+        Messages that have waited may be among them. Raises MessageRefused if one of the messages is refused.
 
         topic : a key of TOPICS; message : the deserialized message, CDR bytes for terrain/mesh
         """

@@ -35,7 +35,7 @@ Areas = Callable[[], Mapping[str, Sequence[FloatArray]]]
 
 
 class RockEntries:
-    """Converts rocks of each answer to entries of a recording; all topics of an answer show the same rocks.
+    """Converts the rocks of each answer to entries of a recording: the same chosen rocks in all topics of an answer.
 
     The paths of the rocks are drawn as lines from trajectories/points, which contains every rock. The published line
     markers are drawn only if no such points arrive; until then, the markers wait in `held`.
@@ -55,13 +55,13 @@ class RockEntries:
         return {LINES: self.lines, PATHS: self.paths, **hits}
 
     def lines(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield the published lines of an answer, unless lines were already drawn from its points."""
+        """Yield the entry of the published lines of an answer, unless lines were already drawn from its points."""
         stamp_ns = nanoseconds(array.markers[0].header.stamp) if array.markers else None
         if stamp_ns is None or stamp_ns != self._lines_of:
             yield from self._whole.trajectories(array)
 
     def paths(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield motion, points and lines of the rocks chosen from an answer.
+        """Yield the entries for motion, points and lines of the rocks chosen from an answer.
 
         Yield nothing if points and areas equal those of the previous answer. A cloud without points yields entries that
         delete the points and lines of the last event, once.
@@ -152,7 +152,7 @@ class RockEntries:
         return [rows[begin + evenly(end - begin, most)] for begin, end in zip(begins, ends, strict=True)]
 
     def _choice(self, points: FloatArray, rock: IntArray) -> IntArray:
-        """Return the rocks to record: all rocks that reach an area, then others, evenly, up to the largest number.
+        """Return the numbers of the rocks to record: all rocks that reach an area, then others, evenly, up to `most`.
 
         points : (N, 3) m; rock : (N,) rock of each point, grouped by rock
         """

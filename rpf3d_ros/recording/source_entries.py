@@ -20,7 +20,7 @@ from rpf3d_ros.recording.entries import (
 
 
 class SourceEntries:
-    """Converts messages of sources to entries of a recording; each stamp begins an event."""
+    """Converts messages of sources to entries of a recording; each new stamp begins an event."""
 
     def __init__(self, frames: InputFrames, times: EntryTimes) -> None:
         self._frames, self._times = frames, times
@@ -30,18 +30,18 @@ class SourceEntries:
         return {"sources": self.poses, "clicked_point": self.click, "source_cloud": self.cloud}
 
     def poses(self, poses: Any) -> Iterator[RecordingEntry]:
-        """Yield the sources of a PoseArray."""
+        """Yield the entry of the sources in a PoseArray."""
         positions, directions = placed(poses, frame_of(poses, self._frames))
         yield self._entry(poses, positions, directions)
 
     def click(self, point: Any) -> Iterator[RecordingEntry]:
-        """Yield the single source of a clicked point."""
+        """Yield the entry of the single source at a clicked point."""
         at = np.array([[point.point.x, point.point.y, point.point.z]], dtype=float)
         frame = frame_of(point, self._frames)
         yield self._entry(point, finite_points(at, point.header.frame_id, frame), np.zeros((1, 3)))
 
     def cloud(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield the sources of a cloud; a cloud without points means that no rock is moving."""
+        """Yield the entry of the sources in a cloud; a cloud without points means that no rock is moving."""
         frame = frame_of(cloud, self._frames)
         if cloud.width * cloud.height == 0:
             frame.check(cloud.header.frame_id)

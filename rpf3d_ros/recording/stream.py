@@ -186,7 +186,10 @@ class Recording:
         self._log(_under("hazard", level), mesh)
 
     def outline(self, level: str, lines: list[FloatArray], colour: Colour) -> None:
-        """Add the outline of a hazard zone, lines (T, 3) m."""
+        """Add the outline of a hazard zone: lines (T, 3) m, lifted so that the ground does not hide them.
+
+        level : name of the zone; colour : red, green, blue, opacity, 0 to 1
+        """
         solid = [int(255 * share) for share in colour[:3]]
         strips = self._rerun.LineStrips3D([_lifted(line) for line in lines], radii=-OUTLINE_PIXELS, colors=solid)
         self._log(_under("hazard", level) + "/outline", strips)
@@ -277,7 +280,7 @@ def file_recording(path: Path) -> Recording:
 
 
 def _colours_of_percentages(rr: Any) -> Any:
-    """Return the colour and the label of each percentage and of unknown values, which are transparent."""
+    """Return rerun's colours and labels for the percentages 0 to 100 and for unknown values, which are transparent."""
     colours = speed_colours(np.arange(PERCENT + 1.0), float(PERCENT)).tolist()
     known = [(percent, f"{percent} %", (*colour, 255)) for percent, colour in enumerate(colours)]
     return rr.AnnotationContext([*known, (UNKNOWN, "unknown", (0, 0, 0, 0))])

@@ -33,7 +33,7 @@ class TerrainEntries:
         return {"terrain/points": self.grid, "terrain/mesh": self.mesh, "terrain/update": self.update}
 
     def grid(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield the terrain of a point cloud with points in rows; nothing if the cloud repeats the last terrain.
+        """Yield the entry of a terrain as a cloud with points in rows; nothing if the cloud repeats the last terrain.
 
         Raises MessageRefused for scattered points.
         """
@@ -43,7 +43,7 @@ class TerrainEntries:
             yield self._terrain(ground_mesh(survey), digest, nanoseconds(cloud.header.stamp))
 
     def mesh(self, data: bytes) -> Iterator[RecordingEntry]:
-        """Yield the terrain of a mesh (CDR bytes); nothing if the mesh repeats the last terrain.
+        """Yield the entry of a terrain as a mesh (CDR bytes); nothing if the mesh repeats the last terrain.
 
         The entry has the current time, because a mesh has no stamp.
         """
@@ -53,7 +53,10 @@ class TerrainEntries:
             yield self._terrain(mesh_of_cdr(data, frame, self._mesh_frame), digest, self._times.now())
 
     def update(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield a patch of the terrain."""
+        """Yield the entry of a patch of the terrain, without its NaN points.
+
+        Raises MessageRefused for a patch with more than LARGEST_PATCH points.
+        """
         if cloud.width * cloud.height > LARGEST_PATCH:
             raise MessageRefused(f"the patch holds {cloud.width * cloud.height} points; {LARGEST_PATCH} is the most")
         frame = frame_of(cloud, self._frames)

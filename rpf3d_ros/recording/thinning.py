@@ -1,10 +1,10 @@
-"""Which part of the answers is recorded, and the text in the recording that states what is left out."""
+"""The setting for how much of the answers is recorded, and the text in a recording that states what is left out."""
 
 from typing import NamedTuple
 
 
 class Thinning(NamedTuple):
-    """Which part of the answers is recorded; inputs, alerts and figures are always recorded.
+    """How much of the answers is recorded; inputs, alerts and the figures of answers are always recorded.
 
     rocks : number of recorded rocks of an answer; rocks that reach an area are always recorded; 0: all
     maps_every : shortest time (s) between recorded hazard maps, unless an alert level changes; 0: every map
@@ -50,7 +50,7 @@ POINTS_A_ROCK = 50
 """Largest number of recorded points of a rock's path in a thinned recording."""
 
 WHOLE = Thinning(rocks=0, maps_every=0.0)
-"""The setting with which nothing is left out."""
+"""The setting with which a recording leaves nothing out."""
 
 ALWAYS = (
     "- Sources, terrain, areas, alerts, the alarm and the figures of every answer are recorded whenever they change.\n"

@@ -34,14 +34,14 @@ class PacedMessages:
         return []
 
     def due(self, now_ns: int) -> list[Read]:
-        """Return the waiting message if its interval has ended at the time now (ns), else nothing."""
+        """Return the waiting message, in a list, if its interval has ended; else an empty list. now_ns : time (ns)."""
         if self._waiting is None or now_ns < self._next:
             return []
         self._next += self._interval
         return self.rest()
 
     def open(self) -> list[Read]:
-        """End the interval: return the message that waits, if any, as a list; the next message is passed on at once."""
+        """End the interval: return the waiting message, if any, in a list, and pass the next message on at once."""
         self._open = True
         return self.rest()
 

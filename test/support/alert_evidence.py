@@ -1,4 +1,4 @@
-"""Evidence, thresholds and an alert log of a small site, for tests."""
+"""Make evidence, thresholds and a decision log of a small site, for tests of alerts."""
 
 from pathlib import Path
 from typing import Any
@@ -34,7 +34,10 @@ RAMP = {
 
 
 def site(areas: dict[str, Any] | None = None, **terms: Any) -> Thresholds:
-    """Return the thresholds of the small site, with other areas or other terms of evidence."""
+    """Return the thresholds of the small site.
+
+    areas : limits of each area, by name, in place of RAMP; terms : changes of EVIDENCE_TERMS
+    """
     return Thresholds.model_validate(
         {
             "site": "test pit",
@@ -47,7 +50,10 @@ def site(areas: dict[str, Any] | None = None, **terms: Any) -> Thresholds:
 
 
 def area(reached: int = 0, name: str = "ramp", flown: int = FLOWN, **facts: Any) -> AreaEvidence:
-    """Return the evidence of an area; by default the rocks that reach it are slow, weak and late."""
+    """Return the evidence of an area; by default, rocks that reach it have low energies and arrive late.
+
+    reached, flown : numbers of rocks; facts : other fields of `AreaEvidence`
+    """
     came = reached > 0
     measured = {
         "p95_energy": 1e3 if came else None,
@@ -60,7 +66,10 @@ def area(reached: int = 0, name: str = "ramp", flown: int = FLOWN, **facts: Any)
 
 
 def evidence(*areas: AreaEvidence, now: int = NOW, **facts: Any) -> Evidence:
-    """Return an answer that is one second old; the default area is the ramp, which none of 10,000 rocks reaches."""
+    """Return the evidence of an answer that is one second old at a time (ns).
+
+    By default, its area is the ramp, which none of 10,000 rocks reaches. facts : other fields of `Evidence`
+    """
     made = Evidence(
         result=7, stage=3, at_ns=now - S, trigger_stamp_ns=now - 2 * S, terrain_stamp_ns=now - 60 * S,
         terrain_digest="7e" * 32, sources_digest="5c" * 32, sources=20, seed=1, version="0.1.0",
@@ -70,7 +79,7 @@ def evidence(*areas: AreaEvidence, now: int = NOW, **facts: Any) -> Evidence:
 
 
 def origin(topic: str = "radar", **facts: Any) -> Origin:
-    """Return a cluster of sources over the terrain of `evidence`."""
+    """Return the origin of a figure: a cluster of sources over the terrain of `evidence`."""
     made = Origin(
         topic=topic, place=(1.5, -2.25, 30.0), sources=3, sources_digest="5c" * 32, terrain_digest="7e" * 32,
         terrain_stamp_ns=NOW - 60 * S,
@@ -79,16 +88,16 @@ def origin(topic: str = "radar", **facts: Any) -> Origin:
 
 
 def nothing_seen(now: int = NOW, **facts: Any) -> Evidence:
-    """Return the answer to a message without sources."""
+    """Return the evidence of a message without sources, one second old at a time (ns)."""
     return evidence(*untouched(["ramp"]), now=now, sources=0, **facts)
 
 
 NORMAL, WATCH, RESTRICT, EVACUATE = (evidence(area(reached)) for reached in (0, 120, 700, 3000))
-"""One answer for each level."""
+"""Evidence for each level, from `normal` to `evacuate`."""
 
 
 def later(answer: Evidence, seconds: int) -> Evidence:
-    """Return the same answer with all times later by `seconds`."""
+    """Return evidence with all its times later by `seconds`."""
     shift = seconds * S
     return answer._replace(
         at_ns=answer.at_ns + shift,
@@ -98,7 +107,10 @@ def later(answer: Evidence, seconds: int) -> Evidence:
 
 
 def decided(*answers: Evidence | None, thresholds: Thresholds | None = None) -> Alert:
-    """Decide on answers that are one second apart, each with its own time, and return the last alert."""
+    """Decide on the evidence of several answers, one second apart, and return the last alert.
+
+    answers : evidence, None where there is none; each gets the time of its decision
+    """
     alert = None
     for step, answer in enumerate(answers):
         told = None if answer is None else later(answer, step)
@@ -108,16 +120,19 @@ def decided(*answers: Evidence | None, thresholds: Thresholds | None = None) -> 
 
 
 def seen_by(at_ns: int) -> Acknowledgement:
-    """Return an acknowledgement with a time (ns)."""
+    """Return an acknowledgement with a name and a reason, at a time (ns)."""
     return acknowledgement("A. Shift", "inspected from the other side", at_ns)
 
 
 SHIFT = (NORMAL, WATCH, EVACUATE, None, NORMAL, "acknowledged", NORMAL)
-"""Answers of a shift, one each second: the level rises, then there is no evidence, then an acknowledgement follows."""
+"""The evidence of a shift, second by second: the level rises, then there is no evidence, then an acknowledgement."""
 
 
 def logged_shift(folder: Path, thresholds: Thresholds | None = None, **options: Any) -> list[Alert]:
-    """Decide and log a shift; return the alerts."""
+    """Make the decisions of SHIFT and log them in a folder; return the alerts.
+
+    options : further arguments of `DecisionLog`
+    """
     alerts: list[Alert] = []
     thresholds = thresholds or site()
     with DecisionLog(folder, "0.1.0", **options) as log:

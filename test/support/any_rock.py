@@ -1,4 +1,4 @@
-"""A rock for tests of models that read no data of the rock."""
+"""The context of a rock for tests of models that read no data of the rock."""
 
 from rpf3d_core.materials.rock_context import RockContext
 

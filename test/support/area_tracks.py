@@ -44,7 +44,10 @@ def _contacts(flights: Flights) -> tuple[NDArray[np.int64], FloatArray]:
 
 
 def _lines(frame: Frame, row: NDArray[np.int64], points: FloatArray) -> tuple[Any, NDArray[np.int64]]:
-    """Return one line in plan for each group of equal rows with at least two points, and the row of each line."""
+    """Return one line in plan for each group of equal rows with at least two points, and the row of each line.
+
+    row : (N,); points : (N, 3) m, local frame
+    """
     rows, place, count = np.unique(row, return_inverse=True, return_counts=True)
     several = count[place] > 1
     if not several.any():

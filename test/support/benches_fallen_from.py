@@ -24,9 +24,11 @@ def bench() -> Terrain:
 
 
 def fallen(runouts, at_rest=None, sets=0, paths=None) -> RunFiles:
-    """Return the result of rocks that start at the crest and stop at distances (N,) m from it.
+    """Return the result files of a run whose rocks start at the crest and end at distances (N,) m in plan from it.
 
-    sets : number of parameter sets, to which the rocks are dealt in turn
+    at_rest : (N,) True for rocks that stopped on the ground, None for all rocks
+    sets : number of parameter sets, which the rocks have in turn; 0 for a run without unknowns
+    paths : kept paths of the run, None for no paths
     """
     runouts = np.asarray(runouts, dtype=float)
     count = len(runouts)
@@ -48,7 +50,8 @@ def fallen(runouts, at_rest=None, sets=0, paths=None) -> RunFiles:
 
 
 def thrown(run: RunFiles, speed: float, height: float) -> RunFiles:
-    """Return the result with a path for each rock: level, at a speed (m/s) and a height (m) above the floor."""
+    """Return the result files with a level path for each rock, at one speed (m/s) and one height (m) above the floor.
+    """
     x, starts = [], [0]
     for release, end in zip(run.ends.release, run.ends.end, strict=True):
         along = np.linspace(0.0, 1.0, 200)[:, None]

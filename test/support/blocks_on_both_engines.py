@@ -1,9 +1,9 @@
-"""Fly the blocks of a scene on both engines, and compare every number of every block bit by bit.
+"""Fly the rocks (blocks) of a scene on both engines, and compare every number of every rock bit by bit.
 
 python test/support/blocks_on_both_engines.py config/scenes/authume_p1_blocks.yaml --blocks 1000
 
-The reference engine is plain Python and takes seconds for a block, so the blocks are shared out among processes. Exits
-with 1 if a number differs, and prints the first blocks that do.
+The reference engine is plain Python and takes seconds for a block, so several processes share the work. Groups of
+blocks with a different number are printed; the exit code is then 1.
 """
 
 import argparse
@@ -24,11 +24,14 @@ from rpf3d_core.setup.prepared import prepare, releases_in_ranges
 
 ENGINES = ("reference", "compiled")
 GROUP = 10
-"""Blocks that a process flies at a time."""
+"""Number of blocks that a process flies at a time."""
 
 
 def flown(scene_file: Path, engine: str, first: int, count: int) -> Flights:
-    """Return the flights of some blocks of a scene's first source, with their paths and impacts."""
+    """Return the flights of `count` blocks of a scene's first source, with their paths and impacts.
+
+    engine : name of the engine; first : number of the first block
+    """
     prepared = prepare(read_scene(scene_file).model_copy(update={"engine": engine}))
     ranges = [range(first, first + count), *[range(0)] * (len(prepared.sources) - 1)]
     return fly_ensemble(prepared.engine, prepared.flight, releases_in_ranges(prepared, ranges))
@@ -47,7 +50,7 @@ def _columns(one: object, other: object) -> Iterator[tuple[str, object, object]]
 
 
 def _same_bits(a: object, b: object) -> bool:
-    """True if two columns have the same type, shape and bits; a column that both lack is the same."""
+    """True if two columns have the same type, shape and bits, or if both are None."""
     if a is None or b is None:
         return a is b
     x, y = np.asarray(a), np.asarray(b)
@@ -55,7 +58,11 @@ def _same_bits(a: object, b: object) -> bool:
 
 
 def _compared(scene_file: Path, first: int) -> tuple[int, list[str], Deposits, int]:
-    """Return the number of the first block of a group, the columns that differ, the deposits, the number of impacts."""
+    """Fly a group of blocks on both engines; return the results of the comparison.
+
+    The results are the number of the group's first block, the names of the columns that differ, the deposits of the
+    compiled engine, and the number of impacts.
+    """
     one, other = (flown(scene_file, engine, first, GROUP) for engine in ENGINES)
     return first, differences(one, other), other.deposits, len(other.impacts.t)
 

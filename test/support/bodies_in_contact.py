@@ -1,4 +1,4 @@
-"""Random bodies in contact, as the arrays that the solver of impacts reads, and the impacts of many bodies at once."""
+"""Make random bodies in contact, as the arrays that the solver of impacts reads, and solve many impacts at once."""
 
 from typing import Any, NamedTuple
 
@@ -38,12 +38,15 @@ class Bodies(NamedTuple):
     motion: np.ndarray
 
     def part(self, chosen: Any) -> "Bodies":
-        """Return some of the bodies, with arrays of their own."""
+        """Return copies of some of the bodies; chosen : index of the rows."""
         return Bodies(*(np.ascontiguousarray(column[chosen]).copy() for column in self))
 
 
 class Ground(NamedTuple):
-    """Largest friction, restitution, and largest rolling resistance (m) of random contacts."""
+    """Coefficients of random contacts.
+
+    mu : largest friction (-); e : restitution (-) of all contacts; rolling : largest rolling resistance (m)
+    """
 
     mu: float
     e: float
@@ -62,13 +65,16 @@ def random_moments(rng: np.random.Generator, count: int) -> np.ndarray:
 
 
 def without_contacts(rng: np.random.Generator, count: int, moments: np.ndarray) -> Bodies:
-    """Return N bodies with random motions and rows for contacts, which are still empty."""
+    """Return `count` bodies with principal moments (N, 3) m2, random motions, and no contacts."""
     points = np.zeros((count, MOST, CONTACT_COLUMNS))
     return Bodies(points, np.zeros(count, dtype=np.int64), moments, 5.0 * rng.normal(size=(count, 6)))
 
 
 def give_ground(rng: np.random.Generator, bodies: Bodies, ground: Ground) -> Bodies:
-    """Give all contacts random friction and rolling resistance up to the values of the ground, and its restitution."""
+    """Set the coefficients of all contacts in place, and return the bodies.
+
+    Friction and rolling resistance are random, up to the values of the ground; restitution is that of the ground.
+    """
     shape = bodies.points.shape[:2]
     bodies.points[:, :, MU] = rng.uniform(0.0, ground.mu, shape)
     bodies.points[:, :, ROLLING] = ground.rolling * rng.uniform(0.0, 1.0, shape)
@@ -77,7 +83,7 @@ def give_ground(rng: np.random.Generator, bodies: Bodies, ground: Ground) -> Bod
 
 
 def random_contacts(rng: np.random.Generator, count: int, most: int, ground: Ground) -> Bodies:
-    """Return N bodies with 1 to `most` contacts at random points, whose normals point roughly at the centre."""
+    """Return `count` bodies with 1 to `most` contacts at random points, with normals roughly towards the centre."""
     bodies = without_contacts(rng, count, random_moments(rng, count))
     arms = 0.4 * rng.normal(size=(count, MOST, 3))
     bodies.points[:, :, ARM : ARM + 3] = arms
@@ -87,7 +93,7 @@ def random_contacts(rng: np.random.Generator, count: int, most: int, ground: Gro
 
 
 def boxes_on_faces(rng: np.random.Generator, count: int, ground: Ground, tilt: float = 0.0) -> Bodies:
-    """Return N random boxes that touch planes with the four corners of a random face.
+    """Return `count` random boxes that touch planes with the four corners of a random face.
 
     tilt : largest angle (rad) between the normals of the four contacts and that of the face
     """
@@ -120,7 +126,7 @@ def before_of(motion, moments):
 
 @kernel
 def note(row, points, count, moments, before, after):
-    """Write the velocities, the energies and the fastest approach left after an impact into a row of the results."""
+    """Write the result of an impact into a row: velocities, energies, and the fastest remaining approach."""
     put(row, AFTER_V, after.v)
     put(row, AFTER_W, after.w)
     row[BEFORE], row[AFTER] = kinetic(before, moments), kinetic(after, moments)
@@ -129,7 +135,7 @@ def note(row, points, count, moments, before, after):
 
 @loop
 def strike(points, rows, counts, moments, motion, slow, out):
-    """Write the result of the impact of each body into its row of `out`."""
+    """Solve the impact of each body, and write the result into its row of `out`; slow : argument of `impact` (m/s)."""
     for i in range(len(counts)):
         before, of = before_of(motion[i], moments[i])
         after = impact(points[i], rows, counts[i], of, before, slow)
@@ -138,7 +144,10 @@ def strike(points, rows, counts, moments, motion, slow, out):
 
 @loop
 def stop(points, rows, counts, moments, motion, within, out):
-    """Write the result of the inelastic impact of each body into its row of `out`, without the guards of an impact."""
+    """Solve the inelastic impact of each body by `inelastic` alone, and write the result into its row of `out`.
+
+    The restitution and the checks of `impact` are left out. within : argument of `inelastic` (m/s)
+    """
     for i in range(len(counts)):
         before, of = before_of(motion[i], moments[i])
         after = inelastic(points[i], rows, counts[i], of, before, within)
@@ -147,7 +156,10 @@ def stop(points, rows, counts, moments, motion, within, out):
 
 @loop
 def hold(points, rows, counts, moments, motion, within, out):
-    """Write the velocity of each body in sustained contact into its row of `out`."""
+    """Solve the sustained contact of each body, and write the result into its row of `out`.
+
+    within : argument of `sustained` (m/s)
+    """
     for i in range(len(counts)):
         before, of = before_of(motion[i], moments[i])
         after = sustained(points[i], rows, counts[i], of, before, within)
@@ -155,9 +167,10 @@ def hold(points, rows, counts, moments, motion, within, out):
 
 
 def results_of(bodies: Bodies, solve: Any, threshold: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Return the results (N, 9) of the impacts of all bodies, and their contacts with impulses afterwards.
+    """Return the results (N, 9) of the impacts of all bodies, and the rows of their contacts with impulses.
 
-    solve : `strike`, `stop` or `hold`, or its `py_func`; threshold : `slow` or `within` (m/s)
+    solve : `strike`, `stop` or `hold`, or the Python function of one of them (`py_func`)
+    threshold : value of its argument `slow` or `within` (m/s)
     """
     out, points = np.zeros((len(bodies.counts), 9)), bodies.points.copy()
     rows = np.zeros((MOST, SOLVER_COLUMNS))

@@ -5,7 +5,7 @@
 A case is a mesh of `test/support/random_ground.py`, a few bodies, a ground and an accuracy, drawn from a family and a
 seed. The check is `solid_overlap`: along the whole recorded path no facet may overlap a body, and the centre of a body
 may not pass through a facet. It shares the closed form of free rotation with the engines, and nothing of the search for
-contacts. No impact may gain energy, and no contact more than the accuracy of a step.
+contacts. No impact may increase the energy, and no contact may increase it by more than the accuracy of a step.
 """
 
 import argparse
@@ -27,23 +27,23 @@ from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.values import STANDARD_GRAVITY, Outcome
 
 ROUNDING = 1e-9
-"""Overlap (m) that rounding may show."""
+"""Largest overlap (m) that may be due to rounding."""
 STEP = 0.05
-"""Largest path of any point of the body between two places that are checked, over the body's reach (-)."""
+"""Largest path of any point of a body between two checked places, over the largest distance of a corner (-)."""
 MOST_SAMPLES = 400
-"""Most places of one segment that are checked."""
+"""Largest number of checked places of one segment of a path."""
 IMPACT_GAIN = 1e-12
-"""Gain of energy in an impact (-) that rounding may show."""
+"""Largest increase of energy in an impact, as a share (-), that may be due to rounding."""
 SKINS, LONGEST, TURN = 2.0, 0.02, 0.15
-"""Rise of energy in contact that is allowed: that of a lift by SKINS skins, and of the impulses that begin a step.
+"""Terms of the largest allowed increase of energy in contact: a lift by SKINS skins, and the impulses of a step.
 
-A contact at rest begins a step with half of what gravity and the spin add in the step: in LONGEST seconds, or in the
-time of a turn by TURN rad if that is less.
+At its begin, a step receives half of the velocity that gravity and the spin add during the step. A step takes at most
+LONGEST (s), and at most the time in which the body rotates by TURN (rad).
 """
 HANGS = 2.1
-"""Largest distance from the ground of a body that has stopped, over its skin (-)."""
+"""Largest distance of a stopped body from the ground, over the skin (-)."""
 ROWS = 40_000
-"""Rows for the path of a body."""
+"""Number of rows that are reserved for the path of a body."""
 KINDS = ("box", "hull", "hull", "family", "plate", "needle")
 
 
@@ -61,7 +61,7 @@ class Case(NamedTuple):
 
 
 def random_shape(draw: np.random.Generator) -> Polyhedron:
-    """Return a box, a plate or a needle of up to 1:20, a hull of 4 to 40 random corners, or a body of a family."""
+    """Return a random shape: a box, a plate or needle of up to 1:20, a hull of 4 to 40 corners, or a named shape."""
     kind, size = draw.choice(KINDS), 10.0 ** draw.uniform(-1.0, 0.2)
     if kind == "hull":
         points = draw.normal(size=(int(draw.integers(4, 41)), 3))
@@ -103,7 +103,7 @@ def case_of(family_name: str, seed: int, count: int) -> Case:
 
 
 def highest_around(terrain: Terrain, plan: np.ndarray, reach: np.ndarray) -> np.ndarray:
-    """Return the largest height (N,) m of facets whose box in plan comes within reach of places (N, 2)."""
+    """Return the largest height (N,) m of the facets near each place (N, 2) m; reach : (N,) m, half of a square."""
     t = terrain.vertices[terrain.triangles]
     low, high, top = t[:, :, :2].min(1), t[:, :, :2].max(1), t[:, :, 2].max(1)
     above, below = plan[:, None] + reach[:, None, None], plan[:, None] - reach[:, None, None]
@@ -121,7 +121,7 @@ def fly_case(case: Case, engine: str = "compiled", some: slice = slice(None)) ->
 
 
 def along(shape: Polyhedron, end: Flown, i: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return times (S,) s, centres (S, 3) m and orientations (S, 4) along the whole path of body i, close together."""
+    """Return closely spaced times (S,) s, centres (S, 3) m and orientations (S, 4) along the whole path of body i."""
     path = end.path(i)
     lasts = np.diff(path.t)
     speed = np.linalg.norm(path.v[:-1], axis=1) + STANDARD_GRAVITY * lasts
@@ -140,7 +140,7 @@ def along(shape: Polyhedron, end: Flown, i: int) -> tuple[np.ndarray, np.ndarray
 
 
 def crossings(x: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return the numbers of the legs between points (S, 3) that pass through one of triangles (N, 3, 3)."""
+    """Return the numbers of the legs between successive points (S, 3) m that pass through a triangle (N, 3, 3) m."""
     a, b = x[:-1, None], x[1:, None]
     p = triangles[None, :, 0]
     n = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])[None]
@@ -154,7 +154,7 @@ def crossings(x: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def passes(x: np.ndarray, triangles: np.ndarray) -> bool:
-    """Return True if a path through points (S, 3) passes through a triangle."""
+    """Return True if a path through points (S, 3) m passes through one of triangles (N, 3, 3) m."""
     parts = range(0, max(len(x) - 1, 1), 500)
     return any(len(crossings(x[first : first + 501], triangles)) for first in parts)
 
@@ -163,7 +163,7 @@ def passes(x: np.ndarray, triangles: np.ndarray) -> bool:
 
 
 def faults_of(case: Case, end: Flown, i: int) -> list[str]:
-    """Return what is wrong with the flight of body i, as sentences."""
+    """Return the faults of the flight of body i, as sentences; empty if there is no fault."""
     shape, triangles = case.shapes[i], np.asarray(case.terrain.vertices[case.terrain.triangles])
     solid = solid_of(shape)
     t, x, q = along(shape, end, i)
@@ -183,7 +183,7 @@ def faults_of(case: Case, end: Flown, i: int) -> list[str]:
 
 
 def energy_faults(case: Case, end: Flown, i: int) -> list[str]:
-    """Return where the energy of body i rises, as sentences: in an impact, in contact, or above that of the release."""
+    """Return the forbidden increases of energy of body i as sentences: in an impact, in contact, since the release."""
     blows, energy, faults = end.blows(i), end.path(i).energy, []
     gain = (blows[:, -1] - blows[:, -2] * (1.0 + IMPACT_GAIN)).max(initial=0.0)
     if gain > 0.0:
@@ -197,7 +197,7 @@ def energy_faults(case: Case, end: Flown, i: int) -> list[str]:
 
 
 def allowed_rise(case: Case, end: Flown, i: int) -> float:
-    """Return the rise of energy (J/kg) in contact that counts as the accuracy of the steps."""
+    """Return the largest increase of energy (J/kg) in contact that the accuracy of the steps allows."""
     reach = float(np.linalg.norm(case.shapes[i].corners, axis=1).max())
     path = end.path(i)
     w, v = (np.linalg.norm(a[path.sliding], axis=1) for a in (path.w, path.v))
@@ -208,13 +208,19 @@ def allowed_rise(case: Case, end: Flown, i: int) -> float:
 
 
 def rests_near(solid: Solid, x: np.ndarray, q: np.ndarray, triangles: np.ndarray, accuracy: float) -> bool:
-    """Return True if a body lies within the distance at which contact is possible of a triangle."""
+    """Return True if a body is so near to one of triangles (N, 3, 3) m that contact is possible.
+
+    x : (1, 3) m, centre; q : (1, 4) orientation; accuracy : m, of contacts
+    """
     band = HANGS * min(accuracy, SKIN * np.linalg.norm(solid.corners, axis=1).max())
     return bool(gaps(solid, x, q, triangles, band)[0] <= band)
 
 
 def campaign(name: str, seeds: range, count: int) -> int:
-    """Fly the cases of a family; print each fault and a line; return the number of faulty bodies."""
+    """Fly the cases of a family of meshes; print each fault and a summary; return the number of faulty bodies.
+
+    name : of the family; seeds : of the cases; count : bodies of each case
+    """
     began, wrong, outcomes = time.process_time(), 0, np.zeros(len(Outcome) + 1, dtype=int)
     flying, blows, segments = 0.0, 0, 0
     for seed in seeds:

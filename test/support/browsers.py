@@ -1,4 +1,4 @@
-"""A Chromium of the system for tests of pages, and what it draws; tests skip with a reason where there is none."""
+"""Start a Chromium of the system for tests of pages, and take pictures of pages; without Chromium the tests skip."""
 
 import io
 import shutil
@@ -13,9 +13,9 @@ from matplotlib.image import imread
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 OPTIONS = ["--enable-unsafe-swiftshader", "--no-sandbox", "--disable-dev-shm-usage"]
-"""WebGL without a graphics card; no sandbox, because root in a container has none."""
+"""Options of Chromium: WebGL without a graphics card, and no sandbox, because root in a container has none."""
 LONGEST, LOOK = 180_000, 500
-"""Milliseconds for what takes some seconds on an idle machine, and between two looks at a view."""
+"""Longest wait (ms) for an action that takes some seconds on an idle machine; time (ms) between two pictures."""
 
 
 @contextmanager
@@ -34,12 +34,12 @@ def browser() -> Iterator[Any]:
 
 
 def picture(view: Any) -> np.ndarray:
-    """Return what an element of a page (a locator) shows: colours (H, W, 3) from 0 to 1."""
+    """Return the picture of an element of a page: colours (H, W, 3) from 0 to 1; view : locator of playwright."""
     return imread(io.BytesIO(view.screenshot()), format="png")[..., :3]
 
 
 def picture_that(view: Any, fits: Callable[[np.ndarray], bool]) -> np.ndarray:
-    """Look at an element of a page until its picture fits, and return the picture."""
+    """Take pictures of an element of a page until one fits, and return it; fits : True for an expected picture."""
     until = time.monotonic() + LONGEST / 1000
     while not fits(seen := picture(view)):
         assert time.monotonic() < until, "the picture does not come to what is expected"
@@ -48,7 +48,7 @@ def picture_that(view: Any, fits: Callable[[np.ndarray], bool]) -> np.ndarray:
 
 
 def settled(view: Any, colours: int) -> np.ndarray:
-    """Return the picture of an element of a page once it has more than n colours and has not changed for two looks."""
+    """Wait until the picture of an element has more than `colours` colours and does not change; return the picture."""
     last: list[np.ndarray] = []
 
     def fits(seen: np.ndarray) -> bool:
@@ -60,6 +60,6 @@ def settled(view: Any, colours: int) -> np.ndarray:
 
 
 def changed(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the share of the pixels that differ between two pictures, of which one may be lower than the other."""
+    """Return the share (-) of the pixels that differ between two pictures; only the rows of both are compared."""
     rows = min(len(one), len(other))
     return float((np.abs(one[:rows] - other[:rows]).max(axis=2) > 0.1).mean())

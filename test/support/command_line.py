@@ -22,13 +22,13 @@ def environment(**changes: str) -> dict[str, str]:
 
 
 def rpf3d(*arguments: Any, cwd: Path | None = None, **changes: str) -> "subprocess.CompletedProcess[str]":
-    """Run `rpf3d` with these arguments to its end, in this environment with some changes."""
+    """Run `rpf3d` with these arguments in a separate process to its end; changes : of environment variables."""
     words = [*COMMAND, *map(str, arguments)]
     return subprocess.run(words, cwd=cwd, env=environment(**changes), capture_output=True, text=True, timeout=LONGEST)
 
 
 def python(program: str, cwd: Path | None = None, **changes: str) -> "subprocess.CompletedProcess[str]":
-    """Run a Python program in a new interpreter."""
+    """Run the text of a Python program in a new interpreter to its end; changes : of environment variables."""
     return subprocess.run(
         [sys.executable, "-c", program], cwd=cwd, env=environment(**changes), capture_output=True, text=True,
         timeout=LONGEST,
@@ -36,7 +36,7 @@ def python(program: str, cwd: Path | None = None, **changes: str) -> "subprocess
 
 
 def call(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
-    """Return the exit code of a command in this process; an exception of the command fails the test."""
+    """Run `rpf3d` with some words in this process and return the exit code; an exception of the command is raised."""
     monkeypatch.setattr(sys, "argv", ["rpf3d", *map(str, words)])
     try:
         cli.main()
@@ -50,7 +50,7 @@ def refused(
 ) -> str:  # fmt: skip
     """Return the message of a refused command; the message must be one line, and the exit code 2.
 
-    printed : begin of what the command prints before; by default nothing
+    printed : begin of the text that the command must print to standard output; by default it must print nothing
     """
     assert call(monkeypatch, *words) == 2
     output = capsys.readouterr()

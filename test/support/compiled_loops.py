@@ -1,4 +1,4 @@
-"""The types for which the loop over flights is compiled."""
+"""List the types for which the compiled engine's loop over flights has been compiled."""
 
 from typing import Any, NamedTuple
 
@@ -6,7 +6,7 @@ from rpf3d_core.simulation import engines
 
 
 class LoopTypes(NamedTuple):
-    """Types of one compiled loop over flights, as numba names them; "none" for what is left out."""
+    """The types of one compiled loop over flights, as numba names them; "none" for a part that the flights lack."""
 
     rebound: str
     effects: str

@@ -1,7 +1,7 @@
-"""Let one worker compile a loop that several workers need: the others wait, and load it from the disk cache they share.
+"""Let one worker compile a loop that several workers need; the others wait, and load it from their common disk cache.
 
-numba's cache does not know of a compilation that another process is at. Without the wait, workers compile the same
-loops side by side, 10 to 30 s of a core each.
+numba's cache does not show that another process is compiling a loop. Without the wait, all workers would compile the
+same loops at the same time, which takes each of them 10 to 30 s of CPU time for a loop.
 """
 
 import fcntl
@@ -15,9 +15,9 @@ from rpf3d_core.jit.cache import LOOPS
 
 
 def compile_once(folder: Path) -> None:
-    """From now on, compile each loop of this process under a lock that all workers take.
+    """Make this process compile each loop under a lock, which all workers use.
 
-    folder : holds the locks; the same folder for all workers
+    folder : folder of the lock files, the same for all workers
     """
     try:
         from numba.core.compiler_lock import global_compiler_lock
@@ -37,13 +37,13 @@ def compile_once(folder: Path) -> None:
 
 
 def lock_name(loop: Any, signature: Any) -> str:
-    """Return the name of the lock of a loop compiled for some types."""
+    """Return the name of the lock file for a loop and the types for which it is compiled."""
     return hashlib.sha256(f"{loop.__module__}.{loop.__name__}{signature}".encode()).hexdigest()[:16] + ".compiling"
 
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Hold the lock of a file; if the process ends, the system opens the lock."""
+    """Context manager: hold the lock of a file; the system releases the lock if the process ends."""
     with open(path, "w") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         yield

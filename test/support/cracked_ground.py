@@ -1,7 +1,7 @@
 """Random meshes with T-junctions that rounding displaced, and rocks that fly exactly to the cracks at the T-junctions.
 
-An audit found rocks that flew through such a crack at a crest, met the back of the next facet, and flew on below the
-ground. A crack is less than a nanometre wide: no rock with a random start meets it.
+A rock that flies through such a crack at a crest may meet the back of the next facet, and fly on below the ground. A
+crack is less than a nanometre wide, so no rock with a random start meets it.
 """
 
 from collections import Counter
@@ -81,9 +81,9 @@ def releases_at_cracks(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.nda
 
 
 def _in_cracks(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return places (R, 3) m between the long edge and the two short edges of T-junctions, and the long edges (R, 3) m.
+    """Return random places (R, 3) m in the cracks of T-junctions, and the long edges (R, 3) m of these T-junctions.
 
-    The crack is the triangle between these three edges.
+    A crack is the triangle between the long edge and the two short edges of a T-junction.
     """
     junctions = junctions_of(terrain)
     if not len(junctions):

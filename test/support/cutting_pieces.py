@@ -1,9 +1,9 @@
-"""Random pieces of terrain that cut through other ground, and an independent check that no rock passes through them.
+"""Random meshes (pieces) that cut through other ground, and an independent check that no rock passes through a facet.
 
 A piece is a heap with a buried rim, a closed body, a sheet with an open rim, or a second survey of the same ground. The
-check shares no code with the contact search. It follows the path of each rock and computes in NumPy, for every facet,
-when the rock is above and when below the facet's plane. A rock that goes from above to below within the facet has
-passed through the facet.
+check shares no code with the contact search. For the path of each rock and every facet, it computes in NumPy when the
+rock is above and when it is below the facet's plane. A rock that goes from above to below within the facet has passed
+through the facet.
 """
 
 import math
@@ -14,7 +14,7 @@ import numpy as np
 
 Draw = np.random.Generator
 Piece = tuple[np.ndarray, np.ndarray]
-"""Vertices (V, 3) m and triangles (F, 3) of one piece."""
+"""Vertices (V, 3) m and triangles (F, 3) of a mesh that cuts through other ground."""
 ON_TOP = 1e-9
 """Distance in plan (m) within which a place counts as over a facet, if a rock is put onto the highest facet there."""
 
@@ -44,7 +44,10 @@ def heap(draw: Draw, ground: np.ndarray) -> Piece:
 
 
 def body(draw: Draw, ground: np.ndarray) -> Piece:
-    """Return a closed box or octahedron of any size and direction, such as a boulder or a thin wall, in the ground."""
+    """Return a closed box or octahedron of random size and direction, such as a boulder or a thin wall, in the ground.
+
+    ground : (F, 3, 3) m, facets of the ground
+    """
     corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
     sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
     triangles = np.array([t for a, b, c, d in sides for t in ((a, b, c), (a, c, d))])
@@ -61,7 +64,10 @@ def body(draw: Draw, ground: np.ndarray) -> Piece:
 
 
 def blade(draw: Draw, ground: np.ndarray) -> Piece:
-    """Return an open sheet that looks up and cuts the ground: level or inclined, whole or in cells."""
+    """Return an open sheet that faces up and cuts the ground: level or inclined, of one or several square cells.
+
+    ground : (F, 3, 3) m, facets of the ground
+    """
     cells, width, length = int(draw.integers(1, 4)), draw.uniform(0.3, 4.0), draw.uniform(0.3, 4.0)
     x, y = (v.ravel() for v in np.meshgrid(*2 * [np.linspace(-1.0, 1.0, cells + 1)], indexing="ij"))
     slope = draw.choice([0.0, 1.0]) * draw.normal(0.0, 0.7, 2)
@@ -74,7 +80,10 @@ def blade(draw: Draw, ground: np.ndarray) -> Piece:
 
 
 def tile(draw: Draw, ground: np.ndarray) -> Piece:
-    """Return a second survey of a part of the ground: other facets through the same surface, with noise."""
+    """Return a second survey of a part of the ground: other facets over the same surface, with noise.
+
+    ground : (F, 3, 3) m, facets of the ground
+    """
     cells, half, place = int(draw.integers(2, 9)), draw.uniform(1.0, 4.0), _place(draw, ground)[:2]
     low, high = ground[:, :, :2].min(axis=(0, 1)), ground[:, :, :2].max(axis=(0, 1))
     begin, end = np.maximum(place - half, low + 0.05), np.minimum(place + half, high - 0.05)
@@ -88,7 +97,10 @@ PIECES: tuple[Callable[[Draw, np.ndarray], Piece], ...] = (heap, body, blade, ti
 
 
 def within(ground: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> Piece:
-    """Return a piece, made so narrow about its middle that it lies over the ground in plan."""
+    """Return a piece, made narrower in plan if necessary, so that it lies within the extent of the ground.
+
+    ground : (F, 3, 3) m, facets of the ground; vertices : (V, 3) m; triangles : (F, 3)
+    """
     low, high = ground[:, :, :2].min(axis=(0, 1)), ground[:, :, :2].max(axis=(0, 1))
     begin, end = vertices[:, :2].min(axis=0), vertices[:, :2].max(axis=0)
     if (begin >= low).all() and (end <= high).all():
@@ -101,20 +113,20 @@ def within(ground: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> P
 
 
 def _place(draw: Draw, ground: np.ndarray) -> np.ndarray:
-    """Return a place (3,) m on the ground: a vertex, or a place within a facet."""
+    """Return a random place (3,) m on the ground: a vertex, or a place within a facet."""
     facet = ground[draw.integers(len(ground))]
     return np.asarray(facet[0] if draw.uniform() < 0.3 else draw.dirichlet([1.0, 1.0, 1.0]) @ facet)
 
 
 def _cells(cells: int) -> np.ndarray:
-    """Return the triangles of a square grid with `cells` cells a side, numbered along y first."""
+    """Return the triangles (F, 3) of a square grid with `cells` cells on each side; points are numbered along y."""
     a = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
     b, c, d = a + cells + 1, a + cells + 2, a + 1
     return np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
 
 
 def highest(facets: np.ndarray, plan: np.ndarray) -> np.ndarray:
-    """Return the height (N,) m of the highest of facets (F, 3, 3) m over places (N, 2) m; -inf over no facet."""
+    """Return the height (N,) m of the highest of facets (F, 3, 3) m at places (N, 2) m; -inf without a facet."""
     top = np.full(len(plan), -np.inf)
     for facet in facets:
         u, w, r = facet[1] - facet[0], facet[2] - facet[0], plan - facet[0, :2]
@@ -148,7 +160,10 @@ def meeting_points(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def parts_of(triangles: np.ndarray) -> list[np.ndarray]:
-    """Return the facets of each piece, which share vertices: first the piece of facet 0."""
+    """Return the numbers of the facets of each component, one array each; facets of a component share vertices.
+
+    triangles : (F, 3). The components are in the order of their smallest vertex number.
+    """
     label = np.arange(triangles.max() + 1)
     while True:
         least = label[triangles].min(axis=1)
@@ -163,21 +178,22 @@ def parts_of(triangles: np.ndarray) -> list[np.ndarray]:
 
 
 def is_closed(triangles: np.ndarray) -> bool:
-    """Return whether every side of some triangles (F, 3) occurs just once in each direction."""
+    """Return True if triangles (F, 3) form a closed surface: every side occurs exactly once in each direction."""
     sides = {(t[k], t[(k + 1) % 3]) for t in triangles.tolist() for k in range(3)}
     return len(sides) == 3 * len(triangles) and all((b, a) in sides for a, b in sides)
 
 
 def rim_of(triangles: np.ndarray) -> np.ndarray:
-    """Return the vertices at the open rim of some triangles (F, 3)."""
+    """Return the numbers of the vertices at the open rim of triangles (F, 3)."""
     sides = {(t[k], t[(k + 1) % 3]) for t in triangles.tolist() for k in range(3)}
     return np.unique([v for side in sides if side[::-1] not in sides for v in side]).astype(int)
 
 
 @dataclass(frozen=True)
 class Legs:
-    """The legs of all paths, rock by rock: rock `row` (N,), start x (N, 3) m, velocity v (N, 3) m/s, time t (N,) s.
+    """The legs of all paths, grouped by rock: each leg is an arc or a straight line.
 
+    row : (N,) number of the rock; x : (N, 3) m and v : (N, 3) m/s at the start; t : (N,) s, duration
     gravity : (N,) m/s^2; 0 if the leg is straight
     """
 
@@ -193,7 +209,7 @@ class Legs:
 
 
 def passed_through(facets: np.ndarray, legs: Legs, deep: float, margin: float) -> np.ndarray:
-    """Return the rocks whose path leads through one of facets (F, 3, 3) m, from its free side to its back.
+    """Return the numbers of the rocks whose path leads through a facet (F, 3, 3) m, from its free side to its back.
 
     The rock must be more than `deep` (m) above the facet's plane and then as deep below, and in between within the
     facet by more than a margin (m). At the start of its path it counts as above if it is not as deep below.
@@ -218,13 +234,16 @@ def passed_through(facets: np.ndarray, legs: Legs, deep: float, margin: float) -
 
 
 def _boxes_meet(facet: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Return whether the box in plan of each leg from `begin` (N, 3) to `end` (N, 3) m meets the box of a facet."""
+    """Return flags (N,), True for legs whose box in plan meets the box of a facet (3, 3) m.
+
+    begin, end : (N, 3) m, ends of the legs
+    """
     low, high = np.minimum(begin, end)[:, :2], np.maximum(begin, end)[:, :2]
     return np.asarray(((low <= facet[:, :2].max(axis=0)) & (high >= facet[:, :2].min(axis=0))).all(axis=1))
 
 
 def _is_within_between(facet: np.ndarray, legs: Legs, ends: tuple[int, int], deep: float, margin: float) -> bool:
-    """Return whether a rock stays within a facet, seen along its normal, while it passes the facet's plane.
+    """Return True if a rock stays within a facet, seen along the facet's normal, while it passes the facet's plane.
 
     ends : the leg on which the rock comes from above the plane, and the leg on which it goes below
     """
@@ -245,7 +264,7 @@ def _place_at(facet: np.ndarray, legs: Legs, k: int, level: float) -> np.ndarray
 
 
 def _within(facet: np.ndarray, points: np.ndarray, margin: float) -> np.ndarray:
-    """Return whether each of points (N, 3) m, seen along the facet's normal, is in the facet by more than a margin."""
+    """Return flags (N,), True for points (N, 3) m inside a facet, seen along its normal, by more than a margin (m)."""
     normal = np.cross(facet[1] - facet[0], facet[2] - facet[0])
     normal /= np.linalg.norm(normal)
     inside = np.ones(len(points), dtype=bool)

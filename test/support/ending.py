@@ -1,4 +1,4 @@
-"""End a node by a signal, and check how much it computes and how long it takes until it has ended."""
+"""End a node by a signal, and check the CPU time and the wall time until it has ended."""
 
 import os
 import resource
@@ -10,10 +10,10 @@ from live_peer import PATIENCE
 from processes import computed
 
 COMPUTING = 2.0
-"""Seconds of computing after the signal: what a process that waits for nothing takes at most on an idle machine."""
+"""Largest CPU time (s) between the signal and the end of a node."""
 
 WALL = 6.0
-"""Seconds of wall time on a machine where no more programs run than it has cores."""
+"""Largest wall time (s) between the signal and the end, if no more programs run than the machine has cores."""
 
 
 def ended_in_time(
@@ -21,7 +21,7 @@ def ended_in_time(
 ) -> int:
     """End a process by a signal, check the time that this takes, and return the exit code.
 
-    computing : most seconds of computing; wall : most seconds of wall time, longer by the load of a busy machine
+    number : of the signal; computing : largest CPU time (s); wall : largest wall time (s), multiplied by `load()`
     """
     before, children, began = computed(process.pid), _of_children(), time.monotonic()
     process.send_signal(number)
@@ -33,11 +33,11 @@ def ended_in_time(
 
 
 def load() -> float:
-    """Return the number of programs that share a core, over the last minute; at least 1."""
+    """Return the number of programs that share a core, as a mean over the last minute; at least 1."""
     return max(1.0, os.getloadavg()[0] / len(os.sched_getaffinity(0)))
 
 
 def _of_children() -> float:
-    """Return the seconds of computing of all child processes that have ended."""
+    """Return the CPU seconds of all child processes that have ended."""
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return usage.ru_utime + usage.ru_stime

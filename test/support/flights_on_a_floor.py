@@ -1,4 +1,4 @@
-"""Flights in closed form: rocks thrown on flat ground, and the scene of these flights.
+"""Flights on a flat floor, computed in closed form without an engine, and the scene of these flights.
 
 The bounces follow reference/validation.md 2.1 (R_n, R_t on a flat floor). After the last bounce the rock slides until
 Coulomb friction stops the rock.
@@ -57,7 +57,10 @@ sources:
 
 
 def scene(folder: Path, more: str = "") -> Scene:
-    """Return the scene of the flights; `more` is further YAML. The terrain of the scene is never read."""
+    """Return the scene of the flights, written to a folder; `more` is further YAML.
+
+    The terrain that the scene names is not used; the flights are over `floor`.
+    """
     path = folder / "floor.yaml"
     path.write_text(SCENE + more)
     return read_scene(path)
@@ -70,9 +73,9 @@ def faults(terrain: Terrain) -> FaultReport:
 
 
 def floor(frame: Frame = UNMOVED, cells: int = CELLS) -> Terrain:
-    """Return a square floor at z = 0.
+    """Return a square floor at z = 0, with x and y from -SIDE/2 to SIDE/2.
 
-    x and y are from -SIDE/2 to SIDE/2; the western half is zone `bench_1`, the rest zone `floor`.
+    The western half is the zone `bench_1`, the other half the zone `floor`. cells : number of cells on each side
     """
     ticks = np.linspace(-SIDE / 2, SIDE / 2, cells + 1)
     x, y = np.meshgrid(ticks, ticks, indexing="ij")
@@ -86,7 +89,7 @@ def floor(frame: Frame = UNMOVED, cells: int = CELLS) -> Terrain:
 
 
 def facet_under(terrain: Terrain, x: np.ndarray) -> int:
-    """Return the facet whose centroid is nearest in plan: for points that are not near an edge, the facet below."""
+    """Return the facet whose centroid is nearest to a point in plan: usually the facet below the point."""
     centroids = terrain.vertices[terrain.triangles].mean(axis=1)
     return int(np.argmin(np.linalg.norm(centroids[:, :2] - x[:2], axis=1)))
 
@@ -94,7 +97,7 @@ def facet_under(terrain: Terrain, x: np.ndarray) -> int:
 def events_of_a_throw(x: np.ndarray, v: np.ndarray) -> tuple[list, list]:
     """Return the events (t, x, v, v_end, mode) and impacts (t, x, v_in, v_out) of a rock thrown from x with velocity v.
 
-    The rock stops at the last event.
+    x : (3,) m; v : (3,) m/s. The rock stops at the last event.
     """
     events, impacts, t = [], [], 0.0
     for _ in range(BOUNCES):
@@ -116,7 +119,7 @@ def events_of_a_throw(x: np.ndarray, v: np.ndarray) -> tuple[list, list]:
 
 
 def thrown(terrain: Terrain, rocks: int = 6) -> Flights:
-    """Return the flights of `rocks` rocks of two sources, thrown from x = -10; the last rock leaves the terrain."""
+    """Return the flights of rocks of two sources, thrown from x = -10 m; the last rock's outcome is `left_terrain`."""
     throws = [events_of_a_throw(*start_of(i)) for i in range(rocks)]
     events = [(row, *event) for row, throw in enumerate(throws) for event in throw[0]]
     impacts = [(row, *impact) for row, throw in enumerate(throws) for impact in throw[1]]
@@ -124,12 +127,15 @@ def thrown(terrain: Terrain, rocks: int = 6) -> Flights:
 
 
 def start_of(i: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the position (m) and the velocity (m/s) of throw i."""
+    """Return the position (3,) m and the velocity (3,) m/s of throw number i."""
     return np.array([-10.0, -6.0 + 2.0 * i % 12, 5.0 + i % 7]), np.array([2.0 + 0.5 * (i % 9), 0.3, 1.0])
 
 
 def findings(named: Scene, terrain: Terrain, flights: Flights, planned: int | None = None, steps=()) -> Run:
-    """Return the run of the scene over the floor with these flights, without an engine."""
+    """Return the run of a scene over a floor that has these flights as its result; no engine is needed.
+
+    planned : number of planned rocks, None for all that flew; steps : of `Run`
+    """
     rocks = len(flights.deposits.rock)
     position = None if named.observed is None else position_along(named.observed, terrain.frame)
     totals = Totals(position)
@@ -166,7 +172,7 @@ def maps_of(named: Scene, terrain: Terrain, flights: Flights) -> HazardMaps:
 
 
 def batch_of(flights: Flights) -> Batch:
-    """Return the flights in the form that the engine passes to tallies: all impacts and paths, grouped by rock."""
+    """Return flights in the form in which an engine passes them to tallies: all impacts and paths, grouped by rock."""
     deposits, impacts, paths = flights.deposits, flights.impacts, flights.paths
     edges = np.arange(len(deposits.rock) + 1)
     events = np.bincount(paths.row, minlength=len(deposits.rock))

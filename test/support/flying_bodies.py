@@ -1,4 +1,4 @@
-"""Bodies with a shape flown over small meshes, and checks of where they are that share no code with the engines.
+"""Fly rocks with a shape (bodies) over small meshes, and check their places with code that no engine uses.
 
 All tests use the same types (`RigidBody`, `Materials`, no caps), so the compiled flight loop is compiled once.
 """
@@ -44,7 +44,11 @@ SOUND = (Outcome.STOPPED, Outcome.LEFT_TERRAIN, Outcome.MAX_TIME)
 
 
 class Drop(NamedTuple):
-    """R bodies at their release: x and v (R, 3), shape (R,), orientation (R, 4), radius (R,) of the equal sphere."""
+    """R bodies at their release.
+
+    x : (R, 3) m; v : (R, 3) m/s; shape : (R,) number of the shape; pose : (R, 4) orientation
+    radius : (R,) m, of a sphere of equal volume
+    """
 
     x: np.ndarray
     v: np.ndarray
@@ -54,9 +58,12 @@ class Drop(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """The ground's surfaces, the accuracy (m), rows for a path (0: no record), and the limits of a flight.
+    """The ground, the limits and the record of flights.
 
-    effects : on the bodies, in order; slip : slip friction of the zones; mass : kg, of each body
+    surfaces : coefficients of each zone; accuracy : m, of contacts
+    rows : memory for the records of paths and impacts (rows), 0 for no record
+    max_time : s; max_impacts : number of impacts at which a flight is cut off
+    effects : effects on the bodies, in order; slip : slip friction of the zones; mass : kg, of each body
     """
 
     surfaces: tuple[Surface, ...]
@@ -70,10 +77,11 @@ class Terms(NamedTuple):
 
 
 class Flown(NamedTuple):
-    """The flights of R bodies, with the columns that tests read; see `simulation/record.py` for the rows.
+    """The flights of R bodies; `simulation/record.py` defines the columns.
 
-    pieces, modes, impacts : rows of all bodies; first : (R + 1, 2) first row of each body in impacts and pieces
-    facets : (I,) of the impacts, below 0 for obstacles
+    finals, counts : (R, ...) final states; pieces, modes : segments of all paths; impacts : all impacts
+    first : (R + 1, 2) first row of each body in `impacts` and in `pieces`
+    facets : (I,) facet of each impact, below 0 for obstacles
     """
 
     finals: np.ndarray
@@ -86,7 +94,7 @@ class Flown(NamedTuple):
 
     @property
     def outcome(self) -> np.ndarray:
-        """The outcomes (R,)."""
+        """The outcomes of the flights (R,), numbers of `Outcome`."""
         return self.counts[:, 0]
 
     @property
@@ -96,12 +104,12 @@ class Flown(NamedTuple):
 
     @property
     def x(self) -> np.ndarray:
-        """The centres of mass (R, 3) m at the end."""
+        """The centres of mass (R, 3) m at the ends of the flights."""
         return self.finals[:, 1:4]
 
     @property
     def q(self) -> np.ndarray:
-        """The orientations (R, 4) at the end."""
+        """The orientations (R, 4) at the ends of the flights."""
         return self.finals[:, QUATERNION : QUATERNION + 4]
 
     @property
@@ -110,19 +118,25 @@ class Flown(NamedTuple):
         return self.finals[:, QUATERNION + 4]
 
     def path(self, i: int = 0) -> "Path":
-        """Return the recorded path of a body."""
+        """Return the recorded path of body number i."""
         rows = slice(self.first[i, 1], self.first[i + 1, 1])
         return Path(self.pieces[rows], self.modes[rows])
 
     def blows(self, i: int = 0) -> np.ndarray:
-        """Return the impacts of a body: t, x (3), n (3), speed and spin before and after, contacts, energies."""
+        """Return the impacts of body number i, one row each.
+
+        The columns are t, x (3), n (3), speed before and after, spin before and after, number of contacts, energies.
+        """
         rows = self.impacts[self.first[i, 0] : self.first[i + 1, 0]]
         speeds, spins = rows[:, 7:9], rows[:, IMPACT_COLUMNS : IMPACT_COLUMNS + 2]
         return np.hstack([rows[:, :7], speeds, spins, rows[:, IMPACT_COLUMNS + 2 :]])
 
 
 class Path(NamedTuple):
-    """The recorded segments of a body's path: one row each, and one for the end."""
+    """The recorded path of a body: one row for each segment, and one for the end of the path.
+
+    rows : (S, ...) as in `Flown.pieces`; modes : (S,) kind of motion
+    """
 
     rows: np.ndarray
     modes: np.ndarray
@@ -134,32 +148,32 @@ class Path(NamedTuple):
 
     @property
     def x(self) -> np.ndarray:
-        """Centres of mass (S, 3) m."""
+        """Centres of mass (S, 3) m at the beginning of the segments."""
         return self.rows[:, 1:4]
 
     @property
     def v(self) -> np.ndarray:
-        """Velocities (S, 3) m/s at the beginning."""
+        """Velocities (S, 3) m/s at the beginning of the segments."""
         return self.rows[:, 4:7]
 
     @property
     def v_end(self) -> np.ndarray:
-        """Velocities (S, 3) m/s at the end."""
+        """Velocities (S, 3) m/s at the end of the segments."""
         return self.rows[:, 7:10]
 
     @property
     def q(self) -> np.ndarray:
-        """Orientations (S, 4)."""
+        """Orientations (S, 4) at the beginning of the segments, as quaternions."""
         return self.rows[:, POSE : POSE + 4]
 
     @property
     def w(self) -> np.ndarray:
-        """Spins (S, 3) rad/s in the body's axes at the beginning."""
+        """Spins (S, 3) rad/s at the beginning of the segments, in the body's axes."""
         return self.rows[:, POSE + 4 : POSE + 7]
 
     @property
     def energy(self) -> np.ndarray:
-        """Kinetic and potential energy (S,) J/kg at the beginning."""
+        """Sum of kinetic and potential energy (S,) J/kg at the beginning of the segments."""
         v = self.v
         return 0.5 * (v * v).sum(1) + self.rows[:, POSE + 7] + G * self.x[:, 2]
 
@@ -170,16 +184,17 @@ class Path(NamedTuple):
 
 
 def radius_of(polyhedron: Polyhedron) -> float:
-    """Return the radius (m) of a sphere of the same volume, which gives a body the size of the polyhedron."""
+    """Return the radius (m) of the sphere that has the volume of a polyhedron."""
     return float(np.cbrt(polyhedron.volume / (4.0 / 3.0 * math.pi)))
 
 
 def drop(
     shapes: Sequence[Polyhedron], x: np.ndarray, pose: np.ndarray | None = None, v: Sequence[float] | None = None
 ) -> Drop:
-    """Return bodies released at points (R, 3), in the sizes of their polyhedra, which take turns.
+    """Return bodies released at points (R, 3) m, with the sizes of their polyhedra.
 
-    pose : (R, 4) orientations, not turned if not given; v : velocity (3,) of all, or (R, 3), 0 if not given
+    shapes : polyhedra; body i has shape number i modulo their number
+    pose : (R, 4) orientations, None for no rotation; v : velocity (3,) of all bodies, or (R, 3), None for 0 (m/s)
     """
     x = np.ascontiguousarray(np.atleast_2d(np.asarray(x, dtype=float)))
     count = len(x)
@@ -191,16 +206,16 @@ def drop(
 
 
 def soft_ground(stiffness: float = 5e6, drag: float = 2.5, density: float = 1700.0) -> Scarring:
-    """Return soft ground of one zone without friction in a scar, which is for points and spheres only.
+    """Return the effect `scarring` (soft ground) of one zone.
 
-    stiffness : N/m; drag : -; density : kg/m3
+    stiffness : N/m; drag : -; density : kg/m3. The friction in a scar is 0, because it acts on points and spheres only
     """
     columns = (stiffness, drag, density, 0.0, 0.0, 1.0)
     return Scarring(*(np.array([value]) for value in columns))
 
 
 def table_of(shapes: Sequence[Polyhedron]) -> ShapeTable:
-    """Return the table of polyhedra, all with the same weight."""
+    """Return the shape table of a scene with these polyhedra, which rocks have equally often."""
     return shape_table(shapes, [1.0] * len(shapes))
 
 
@@ -237,19 +252,19 @@ def ground(mu: float, e: float = 0.0, mu_r: float = 0.0, stop_speed: float = 0.0
 
 
 def about(axis: Sequence[float], angle: float) -> np.ndarray:
-    """Return the quaternion (4,) of a turn about an axis by an angle (rad)."""
+    """Return the quaternion (4,) of a rotation about an axis (3,) by an angle (rad)."""
     a = np.asarray(axis, dtype=float)
     return np.array([math.cos(0.5 * angle), *(math.sin(0.5 * angle) * a / np.linalg.norm(a))])
 
 
 def product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Return the quaternion (4,) of the turn q followed by the turn p."""
+    """Return the quaternion (4,) of the rotation q followed by the rotation p."""
     a, b = p[1:], q[1:]
     return np.array([p[0] * q[0] - a @ b, *(p[0] * b + q[0] * a + np.cross(a, b))])
 
 
 def random_poses(rng: np.random.Generator, count: int) -> np.ndarray:
-    """Return uniformly distributed orientations (R, 4)."""
+    """Return `count` uniformly distributed orientations (R, 4)."""
     q = rng.normal(size=(count, 4))
     return np.asarray(q / np.linalg.norm(q, axis=1)[:, None])
 
@@ -267,7 +282,7 @@ def matrix(q: np.ndarray) -> np.ndarray:
 
 
 def angle_between(p: np.ndarray, q: np.ndarray) -> float:
-    """Return the angle (rad) of the turn that leads from one orientation to another."""
+    """Return the angle (rad) of the rotation that leads from one orientation to another."""
     away = p[0] * q[1:] - q[0] * p[1:] - np.cross(p[1:], q[1:])
     return 2.0 * math.asin(min(float(np.linalg.norm(away)), 1.0))
 
@@ -286,9 +301,10 @@ def triangles_of(terrain: Terrain) -> np.ndarray:
 
 
 def heights_above(terrain: Terrain, points: np.ndarray) -> np.ndarray:
-    """Return the least height (N,) m of points (N, 3) above all planes of facets that lie over or under them in plan.
+    """Return for each of points (N, 3) m its least height (N,) m above the facets at its place in plan; inf if none.
 
-    The distance is at right angles to the facet. Facets without area in plan do not count; inf where there is none.
+    The height is measured at right angles to the facet's plane, and is negative below the plane. Upright facets do not
+    count.
     """
     t = triangles_of(terrain)
     n = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
@@ -303,7 +319,10 @@ def heights_above(terrain: Terrain, points: np.ndarray) -> np.ndarray:
 
 
 def depths_of_vertices(terrain: Terrain, shape: Polyhedron, x: np.ndarray, q: np.ndarray) -> float:
-    """Return how deep (m) the deepest vertex of a terrain lies within a body; below 0 if none does."""
+    """Return how deep (m) the deepest vertex of a terrain lies inside a body; negative if no vertex is inside.
+
+    x : centre of the body (3,) m; q : orientation (4,)
+    """
     local = (terrain.vertices - x) @ matrix(q)
     first = np.array([shape.corners[face[0]] for face in shape.faces])
     outside = np.einsum("vfi,fi->vf", local[:, None] - first[None], shape.normals)
@@ -311,6 +330,9 @@ def depths_of_vertices(terrain: Terrain, shape: Polyhedron, x: np.ndarray, q: np
 
 
 def lowest(terrain: Terrain, shape: Polyhedron, x: np.ndarray, q: np.ndarray) -> float:
-    """Return the least height (m) of a body over a terrain: of its corners, and of the terrain's vertices inside it."""
+    """Return the least height (m) of a body over a terrain; negative if they overlap.
+
+    The corners of the body and the vertices of the terrain are compared. x : centre (3,) m; q : orientation (4,)
+    """
     height = float(heights_above(terrain, corners_of(shape, x, q)).min())
     return min(height, -depths_of_vertices(terrain, shape, x, q))

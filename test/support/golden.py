@@ -63,7 +63,7 @@ def command(*words: object) -> str:
 
 
 def engines_of(name: str) -> tuple[str, ...]:
-    """Return the engines that fly an entry."""
+    """Return the names of the engines that fly an entry."""
     return ENTRIES[name].engines if name in ENTRIES else BOTH
 
 

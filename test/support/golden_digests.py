@@ -21,7 +21,7 @@ DIGITS = 16
 """Hex digits of a SHA-256 that are kept: enough to distinguish results, and short enough to read."""
 SUMMARY = "summary.json"
 DRAWN = (".png", ".rrd")
-"""Suffixes of the files that are left out."""
+"""Suffixes of the files that are not digested: pictures and recordings."""
 INPUTS = "inputs.json"
 """The file that repeats the scene and the warnings, which is left out as well: it has no result of its own."""
 LEFT_OUT = (

@@ -46,9 +46,9 @@ from rpf3d_ros.messages.terrain_messages import mesh_of_cdr, survey_of_cloud
 from rpf3d_ros.recording.message_log import MessageLog
 
 SECOND = 1_000_000_000
-"""Nanoseconds."""
+"""One second in nanoseconds."""
 START = 1_800_000_000
-"""Second of the first message."""
+"""Time of the session's second 0 (s since the epoch)."""
 LATER = 2 * SECOND
 """Time from a message of sources, or an answer, to the next answer (ns)."""
 TOOK = 0.25
@@ -68,7 +68,7 @@ LIMITS = {
     "restrict": {"reach_probability": 0.8, "p95_energy_j": 800_000.0},
     "evacuate": {"reach_probability": 0.95, "first_arrival_s": {"evacuation": 2, "margin": 1}},
 }
-"""Limits at which the level of the session's alert rises step by step."""
+"""Limits with which the level of the session's alert rises step by step."""
 SITE = {
     "site": "golden", "valid_s": 10, "alarm_from": "restrict", "areas": {"live_area": LIMITS, "equipment": LIMITS},
     "evidence": {
@@ -85,19 +85,22 @@ Content = Any
 
 
 def _header(second: int, frame: str = "map") -> Header:
-    """Return a header with the stamp of a second of the session."""
+    """Return a header; its stamp is a second of the session (+ 0.125 s)."""
     return Header(frame_id=frame, stamp=Time(sec=START + second, nanosec=125_000_000))
 
 
 def _hill(rows: int, columns: int, lift: float = 0.0) -> np.ndarray:
-    """Return points (rows, columns, 3) m of a bumpy slope down to the east, with a floor; all multiples of 1/8."""
+    """Return points (rows, columns, 3) m of an uneven slope down to the east and a floor; all are multiples of 1/8 m.
+
+    lift : height (m) by which all points are higher
+    """
     j, i = np.mgrid[0:rows, 0:columns]
     z = np.maximum(48.0 - 1.5 * i, 6.0) + 0.25 * ((7 * i + 5 * j) % 4) + lift
     return np.stack([2.0 * i, 2.0 * j, z], axis=-1)
 
 
 def _cloud(header: Header, names: tuple[str, ...], values: np.ndarray) -> PointCloud2:
-    """Return a cloud of values (H, W, names) in single precision."""
+    """Return a PointCloud2 of values (H, W, C) in single precision; names : names of the C fields."""
     height, width, count = values.shape
     fields = [PointField(name=n, offset=4 * k, datatype=PointField.FLOAT32, count=1) for k, n in enumerate(names)]
     return PointCloud2(
@@ -125,7 +128,7 @@ def _scattered_patch() -> PointCloud2:
 
 
 def _mesh() -> bytes:
-    """Return another hill, as the bytes of a mesh."""
+    """Return another hill as a mesh message, in CDR bytes."""
     points, square = _hill(20, 36, lift=2.0), np.arange(20 * 36).reshape(20, 36)
     a, b, c, d = square[:-1, :-1], square[:-1, 1:], square[1:, 1:], square[1:, :-1]
     corners = np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3).astype(np.uint32)
@@ -135,7 +138,10 @@ def _mesh() -> bytes:
 
 
 def _poses(second: int, *places: tuple[float, float, float], turned: bool = True) -> PoseArray:
-    """Return poses whose directions are, in turn, east, north-east and none."""
+    """Return poses at places (x, y, z) m, with the directions east, north-east and none in turn.
+
+    turned : False if all directions are east
+    """
     turns = [Quaternion(w=1.0), Quaternion(z=0.28, w=0.96), Quaternion(x=0.0, y=0.0, z=0.0, w=0.0)]
     poses = [
         Pose(position=Point(x=x, y=y, z=z), orientation=turns[number % 3 if turned else 0])
@@ -174,7 +180,7 @@ def messages_in() -> Iterator[tuple[str, Any]]:
 
 
 class Session:
-    """A simulator and a recorder in one thread; `parts` contains their published messages and recorded rows."""
+    """A simulator and a recorder in one thread; `parts` has their published messages and recorded rows, by part."""
 
     def __init__(self, engine: str) -> None:
         self.parts: dict[str, list[Content]] = {}
@@ -231,7 +237,7 @@ class Session:
 
     @property
     def _stood(self) -> PreparedTerrain:
-        """The prepared terrain in use."""
+        """The prepared terrain in use; it must exist."""
         assert self._standing is not None
         return self._standing
 
@@ -287,7 +293,7 @@ class Session:
             self._note(f"recorded {topic}", [entry.stamp_ns, entry.event, content_of(drawn.rows)])
 
     def _note(self, part: str, content: Content) -> None:
-        """Append content to a part of the digest."""
+        """Append content to a part of the session's results; part : key of `parts`."""
         self.parts.setdefault(part, []).append(content)
 
 

@@ -87,7 +87,7 @@ TREES = "x,y,dbh_cm,height,kind\n" + "".join(
     for j in range(-18, 19)
     if 120 <= 12 * (i * i + j * j) ** 0.5 <= 215
 )
-"""Trees on the wall of the pit."""
+"""Text of a file of trees on the wall of the pit, CSV."""
 ROWS = "[[5, 1.6, 0.6], [30, 0.7, 0.7], [60, 0.35, 0.85], [90, 0.25, 0.9]]"
 COVARIANCE = [[0.0025 if row == column else 0.0005 for column in range(9)] for row in range(9)]
 EFFECTS = {
@@ -133,7 +133,7 @@ MORE_EFFECTS = {
 
 
 def _shipped() -> Iterator[Entry]:
-    """Yield the scenes of config/scenes without external data; those of many rocks or of blocks get fewer rocks."""
+    """Yield the scenes of config/scenes that need no external data; scenes that would take long get fewer rocks."""
     beside = {path.name: path.read_text() for path in CONFIG.iterdir() if path.suffix != ".yaml"}
     for path in sorted(CONFIG.glob("*.yaml")):
         if path.stem not in WITHOUT_TERRAIN:
@@ -252,7 +252,7 @@ MESHES = {
     "road.ply": ply(*strip(10, 14)),
     "floor.vtk": legacy_vtk(*strip(14, 24)),
 }
-"""One slope in four files; each file is a zone."""
+"""Name -> text of the mesh files of one slope in four parts; each file is a zone."""
 MESH_SCENE = f"""\
 terrain:
   files: [{", ".join(f"{{path: {name}, zone: {name.partition('.')[0]}}}" for name in MESHES)}]

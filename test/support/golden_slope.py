@@ -13,7 +13,10 @@ Corners = tuple[int, int, int]
 
 
 def height(i: int, j: int) -> float:
-    """Return the height (m) at a corner of the squares: a bumpy slope, level from row 18 on."""
+    """Return the height (m) at corner i, j of the squares: an uneven slope, level from row 18 on.
+
+    i : row, down the slope; j : column, across the slope
+    """
     return max(60.0 - 3.0 * i, 6.0) + 0.25 * ((7 * i + 5 * j) % 4)
 
 

@@ -1,4 +1,4 @@
-"""Search prose for words that rpf3d does not use any more, with codespell and the dictionary habits.txt.
+"""Search prose for words that the texts of rpf3d must not use, with codespell and the dictionary habits.txt.
 
 python test/support/habits.py [FILE ...]
 

@@ -1,4 +1,4 @@
-"""Recompute hazard by brute force from stored paths: every cell is compared with every segment of the paths.
+"""Recompute hazard maps by brute force from stored paths: every cell is compared with every segment of the paths.
 
 The code shares nothing with `rpf3d_core.hazard`. For each segment and each square or facet, the code computes the time
 interval in which the segment is over the cell. The ends of the interval are the times at which the segment crosses the
@@ -19,12 +19,15 @@ G = 9.81
 CHORDS = 8
 """Number of chords that replace a curved slide, as in `hazard.tracks`."""
 JOINED = 1e-9
-"""Gap (s) up to which two intervals in a cell count as one stay."""
+"""Largest time (s) between two intervals in a cell that count as one stay."""
 
 
 @dataclass
 class Stays:
-    """The time intervals of one rock in one cell, and the largest values of the rock in this cell."""
+    """The time intervals (s) of one rock in one cell, the rock's largest values there, and its counts.
+
+    energy : J; speed : m/s; height : m; impacts, deposits : numbers
+    """
 
     times: list
     energy: float = 0.0
@@ -35,7 +38,10 @@ class Stays:
 
 
 def straight_pieces(flights: Flights):
-    """Yield (row, t, x, v, duration, gravity, speed at begin, at end) of every segment that is straight in plan."""
+    """Yield (row, t, x, v, duration, gravity, speed at begin, at end) for each segment or chord, straight in plan.
+
+    Both speeds are None for a flight; gravity is 0 for a slide.
+    """
     p = flights.paths
     for i in np.flatnonzero(p.mode != Mode.END):
         duration = p.t[i + 1] - p.t[i]
@@ -56,7 +62,9 @@ def straight_pieces(flights: Flights):
 
 
 def cut(inside, turning, duration):
-    """Return begin (N,) and end (N,) of the times in [0, duration] at which inside + turning t >= 0 for all K borders.
+    """Return begin (N,) and end (N,) of the times in [0, duration] at which a rock is inside all K borders of a cell.
+
+    If the rock never is, the begin is not before the end.
 
     inside, turning : (N, K), distance inside each border at time 0, and its change per second
     """
@@ -68,9 +76,10 @@ def cut(inside, turning, duration):
 
 
 def clock(gravity, ends, duration, t):
-    """Return the time (s) at which a rock reaches the point that it would reach after t seconds at constant speed.
+    """Return the time (s) at which a rock reaches the point that it would reach after t seconds at its mean speed.
 
-    The length of a slide is u t + a t^2 / 2. The acceleration a changes the speed from u to the speed at the end.
+    The length of a slide is u t + a t^2 / 2. The acceleration a changes the speed from u to the speed at the end. In a
+    flight, the result is t. ends : speeds (m/s) at begin and end
     """
     a = 0.0 if gravity else (ends[1] - ends[0]) / duration
     if a == 0.0:
@@ -80,7 +89,7 @@ def clock(gravity, ends, duration, t):
 
 
 def speed(v, gravity, ends, duration, t):
-    """Return the speed (m/s) on a straight segment at a time of `clock` (s)."""
+    """Return the speed (m/s) on a segment, t seconds after its begin; t : as returned by `clock`."""
     if gravity == 0.0:
         return ends[0] + (ends[1] - ends[0]) * t / duration
     return math.hypot(v[0], v[1], v[2] - gravity * t)
@@ -101,7 +110,10 @@ def height_above(facets, f, x, v, gravity, low, high):
 
 
 def by_force(flights: Flights, facets: Facets, raster, mass):
-    """Return three dictionaries (rock, cell) -> Stays, for squares, facets and zones."""
+    """Return three dictionaries (rock, cell) -> Stays: the cells are squares of the raster, facets, and zones.
+
+    mass : of each rock (kg)
+    """
     squares, ground, zones = {}, {}, {}
     corners = np.asarray(facets.corners).reshape(-1, 3, 3)
     side = np.sign(facets.normals[:, 2])
@@ -146,7 +158,7 @@ def stay(kind, row, cell, t, low, high, v, gravity, ends, duration, mass):
 
 
 def count(flights, facets, raster, mass, squares, ground, zones):
-    """Add deposits and impacts to the stays; the speed of an impact is the speed before the impact."""
+    """Add all deposits and impacts to the stays, and the speeds before the impacts to the stays of facets and zones."""
 
     def square(x):
         return math.floor((x[1] - raster.y) / raster.cell) * raster.nx + math.floor((x[0] - raster.x) / raster.cell)

@@ -1,4 +1,4 @@
-"""Hazard maps by brute force from points on the paths of rocks, as a reference for tests of the products."""
+"""Hazard maps computed by brute force from points on the paths of rocks, to compare the written maps with in tests."""
 
 from types import SimpleNamespace
 
@@ -13,23 +13,23 @@ MASS = 1400.0
 
 
 class Points:
-    """Points (N,) on the paths of rocks.
+    """Points on the paths of rocks; the last point of each rock is the place where the rock stopped.
 
-    rock : (N,); plan : (N, 2) m, local; t : (N,) s; speed : (N,) m/s; height : (N,) m; touching : (N,) contact with
-        ground
-    The last point of each rock is where it stopped.
+    rock : (N,) number of the rock of each point; plan : (N, 2) m, local frame; t : (N,) s; speed : (N,) m/s
+    height : (N,) m above ground; touching : (N,) True if the rock touches the ground
+    last : (N,) True for the last point of a rock
     """
 
     def __init__(self, rock, plan, t, speed, height, touching):
-        """Keep the arrays, all of one length, grouped by rock in order of time."""
+        """Keep the arrays; their rows are grouped by rock, in order of time."""
         self.rock, self.plan, self.t, self.speed, self.height, self.touching = rock, plan, t, speed, height, touching
         self.last = np.append(rock[1:] != rock[:-1], True)
 
 
 def lines_of_rocks(terrain: Terrain, rocks: int = 300, points: int = 80, seed: int = 7) -> Points:
-    """Return points of rocks that fly from one place on the western rim towards the middle.
+    """Return random points of rocks that fly from one place on the western rim of a terrain towards its middle.
 
-    Each rock flies a random share of the distance.
+    Each rock flies a random share of the distance. points : number of points of each rock
     """
     random = np.random.default_rng(seed)
     low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
@@ -66,13 +66,16 @@ def laid_out(layers: Layers) -> SimpleNamespace:
 
 
 def laid_out_maps(maps: HazardMaps) -> SimpleNamespace:
-    """Return the maps with the layers of each kind of cell as arrays of all cells."""
+    """Return the maps with the layers of each kind of place (cells, facets, zones, areas) as arrays of all places."""
     kinds = {kind: laid_out(getattr(maps, kind)) for kind in ("cells", "facets", "zones", "areas")}
     return SimpleNamespace(**{**vars(maps), **kinds})
 
 
 def maps_of(terrain: Terrain, points: Points, cell: float | None = None, areas=()) -> HazardMaps:
-    """Return the maps of points over a terrain; `areas` are (name, (N,) flag of each point) pairs."""
+    """Return the hazard maps of points over a terrain.
+
+    cell : size of the cells (m), None for the default; areas : pairs of a name and flags (N,), True inside the area
+    """
     raster = raster_over(terrain, cell)
     facet = facets_below(terrain, points.plan)
     flown = int(points.rock.max()) + 1 if len(points.rock) else 0
@@ -91,14 +94,17 @@ def maps_of(terrain: Terrain, points: Points, cell: float | None = None, areas=(
 
 
 def cell_of(raster: Raster, plan: np.ndarray) -> np.ndarray:
-    """Return the cell (N,) of points (N, 2) m; -1 outside the raster."""
+    """Return the number of the raster's cell (N,) that contains each of points (N, 2) m; -1 outside the raster."""
     column, row = np.floor((plan - (raster.x, raster.y)) / raster.cell).astype(int).T
     inside = (column >= 0) & (column < raster.nx) & (row >= 0) & (row < raster.ny)
     return np.where(inside, row * raster.nx + column, -1)
 
 
 def facets_below(terrain: Terrain, plan: np.ndarray, pixels: int = 500) -> np.ndarray:
-    """Return the facet (N,) below points (N, 2) m, exact to one pixel; -1 outside the terrain."""
+    """Return the facet (N,) below points (N, 2) m, from a picture of `pixels` pixels; -1 outside the terrain.
+
+    Within a pixel of a facet's edge, the result may be the neighbouring facet.
+    """
     low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
     shown = seen_from_above(terrain, Window(low[0], high[0], low[1], high[1]), pixels).facet
     at = np.floor((plan - low) / (high - low) * shown.shape[::-1]).astype(int)
@@ -142,7 +148,10 @@ def gathered(everywhere: tuple[np.ndarray, ...], kept: np.ndarray) -> Layers:
 
 
 def spread_of(cell: np.ndarray, most: np.ndarray, cells: int) -> np.ndarray:
-    """Return a table (C, 6): the statistics of the maxima (N,) of the rocks in each cell."""
+    """Return a table (C, 6) of the statistics of each cell: largest value, mean, and percentiles; NaN if not known.
+
+    cell : (N,) cell of each value; most : (N,) largest value of one rock in this cell; cells : C
+    """
     order = np.argsort(cell, kind="stable")
     reached, first = np.unique(cell[order], return_index=True)
     table = np.full((cells, 2 + len(PERCENTILES)), np.nan)
@@ -154,7 +163,10 @@ def spread_of(cell: np.ndarray, most: np.ndarray, cells: int) -> np.ndarray:
 
 
 def _merged(parts: list[Layers]) -> Layers:
-    """Return the joint layers of several areas, which may overlap; each area is counted separately."""
+    """Return the layers of several areas as one; areas may overlap, so each was counted separately.
+
+    parts : for each area, layers of which only the area's own row is used
+    """
     count = parts[0].count
     laid = [laid_out(part) for part in parts]
 

@@ -1,4 +1,4 @@
-"""Rocks thrown over small terrains, and their tallies."""
+"""Fly rocks over small terrains, with tallies that count them."""
 
 import numpy as np
 import scenes_of_facets as made
@@ -18,7 +18,10 @@ MEMORY = 1e9
 
 
 def over(terrain, cell=1.3, areas=None, compiled=True, limit=MEMORY):
-    """Return tallies for a terrain; the raster of the tallies is not aligned with the grid of the terrain."""
+    """Return empty tallies for a terrain; their raster is not aligned with the grid of the terrain.
+
+    cell : size of a cell of the raster (m); areas : outlines of areas by name; limit : memory of the bins (bytes)
+    """
     facets = facets_of(terrain)
     low = (facets.low[0] - 0.37, facets.low[1] - 0.53)
     raster = Raster(*low, cell, *(int((facets.high[k] + 1.0 - low[k]) / cell) + 1 for k in range(2)))
@@ -28,7 +31,10 @@ def over(terrain, cell=1.3, areas=None, compiled=True, limit=MEMORY):
 
 
 def rocks_above(count, size=18.0, seed=3):
-    """Return random positions and velocities of rocks over a square grid; size : side of the grid (m)."""
+    """Return random positions (R, 3) m and velocities (R, 3) m/s of rocks over a square grid.
+
+    count : R; size : side of the grid (m)
+    """
     random = np.random.default_rng(seed)
     x = random.uniform(1.0, size - 1.0, (count, 3))
     x[:, 2] = 6.0
@@ -43,14 +49,17 @@ def rough(slope=0.3, amplitude=0.6):
 
 
 def flown(terrain, tallies, engine="compiled", count=60, model="sliding", **how):
-    """Return the flights of rocks over a terrain, counted by the tallies."""
+    """Fly `count` random rocks over a terrain, let the tallies count them, and return the flights.
+
+    model : name of the ground model; how : further arguments of `fly_ensemble`
+    """
     x, v = rocks_above(count)
     physics = made.flight(made.surface(0.6, 0.85, 25.0), model)
     return made.fly(made.engine_over(engine, terrain), physics, x, v, watch=tallies, **how)
 
 
 def numbers(maps):
-    """Yield the name and the values of every array of the maps."""
+    """Yield (name, array) for every array of hazard maps."""
     for kind in ("cells", "facets", "zones", "areas"):
         for name, value in vars(getattr(maps, kind)).items():
             parts = vars(value) if hasattr(value, "p95") else {"": value}

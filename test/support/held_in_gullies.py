@@ -1,8 +1,9 @@
 """An independent check that a gully does not stop a rock that would bounce out of it.
 
-The check shares no code with the simulation. A rock that slides on where its velocity has just changed had no impact
-there. If it came down one facet and met another, it is followed by reflections in NumPy, with the ground's R_n and
-without a loss along the facets, until it leaves both facets. It must not then rise by more than a slight bounce.
+The check shares no code with the simulation. It examines rocks that lose velocity between a flight and a slide without
+a recorded impact. If such a rock came down one facet and met another, the check computes its further bounces between
+the two facets by reflections in NumPy, with the ground's R_n and without a loss along the facets, until the rock leaves
+both facets. The rock must not then rise by more than a slight bounce.
 """
 
 import numpy as np
@@ -12,11 +13,14 @@ from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.values import Mode
 
 ON = 1e-6
-"""Distance (m) from a facet, and speed into it over the rock's speed, that count as zero."""
+"""Values that count as zero: a distance from a facet (m), and a speed into a facet, over the rock's speed (-)."""
 MOST = 32
-"""Number of bounces that are followed."""
+"""Largest number of bounces between two facets that the check computes."""
 RISE = 2.0
-"""Least height that a rock would rise, over `smallest_bounce`: the simulation measures it along a facet."""
+"""Ratio of a rock's rise to `smallest_bounce` above which the rock was held too early.
+
+The ratio is above 1, because the simulation measures the height of a bounce along a facet.
+"""
 
 
 def held_too_early(facets: np.ndarray, flights: Flights, settings: Settings, R_n: float) -> np.ndarray:
@@ -37,7 +41,10 @@ def held_too_early(facets: np.ndarray, flights: Flights, settings: Settings, R_n
 
 
 def _rises(near: np.ndarray, v: np.ndarray, kept: np.ndarray, settings: Settings, R_n: float) -> bool:
-    """True if two of the facets with normals (N, 3) at a place hold a rock, and each such pair should not."""
+    """True if a pair of the facets at a place holds a rock, although the rock would bounce out of each such pair.
+
+    near : (N, 3) unit normals of the facets; v : (3,) m/s, velocity before; kept : (3,) m/s, velocity afterwards
+    """
     zero, least2 = ON * (1.0 + np.linalg.norm(v)), 2.0 * settings.gravity * settings.smallest_bounce
     rises = []
     for i, n in enumerate(near):
@@ -62,7 +69,10 @@ def _along_line(v: np.ndarray, n: np.ndarray, m: np.ndarray) -> np.ndarray:
 
 
 def _thrown(v: np.ndarray, met: np.ndarray, slid: np.ndarray, R_n: float) -> np.ndarray:
-    """Return the velocity (3,) with which a rock leaves two facets, or zero if it stays between them."""
+    """Return the velocity (3,) m/s with which a rock leaves two facets, or zero if it stays between them.
+
+    v : (3,) m/s, velocity before the first bounce; met, slid : (3,) unit normals of the facets
+    """
     for _ in range(MOST):
         n = min((met, slid), key=lambda each: float(v @ each))
         if v @ n >= -1e-12:
@@ -77,7 +87,7 @@ def _normals(facets: np.ndarray) -> np.ndarray:
 
 
 def _are_near(facets: np.ndarray, n: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Return flags (F,) of the facets that the place x (3,) m is on, within ON across them and beyond their edges."""
+    """Return flags (F,), True for the facets that a place x (3,) m is on, within ON; n : (F, 3) unit normals."""
     near = np.abs(((x - facets[:, 0]) * n).sum(1)) <= ON
     for k in range(3):
         edge = facets[:, (k + 1) % 3] - facets[:, k]

@@ -1,4 +1,4 @@
-"""Small input folders of other programs, in the format of these programs."""
+"""Write small input folders of Rockyfor3D and STONE, in the formats of these programs."""
 
 from pathlib import Path
 
@@ -7,14 +7,17 @@ from numpy.typing import NDArray
 
 ROWS, COLUMNS, CELL = 14, 12, 5.0
 CORNER = (601000.0, 201000.0)
-"""x and y of the south-west corner (m)."""
+"""x and y (m) of the grids' south-western corner."""
 NODATA = -9999.0
 
 Grid = NDArray[np.float64]
 
 
 def write_grid(path: Path, values: Grid, cell: float = CELL, corner: tuple[float, float] = CORNER) -> Path:
-    """Write an ESRI ASCII grid; NaN is written as NODATA."""
+    """Write values (rows, columns), northernmost row first, as an ESRI ASCII grid; NaN is written as NODATA.
+
+    cell : size of a cell (m); corner : south-western corner (m)
+    """
     rows, columns = values.shape
     header = f"ncols {columns}\nnrows {rows}\nxllcorner {corner[0]!r}\nyllcorner {corner[1]!r}\ncellsize {cell!r}\n"
     shown = np.where(np.isnan(values), NODATA, values)
@@ -24,19 +27,22 @@ def write_grid(path: Path, values: Grid, cell: float = CELL, corner: tuple[float
 
 
 def slope(rows: int = ROWS, columns: int = COLUMNS) -> Grid:
-    """Return the heights of a bumpy slope of about 40 degrees that falls to the south and becomes level."""
+    """Return the heights (m) of an uneven slope of about 40 degrees that falls to the south and becomes level."""
     row, column = np.mgrid[0:rows, 0:columns].astype(float)
     fall = np.maximum(0.0, 0.7 * rows - row) * CELL * 0.84
     return np.asarray(400.0 + fall + 0.4 * np.sin(1.3 * column) + 0.3 * np.cos(row))
 
 
 def full(value: float, rows: int = ROWS, columns: int = COLUMNS) -> Grid:
-    """Return a grid with one value everywhere."""
+    """Return a grid (rows, columns) with the same value in all cells."""
     return np.full((rows, columns), value)
 
 
 def rockyfor3d_grids() -> dict[str, Grid]:
-    """Return a slope of three soils and a river, with six source cells of two sizes, and a cell that is ignored."""
+    """Return the grids of a Rockyfor3D project, by file name: a slope of three soils and a river, with source cells.
+
+    The sources are six cells with rocks of two sizes, and one cell that the import leaves out.
+    """
     soil, rough = full(4.0), {"rg70": full(0.05), "rg20": full(0.1), "rg10": full(0.3)}
     soil[9:11] = 3.0
     soil[11, 3:9] = 0.0
@@ -55,7 +61,10 @@ def rockyfor3d_grids() -> dict[str, Grid]:
 
 
 def stone_grids() -> dict[str, Grid]:
-    """Return a slope of two lithologies above a lake, with sources of 10 and 4 rocks; other cells have no sources."""
+    """Return the grids of a STONE project, by name: a slope of two lithologies above a lake, with sources.
+
+    Source cells have 10 or 4 rocks; the values -1 and NaN mean that a cell has no source.
+    """
     sources = full(np.nan)
     sources[2, 3:6], sources[3, 8] = 10.0, 4.0
     sources[12:, 2:10] = -1.0
@@ -65,7 +74,7 @@ def stone_grids() -> dict[str, Grid]:
 
 
 def write_folder(folder: Path, grids: dict[str, Grid]) -> Path:
-    """Write a folder of grids, each as .asc."""
+    """Create a folder, write each grid to it as NAME.asc, and return the folder."""
     folder.mkdir()
     for name, values in grids.items():
         write_grid(folder / f"{name}.asc", values)

@@ -1,4 +1,4 @@
-"""Addresses at which a program and its children listen, as the kernel reports them (Linux)."""
+"""Find the addresses at which a program and its children listen, as the kernel reports them (Linux)."""
 
 import contextlib
 import os
@@ -11,7 +11,7 @@ LISTEN = "0A"
 
 
 def family(process: int) -> list[int]:
-    """Return a process and all its living descendants, also those whose parent has ended in the meantime."""
+    """Return the ids of a process and of all its living descendants that can be found from parent to child."""
     found = [process]
     for one in found:
         with contextlib.suppress(OSError):
@@ -21,7 +21,7 @@ def family(process: int) -> list[int]:
 
 
 def session(leader: int) -> list[int]:
-    """Return the living processes of a session, such as the children that a program has left behind."""
+    """Return the ids of the living processes of a session, such as children that a program has left behind."""
     return [one for one in map(int, filter(str.isdigit, os.listdir("/proc"))) if _session_of(one) == leader]
 
 
@@ -38,7 +38,7 @@ def listening_addresses(process: int) -> set[str]:
 
 
 def _sockets(process: int) -> set[str]:
-    """Return the numbers of the sockets that a process has open."""
+    """Return the inode numbers of the sockets that a process has open, as text."""
     found = set()
     with contextlib.suppress(OSError):
         for link in Path(f"/proc/{process}/fd").iterdir():
@@ -56,7 +56,10 @@ def _session_of(process: int) -> int:
 
 
 def _address(hexadecimal: str) -> str:
-    """Return an address of /proc/net as text; it is written in words of four bytes, in the machine's order."""
+    """Return an address of /proc/net, such as "0100007F", as text, such as "127.0.0.1".
+
+    /proc/net has words of four bytes, in the byte order of the machine.
+    """
     words = [int(hexadecimal[i : i + 8], 16) for i in range(0, len(hexadecimal), 8)]
     packed = b"".join(struct.pack("=I", word) for word in words)
     return socket.inet_ntop(socket.AF_INET if len(packed) == 4 else socket.AF_INET6, packed)

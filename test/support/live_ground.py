@@ -1,4 +1,4 @@
-"""Grounds and sources for tests of answers over a small pit."""
+"""Terrain and sources for tests of answers over a small pit."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +19,7 @@ ENGINES = ["reference", *(["compiled"] if HAS_NUMBA else [])]
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """A minimal ground: only the attributes that the computation of an answer reads."""
+    """A minimal live terrain: only the attributes that the computation of an answer reads."""
 
     terrain: Any
     facets: Any
@@ -30,25 +30,28 @@ class Ground:
 
 
 def pit_scene(folder, more="", **of_pit):
-    """Return the scene of the pit."""
+    """Return the scene of the small pit, written to a folder; more, of_pit : as in `small_pit.scene_file`."""
     return read_scene(small_pit.scene_file(folder, more=more, **of_pit))
 
 
 def pit_ground(scene, engine=ENGINES[-1]):
-    """Return the pit as a ground."""
+    """Return the terrain of a scene as a live terrain; engine : name of the engine."""
     terrain, _ = read_terrain(scene)
     facets = facets_of(terrain)
     return Ground(terrain, facets, engine_of(engine, facets))
 
 
 def pit_standing(folder, engine=ENGINES[-1], more="", **of_pit):
-    """Return the prepared terrain that all answers over the pit share."""
+    """Return the prepared terrain of the small pit, which all answers share; arguments as in `pit_scene`."""
     scene = pit_scene(folder, more, **of_pit)
     return stand_on(pit_ground(scene, engine), scene)
 
 
 def over_the_wall(count=5, height=4.0, stamp_ns=7, topic=""):
-    """Return a trigger of sources on the pit's wall, thrown towards the pit's middle."""
+    """Return a trigger of `count` sources on the pit's wall, thrown towards the pit's middle.
+
+    height : m above z = 60 m
+    """
     angle = np.linspace(0.0, 1.5 * np.pi, count)
     towards = np.stack([-np.cos(angle), -np.sin(angle), np.zeros(count)], axis=1)
     places = -170.0 * towards

@@ -1,4 +1,4 @@
-"""A replacement for the mine in tests of a live simulator: it publishes all inputs and receives all outputs."""
+"""A peer of the simulator in tests with real processes: it publishes all inputs and receives all outputs."""
 
 import resource
 import time
@@ -29,8 +29,8 @@ from rpf3d_ros.messages.cloud_messages import cloud_of_columns
 NODE = "rpf3d_simulator"
 CONFIGURE, SHUT_DOWN = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_UNCONFIGURED_SHUTDOWN
 PATIENCE = 600.0
-"""Longest wait for an expected event (s). Nodes compile before they subscribe: with a cold cache that takes 40 s of one
-core, and took 210 s while five other programs shared it."""
+"""Longest wait for an expected event (s). Nodes compile before they subscribe: with an empty cache this takes 40 s of
+one core, and 210 s of wall time if five other programs share the core."""
 
 TURN = 0.02
 """Time that a peer waits for a message before it checks its condition again (s)."""
@@ -42,13 +42,16 @@ TOE = ((42.0, 20.0), (52.0, 20.0), (52.0, 40.0), (42.0, 40.0))
 """Corners (m) of an area at the toe that nearly every rock from the slope reaches."""
 
 ON_THE_SLOPE = (10.0, 30.3, DROP - 10.0 + 2.0)
-"""A point two metres above the slope (m)."""
+"""Place (x, y, z) m of a source two metres above the slope."""
 
 SPACING = 1.0
 
 
 class Said(NamedTuple):
-    """A received state of one part of a node."""
+    """A state of one part of a node, as received on /diagnostics.
+
+    part : "node: part"; level : 0 OK, 1 WARN, 2 ERROR, 3 STALE; message : a sentence
+    """
 
     part: str
     level: int
@@ -56,13 +59,16 @@ class Said(NamedTuple):
 
 
 def ramp(lowered=0.0):
-    """Return points (61, 61, 3) m: a slope of 45 degrees from x = 0 to x = 40, and a level floor up to x = 60."""
+    """Return points (61, 61, 3) m: a slope of 45 degrees from x = 0 to x = 40, and a level floor up to x = 60.
+
+    lowered : length (m) by which all points are lower
+    """
     y, x = np.mgrid[0 : SIDE + 1, 0 : SIDE + 1].astype(float) * SPACING
     return np.stack([x, y, np.maximum(DROP - x, 0.0) - lowered], axis=-1)
 
 
 def ramp_of(side):
-    """Return points (side, side, 3) m of the same slope and floor at another resolution."""
+    """Return points (side, side, 3) m of the slope and floor of `ramp` at another resolution."""
     y, x = np.mgrid[0:side, 0:side] * (SIDE / (side - 1))
     return np.stack([x, y, np.maximum(DROP - x, 0.0)], axis=-1)
 
@@ -73,7 +79,7 @@ def cloud(points, stamp_ns, frame="map"):
 
 
 def poses(places, stamp_ns, frame="map"):
-    """Return a PoseArray of positions, without rotation."""
+    """Return a PoseArray of positions (x, y, z) m, without rotation."""
     each = [Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(w=1.0)) for x, y, z in places]
     return PoseArray(header=header(stamp_ns, frame), poses=each)
 
@@ -85,7 +91,7 @@ def polygon(corners, stamp_ns, frame="map"):
 
 
 def header(stamp_ns, frame="map"):
-    """Return a header with a time (ns)."""
+    """Return a header with a stamp (ns) and a frame."""
     return Header(stamp=Time(sec=stamp_ns // SECOND, nanosec=stamp_ns % SECOND), frame_id=frame)
 
 
@@ -100,10 +106,14 @@ def resident(pid):
 
 
 class LivePeer:
-    """Publishes every input of a simulator; keeps its results, alerts and diagnostics."""
+    """Publishes every input of a simulator, and keeps its results, alerts and diagnostics.
+
+    said : received states, in order; health : the last status of each part, by its name
+    results, alerts, alarms, grids : received messages of `results`, `alerts`, `alarm` (as bool) and `hazard/grid`
+    """
 
     def __init__(self, clock=False):
-        """Create the node; clock : whether to publish /clock."""
+        """Create the node and join the ROS domain; clock : True to create a publisher of /clock."""
         self.said, self.health, self.results, self.alerts, self.alarms, self.grids = [], {}, [], [], [], []
         self.context = Context()
         self.context.init()
@@ -135,7 +145,7 @@ class LivePeer:
         return self._last_stamp
 
     def run_clock(self, from_ns):
-        """Publish /clock from a time (ns) at the rate of the wall clock, on each turn of this peer."""
+        """Begin to publish /clock from a time (ns), at the rate of the wall clock, whenever this peer spins."""
         began = time.monotonic_ns()
         self._clock, self._last_stamp = lambda: from_ns + time.monotonic_ns() - began, 0
 
@@ -152,7 +162,10 @@ class LivePeer:
         self.executor.spin_once(timeout_sec=min(longest, TURN))
 
     def wait(self, condition, what):
-        """Spin until the condition holds, and return its value."""
+        """Receive messages until a condition is true, and return its value; after PATIENCE seconds the test fails.
+
+        what : words for the condition, for the error
+        """
         deadline = time.monotonic() + PATIENCE
         while not (answer := condition()):
             assert time.monotonic() < deadline, f"waited {PATIENCE:g} s for {what}; said: {self.said[-12:]}"
@@ -160,17 +173,17 @@ class LivePeer:
         return answer
 
     def wait_for_simulator(self):
-        """Spin until a simulator subscribes to every topic and has published a state."""
+        """Receive messages until a simulator subscribes to every topic and has published a state."""
         for topic, publisher in self.publishers.items():
             self.wait(lambda p=publisher: p.get_subscription_count() >= 1, f"a subscriber of {topic}")
         self.wait(lambda: any(said.part.startswith(NODE) for said in self.said), "a word of the simulator")
 
     def send(self, topic, message):
-        """Publish a message, or bytes in place of a message."""
+        """Publish a message on a topic, or the bytes of a message."""
         self.publishers[topic].publish(message)
 
     def wait_for_sentence(self, sentence, after=0, node=NODE):
-        """Spin until a node publishes a state that contains a sentence, and return the state.
+        """Receive messages until a node publishes a state that contains a sentence, and return the state.
 
         after : number of earlier states that are skipped
         """
@@ -181,7 +194,7 @@ class LivePeer:
         return self.wait(found, f"{node} to say {sentence!r}")
 
     def refused(self, topic, message, sentence):
-        """Publish an invalid message, and wait until the simulator refuses the message with a sentence."""
+        """Publish an invalid message, wait until the simulator refuses it with a sentence, and return the state."""
         before = len(self.said)
         self.send(topic, message)
         return self.wait_for_sentence(sentence, before)
@@ -193,11 +206,11 @@ class LivePeer:
         return stamp_ns
 
     def watch_toe(self):
-        """Publish the area at the toe."""
+        """Publish the area TOE as the live area."""
         self.send("areas/polygon", polygon(TOE, self.now()))
 
     def see_rocks_reach_the_toe(self):
-        """Publish ramp, area and sources, and wait for the level evacuate; return the values of the answer's status."""
+        """Publish ramp, area and sources, and wait for the level `evacuate`; return the values of `results`."""
         self.stand_on_ramp()
         self.watch_toe()
         values = self.answered()
@@ -205,16 +218,16 @@ class LivePeer:
         return values
 
     def answered(self, places=(ON_THE_SLOPE,), stamp_ns=None):
-        """Publish sources and wait for their answer; return the values of its status."""
+        """Publish sources and wait for their answer; return the values of its message of `results`."""
         stamp_ns = stamp_ns or self.now()
         self.send("sources", poses(places, stamp_ns))
         return self.wait_for_answer(stamp_ns)
 
     def answered_again(self, places=(ON_THE_SLOPE,)):
-        """Publish sources every second until a message is answered; return the values of the answer's status.
+        """Publish sources every second until a message is answered; return the values of the answer's `results`.
 
-        A node that has just started may not have discovered this peer yet, and then loses a message; and a damaged
-        message may have shut the topic for a moment.
+        One message may not be enough: a node that has just started may not have discovered this peer yet, and a topic
+        with a damaged message may receive nothing for a moment.
         """
         sent = []
 
@@ -229,7 +242,7 @@ class LivePeer:
         return {pair.key: pair.value for pair in status.values}
 
     def wait_for_answer(self, stamp_ns):
-        """Wait for the answer to the sources of a stamp (ns); return the values of its status."""
+        """Wait for the answer to the sources with a stamp (ns); return the values of its message of `results`."""
 
         def found():
             return next((r for r in self.results if nanoseconds(r.header.stamp) == stamp_ns), None)
@@ -238,13 +251,13 @@ class LivePeer:
         return {pair.key: pair.value for pair in status.values}
 
     def answer_values(self):
-        """Return the values of the last answer's status."""
+        """Return the values of the last received message of `results`."""
         return {pair.key: pair.value for pair in self.results[-1].status[0].values}
 
     def wait_for_alert(self, level, after=0, reason=""):
-        """Wait for an alert of a level (a word) that gives a reason, and return its status.
+        """Wait for an alert of the site with a level (a word), and return its status.
 
-        after : number of earlier alerts to skip
+        after : number of earlier alerts to skip; reason : text that its sentence must contain
         """
 
         def found():
@@ -265,11 +278,11 @@ class LivePeer:
         return self.call(ChangeState, f"{NODE}/change_state", request).success
 
     def acknowledge(self):
-        """Call ~/acknowledge and return the response."""
+        """Call the simulator's service ~/acknowledge, and return the response."""
         return self.call(Trigger, f"{NODE}/acknowledge", Trigger.Request())
 
     def call(self, kind, name, request):
-        """Call a service and return its response."""
+        """Call a service and return its response; kind : type of the service; name : its name."""
         client = self.node.create_client(kind, name)
         self.wait(client.service_is_ready, f"the service {name}")
         future = client.call_async(request)

@@ -1,8 +1,8 @@
-"""The order of the test files: the longest first, so that at the end no worker is left alone with a long one.
+"""Order the test files, longest first, so that no worker is still busy with a long file after the others have ended.
 
     make test PYTEST_ADDOPTS=--durations=0 | .venv/bin/python test/support/longest_first.py
 
-rewrites the list of the files that take longest, from the durations that pytest prints.
+rewrites the list of the files that take longest (longest_files.txt), from the durations that pytest prints.
 """
 
 import re
@@ -13,9 +13,9 @@ from pathlib import Path
 
 TESTS = Path(__file__).parents[1]
 LIST = Path(__file__).with_name("longest_files.txt")
-"""A line a file, longest first: the seconds of its tests, and the file in the folder of tests."""
+"""File with one line for each test file, longest first: the seconds of its tests, and its path in the folder `test`."""
 SHORT = 3.0
-"""Files that take less (s) are not listed; they come last, in the order of their names."""
+"""Time (s): test files that take less are not listed; they are run last."""
 DURATION = re.compile(r"^ *([\d.]+)s (?:setup|call|teardown) +test/([\w/]+\.py)::", re.MULTILINE)
 
 
@@ -26,14 +26,14 @@ def seconds_of_files() -> dict[str, float]:
 
 
 def longest_first(files: Iterable[Path]) -> list[int]:
-    """Return the places of files in a list that is sorted by the listed seconds, longest first, otherwise as given."""
+    """Return the indices of files in the order in which to run them: longest first, otherwise in the given order."""
     seconds = seconds_of_files()
     taken = [seconds.get(file.relative_to(TESTS).as_posix(), 0.0) if TESTS in file.parents else 0.0 for file in files]
     return sorted(range(len(taken)), key=lambda i: -taken[i])
 
 
 def listing(durations: str) -> str:
-    """Return the text of the list for the durations that pytest has printed."""
+    """Return the text of LIST for the durations that pytest has printed (option --durations=0)."""
     seconds: Counter[str] = Counter()
     for taken, file in DURATION.findall(durations):
         seconds[file] += float(taken)  # type: ignore[assignment]

@@ -1,20 +1,23 @@
-"""Small valid files of the formats that mines have, written by libraries of other programs where there are any."""
+"""Write small valid files in the formats that mines use, where possible with a library that is not part of rpf3d."""
 
 from pathlib import Path
 
 import numpy as np
 
 EAST, NORTH = 457_000.0, 7_654_000.0
-"""Where the terrains of these files lie (m): in UTM zone 19 south, EPSG:32719."""
+"""Easting and northing (m) of the terrains in these files: in UTM zone 19 south, EPSG:32719."""
 
 
 def at_site(vertices: np.ndarray) -> np.ndarray:
-    """Return vertices (V, 3) at survey coordinates, to the millimetre."""
+    """Return vertices (V, 3) m moved to survey coordinates, rounded to the millimetre."""
     return np.round(vertices + np.array([EAST, NORTH, 800.0]), 3)
 
 
 def write_dxf(path: Path, vertices: np.ndarray, triangles: np.ndarray, units: int = 6) -> Path:
-    """Write a mesh as 3DFACE on the layers wall and floor in turn, with ezdxf."""
+    """Write a mesh as 3DFACE entities of a DXF file, alternately on the layers wall and floor, with ezdxf.
+
+    units : value of $INSUNITS, 6 for metres
+    """
     import ezdxf
 
     document = ezdxf.new("R2010")
@@ -26,7 +29,7 @@ def write_dxf(path: Path, vertices: np.ndarray, triangles: np.ndarray, units: in
 
 
 def write_dxf_layers(path: Path, faces: list[tuple[str, list[tuple[float, float, float]]]]) -> Path:
-    """Write quadrangles as 3DFACE, each on a layer that it names, with ezdxf."""
+    """Write quadrangles as 3DFACE entities of a DXF file, with ezdxf; faces : pairs of a layer and the corners (m)."""
     import ezdxf
 
     document = ezdxf.new("R2010")
@@ -38,7 +41,7 @@ def write_dxf_layers(path: Path, faces: list[tuple[str, list[tuple[float, float,
 
 
 def write_landxml(path: Path, vertices: np.ndarray, triangles: np.ndarray, name: str = "topo") -> Path:
-    """Write a mesh as a TIN surface: northing first."""
+    """Write a mesh as a TIN surface of a LandXML file, which has the northing first; name : of the surface."""
     points = "".join(f'<P id="{i}">{y!r} {x!r} {z!r}</P>\n' for i, (x, y, z) in enumerate(vertices.tolist(), start=1))
     faces = "".join(f"<F>{a + 1} {b + 1} {c + 1}</F>\n" for a, b, c in triangles.tolist())
     path.write_text(
@@ -51,7 +54,7 @@ def write_landxml(path: Path, vertices: np.ndarray, triangles: np.ndarray, name:
 
 
 def write_surpac(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> Path:
-    """Write a mesh as a .dtm file and the .str file of its points: northing first."""
+    """Write a mesh as a .dtm file of Surpac and the .str file of its points, which has the northing first."""
     points = "".join(f"32000, {y:.3f}, {x:.3f}, {z:.3f},\n" for x, y, z in vertices.tolist())
     path.with_suffix(".str").write_text(
         f"{path.stem}, 24-Nov-26,,points\n0, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000\n{points}"

@@ -5,6 +5,6 @@ from rpf3d_core.simulation.engines import Models
 
 
 def models_called(rebound: str, ground: str) -> Models:
-    """Return models by name, with default parameters and no effects."""
+    """Return a rebound model and a ground model by their names, with default parameters and without effects."""
     bouncing, resting = ReboundSpec.model_validate({rebound: {}}), GroundSpec.model_validate({ground: {}})
     return Models(rebound=bouncing.model_spec.made(), ground=resting.model_spec.made(), effects=None)

@@ -1,4 +1,4 @@
-"""Small valid files of every input format, and functions that damage files."""
+"""Write small valid files in every input format, and damage the contents of files at random."""
 
 import gzip
 import random

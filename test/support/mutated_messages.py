@@ -1,4 +1,4 @@
-"""Small valid messages of every converted kind, and their conversions."""
+"""Make a small valid message of every converted kind, with the function that converts it."""
 
 from collections.abc import Callable
 from typing import Any
@@ -30,7 +30,7 @@ MOST = 1000
 POINTS = np.arange(60.0).reshape(20, 3)
 
 Case = tuple[Any, type, Callable[[Any], object]]
-"""A valid message, the input of its conversion (a message class, or bytes), and the conversion."""
+"""A valid message, the type that its conversion receives (a message class, or bytes), and the conversion."""
 
 
 def _grid() -> Case:

@@ -1,4 +1,4 @@
-"""The distance of a convex body and a triangle by all pairs of corners, edges and faces, in extended precision."""
+"""Compute the distance of a convex body and a triangle from all pairs of corners, edges and faces, in long doubles."""
 
 from typing import NamedTuple
 
@@ -82,14 +82,14 @@ def wide_cross(a, b):
 
 
 def point_segment(p, a, b):
-    """Nearest points of the segments a b to the points p (broadcast)."""
+    """Return the points (..., 3) of the segments from a to b that are nearest to the points p; arrays are broadcast."""
     d = b - a
     t = np.clip(dots(p - a, d) / dots(d, d), 0, 1)
     return a + t[..., None] * d
 
 
 def point_triangle(p, a, b, c):
-    """Nearest points of the triangles a b c to the points p (broadcast)."""
+    """Return the points (..., 3) of the triangles a b c that are nearest to the points p; arrays are broadcast."""
     n = wide_cross(b - a, c - a)
     inside = True
     for u, v in ((a, b), (b, c), (c, a)):
@@ -104,7 +104,10 @@ def point_triangle(p, a, b, c):
 
 
 def crossing_lines(a, b, c, d):
-    """Nearest points of the segments a b and c d where both lie inside, else a and c; ends belong to corners."""
+    """Return the nearest points of the segments a b and c d if both points are inside the segments, else a and c.
+
+    A nearest point at the end of a segment is found by `point_triangle`. Arrays are broadcast.
+    """
     u, v, w = b - a, d - c, c - a
     n = wide_cross(u, v)
     square = np.where(dots(n, n) > 0, dots(n, n), 1)
@@ -129,7 +132,10 @@ def pierced(a, b, faces) -> bool:
 
 
 def by_features(hull: Hull, facet: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Distance (0 if they overlap) and nearest points of body and facet, by all pairs of features."""
+    """Return the distance of body and facet (0 if they overlap), the nearest point of each (3,): body, then facet.
+
+    If they overlap, both points are the facet's first corner.
+    """
     f = facet.astype(WIDE)
     ring = np.roll(f, -1, axis=0)
     planes = wide_cross(hull.faces[:, 1] - hull.faces[:, 0], hull.faces[:, 2] - hull.faces[:, 0])

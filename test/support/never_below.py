@@ -43,7 +43,10 @@ def engines_differ(case: Case) -> bool:
 
 
 def guarded(flights: Flights) -> NDArray[np.int64]:
-    """Return the rows of fallen rocks that the simulator itself detected (docs/explanation/never-below.md)."""
+    """Return the rows of the rocks that the simulator itself detected as fallen through the ground.
+
+    docs/explanation/never-below.md explains how the simulator detects them.
+    """
     return np.flatnonzero(flights.deposits.outcome == Outcome.FELL_THROUGH)
 
 

@@ -27,7 +27,11 @@ def fence(
     terrain: Terrain, corners: Sequence[tuple[float, float]], height: float, capacity: float, taken: float = 1.0,
     top: bool = False, first: int = 0,
 ) -> Barriers:  # fmt: skip
-    """Return one barrier along a line on a terrain."""
+    """Return the effect of one barrier along a line on a terrain.
+
+    corners : (x, y) m of the line; height : m; capacity : J, energy that the barrier can stop
+    taken, top : as in `Panel`; first : as in `Barriers`
+    """
     feet, facets, lines = [], [], []
     for number, (begin, end) in enumerate(pairwise(np.array(corners, dtype=float))):
         section = section_of(terrain, begin, end)
@@ -47,7 +51,7 @@ def fence(
 
 
 def fences(*some: Barriers) -> Barriers:
-    """Return several barriers as the barriers of one scene, in the given order."""
+    """Return the effect of several barriers together, in the given order."""
     rows, lines = [len(one.panel.x) for one in some], np.cumsum([0, *(one.panel.line.max() + 1 for one in some[:-1])])
     columns = {name: np.concatenate([getattr(one.panel, name) for one in some]) for name in Panel._fields}
     columns["line"] = columns["line"] + np.repeat(lines, rows)
@@ -62,7 +66,11 @@ def trees(
     terrain: Terrain, places: Sequence[tuple[float, float]], dbh_cm: float = 40.0, height: float = 20.0,
     energy: float = 1e5, deflection: Deflection = STRAIGHT, first: int = 0,
 ) -> Forest:  # fmt: skip
-    """Return trees of one kind on a terrain; energy : largest energy that a tree absorbs (J)."""
+    """Return the effect of equal trees on a terrain.
+
+    places : (x, y) m; dbh_cm : diameter at breast height (cm); height : m; energy : largest energy that a tree absorbs
+        (J); deflection : how a tree changes the direction of a rock; first : as in `Barriers`
+    """
     plan = np.array(places, dtype=float).reshape(-1, 2)
     z, _ = ground_at(terrain, plan)
     some = np.ones(len(plan))
@@ -74,7 +82,7 @@ def trees(
 
 
 def with_effects(physics: Flight, *effects: object) -> Flight:
-    """Return a copy of the physics with effects."""
+    """Return a copy of materials, settings and models of a flight, with these effects."""
     models = physics.models
     return dataclasses.replace(physics, models=Models(models.rebound, models.ground, chain_of(effects)))
 

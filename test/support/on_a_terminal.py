@@ -1,4 +1,4 @@
-"""Run the program as a user does at a terminal: with progress on the screen, and interruptible."""
+"""Run a command as a user does at a terminal: it shows its progress, and Ctrl-C interrupts it."""
 
 import os
 import pty
@@ -16,7 +16,10 @@ WIDTH = 100
 
 
 class OnATerminal:
-    """A command on a separate terminal, so that the command shows its progress."""
+    """A command that runs on a separate terminal, so that it shows its progress.
+
+    shown : all text that has appeared on the terminal
+    """
 
     def __init__(self, *words: object, cwd: Path, width: int = WIDTH, command: Sequence[str] = tuple(COMMAND)) -> None:
         self.screen, other = pty.openpty()
@@ -29,7 +32,7 @@ class OnATerminal:
         self.shown = ""
 
     def until(self, text: str) -> None:
-        """Wait until a text appears on the screen."""
+        """Wait until a text appears on the terminal; the test fails if it does not appear in time."""
         end = time.monotonic() + LONGEST
         while text not in self.shown:
             assert time.monotonic() < end, f"{text!r} did not appear: {self.shown[-500:]!r}"
@@ -41,7 +44,7 @@ class OnATerminal:
         self.process.send_signal(number)
 
     def end(self) -> int:
-        """Wait for the end and return the exit code."""
+        """Wait until the command has ended, and return its exit code."""
         while self._read():
             pass
         return self.process.wait(LONGEST)

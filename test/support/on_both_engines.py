@@ -1,4 +1,4 @@
-"""Shared parts of the tests of hard cases: both engines, both ground models, conditions that hold for every rock."""
+"""Shared parts of tests of difficult cases: parameters for both engines, and conditions that hold for every rock."""
 
 from dataclasses import replace
 

@@ -1,14 +1,14 @@
-"""A port for a program that a test starts later."""
+"""Find a free port for a program that a test starts later."""
 
 import itertools
 import os
 import socket
 
 LOWEST, COUNT = 20_000, 12_000
-"""Ports below those that the system gives to connections (32768 and higher on Linux), which may take one meanwhile."""
+"""Range of ports: below those that the system gives to connections (32768 and higher on Linux) at any time."""
 
 _numbers = itertools.count(37 * os.getpid())
-"""Next port to try: another one in each process, and no port twice."""
+"""Numbers of the next ports to try: each process begins at another port, and takes no port twice."""
 
 
 def free_port() -> int:

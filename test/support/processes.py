@@ -1,4 +1,4 @@
-"""Which processes there are, as the system says in /proc (proc(5))."""
+"""Look up which processes run, and what they use, in /proc (proc(5))."""
 
 import os
 from pathlib import Path
@@ -7,7 +7,7 @@ PROC = Path("/proc")
 
 
 def is_there(pid: int) -> bool:
-    """True if a process has not ended; a process that its parent has not asked about yet (a zombie) has ended."""
+    """True if a process has not ended; a zombie, that is a process whose end its parent has not read yet, has ended."""
     return _state(pid) not in ("", "Z", "X")
 
 
@@ -26,7 +26,7 @@ def threads_of(pid: int) -> int:
 
 
 def computed(pid: int) -> float:
-    """Return the seconds of computing that a process has taken that has not ended."""
+    """Return the CPU seconds that a running process has used."""
     fields = _fields(pid)
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 

@@ -12,7 +12,7 @@ CAMPAIGN = int(os.environ.get("RPF3D_EXAMPLES", "0"))
 
 
 def examples(few: int) -> settings:
-    """Return settings for `few` examples, or for the campaign's number."""
+    """Return Hypothesis settings for `few` examples, or for CAMPAIGN examples if it is set."""
     return settings(
         max_examples=CAMPAIGN or few, derandomize=not CAMPAIGN, deadline=None, database=None,
         suppress_health_check=list(HealthCheck),

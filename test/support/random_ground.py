@@ -1,9 +1,10 @@
-"""Random meshes, rocks released on them, and an independent check that no rock falls through.
+"""Random meshes, rocks released on the meshes, and an independent check that no rock falls through the ground.
 
 The rocks start on vertices, edges and facets. The check shares no code with the contact search. For every facet that a
-point lies over in plan, the check computes in NumPy whether the point is below the facet's plane. All meshes except
-those of OVERHANGING and `pieces` are height fields over a convex rim, so no facet faces downwards. In a mesh with
-overhangs a point is below the ground if an odd number of facets lies straight above the point.
+point lies over in plan, the check computes in NumPy whether the point is below the facet's plane. A family is a kind of
+random mesh, made by one function. All meshes except those of OVERHANGING and `pieces` are height fields over a convex
+rim, so no facet faces downwards. In a mesh with overhangs, a point is below the ground if an odd number of facets lies
+straight above the point.
 """
 
 import math
@@ -32,24 +33,27 @@ SIDE = 12.0
 LARGE = 100.0
 """Factor on the size of some meshes: the tolerance and the faults within the tolerance grow with the size."""
 UTM = (512_345.678, 4_567_890.123, 1_687.0)
-"""Offset like survey coordinates (m); adding and subtracting the offset rounds the vertices."""
+"""Offset (m) as of survey coordinates; adding and subtracting the offset rounds the vertices."""
 DEEP = 1e-6
 """Depth (m) below a facet from which a rock has fallen through: 2.4 times 256 tolerances of the largest mesh."""
 NEXT_TO = 1e-6
-"""Points this close to a facet's edge in plan (m) are judged by the facets on both sides of the edge."""
+"""Distance (m) in plan: points closer to a facet's edge are judged by the facets on both sides of the edge."""
 
 ROUNDED = 2e-4
-"""Share of the size of a mesh: a rock this close to a rounded rim, which is not convex, is not checked any further."""
+"""Distance from the rim, over the size of a mesh, at which the check of a rock ends: a rounded rim is not convex."""
 
 LEGS = 8
-"""Number of legs of each flight, at whose ends the check sees on which side of a facet the rock is."""
+"""Number of legs of a flight; at the ends of each leg, the check computes on which side of a facet the rock is."""
 
 Draw = np.random.Generator
 
 
 @dataclass(frozen=True)
 class Case:
-    """A mesh of a family, rocks released on the mesh, and the models of their flights; all drawn from one seed."""
+    """A mesh of a family, rocks released on the mesh, and the models of their flights; all drawn from one seed.
+
+    x : (R, 3) m; v : (R, 3) m/s; ground : name of the ground model; words : description, for reports
+    """
 
     family: str
     seed: int
@@ -65,7 +69,7 @@ class Case:
 
 
 def _grid(draw: Draw, cells: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (V, 2) of a square grid and its triangles (F, 3), each cell cut along a random diagonal."""
+    """Return points (V, 2) m of a square grid and its triangles (F, 3); each cell is cut along a random diagonal."""
     ticks = np.linspace(0.0, SIDE, cells + 1)
     plan = np.stack(np.meshgrid(ticks, ticks, indexing="ij"), -1).reshape(-1, 2)
     a = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
@@ -77,7 +81,7 @@ def _grid(draw: Draw, cells: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _sloping(draw: Draw, plan: np.ndarray, steepest: float = 1.2) -> np.ndarray:
-    """Return heights (V,) of a plane that falls along an axis, along a diagonal or in a random direction."""
+    """Return heights (V,) m at places (V, 2) m of a plane that falls along an axis, a diagonal or in any direction."""
     angle = draw.choice([0.0, 0.25, 0.5, draw.uniform()]) * math.pi
     return -draw.uniform(0.0, steepest) * (plan @ (math.cos(angle), math.sin(angle)))
 
@@ -96,7 +100,7 @@ def planes(draw: Draw) -> Terrain:
 
 
 def ridges(draw: Draw) -> Terrain:
-    """Return ridges and gullies along the grid, sharp at every other row, on a slope."""
+    """Return a slope with ridges and gullies along the grid: every other row of points is raised."""
     plan, triangles = _grid(draw, cells := int(draw.integers(3, 13)))
     row = np.repeat(np.arange(cells + 1), cells + 1)
     height = draw.uniform(0.01, 3.0) * (row % 2) + draw.choice([0.0, 1e-3, 0.3]) * draw.uniform(-1, 1, len(plan))
@@ -104,7 +108,7 @@ def ridges(draw: Draw) -> Terrain:
 
 
 def steps(draw: Draw) -> Terrain:
-    """Return a mesh with few different heights: level facets, equal heights, facets of equal slope."""
+    """Return a mesh with few different heights, so that many facets are level or have equal slopes."""
     plan, triangles = _grid(draw, int(draw.integers(2, 13)))
     step = draw.choice([0.25, 0.5, 1.0])
     return _mesh(plan, step * np.round((_sloping(draw, plan) + draw.uniform(-1, 1, len(plan))) / step), triangles)
@@ -162,9 +166,9 @@ def walls(draw: Draw) -> Terrain:
 
 
 def seams(draw: Draw) -> Terrain:
-    """Return one plane of three facets with a T-junction, whose edge runs down the dip or in a random direction.
+    """Return one plane of three facets with a T-junction: two of the facets lie along one edge of the third.
 
-    Two of the facets share one edge of the third.
+    This edge runs down the plane or in a random direction.
     """
     turn, slope = draw.uniform(0.0, 2.0 * math.pi), math.tan(math.radians(draw.uniform(5.0, 65.0)))
     plan = 0.5 * SIDE * np.array([(-1.0, -0.05), (1.0, 0.07), (0.1, 1.0), (0.0, -1.0)])
@@ -176,7 +180,10 @@ def seams(draw: Draw) -> Terrain:
 
 
 def overhangs(draw: Draw) -> Terrain:
-    """Return a plateau, an overhanging bench face and a floor, in strips with a bent foot; turned and rounded."""
+    """Return a plateau, an overhanging bench face and a floor, in strips; the foot of the face may be bent.
+
+    The mesh is rotated by a random angle, and its vertices are rounded by one of ROUNDINGS.
+    """
     rows = np.linspace(0.0, SIDE, int(draw.integers(2, 7)))
     bend = draw.choice([0.0, 0.1, 1.0]) * draw.uniform(-1.0, 1.0, (2, len(rows)))
     along, towards, lean = draw.uniform(-1.0, 1.0), draw.uniform(-0.5, 1.0), draw.uniform(0.2, 3.0)
@@ -191,7 +198,7 @@ def overhangs(draw: Draw) -> Terrain:
 
 
 def pieces(draw: Draw) -> Terrain:
-    """Return a height field over the square, and one to three pieces that cut through it (`cutting_pieces`)."""
+    """Return a height field over the square, and one to three other meshes that cut through it (`cutting_pieces`)."""
     ground = (rough, planes, ridges, steps, benches, scattered)[draw.integers(6)](draw)
     facets = ground.vertices[ground.triangles]
     parts = [(ground.vertices, ground.triangles)]
@@ -202,7 +209,7 @@ def pieces(draw: Draw) -> Terrain:
 
 
 def crests(draw: Draw) -> Terrain:
-    """Return a height field with T-junctions, displaced from their edges by a hundredth to 0.8 of a crack's width."""
+    """Return a height field with T-junctions that lie off their edges by 0.01 to 0.8 of a crack's largest width."""
     return cracked(draw, (rough, ridges, steps, benches, scattered)[draw.integers(5)](draw))
 
 
@@ -227,11 +234,11 @@ RELEASES: dict[str, Callable[[Draw, Terrain, int], tuple[np.ndarray, np.ndarray]
     terraces.__name__: releases_thrown,
     crests.__name__: releases_at_cracks,
 }
-"""Families whose rocks do not start as `_releases` gives them."""
+"""Functions that release the rocks of some families, in place of `_releases`."""
 
 
 def _mesh(plan: np.ndarray, heights: np.ndarray, triangles: np.ndarray) -> Terrain:
-    """Return the terrain over a plan (V, 2) with heights (V,); all facets are wound so that they face up."""
+    """Return the terrain with vertices at a plan (V, 2) m and heights (V,) m; all facets are wound to face up."""
     u, w = plan[triangles[:, 1]] - plan[triangles[:, 0]], plan[triangles[:, 2]] - plan[triangles[:, 0]]
     turned = (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0] < 0.0)[:, None]
     return terrain_of(
@@ -243,7 +250,7 @@ def _mesh(plan: np.ndarray, heights: np.ndarray, triangles: np.ndarray) -> Terra
 
 
 def case_of(family: str, seed: int, rocks: int, rebound: str = "constant") -> Case:
-    """Return the case of a family and a seed, with `rocks` rocks."""
+    """Return the case of a family and a seed, with `rocks` rocks; rebound : name of the rebound model."""
     draw = np.random.default_rng([list(FAMILIES).index(family), seed])
     terrain = FAMILIES[family](draw)
     if draw.uniform() < 0.3:
@@ -295,9 +302,9 @@ def _releases(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.
 
 
 def _releases_on_top(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions (R, 3) m and velocities (R, 3) m/s as `_releases` does, but on or above the highest facet there.
+    """Return positions (R, 3) m and velocities (R, 3) m/s as `_releases`, but on or above the highest facet in plan.
 
-    A third of the rocks start where pieces cut each other. Two thirds move, in any direction in plan.
+    A third of the rocks start at places where meshes cut each other. Half of the rocks get a random velocity in plan.
     """
     x, v = _releases(draw, terrain, rocks)
     facets, (ground, *others) = terrain.vertices[terrain.triangles], parts_of(terrain.triangles)
@@ -315,7 +322,7 @@ def _releases_on_top(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarr
 
 
 def _is_under_a_face(terrain: Terrain, x: np.ndarray) -> np.ndarray:
-    """Return flags (R,) of the places (R, 3) m on or under an overhanging facet, where no rock may start higher."""
+    """Return flags (R,), True for places (R, 3) m on or under an overhanging facet, where no rock may start higher."""
     facets = terrain.vertices[terrain.triangles]
     leans = np.cross(facets[:, 1] - facets[:, 0], facets[:, 2] - facets[:, 0])[:, 2] < 0.0
     under = np.zeros(len(x), dtype=bool)
@@ -348,7 +355,10 @@ def fallen(case: Case, flights: Flights) -> np.ndarray:
 
 
 def _is_below_all(facets: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return whether each of points (N, 3) is more than DEEP below all of facets (F, 3, 3) there, of which are some."""
+    """Return flags (N,), True for points (N, 3) m that are more than DEEP below each facet at their place in plan.
+
+    The flag of a point without a facet at its place is False. facets : (F, 3, 3) m
+    """
     over, above = (np.zeros(len(points), dtype=bool) for _ in range(2))
     for facet in facets:
         here = _lies_over(facet, points)
@@ -359,7 +369,7 @@ def _is_below_all(facets: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def _ground_alone(terrain: Terrain) -> Terrain:
-    """Return the first piece of a terrain: the height field that the other pieces cut."""
+    """Return the terrain's first component: the height field that the other meshes cut."""
     triangles = terrain.triangles[parts_of(terrain.triangles)[0]]
     return terrain_of(terrain.vertices[: triangles.max() + 1], triangles)
 
@@ -409,10 +419,10 @@ def _through_a_facet(case: Case, flights: Flights) -> np.ndarray:
 
 
 def _has_odd_above(facets: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return whether each of points (N, 3) has an odd number of facets (F, 3, 3) straight above, and none within DEEP.
+    """Return flags (N,), True for points with an odd number of facets straight above, and no facet within DEEP.
 
-    The result is True only if three places at the distance NEXT_TO from the point agree, because a vertical line
-    through an edge passes through two facets, or none.
+    A flag is True only if three places at the distance NEXT_TO from the point agree, because a vertical line through an
+    edge passes through two facets, or none. facets : (F, 3, 3) m; points : (N, 3) m
     """
     below = np.ones(len(points), dtype=bool)
     for turn in (1.0, 3.1, 5.2):
@@ -425,7 +435,7 @@ def _has_odd_above(facets: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def _is_above(facet: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return whether a facet (3, 3) lies straight above each of points (N, 3)."""
+    """Return flags (N,), True for points (N, 3) m that have a facet (3, 3) m straight above."""
     plan = [facet[(k + 1) % 3, :2] - facet[k, :2] for k in range(3)]
     sides = [e[0] * (points[:, 1] - p[1]) - e[1] * (points[:, 0] - p[0]) for e, p in zip(plan, facet, strict=True)]
     whole = sides[0] + sides[1] + sides[2]
@@ -435,7 +445,7 @@ def _is_above(facet: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def _within(terrain: Terrain, points: np.ndarray, margin: float = NEXT_TO) -> np.ndarray:
-    """Return flags (N,) of the points (N, 3) m inside the convex rim of a mesh in plan, by more than a margin (m)."""
+    """Return flags (N,), True for points (N, 3) m inside the convex rim of a mesh in plan by more than a margin (m)."""
     corner, along = (sides.T for sides in np.split(_rim(terrain.vertices[:, :2]), 2, axis=1))
     across = (points[:, :1] - corner[0]) * -along[1] + (points[:, 1:2] - corner[1]) * along[0]
     return np.asarray((across > margin).all(axis=1))
@@ -453,9 +463,10 @@ def _rim(plan: np.ndarray) -> np.ndarray:
 
 
 def _points(flights: Flights, gravity: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return rows of rocks, times (s) and positions (m) of all events, three points of each flight, and all ends.
+    """Return points on the paths of all rocks: rows of the rocks (N,), times (N,) s and positions (N, 3) m.
 
-    The end of a rock has no separate time: its time is the time of the rock's last event.
+    The points are all events, three points of each flight, and the ends of all rocks. The time of an end is that of the
+    rock's last event.
     """
     paths, deposits = flights.paths, flights.deposits
     fly = np.flatnonzero(paths.mode[:-1] == Mode.FLIGHT)
@@ -472,7 +483,7 @@ def _points(flights: Flights, gravity: float) -> tuple[np.ndarray, np.ndarray, n
 
 
 def _lies_over(facet: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return whether each of points (N, 3) m lies over or below a facet (3, 3), or within NEXT_TO of it in plan."""
+    """Return flags (N,), True for points (N, 3) m that are in plan inside a facet (3, 3) m, or within NEXT_TO of it."""
     over = np.ones(len(points), dtype=bool)
     for k in range(3):
         edge = (facet[(k + 1) % 3] - facet[k])[:2]
@@ -494,7 +505,7 @@ def in_the_air(case: Case, flights: Flights) -> np.ndarray:
 
 
 def _touches(facet: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return whether each of points (N, 3) m is on a facet (3, 3), within DEEP across it and beyond its edges."""
+    """Return flags (N,), True for points (N, 3) m that are within DEEP of a facet (3, 3) m."""
     normal = np.cross(facet[1] - facet[0], facet[2] - facet[0])
     normal /= np.linalg.norm(normal)
     on = np.abs((points - facet[0]) @ normal) <= DEEP

@@ -1,4 +1,4 @@
-"""All rebound models with parameters as in a scene, and single impacts and flights with one of these models."""
+"""All rebound models by name, with example parameters, and functions for single impacts and flights with a model."""
 
 from dataclasses import replace
 from typing import Any
@@ -26,7 +26,7 @@ NO_TERRAIN: Any = None
 """Placeholder for scene and terrain, which the builders of rebounds do not use."""
 
 ROWS = ((5.0, 1.6, 0.6), (30.0, 0.7, 0.7), (60.0, 0.35, 0.85), (90.0, 0.25, 0.9))
-"""Invented values: R_n falls with the angle and R_t rises, as in experiments."""
+"""Rows of an angle table with invented values: R_n falls with the angle and R_t rises, as in experiments."""
 MEAN = ((0.75, 0.05, 0.1), (0.1, 0.4, 0.0), (0.4, 0.1, 0.3))
 SPREAD = 0.15
 """Invented standard deviation of the coefficients, with correlations of 0.3."""
@@ -54,17 +54,23 @@ MODELS = {
     "wyllie": angle_table(AngleTableSpec(law="wyllie"), NO_TERRAIN, NO_TERRAIN),
     "stochastic_matrix": matrix_of(),
 }
-"""Models whose kinetic energy never rises."""
+"""Name -> model, for the models in which an impact never increases the kinetic energy."""
 ALL = {**MODELS, "thesis_literal": ThesisLiteral()}
 
 
 def falling_rock(mass: float = 1000.0, radius: float = 0.5, impacts: int = 0, rock: int = 0) -> RockContext:
-    """Return a rock with all attributes that a model may read."""
+    """Return the context of a rock in flight, with all attributes that a model may read.
+
+    mass : kg; radius : m; impacts : number of earlier impacts; rock : number of the rock
+    """
     return RockContext(Rock(mass, radius), RockKey(7, 1, rock), impacts)
 
 
 def struck(model: Any, ground: Surface, v: Vec, w: Vec = ZERO, n: Vec = UP, rock: RockContext | None = None) -> Motion:
-    """Return the motion of a rock after an impact."""
+    """Return the motion of a rock after an impact.
+
+    v, w : velocity (m/s) and spin (rad/s) before; n : unit normal of the ground; rock : None for `falling_rock()`
+    """
     after: Motion = rebound(model, ground, Motion(0.0, ZERO, v, w), n, rock or falling_rock())
     return after
 

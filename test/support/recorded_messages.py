@@ -1,4 +1,7 @@
-"""Messages of every recorded topic, as the nodes publish them: two events over a small slope."""
+"""Make messages of every recorded topic as the nodes publish them: two events over a small slope.
+
+In all functions, `second` is the stamp of the message in whole seconds.
+"""
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -30,7 +33,7 @@ from rpf3d_ros.recording.bag_writer import BagWriter, typestore
 
 SECOND = 1_000_000_000
 SIDE = 40
-"""Points along each side of the slope, one metre apart."""
+"""Number of points along each side of the slope; the points are one metre apart."""
 
 LEVEL_OF_ALERT = {"normal": OK, "watch": WARN, "restrict": WARN, "evacuate": ERROR, "fault": ERROR}
 
@@ -40,12 +43,15 @@ def header(second, frame="map"):
 
 
 def markers(data):
-    """Return the MarkerArray in published bytes."""
+    """Return the MarkerArray in published CDR bytes."""
     return deserialize_message(data, MarkerArray)
 
 
 def hazard(of, levels):
-    """Return the shown zones of hazard levels, from corners (F, 3, 3) m of each level, without outlines."""
+    """Return the MarkerArray of hazard zones without outlines.
+
+    of : header; levels : name of each zone -> corners (F, 3, 3) m of its facets
+    """
     return markers(zone_markers(of, [ShownZone(name, c, np.empty((0, 2, 3))) for name, c in levels.items()]))
 
 
@@ -60,7 +66,7 @@ def mesh():
 
 
 def falls(rocks=6, points=30, seconds=4.0):
-    """Return the columns of rocks that bounce down the slope."""
+    """Return the columns of `trajectories` of rocks that bounce down the slope; points : number for each rock."""
     rock = np.repeat(np.arange(rocks), points)
     t = np.tile(np.linspace(0.0, seconds, points), rocks)
     y = 2.0 + 30.0 * t / seconds
@@ -94,21 +100,21 @@ def grid(second):
 
 
 def areas(second, *names, raised=0.0):
-    """Return the outlines of areas of interest; by default of the haul ramp."""
+    """Return the MarkerArray with the outline of each named area, by default of haul_ramp; raised : height (m)."""
     ring = np.array([[5.0, 30.0, 5.0], [35.0, 30.0, 5.0], [35.0, 34.0, 4.0], [5.0, 30.0, 5.0]])
     ring[:, 2] += raised
     return markers(area_markers(header(second), {name: [ring] for name in names or ("haul_ramp",)}))
 
 
 def alerts(second, level, area="haul_ramp"):
-    """Return the alert of the site and of one area."""
+    """Return a message of `alerts` with the same level (a word) for the site and one area."""
     values = {"level": level, "valid_until": str(second + 5), "reasons": "reach", "result": "1"}
     site = Health(ALERT, LEVEL_OF_ALERT[level], f"{level}: reach of {area} 12 %", values)
     return diagnostics_of(Time(sec=second), [site, Health(f"{ALERT} {area}", site.level, site.message, values)])
 
 
 def inputs(second):
-    """Return the inputs of the simulator other than whole terrain."""
+    """Return a message for each input of the simulator other than whole terrain, by topic."""
     patch = slope()[4:8, 4:10] + np.array([0.0, 0.0, 0.4])
     return {
         "terrain/update": cloud_of_columns(header(second), {n: patch[..., i] for i, n in enumerate("xyz")}),
@@ -128,7 +134,7 @@ def inputs(second):
 
 
 def answers(second, seconds=4.0):
-    """Return the messages that the simulator publishes for an event."""
+    """Return the messages of one answer, by topic; seconds : duration of the rocks' motion (s)."""
     fallen = falls(seconds=seconds)
     fallen["energy"] = fallen["energy"] * seconds
     cloud = cloud_of_columns(header(second), fallen)

@@ -1,11 +1,11 @@
-"""Small calibrations with a known answer: does a 90 % interval hold the parameters with which the rocks were flown?
+"""Small calibrations with known true values: how often does a 90 % interval contain the true value of a parameter?
 
 python test/support/recovery.py --count 100
 
-Each calibration has true parameters from the prior and its own observed stops, so that the intervals of a correct
-sampler hold 90 % of the true values. Intervals miss true values in the corners of the prior more often than elsewhere.
-So the true values of all calibrations are evenly spread over the prior: random ones would make the count depend on how
-many lie in the corners. The observed rocks fly in the scene's run, not in the sampler.
+Each calibration has true values from the prior and its own observed stops, so that the intervals of a correct sampler
+contain 90 % of the true values. Intervals miss true values in the corners of the prior more often than elsewhere. So
+the true values of all calibrations are evenly spread over the prior: with random true values, the count would depend on
+how many of them lie in the corners. The observed rocks are flown by an ordinary run, not by the calibration.
 """
 
 import argparse
@@ -72,7 +72,8 @@ TRUTHS = 18
 MIDDLE = (0.5, 0.5)
 """Places of true values in the middle of their priors, where a 90 % interval misses them least often."""
 OTHER_SEED = 1_000_003
-"""Added to the seed of the calibration: the observed rocks share no random number with the sampler's."""
+"""Number added to the seed of the calibration, so that the observed rocks share no random number with the calibration.
+"""
 
 
 def known_scene(
@@ -104,7 +105,10 @@ def known_scene(
 def found_in(
     folder: Path, seed: int, budget: float = 120.0, at: tuple[float, float] | None = None
 ) -> tuple[Findings, dict[str, float]]:
-    """Calibrate a scene with a known answer; return what was found, and the true values by key path."""
+    """Calibrate a scene with known true values; return the findings, and the true values by key path.
+
+    folder : for the scene and the calibration; budget : longest time (s); seed, at : as in `known_scene`
+    """
     path, truth = known_scene(folder, seed, at)
     scene = read_scene(path)
     spec, slope = calibration_of(scene), slope_of(scene)
@@ -116,9 +120,10 @@ def found_in(
 
 
 def recovered(seed: int, at: tuple[float, float] | None = None) -> tuple[dict[str, bool], float, int]:
-    """Return whether each true value lies in its 90 % interval, the effective samples, and the sets flown.
+    """Run one calibration; return what it recovered.
 
-    at : as in `known_scene`
+    The result has, for each unknown, True if its true value lies in the 90 % interval; the number of effective samples;
+    and the number of parameter sets flown. seed, at : as in `known_scene`
     """
     with TemporaryDirectory() as folder:
         found, truth = found_in(Path(folder), seed, at=at)
@@ -127,7 +132,7 @@ def recovered(seed: int, at: tuple[float, float] | None = None) -> tuple[dict[st
 
 
 def campaign(count: int, processes: int) -> Iterator[tuple[dict[str, bool], float, int]]:
-    """Yield the results of calibrations with the seeds 1 to `count`."""
+    """Yield the results of `recovered` for the seeds 1 to `count`."""
     with ProcessPoolExecutor(processes) as pool:
         yield from pool.map(recovered, range(1, count + 1))
 

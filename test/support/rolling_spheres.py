@@ -1,4 +1,4 @@
-"""Rigid spheres flown over test terrains, and their distances from the facets."""
+"""Fly rigid spheres over test terrains, and compute their distances from the facets."""
 
 import dataclasses
 
@@ -19,18 +19,24 @@ from rpf3d_core.simulation.engines import Engine, Models
 from rpf3d_core.values import Mode
 
 REGISTERED = (vtk_swept, sphere)
-"""The import of these modules registers the contact rules of spheres."""
+"""Modules that are imported because their import registers the contact rules of spheres."""
 SPHERE = CoulombSphere(MATERIALS_OWN, 0.0)
 
 
 def spheres(ground: Surface, model=SPHERE, on_ground=None, **settings: float) -> Flight:
-    """Return the models and settings for flights of spheres over one ground."""
+    """Return materials, settings and models for flights of spheres over one ground.
+
+    model : rebound model; on_ground : ground model, None for `sphere`; settings : fields of `Settings`
+    """
     physics = flight(ground, **settings)
     return dataclasses.replace(physics, models=Models(model, SphereGround() if on_ground is None else on_ground))
 
 
 def roll(engine: Engine, physics: Flight, radius, x, v=(0.0, 0.0, 0.0), **how) -> Flights:
-    """Fly spheres with one radius (m), or with one radius each, from positions (3,) or (R, 3) m."""
+    """Fly spheres with one radius (m), or with one radius each (R,), from positions (3,) or (R, 3) m.
+
+    v : velocity (3,) or (R, 3) m/s; how : further arguments of `fly_ensemble`
+    """
     places = np.atleast_2d(np.array(x, dtype=float))
     rocks = np.arange(len(places))
     speeds = np.ascontiguousarray(np.broadcast_to(np.array(v, dtype=float), places.shape))

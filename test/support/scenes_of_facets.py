@@ -21,7 +21,7 @@ from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Terrain, facets_of
 
 ENGINES = ("reference", "compiled")
-"""Names of both engines; every test of flights runs on both. The compiled engine needs numba, a normal dependency."""
+"""Names of both engines; every test of flights runs on both. numba, which the compiled engine needs, is installed."""
 
 AT_REST = (0.0, 0.0, 0.0)
 
@@ -35,7 +35,10 @@ def terrain_of(
     zone: Sequence[int] | None = None,
     zones: tuple[str, ...] = ("ground",),
 ) -> Terrain:
-    """Return a terrain of the given values, without welding, winding repair or checks."""
+    """Return a terrain with the given vertices (m) and triangles, without welding, winding repair or checks.
+
+    zone : number of the zone of each triangle, None for one zone; zones : names of the zones
+    """
     corners = np.array([tuple(t) for t in triangles], dtype=np.int32).reshape(-1, 3)
     numbers = np.zeros(len(corners), np.int32) if zone is None else np.array(zone, np.int32)
     return Terrain(np.array([tuple(v) for v in vertices], dtype=float), corners, numbers, zones)
@@ -80,8 +83,8 @@ def incline(
     """Return a plane through the origin that slopes down at `angle` degrees.
 
     up, down : lengths of the plane along the slope, above and below the origin (m)
-    cells : number down the slope and across
-    jitter : seed of the movement of inner vertices within the plane
+    cells : number of cells down the slope and across; half_width : half of the width across the slope (m)
+    jitter : seed of a random movement of the inner vertices within the plane; None for a regular grid
     """
     s, y = np.meshgrid(
         np.linspace(-up, down, cells[0] + 1), np.linspace(-half_width, half_width, cells[1] + 1), indexing="ij"
@@ -105,16 +108,17 @@ def down_the_slope(angle: float, strike: float = 0.0) -> tuple[np.ndarray, np.nd
 
 
 def floor(half: float = 20.0, z: float = 0.0, cells: int = 1) -> Terrain:
-    """Return a level square about the origin."""
+    """Return a level square with its centre at x = y = 0 and its sides 2 `half` (m) long, at a height z (m)."""
     return rough_grid(cells, 2.0 * half, 0.0, 0.0, centred=True, z=z)
 
 
 def rough_grid(
     cells: int, size: float, slope: float, amplitude: float, seed: int = 0, centred: bool = False, z: float = 0.0
 ) -> Terrain:
-    """Return a square grid with `cells` cells a side.
+    """Return a square grid with `cells` cells on each side, which is `size` (m) long.
 
-    The heights fall by `slope` along x, with noise of an amplitude (m).
+    The heights fall by `slope` (m per m) along x from height z (m), with noise of an amplitude (m).
+    centred : True if the origin is in the middle of the square, False if it is a corner
     """
     ticks = np.linspace(0.0, size, cells + 1) - (0.5 * size if centred else 0.0)
     x, y = np.meshgrid(ticks, ticks, indexing="ij")
@@ -147,7 +151,10 @@ def gully(
 
 
 def cone(sides: int, radius: float = 5.0, height: float = 5.0) -> Terrain:
-    """Return facets around one vertex at the origin that rise by `height` (fall, if negative) out to `radius`."""
+    """Return `sides` facets around one vertex at the origin, which rise by `height` (m) out to `radius` (m).
+
+    If the height is negative, the facets fall.
+    """
     angles = 2.0 * np.pi * np.arange(sides) / sides
     rim = [(radius * math.cos(a), radius * math.sin(a), height) for a in angles]
     return terrain_of([(0, 0, 0), *rim], [(0, 1 + i, 1 + (i + 1) % sides) for i in range(sides)])
@@ -179,14 +186,18 @@ def surface(R_n: float = 0.5, R_t: float = 0.8, friction_angle: float = 30.0, st
 
 
 def engine_over(name: str, terrain: Terrain) -> Engine:
-    """Return the engine of a name over a terrain, with its pieces if they overlap, but without caps over gaps."""
+    """Return the engine with a name over a terrain, with the terrain's components but without caps over gaps."""
     return engine_of(name, facets_of(terrain), pieces=piece_numbers(terrain))
 
 
 def flight(
     ground: Surface | Sequence[Surface], model: str = "sliding", rebound: str = "constant", **settings: float
 ) -> Flight:
-    """Return models and settings of a flight: one ground for all zones or one for each, a ground model, a rebound."""
+    """Return materials, settings and models of flights.
+
+    ground : one surface for all zones, or one for each zone; model : name of the ground model
+    rebound : name of the rebound model; settings : further fields of `Settings`
+    """
     surfaces = [ground] if isinstance(ground, Surface) else list(ground)
     return Flight(materials_of(surfaces), Settings(**settings), models_called(rebound, model))  # type: ignore[arg-type]
 
@@ -219,7 +230,7 @@ def released(x: Sequence[float] | np.ndarray, v: Sequence[float] | np.ndarray = 
 
 
 def specific_energy(flights: Flights, gravity: float = 9.81) -> tuple[np.ndarray, np.ndarray]:
-    """Return the energy per unit mass (J/kg) just after every event of the paths, and at the end of its segment."""
+    """Return for each event of the paths the energy (J/kg) just after it, and at the end of the segment it begins."""
     paths = flights.paths
     after = gravity * paths.x[:, 2] + 0.5 * (paths.v**2).sum(1)
     z_end = np.append(paths.x[1:, 2], paths.x[-1:, 2])

@@ -1,4 +1,4 @@
-"""Classes whose methods a second process calls in tests."""
+"""A class for tests of a second process that calls the methods of an object."""
 
 import os
 import threading
@@ -9,7 +9,7 @@ from rpf3d_core.errors import InputError
 
 
 class Clerk:
-    """Writes notes into a file, prints, fails and hangs when asked."""
+    """Has methods that write to a file, print, fail or hang."""
 
     def note(self, path: Path, words: str) -> None:
         """Append a line with this process's ID and some words to a file."""
@@ -22,11 +22,11 @@ class Clerk:
         os.write(1, words.encode())
 
     def refuse(self, words: str) -> None:
-        """Fail in a way that a user can correct."""
+        """Raise InputError, which means an error that a user can correct."""
         raise InputError(words)
 
     def fail_unpicklably(self, words: str) -> None:
-        """Fail with an exception that cannot be pickled."""
+        """Raise an exception that cannot be pickled and sent to another process."""
         fault = ValueError(words)
         fault.lock = threading.Lock()  # type: ignore[attr-defined]
         raise fault

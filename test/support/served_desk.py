@@ -1,4 +1,4 @@
-"""The desk as a user starts it: in a process of its own, on a free port."""
+"""Start `rpf3d desk` as a user does: in a separate process, on a free port."""
 
 import re
 import subprocess
@@ -14,11 +14,14 @@ from command_line import COMMAND, environment
 from listening import listening_addresses
 
 LONGEST = 300.0
-"""Seconds until the desk must have printed its address, on a busy machine."""
+"""Longest time (s) until the desk has ended, on a busy machine."""
 
 
 class ServedDesk(NamedTuple):
-    """A running desk; address : with its token; heard : addresses where it listened until it was ready."""
+    """A running desk.
+
+    address : URL of the page, with its token; heard : addresses at which it has listened since its start
+    """
 
     process: "subprocess.Popen[str]"
     address: str
@@ -36,7 +39,7 @@ class ServedDesk(NamedTuple):
 
 @contextmanager
 def served_desk(*words: object, cwd: Path | None = None) -> Iterator[ServedDesk]:
-    """Start `rpf3d desk` with some arguments; end it if the test has not."""
+    """Context manager: start `rpf3d desk` with some arguments, yield it, and end it if the test has not."""
     for library in ("trame", "trame_vtk", "ruamel.yaml"):
         pytest.importorskip(library, reason="the extra `desk` is not installed")
     command = [*COMMAND, "desk", "--no-open", *map(str, words)]

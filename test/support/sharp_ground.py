@@ -1,7 +1,7 @@
 """Random meshes with sharp gullies and with many steep benches, and rocks that are thrown at them.
 
-An audit found two faults there. Rocks lost all speed in gullies sharper than 45 degrees. Rocks that were released in
-the ground, straight above an edge of an overhang, were not refused.
+Two faults are likely on such meshes: that rocks lose all speed in gullies sharper than 45 degrees, and that rocks which
+are released in the ground, straight above an edge of an overhang, are not refused.
 """
 
 import math
@@ -15,12 +15,12 @@ from rpf3d_core.terrain.facets import Terrain
 
 Draw = np.random.Generator
 SIDE = 12.0
-"""Length of the meshes along their benches and gullies (m); about their length across."""
+"""Length (m) of the meshes along their benches and gullies; their width across is similar."""
 GRAVITY = 9.81
 
 
 def strips(draw: Draw, rows: int, columns: int = 4) -> np.ndarray:
-    """Return triangles (F, 3) between rows of points; each cell is cut along either diagonal."""
+    """Return the triangles (F, 3) of a grid of `rows` by `columns` points; each cell is cut along either diagonal."""
     a = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     b, c, d = a + 1, a + columns + 1, a + columns
     other = (draw.uniform(size=len(a)) < draw.choice([0.0, 0.5, 1.0]))[:, None]
@@ -30,7 +30,7 @@ def strips(draw: Draw, rows: int, columns: int = 4) -> np.ndarray:
 
 
 def wedges(draw: Draw) -> Terrain:
-    """Return two to eight gullies of 5 to 100 degrees next to each other, along a slope, some of them bent."""
+    """Return two to eight parallel gullies of 5 to 100 degrees along a slope; in half of the meshes they are uneven."""
     x, profile = 0.0, [(0.0, 0.0)]
     for _ in range(int(draw.integers(2, 9))):
         opening, depth, rises = math.radians(draw.uniform(5.0, 100.0)), draw.uniform(0.3, 4.0), draw.uniform(0.3, 4.0)
@@ -44,7 +44,7 @@ def wedges(draw: Draw) -> Terrain:
 
 
 def terraces(draw: Draw) -> Terrain:
-    """Return two to five benches whose faces all lean back, stand upright or overhang; some are bent; turned."""
+    """Return two to five benches whose faces all lean back, stand upright or overhang; the mesh is rotated in plan."""
     lean = draw.choice([0.0, draw.uniform(0.05, 1.5), -draw.uniform(0.05, 1.0), -draw.uniform(0.05, 1.0)])
     x, z, profile = 0.0, 0.0, []
     for _ in range(int(draw.integers(2, 6))):
@@ -57,7 +57,10 @@ def terraces(draw: Draw) -> Terrain:
 
 
 def _extruded(draw: Draw, profile: Sequence[tuple[float, float]], noise: float) -> Terrain:
-    """Return a profile of (x, z) m along y, in strips, on a slope along y; `noise` : m, of the heights of vertices."""
+    """Return a terrain that extends a profile of (x, z) m along y, in strips that may slope along y.
+
+    noise : largest random change (m) of the heights of vertices
+    """
     rows, along = np.linspace(0.0, SIDE, int(draw.integers(2, 9))), draw.choice([0.0, draw.uniform(-1.0, 1.0)])
     corners = np.array([(x, y, z + along * y) for y in rows for x, z in profile])
     corners[:, 2] += noise * draw.uniform(-1.0, 1.0, len(corners))

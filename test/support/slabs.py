@@ -1,4 +1,4 @@
-"""Slabs released on an inclined plane."""
+"""Boxes (slabs) released on an inclined plane, with one face parallel to the plane."""
 
 import math
 
@@ -9,17 +9,24 @@ from scenes_of_facets import grid_triangles, terrain_of
 from rpf3d_core.shapes.families import box
 
 ACCURACY = 1e-3
-"""Accuracy (m) of the flights; a slab is released 1.6 of it above the plane."""
+"""Accuracy (m) of the flights; a slab is released 1.6 ACCURACY above the plane."""
 
 
 def slope(angle: float, strike: float = 0.0, at=(0.0, 0.0, 0.0), reach: float = 200.0):
-    """Return a plane through a point that falls at an angle (rad) towards +x, turned by `strike` about z."""
+    """Return a plane through the point `at` that falls at an angle (rad) towards +x, turned by `strike` (rad) about z.
+
+    reach : half of the sides of the plane (m)
+    """
     corners = [(u * math.cos(angle), y, -u * math.sin(angle)) for u in (-reach, reach) for y in (-reach, reach)]
     return terrain_of(np.array(corners) @ matrix(about((0, 0, 1), strike)).T + at, grid_triangles(2, 2))
 
 
 def slab(b: float, h: float, angle: float, strike: float = 0.0, at=(0.0, 0.0, 0.0)):
-    """Return a slab and its release on the slope: b along the slope and h across it are half of its lengths (m)."""
+    """Return a slab as a polyhedron, and its release on a slope: centre (3,) m and orientation (4,).
+
+    b, h : half of its lengths along the slope and at right angles to the slope (m); its width is 1 m
+    angle, strike, at : as in `slope`
+    """
     down, out = np.array([math.cos(angle), 0.0, -math.sin(angle)]), np.array([math.sin(angle), 0.0, math.cos(angle)])
     sides = sorted([(2.0 * b, 0, down), (2.0 * h, 1, out), (1.0, 2, np.array([0.0, 1.0, 0.0]))], reverse=True)
     columns = [axis for _, _, axis in sides]  # the first axis of a box is along its longest side
@@ -31,7 +38,7 @@ def slab(b: float, h: float, angle: float, strike: float = 0.0, at=(0.0, 0.0, 0.
 
 
 def quaternion(turn: np.ndarray) -> np.ndarray:
-    """Return the quaternion (4,) of a matrix of rotation."""
+    """Return the quaternion (4,) of a rotation matrix (3, 3)."""
     pairs = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) @ np.diag(turn)
     q = 0.5 * np.sqrt(np.maximum(1.0 + pairs, 0.0))
     k = int(np.argmax(q))

@@ -1,15 +1,16 @@
-"""How slow the processor is at the moment: other programs on the same core take caches and clock rate from a test."""
+"""Measure how slow the processor is at the moment, because other programs share its caches and clock rate with a test.
+"""
 
 import time
 
 STEPS, IDLE = 200_000, 0.008
-"""Steps of a loop, and its seconds of computing on a machine that does nothing else."""
+"""Number of steps of a loop, and the CPU seconds of the loop on a machine without other programs."""
 
 
 def slowness() -> float:
-    """Return how many times as long a loop of Python takes as on an idle machine, in seconds of computing; at least 1.
+    """Return the CPU time of a Python loop, divided by the CPU time that it takes on an idle machine; at least 1.
 
-    Ask in turn with what is measured.
+    Call this alternately with the measured code, so that both run under the same load.
     """
     began, total = time.process_time(), 0
     for step in range(STEPS):

@@ -24,7 +24,11 @@ EAST = '{"type": "Polygon", "coordinates": [[[0, -300], [300, -300], [300, 300],
 def scene_file(
     folder: Path, name: str = "pit.yaml", R_n: float = 0.5, R_t: float = 0.8, more: str = "", spills: int = 20
 ) -> Path:
-    """Write the scene and its area of interest; the models are the models of the thesis unless `more` names others."""
+    """Write the scene and its area of interest to a folder; return the path of the scene.
+
+    R_n, R_t : coefficients of restitution; spills : number of spills of the pit
+    more : further YAML; unless it names other models, the scene has the models of the thesis
+    """
     (folder / "east.geojson").write_text(EAST)
     path = folder / name
     path.write_text(with_models(SCENE.format(R_n=R_n, R_t=R_t, more=more, spills=spills, cell=HAZARD_CELL)))

@@ -7,7 +7,7 @@ from scipy.spatial import Delaunay
 
 
 def edge_count(faces):
-    """Return the number of edges of a closed surface; fail if an edge has not one face on each side."""
+    """Return the number of edges of a closed surface; fail if an edge does not have exactly one face on each side."""
     sides = Counter((a, b) for face in faces for a, b in zip(face, (*face[1:], face[0]), strict=True))
     assert set(sides.values()) == {1}, "two faces run along an edge in the same direction"
     assert all((b, a) in sides for a, b in sides), "an edge has one face only"

@@ -1,4 +1,4 @@
-"""How deep a convex body and triangles overlap, by all separating axes in NumPy; it shares no code with the engines.
+"""Compute how deep convex bodies and triangles overlap, by all separating axes in NumPy, without code of the engines.
 
 A convex body and a triangle are apart if and only if a plane at right angles to one of these axes separates them: a
 normal of the body's faces, the triangle's normal, or the product of an edge of the body with an edge of the triangle.
@@ -13,7 +13,7 @@ import numpy as np
 from rpf3d_core.shapes.polyhedron import Polyhedron
 
 PAIRS = 4_000
-"""Pairs of pose and triangle in one piece of the work, which bounds the memory."""
+"""Number of pairs of pose and triangle that are computed at once, to limit the memory."""
 PARALLEL = 1e-9
 """Length of the product of two unit vectors below which they count as parallel."""
 
@@ -28,7 +28,7 @@ class Solid(NamedTuple):
 
 
 def solid_of(shape: Polyhedron) -> Solid:
-    """Return the solid of a polyhedron."""
+    """Return the corners, face normals and edge directions of a polyhedron as a `Solid`."""
     pairs = {tuple(sorted((f[i], f[i - 1]))) for f in shape.faces for i in range(len(f))}
     a, b = np.array(sorted(pairs)).T
     edges = unit(shape.corners[b] - shape.corners[a])
@@ -56,7 +56,11 @@ def matrices(q: np.ndarray) -> np.ndarray:
 
 
 def near_pairs(solid: Solid, x: np.ndarray, triangles: np.ndarray, band: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return poses and triangles (P,), (P,) for which the triangle's box is within reach and `band` of the centre."""
+    """Return the numbers of poses (P,) and triangles (P,) that are near each other.
+
+    A pair is near if the triangle's box is closer to the body's centre than the body's radius plus `band` (m).
+    x : centres (S, 3) m; triangles : (N, 3, 3) m
+    """
     reach = np.linalg.norm(solid.corners, axis=1).max() + band
     low, high = triangles.min(axis=1), triangles.max(axis=1)
     poses, facets = [], []
@@ -70,10 +74,11 @@ def near_pairs(solid: Solid, x: np.ndarray, triangles: np.ndarray, band: float) 
 
 
 def gaps(solid: Solid, x: np.ndarray, q: np.ndarray, triangles: np.ndarray, band: float = 0.0) -> np.ndarray:
-    """Return for each pose (S,) the least gap (m) along the best axis over triangles (N, 3, 3); inf if none is near.
+    """Return for each pose of a body (S,) the least gap (m) to triangles (N, 3, 3) m; inf if no triangle is near.
 
-    A gap below 0 is the depth of an overlap. A gap above 0 is at most the distance, and equals it if the nearest points
-    lie inside a face, or inside two edges. Gaps above `band` may be missed.
+    The gap to a triangle is the largest along all axes. A gap below 0 is the depth of an overlap. A gap above 0 is at
+    most the distance, and equals it if the nearest points lie inside a face, or inside two edges. Gaps above `band` (m)
+    may be missed. x : centres (S, 3) m; q : orientations (S, 4)
     """
     poses, facets = near_pairs(solid, x, triangles, band)
     least, turns = np.full(len(x), np.inf), matrices(q)

@@ -1,4 +1,4 @@
-"""A single impact of a rigid sphere."""
+"""Compute a single impact of a rigid sphere."""
 
 import numpy as np
 
@@ -14,7 +14,11 @@ FULL = 1e9
 
 
 def struck(v, w, e, mu, radius=0.5, e_t=0.0, mu_r=0.0, n=UP):
-    """Return the velocity v and the angular velocity w after an impact."""
+    """Return the velocity (3,) m/s and the spin (3,) rad/s of a sphere after an impact.
+
+    v, w : before the impact; e, e_t : normal and tangential restitution (-); mu : impact friction (-); radius : m
+    mu_r : rolling resistance of the ground (-); n : unit normal of the ground
+    """
     model, ground = CoulombSphere(mu, e_t), Surface(e, 0.8, 0.3, 0.5, mu_r)
     rock = RockContext(Rock(1000.0, radius), None, 0)
     after = rebound(model, ground, Motion(0.0, ZERO, tuple(v), tuple(w)), n, rock)

@@ -1,4 +1,4 @@
-"""Surveys of the same hills for tests of live grounds, and functions that check properties of a ground."""
+"""Surveys of the same hills for tests of live terrains, and functions that read properties of a live terrain."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ EAST, NORTH = 5000.0, 3000.0
 
 
 def heights(x: np.ndarray, y: np.ndarray, seed: int) -> np.ndarray:
-    """Return the heights of hills with noise of 0.2 m."""
+    """Return the heights (m) of hills at places x, y (m), with noise of 0.2 m."""
     return 6.0 * np.sin(x / 9.0) + 4.0 * np.cos(y / 7.0) - 0.5 * x + np.random.default_rng(seed).normal(0, 0.2, x.shape)
 
 
@@ -19,7 +19,11 @@ def grid(
     rows: int = 40, columns: int = 44, east: float = 0.0, north: float = 0.0, step: float = 1.0, seed: int = 0,
     turned: float = 0.0,
 ) -> GridSurvey:  # fmt: skip
-    """Return a grid of points, rotated counter-clockwise by `turned` (rad) about the first point."""
+    """Return a survey of the hills with points in rows, rotated counter-clockwise by `turned` (rad).
+
+    The first point is the centre of the rotation; east, north : its place relative to EAST, NORTH (m)
+    step : distance of the points (m); seed : of the noise
+    """
     v, u = np.mgrid[0:rows, 0:columns] * step
     x = EAST + east + np.cos(turned) * u - np.sin(turned) * v
     y = NORTH + north + np.sin(turned) * u + np.cos(turned) * v
@@ -27,14 +31,17 @@ def grid(
 
 
 def cloud(count: int, east: float, north: float, width: float, seed: int = 0) -> CloudSurvey:
-    """Return points scattered over a square."""
+    """Return a survey of the hills with points scattered over a square.
+
+    east, north : south-western corner relative to EAST, NORTH (m); width : side of the square (m)
+    """
     places = np.random.default_rng(seed).uniform(0.0, width, (count, 2)) + np.array([EAST + east, NORTH + north])
     z = heights(places[:, 0] - EAST, places[:, 1] - NORTH, seed)
     return CloudSurvey(np.column_stack([places, z]))
 
 
 def mesh(survey: GridSurvey) -> MeshSurvey:
-    """Return the mesh of a grid."""
+    """Return the survey of a grid as a mesh."""
     made = grid_mesh(survey.points)
     return MeshSurvey(made.vertices + np.array(made.origin), made.triangles)
 
@@ -45,13 +52,16 @@ def live_facets(ground: LiveTerrain) -> np.ndarray:
 
 
 def corner_sets(ground: LiveTerrain, facets: np.ndarray) -> set[bytes]:
-    """Return the corners and normals of facets as bytes."""
+    """Return the set of facets by their content: the bytes of corners and normal of each facet."""
     geometry = ground.facets.geometry.reshape(-1, 12)
     return {geometry[f].tobytes() for f in facets}
 
 
 def edge_counts(ground: LiveTerrain) -> tuple[int, int]:
-    """Return the number of edges with one facet, and with more than two; corners with equal bits are one vertex."""
+    """Return how many edges of a terrain have one facet, and how many have more than two.
+
+    Corners with equal bits are one vertex.
+    """
     corners = np.asarray(ground.facets.corners)[live_facets(ground)].reshape(-1, 3)
     vertices, numbers = np.unique(corners, axis=0, return_inverse=True)
     uses = edges_of(numbers.reshape(-1, 3).astype(np.int32), len(vertices)).uses

@@ -17,7 +17,7 @@ materials:
   rock: {normal_restitution: 0.5, tangential_restitution: 0.8}
 sources:
 """
-"""A scene over slope.stl, up to its sources."""
+"""A scene file over slope.stl whose last line is the key `sources`, without its sources."""
 
 
 def with_models(text: str, rebound: str = "constant", ground: str = "none") -> str:
@@ -34,7 +34,10 @@ STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attri
 
 
 def scene_of(*files: Path, zones: list[dict[str, Any]] | None = None, **terrain: Any) -> Scene:
-    """Return a scene over terrain files; each file is a zone of its own name."""
+    """Return a scene over terrain files; each file is a zone that has the name of the file.
+
+    zones : value of the scene's key `zones`; terrain : further keys of `terrain`
+    """
     return Scene.model_validate(
         {
             "path": Path("scene.yaml"),
@@ -47,7 +50,7 @@ def scene_of(*files: Path, zones: list[dict[str, Any]] | None = None, **terrain:
 
 
 def grid(rows: int, columns: int, step: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """Return the vertices (V, 3) and upward triangles (F, 3) of a bumpy surface."""
+    """Return the vertices (V, 3) m and triangles (F, 3), upper side up, of a wavy surface; step : of the grid (m)."""
     y, x = np.meshgrid(np.arange(rows) * step, np.arange(columns) * step, indexing="ij")
     vertices = np.stack([x, y, np.sin(x) + np.cos(0.7 * y)], axis=-1).reshape(-1, 3)
     number = np.arange(rows * columns).reshape(rows, columns)

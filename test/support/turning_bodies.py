@@ -1,4 +1,4 @@
-"""Bodies that turn without torque: random ones, a reference with 40 digits, and loops over many of them."""
+"""Bodies that rotate without torque: random bodies, reference results with 40 digits, and loops over many bodies."""
 
 from operator import mul
 
@@ -8,17 +8,16 @@ from rpf3d_core.body.rotation import spin_bound, turned_for, turning_of
 from rpf3d_core.jit.dispatch import loop
 
 BITS = 140
-"""Binary digits after the point in the reference's numbers: 42 decimal digits, where the tests ask for 13."""
+"""Binary digits after the point of the numbers in `by_taylor`: 42 decimal digits, where the tests need 13."""
 ORDER = 40
 STEP = 0.3
-"""Angle (rad) that the fastest spin turns in a step; the series converges within 1.5 rad: its rest is below 1e-27."""
+"""Largest angle (rad) of rotation in one step; the series converges up to 1.5 rad, so its remainder is below 1e-27."""
 
 
 def real_bodies(n: int, seed: int):
     """Return random principal moments (n, 3) kg m2, unit quaternions (n, 4), and spins (n, 3) of up to 20 rad/s.
 
-    The moments are ascending, and those of bodies that are physically possible: no moment exceeds the sum of the other
-    two.
+    The moments of a body are ascending and physically possible: no moment exceeds the sum of the other two.
     """
     rng = np.random.default_rng(seed)
     second = rng.uniform(0.05, 1.0, (n, 3))
@@ -32,7 +31,7 @@ def real_bodies(n: int, seed: int):
 def by_taylor(moments, q, w, t: float):
     """Return orientation (4,) and spin (3,) after t seconds, by Taylor steps of order ORDER with 40 digits."""
     fastest = float(np.sqrt(np.dot(moments, np.square(w)) / min(moments)))
-    unit = 2.0 ** np.round(np.log2(fastest))  # in units of this spin all coefficients have all their digits
+    unit = 2.0 ** np.round(np.log2(fastest))  # unit of spin in which no coefficient loses digits
     steps = int(fastest * t / STEP) + 1
     h = exact(t * unit) // steps
     J = [exact(value) for value in moments]
@@ -45,13 +44,16 @@ def by_taylor(moments, q, w, t: float):
 
 
 def exact(value: float) -> int:
-    """A number in units of 2^-BITS; exact for every double above 1e-26."""
+    """Return a number in units of 2^-BITS, as an integer; exact for every double above 1e-26."""
     top, bottom = float(value).as_integer_ratio()
     return (top << BITS) // bottom
 
 
 def taylor_step(rates, q, w, h):
-    """One step of w1' = rate1 w2 w3 (and so on) and q' = q (0, w) / 2."""
+    """Return orientation and spin after one Taylor step of w1' = rate1 w2 w3 (and so on) and q' = q (0, w) / 2.
+
+    All numbers are integers in units of 2^-BITS; h : length of the step.
+    """
     q, w = [[value] for value in q], [[value] for value in w]
     for k in range(ORDER):
         new_w = [(rates[i] * folded(w[i - 2], w[i - 1]) >> BITS) // (k + 1) for i in range(3)]
@@ -71,12 +73,12 @@ def taylor_step(rates, q, w, h):
 
 
 def folded(a, b):
-    """The newest coefficient of the product of two power series."""
+    """Return the coefficient of highest order of the product of two power series of equal length."""
     return sum(map(mul, a, reversed(b))) >> BITS
 
 
 def summed(series, h):
-    """A power series at h."""
+    """Return the value of a power series at h."""
     total = 0
     for value in reversed(series):
         total = (total * h >> BITS) + value
@@ -84,21 +86,21 @@ def summed(series, h):
 
 
 def angle_between(q, p) -> np.ndarray:
-    """Angle (n,) rad of the turn between unit quaternions q and p, (n, 4)."""
+    """Return the angles (n,) rad of the rotations between unit quaternions q and p, (n, 4)."""
     q, p = np.atleast_2d(q), np.atleast_2d(p)
     across = q[:, :1] * p[:, 1:] - p[:, :1] * q[:, 1:] - np.cross(q[:, 1:], p[:, 1:])
     return 2.0 * np.arcsin(np.minimum(1.0, np.linalg.norm(across, axis=1)))
 
 
 def in_space(q, a) -> np.ndarray:
-    """Vectors a (n, 3) in body axes, turned into space by unit quaternions q (n, 4)."""
+    """Return vectors a (n, 3), given in body axes, in the axes of space; q : unit quaternions (n, 4)."""
     s, v = q[:, :1], q[:, 1:]
     return a + 2.0 * np.cross(v, np.cross(v, a) + s * a)
 
 
 @loop
 def turn_all(moments, q, w, t, out):
-    """Turn each body for its time; rows of `out`: orientation (4), spin (3), bound of the spin."""
+    """Rotate each body for its time t (s), and write orientation (4), spin (3) and bound of the spin into `out`."""
     for k in range(len(out)):
         J, s = (moments[k, 0], moments[k, 1], moments[k, 2]), (w[k, 0], w[k, 1], w[k, 2])
         turning = turning_of(J, (q[k, 0], q[k, 1], q[k, 2], q[k, 3]), s)
@@ -111,7 +113,10 @@ def turn_all(moments, q, w, t, out):
 
 
 def turned(moments, q, w, t, run=turn_all):
-    """Orientations (n, 4), spins (n, 3) and bounds (n,) rad/s of bodies after times t, a number or (n,)."""
+    """Return orientations (n, 4), spins (n, 3) and upper bounds of the spins (n,) rad/s of bodies after times t (s).
+
+    moments : (3,) or (n, 3); q : (4,) or (n, 4); w : (n, 3) rad/s; t : a number or (n,); run : loop like `turn_all`
+    """
     w = np.atleast_2d(np.asarray(w, dtype=float))
     n = len(w)
     out = np.zeros((n, 8))

@@ -1,4 +1,4 @@
-"""The slope above a watched road with ground that is not known: a live scene over parameter sets, and its answers."""
+"""The slope of `watched_road` with unknown coefficients: a live scene with parameter sets, and its answers."""
 
 from itertools import count
 from pathlib import Path
@@ -34,7 +34,11 @@ FAR = np.array([[66.0, 2.0], [72.0, 2.0], [72.0, 158.0], [66.0, 158.0]])
 def standing_with(
     folder: Path, R_n: str = RANGE, misfit: str = "", points: np.ndarray | None = None
 ) -> PreparedTerrain:
-    """Return the prepared slope, or other points of it, of a scene; misfit : further keys of its unknowns."""
+    """Return the prepared terrain of the slope, for a live scene with unknowns.
+
+    R_n : YAML of the normal restitution; misfit : YAML of further keys of `unknowns`
+    points : (rows, columns, 3) m of another terrain, None for the slope
+    """
     path = folder / "live.yaml"
     path.write_text(SCENE.format(R_n=R_n, misfit=misfit))
     survey = GridSurvey(slope() if points is None else points)
@@ -44,7 +48,11 @@ def standing_with(
 def stages(
     standing: PreparedTerrain, places, cluster: float = 5.0, road: np.ndarray = FAR, least: int = WANTED
 ) -> list[Answer]:
-    """Return all stages of the answer to sources at places (m) above a road."""
+    """Return all stages of the answer to sources.
+
+    standing : prepared terrain; places : (x, y, z) m of the sources; cluster : side of the squares of clusters (m)
+    road : corners (P, 2) m of the area; least : fewest rocks of a cluster
+    """
     at = np.array(places, dtype=float).reshape(-1, 3)
     trigger = trigger_of(at, np.zeros_like(at), None, NOW - S)
     size, spread = EnsembleSize(100, least=least, cluster=cluster), ReleaseSpread(position=1.0, velocity=0.5)

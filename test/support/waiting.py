@@ -1,4 +1,4 @@
-"""Wait for what other threads and processes do."""
+"""Wait for a result of other threads or processes."""
 
 import time
 from collections.abc import Callable
@@ -6,7 +6,10 @@ from typing import Any
 
 
 def wait_for(condition: Callable[[], Any], seconds: float, pause: float = 0.005) -> Any:
-    """Ask a condition until its answer is true, at most for some seconds; return that answer."""
+    """Call a condition until its value is true, and return the value; the test fails after some seconds.
+
+    seconds : longest wait (s); pause : time between two calls (s)
+    """
     deadline = time.monotonic() + seconds
     while not (found := condition()):
         assert time.monotonic() < deadline

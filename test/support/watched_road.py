@@ -1,4 +1,4 @@
-"""A slope above a road that is watched: sources on the slope, and the decision on the road that an answer gives."""
+"""A slope above a road that is an area of interest: its terrain, answers to sources on the slope, and alerts."""
 
 from itertools import count
 
@@ -21,39 +21,46 @@ ROAD = np.array([[44.0, 2.0], [52.0, 2.0], [52.0, 158.0], [44.0, 158.0]])
 """Corners (m) of the road at the toe; nearly every rock from the slope reaches the road."""
 
 ON_THE_SLOPE = (10.0, 20.0, 31.0)
-"""A source a metre above the slope (m)."""
+"""Place (x, y, z) m of a source a metre above the slope."""
 
 LIMITS = {"watch": {"reach_probability": 0.02}, "restrict": {"reach_probability": 0.1}}
 WANTED = 500
-"""Rocks of each cluster before anything is cleared."""
+"""Fewest rocks of each cluster of sources for a level below `fault` (`evidence.fewest_rocks`)."""
 
 
 def slope():
-    """Return the points (rows, columns, 3) m of the terrain."""
+    """Return the points (rows, columns, 3) m of the terrain, one metre apart."""
     y, x = np.mgrid[0 : WIDTH + 1, 0 : LENGTH + 1].astype(float)
     return np.stack([x, y, np.maximum(DROP - x, 0.0)], axis=-1)
 
 
 def behind_a_bank(points):
-    """Return the terrain with a bank of 8 m before the road, for y > 60 m: rocks from there stop before the road."""
+    """Add a bank of 8 m before the road to points (rows, columns, 3) m, for y > 60 m, and return the same array.
+
+    Rocks from the slope above the bank stop before the road.
+    """
     x, y = points[..., 0], points[..., 1]
     points[..., 2] += np.where((y > 60.0) & (np.abs(x - 41.0) <= 1.0), 8.0, 0.0)
     return points
 
 
 def road_site(**terms):
-    """Return the thresholds of the road."""
+    """Return the thresholds of a site with the road as its area; terms : as in `alert_evidence.site`."""
     return site({"road": LIMITS}, fewest_rocks=WANTED, **terms)
 
 
 def standing_over(points):
-    """Return the prepared terrain of a survey in rows."""
+    """Return the prepared terrain of a survey with points in rows, (rows, columns, 3) m."""
     scene = live_scene({"ground": "sliding", "target.most_rocks": 1000})
     return stand_on(Workshop().whole(GridSurvey(points)), scene)
 
 
 def last_answer(standing, places, cluster=5.0, road=ROAD):
-    """Return the last stage of the answer to sources at places (m) above a road."""
+    """Return the last stage of the answer to sources.
+
+    standing : prepared terrain; places : (x, y, z) m of the sources; cluster : side of the squares of clusters (m)
+    road : corners (P, 2) m of the area
+    """
     at = np.array(places, dtype=float).reshape(-1, 3)
     trigger = trigger_of(at, np.zeros_like(at), None, NOW - S)
     size, spread = EnsembleSize(100, least=WANTED, cluster=cluster), ReleaseSpread(position=1.0, velocity=0.5)
@@ -62,6 +69,6 @@ def last_answer(standing, places, cluster=5.0, road=ROAD):
 
 
 def decided_on(answer, thresholds=None):
-    """Return the alert that an answer alone gives the road."""
+    """Return the alert that follows from one answer, without an earlier alert."""
     told = evidence(*answer.evidence, sources=answer.sources, unfinished=answer.unfinished)
     return decide(None, told, thresholds or road_site(), NOW)

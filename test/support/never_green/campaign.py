@@ -1,8 +1,9 @@
-"""The campaign of the safety argument: random combinations of harmed inputs, none of which may look too safe.
+"""The campaign of the safety argument: random combinations of defects of inputs; no level may be shown too low.
 
     PYTHONPATH=test/support:. python -m never_green.campaign --count 2000      all seeds from 0 on
-    PYTHONPATH=test/support:. python -m never_green.campaign --first 17 --count 1 --words    one, in words
+    PYTHONPATH=test/support:. python -m never_green.campaign --first 17 --count 1 --words    one, printed as text
 
+A combination is drawn from its seed: what is true in a small pit, the messages about it, and defects of the messages.
 docs/explanation/never-green.md has the report.
 """
 
@@ -19,11 +20,11 @@ from never_green.combination import CLEAN, Verdict, run
 from never_green.defects import DEFECTS
 
 NO_DEFECT = "none"
-"""In place of kinds of defects: only combinations without a defect, which are every tenth seed from 0 on."""
+"""Value of --kinds that runs only combinations without a defect, which are those of every tenth seed from 0 on."""
 
 
 def failures_of(verdict: Verdict) -> list[str]:
-    """Return what is wrong with a verdict, as sentences; empty if the node was never too green, nor wrong."""
+    """Return the failures of a combination as sentences; empty if the node never showed too low or a wrong level."""
     greens = [
         f"{each.at:g} s: {'evidence' if each.is_masked else 'level'} {each.shown}, true is {each.true}"
         for each in verdict.greens
@@ -33,7 +34,7 @@ def failures_of(verdict: Verdict) -> list[str]:
 
 
 def words_of(verdict: Verdict) -> str:
-    """Return a line on a verdict: its seed, its defects and its failures."""
+    """Return a line of text on a verdict: its seed, its defects and its first failure."""
     failures = failures_of(verdict)
     defects = ", ".join(verdict.plan.defects) or "no defect"
     more = f" and {len(failures) - 1} more" if len(failures) > 1 else ""
@@ -41,7 +42,10 @@ def words_of(verdict: Verdict) -> str:
 
 
 def verdicts(seeds: Sequence[int], workers: int, kinds: Sequence[str]) -> Iterable[Verdict]:
-    """Yield the verdict of each seed, in any order; kinds : of defects."""
+    """Run the combination of each seed, and yield the verdicts in any order.
+
+    workers : number of processes; kinds : names of the kinds of defects to draw from
+    """
     one = partial(_run, kinds=kinds)
     if workers <= 1:
         yield from map(one, seeds)
@@ -56,15 +60,22 @@ def _run(seed: int, kinds: Sequence[str]) -> Verdict:
 
 
 def bare(verdict: Verdict) -> Verdict:
-    """Return a verdict without messages, which other processes cannot receive."""
+    """Return a verdict without the messages of its plan, because they cannot be sent to another process."""
     return verdict._replace(plan=verdict.plan._replace(sends=()))
 
 
 class Totals:
-    """The counts of a campaign."""
+    """The counts of a campaign.
+
+    seeds : all seeds; failed : verdicts with failures
+    of_defect, found : number of combinations with a kind of defect, and of these with a fault at any time
+    several : combinations with two or more defects and a true level of restrict or worse
+    clean, cautious : combinations without a defect, and of these with a fault at any time
+    clean_s, clean_fault_s : time (s) of combinations without a defect, and time in fault of this
+    """
 
     def __init__(self) -> None:
-        """Begin without combinations."""
+        """Begin with all counts at 0."""
         self.seeds: list[int] = []
         self.failed: list[Verdict] = []
         self.of_defect, self.found = Counter[str](), Counter[str]()
@@ -72,7 +83,7 @@ class Totals:
         self.clean_s = self.clean_fault_s = 0.0
 
     def add(self, verdict: Verdict) -> None:
-        """Count a verdict."""
+        """Add the verdict of a combination to the counts."""
         self.seeds.append(verdict.seed)
         if failures_of(verdict):
             self.failed.append(verdict)
@@ -85,7 +96,7 @@ class Totals:
         self.found.update(kinds if verdict.fault_s else ())
 
     def report(self) -> str:
-        """Return the counts as text."""
+        """Return the counts as text of several lines."""
         lines = [
             f"{len(self.seeds):,} combinations, seeds {min(self.seeds)} to {max(self.seeds)}: "
             f"{len(self.failed)} failed",

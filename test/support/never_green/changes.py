@@ -1,4 +1,4 @@
-"""What defects do to a message: each function draws a change of a `Send`."""
+"""The changes that defects make to a message: each function draws a change at random, a function of a `Send`."""
 
 from collections.abc import Callable
 
@@ -9,58 +9,69 @@ from never_green.plan import Send
 Change = Callable[[Send], Send]
 AXES = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, -1.0], [-1.0, -1.0, -1.0]])
 UNITS = (0.3048, 1.0 / 0.3048, 1000.0, 0.001, 0.01)
-"""Metres in a foot, feet in a metre, millimetres, kilometres, centimetres taken for metres."""
+"""Factors of coordinates in a wrong unit: metres per foot, feet, millimetres and kilometres per metre, metres per
+centimetre."""
 
 
 def framed(rng: np.random.Generator) -> Change:
+    """Return a change to a frame that the node does not know."""
     frame = str(rng.choice(("", "radar", "utm", "Map", "odom")))
     return lambda send: send._replace(frame=frame)
 
 
 def scaled(rng: np.random.Generator) -> Change:
+    """Return a change of all coordinates to another unit."""
     unit = float(rng.choice(UNITS))
     return lambda send: send._replace(places=send.places * unit)
 
 
 def heights_scaled(rng: np.random.Generator) -> Change:
+    """Return a change of the heights to another unit."""
     unit = np.array([1.0, 1.0, float(rng.choice(UNITS))])
     return lambda send: send._replace(places=send.places * unit)
 
 
 def mirrored(rng: np.random.Generator) -> Change:
+    """Return a change of the sign of one coordinate, or of x and y."""
     signs = AXES[rng.integers(len(AXES))]
     return lambda send: send._replace(places=send.places * signs[: send.places.shape[-1]])
 
 
 def mirrored_heights(rng: np.random.Generator) -> Change:
-    """Return a survey upside down about a height within the pit: the road is high, the slope falls the other way."""
+    """Return a change that turns a survey upside down about a height within the pit: the road becomes high."""
     return lambda send: send._replace(places=send.places * AXES[2] + (0.0, 0.0, 1020.0))
 
 
 def exchanged(rng: np.random.Generator) -> Change:
+    """Return a change that exchanges x and y."""
     return lambda send: send._replace(places=send.places[..., [1, 0, 2][: send.places.shape[-1]]])
 
 
 def upside_down(rng: np.random.Generator) -> Change:
+    """Return a change of the sign of the heights."""
     return lambda send: send._replace(places=send.places * AXES[2])
 
 
 def late(rng: np.random.Generator) -> Change:
+    """Return a change to an older stamp; in half of all cases, the message also arrives later by the same time."""
     by, waits = float(rng.uniform(6.0, 40.0)), rng.random() < 0.5
     return lambda send: send._replace(offset=-by, at=send.at + (by if waits else 0.0))
 
 
 def stamped_late(rng: np.random.Generator) -> Change:
+    """Return a change to an older stamp; the message arrives at the same time."""
     by = float(rng.uniform(1.0, 40.0))
     return lambda send: send._replace(offset=-by)
 
 
 def early(rng: np.random.Generator) -> Change:
+    """Return a change to a stamp in the future."""
     by = float(rng.choice((rng.uniform(0.7, 9.0), rng.uniform(10.5, 1e4))))
     return lambda send: send._replace(offset=by)
 
 
 def not_finite(rng: np.random.Generator) -> Change:
+    """Return a change that makes one place NaN; a cloud is also marked as dense."""
     row = int(rng.integers(100))
 
     def change(send: Send) -> Send:
@@ -73,19 +84,22 @@ def not_finite(rng: np.random.Generator) -> Change:
 
 
 def all_nan(rng: np.random.Generator) -> Change:
+    """Return a change that makes all places NaN."""
     return lambda send: send._replace(places=np.full((max(len(send.places), 4), 3), np.nan))
 
 
 def damaged(rng: np.random.Generator) -> Change:
+    """Return a change that damages the finished message (`truncated`), unless the message has no places."""
     return lambda send: send._replace(damage=truncated if len(send.places) else None)
 
 
 def two_corners(rng: np.random.Generator) -> Change:
+    """Return a change that leaves only the first two corners of an outline."""
     return lambda send: send._replace(places=send.places[:2])
 
 
 def strip(rng: np.random.Generator) -> Change:
-    """Return a survey with a strip of holes before the road."""
+    """Return a change that makes a strip of holes in a survey, on the slope above the road."""
     column = int(rng.integers(10, 20))
 
     def change(send: Send) -> Send:
@@ -97,6 +111,6 @@ def strip(rng: np.random.Generator) -> Change:
 
 
 def cut(rng: np.random.Generator) -> Change:
-    """Return a survey that ends before the road."""
+    """Return a change that ends a survey at a random column, before the road."""
     columns = int(rng.integers(8, 22))
     return lambda send: send._replace(places=send.places[:, :columns])

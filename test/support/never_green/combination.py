@@ -1,4 +1,4 @@
-"""Draw a combination from its seed, run it on a node without a network, and compare what is shown with the truth."""
+"""Draw a combination from its seed, run it on a node without a network, and compare the shown levels with the truth."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -37,22 +37,27 @@ RADIUS = 4.0
 """Radius (m) of the area around a machine."""
 
 DECIDED = 1.5
-"""Time (s) for a decision, beyond the ages of the site file."""
+"""Time (s) that a decision may take, in addition to the ages that the site file allows."""
 
 CLEAN, SINGLE = 1, 4
-"""Of ten seeds in a row, those without a defect, and those with one; the others have two to four over a danger."""
+"""Of ten seeds in a row, the number without a defect, and the number with one defect.
+
+The other combinations have two to four defects and a danger.
+"""
 
 TRIES = 40
-"""Largest number of defects that are drawn: some harm an input that the combination does not have."""
+"""Largest number of attempts to draw a defect: a drawn defect may need an input that the combination does not have."""
 
 SETTLED = 3.0
 """Time (s) after which a combination without defects must show the true level."""
 
 
 class Green(NamedTuple):
-    """A time (s) at which too low a level was shown, with the true level.
+    """A false green: a time (s) at which the shown level was lower than the level that had to be shown.
 
-    is_masked : True if only the evidence was too low, and the level was held
+    shown, true : these two levels, as words
+    is_masked : True if only the level of the evidence was too low, and the shown level was high enough because it
+        was held
     """
 
     at: float
@@ -64,9 +69,10 @@ class Green(NamedTuple):
 class Verdict(NamedTuple):
     """The result of a combination.
 
-    greens : false greens; worst : the highest true level; reached : whether a limit was required at any time
+    greens : false greens; worst : the highest true level, as a word
     fault_s, shown_s : time (s) in fault, and in total, after the first SETTLED seconds
-    wrong : for a combination without defects, what was not the true level
+    wrong : for a combination without defects, sentences on the moments at which another level than the true was shown
+    contact_closed : True if an alarm bridge closed its contact although the alarm had to sound
     """
 
     seed: int
@@ -80,7 +86,7 @@ class Verdict(NamedTuple):
 
 
 def drawn(seed: int, kinds: Sequence[str] = tuple(DEFECTS)) -> Plan:
-    """Return the combination of a seed, with defects of some kinds only."""
+    """Return the combination of a seed; kinds : names of the kinds of defects to draw from."""
     rng, group = np.random.default_rng([seed, 19]), seed % 10
     is_dangerous = group >= CLEAN + SINGLE
     plan = plan_of(rng, is_dangerous)
@@ -93,7 +99,7 @@ def drawn(seed: int, kinds: Sequence[str] = tuple(DEFECTS)) -> Plan:
 
 
 def known_by_its_clock(source: TrueSource, clock: ClockRule) -> TrueSource:
-    """Return a source; if it was clicked, the node knows of it until its age by the clock is too old.
+    """Return a true source; the node knows of a clicked source until the click is too old by the node's clock.
 
     A clock that jumps ahead makes the click too old; a clock that goes back makes the node forget the click.
     """
@@ -108,7 +114,7 @@ def known_by_its_clock(source: TrueSource, clock: ClockRule) -> TrueSource:
 
 @cache
 def workshop() -> Workshop:
-    """Return the builder of grounds of this process."""
+    """Return the object that builds terrains; one for all combinations in this process."""
     return Workshop(must_face_up=True)
 
 
@@ -138,10 +144,10 @@ def configuration_of(plan: Plan) -> StationConfiguration:
 
 
 class Run:
-    """A combination while it runs: a steady time, the node, and what a subscriber sees."""
+    """A combination while it runs: its steady time `at` (s), the node, and a subscriber of its alerts."""
 
     def __init__(self, plan: Plan) -> None:
-        """Start the node."""
+        """Start a node without a network for a plan."""
         self.plan, self.at = plan, 0.0
         self.node = DryNode(configuration_of(plan), self.now_ns, lambda: self.at, self._publishers)
         self.watcher = Watcher(self.node.ros.published, self.now_ns)
@@ -151,7 +157,7 @@ class Run:
         return round(self.plan.clock.now(self.at) * SECOND)
 
     def deliver(self, send: Send) -> None:
-        """Let the node receive a message, if its publisher can be received when the message is sent."""
+        """Let the node receive a message, if it can receive the message's publisher at the time of sending."""
         self.at = max(self.at, send.at)
         if send.kind == "acknowledgement":
             self.node.station.acknowledged(send.words)
@@ -165,7 +171,7 @@ class Run:
                 self.node.receive(send.topic, message)
 
     def evident(self) -> str:
-        """Return the level of the evidence, `fault` if it has a fault, also where evacuate is shown in its place."""
+        """Return the level of the evidence alone, without held levels; `fault` if the last decision has a fault."""
         desk = self.node.station.desk
         alert = None if desk is None else desk.alert
         return "fault" if alert is None or alert.faults else self.watcher.evident(self.at)
@@ -193,7 +199,7 @@ def _info_of(speaker: Speaker) -> Any:
 
 
 def run(seed: int, kinds: Sequence[str] = tuple(DEFECTS)) -> Verdict:
-    """Run the combination of a seed, with defects of some kinds only, and return the verdict."""
+    """Run the combination of a seed, and return the verdict; kinds : names of the kinds of defects to draw from."""
     plan = drawn(seed, kinds)
     oracle = Oracle(plan.truth, plan.limits, RADIUS)
     with failing_answers(plan) as moment:
@@ -228,7 +234,10 @@ def _judged(seed: int, one: Run, oracle: Oracle) -> Verdict:
 
 
 def _greens(at: float, shown: str, evident: str, least: int) -> list[Green]:
-    """Return the false green at a time (s), if there is one; least : the level that must be shown, of LEVELS."""
+    """Return a list with the false green at a time (s), empty if there is none.
+
+    shown, evident : shown level and level of the evidence; least : index in LEVELS of the lowest allowed level
+    """
     if "fault" in (shown, evident) or min(LEVELS.index(shown), LEVELS.index(evident)) >= least:
         return []
     is_masked = LEVELS.index(shown) >= least
@@ -236,9 +245,10 @@ def _greens(at: float, shown: str, evident: str, least: int) -> list[Green]:
 
 
 def required(oracle: Oracle, plan: Plan, at: float, decided: float = DECIDED) -> int:
-    """Return the level that must be shown at least at a time (s): that of the truth throughout the stated time.
+    """Return the lowest level, as an index in LEVELS, that may be shown at a time (s).
 
-    decided : time (s) for a decision, beyond the ages of the site file
+    This is the least true level in the time before, for as long as the site file allows old sources, terrain and areas.
+    decided : time (s) that a decision may take, in addition to the ages that the site file allows
     """
     if any(since <= at < since + grace + decided for since, grace in plan.graces):
         return 0
@@ -253,10 +263,10 @@ def required(oracle: Oracle, plan: Plan, at: float, decided: float = DECIDED) ->
 
 
 def _not_exact(oracle: Oracle, at: float, shown: str) -> list[str]:
-    """Return what is wrong with the level of a combination without defects.
+    """Return what is wrong with the shown level of a combination without defects, as sentences; empty if nothing is.
 
-    Nothing lowers a level here. So the level is at least the highest true one until a survey ago, and at most the
-    highest until now.
+    Without an acknowledgement, no level falls. So the shown level is at most the highest true level until now, and at
+    least the highest true level until one interval of surveys ago.
     """
     ranges = [(each, oracle.range_at(each, each, each)) for each in np.arange(0.0, at + TICK, TICK).tolist()]
     least = max((low for each, (low, _) in ranges if each <= at - RESURVEYED - SETTLED), default=0)
@@ -266,7 +276,7 @@ def _not_exact(oracle: Oracle, at: float, shown: str) -> list[str]:
 
 
 class failing_answers:
-    """A context in which answers to sources on the slope fail with an error at the times of the plan."""
+    """Context manager: answers to sources on the slope fail with an error in the times `answers_fail` of a plan."""
 
     def __init__(self, plan: Plan) -> None:
         self._during, self._answers, self.run = plan.answers_fail, flyer.answers, None

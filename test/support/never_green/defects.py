@@ -1,8 +1,7 @@
-"""The fault tree of inputs: each function takes a combination and harms one of its inputs.
+"""The defects of inputs: each function takes a combination (a `Plan`) and returns it with one input harmed.
 
-A defect must be of a kind that the node can know of. What it cannot know is in the safety argument ("What does no part
-cover?") and is not drawn: a wrong place that is plausible, a source that no sensor reports, a patch that is never sent
-while the survey is renewed.
+Only defects that the node can notice are drawn. The safety argument names the others ("What does no part cover?"): a
+wrong place that is plausible, a source that no sensor reports, a patch that is never sent while whole surveys arrive.
 """
 
 from collections.abc import Callable
@@ -15,37 +14,41 @@ from never_green.plan import END, Plan, Send, Speaker
 from never_green.stories import EVERY, RADAR_A, SENSORS
 
 Defect = Callable[[Plan, np.random.Generator], Plan | None]
-"""A function that returns the plan with a defect more; None if the plan has no such input."""
+"""A function that returns a plan with one more defect; None if the plan lacks the input that the defect harms."""
 
 AREAS = ("areas/polygon", "areas/equipment")
 WHOLE = ("terrain/points", "terrain/mesh")
 PATCH = ("terrain/update",)
 LOOKED = 2.5
-"""Time (s) within which the node notices a second publisher, or one that it cannot receive."""
+"""Time (s) within which the node notices a second publisher, or a publisher that it cannot receive."""
 
 
 def harmed(plan: Plan, name: str, chosen: Callable[[Send], bool], change: Change) -> Plan | None:
-    """Return the plan with some messages changed; None if there are none."""
+    """Return a plan with some of its messages changed; None if no message is chosen.
+
+    name : of the defect; chosen : returns True for the messages to change
+    """
     if not any(map(chosen, plan.sends)):
         return None
     return plan.with_defect(name, sends=tuple(change(send) if chosen(send) else send for send in plan.sends))
 
 
 def _topic_of(plan: Plan, rng: np.random.Generator, topics: tuple[str, ...]) -> str:
-    """Return one of the topics that are used in the plan; "" if none is."""
+    """Return at random one of `topics` that has messages in the plan; "" if none has."""
     used = sorted({send.topic for send in plan.sends if send.topic in topics})
     return str(rng.choice(used)) if used else ""
 
 
 def _from_then(plan: Plan, rng: np.random.Generator, topics: tuple[str, ...]) -> tuple[str, Callable[[Send], bool]]:
-    """Return a topic of the plan, and a test for its messages from a random time on, or for a few of them."""
+    """Return a random topic, and a function that is true for its messages from a random time on, or for a few of them.
+    """
     topic, since = _topic_of(plan, rng, topics), float(rng.choice((0.0, rng.uniform(0.0, 14.0))))
     until = float(rng.choice((END, since + 2.5 * EVERY)))
     return topic, lambda send: send.topic == topic and since <= send.sent < until
 
 
 def changing(word: str, topics: tuple[str, ...], change_of: Callable[[np.random.Generator], Change]) -> Defect:
-    """Return a defect that changes messages of one of the topics from a time on."""
+    """Return a defect that changes messages of one of `topics`; word : its name; change_of : draws the change."""
 
     def defect(plan: Plan, rng: np.random.Generator) -> Plan | None:
         topic, chosen = _from_then(plan, rng, topics)
@@ -55,9 +58,9 @@ def changing(word: str, topics: tuple[str, ...], change_of: Callable[[np.random.
 
 
 def late_sources(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Send messages of a sensor late; those of a sensor that has not published before only if the site expects it.
+    """Let messages of a sensor be late; if its first message is late, the node's parameters expect the sensor.
 
-    Before its first message, a node cannot know of a sensor that no one expects.
+    A node cannot know of a sensor that has not published yet and that its parameters do not name as expected.
     """
     harmed_plan = changing("late", SENSORS, changes.late)(plan, rng)
     if harmed_plan is None:
@@ -68,7 +71,7 @@ def late_sources(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def silent(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let a sensor fall silent; from the begin only if the site expects it."""
+    """Let a sensor fall silent; it is silent from the begin only if the node's parameters name it as expected."""
     topic, since = _topic_of(plan, rng, SENSORS), 0.0 if plan.expects and rng.random() < 0.4 else rng.uniform(3.0, 14.0)
     sends = tuple(send for send in plan.sends if send.topic != topic or send.sent < since)
     if len(sends) == len(plan.sends) or (since and not any(send.topic == topic for send in sends)):
@@ -77,7 +80,10 @@ def silent(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def without(word: str, topics: tuple[str, ...], from_begin: bool) -> Defect:
-    """Return a defect that lets the messages of one of the topics end, or never come."""
+    """Return a defect that removes the messages of one of `topics` from a time on.
+
+    word : name of the defect; from_begin : True to remove all messages of the topic
+    """
 
     def defect(plan: Plan, rng: np.random.Generator) -> Plan | None:
         topic, since = _topic_of(plan, rng, topics), 0.0 if from_begin else float(rng.uniform(3.0, 6.0))
@@ -88,7 +94,7 @@ def without(word: str, topics: tuple[str, ...], from_begin: bool) -> Defect:
 
 
 def duplicated(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Send messages of a topic twice, the second time at once or much later, with the stamp of the first."""
+    """Send messages of a topic a second time, at once or much later, with the same stamp."""
     topic, chosen = _from_then(plan, rng, (*SENSORS, *AREAS, *WHOLE, *PATCH))
     by = float(rng.choice((0.05, 4.0 * EVERY + 0.3)))
     again = tuple(send._replace(at=send.at + by) for send in plan.sends if chosen(send))
@@ -116,7 +122,7 @@ def diluted(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def contradicting(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let a sensor report nothing, of which each source is seen by another sensor too; at most once in a plan."""
+    """Let a sensor report no sources, although other sensors see all of its sources; at most once in a plan."""
     sources = [set(source.seen_by) & set(plan.sensors) for source in plan.truth.sources]
     topics = [each for each in plan.sensors if any(each in seen for seen in sources)]
     topics = [each for each in topics if all(seen != {each} for seen in sources)]
@@ -139,7 +145,7 @@ def empty_at_once(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def two_speakers(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let a second program publish on a topic: sensors that see nothing, another survey or area."""
+    """Let a second program publish on a topic: messages without sources, or again the first survey or area."""
     topic, since = _topic_of(plan, rng, (*SENSORS, *AREAS, *WHOLE)), float(rng.uniform(0.0, 12.0))
     own = [send for send in plan.sends if send.topic == topic]
     if not own:
@@ -154,7 +160,7 @@ def two_speakers(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def not_received(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let the publisher of a topic have a quality of service or a type that the node cannot receive."""
+    """Give the publisher of a topic a quality of service or a message type that the node cannot receive."""
     topic = _topic_of(plan, rng, (*SENSORS, *AREAS, *WHOLE, *PATCH))
     since = float(rng.choice((0.0, rng.uniform(0.0, 12.0))))
     if not topic:
@@ -188,7 +194,7 @@ def _anywhen(rng: np.random.Generator) -> float:
 
 
 def acknowledged(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let a person acknowledge at random times, sometimes without a name or twice."""
+    """Let a person acknowledge one to four times at random times, sometimes without a name or without a reason."""
     words = str(rng.choice(("A. Shift: looked from the other side", ":", "A. Shift:")))
     times = sorted(rng.uniform(0.5, END, rng.integers(1, 5)).tolist())
     acks = [

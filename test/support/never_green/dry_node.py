@@ -1,7 +1,7 @@
-"""A simulator node without a network: its intake, builder, flyer, alert desk and publishers, on simulated time.
+"""A simulator node without a network and on simulated time, with the node's own threads for terrain, rocks and alerts.
 
-All code is that of the node, except rclpy's subscriptions, publishers, clock and graph, the answers for display and the
-diagnostics. The threads of the station run; after each message the campaign waits until all of them wait for work.
+All code is that of the node, except rclpy's subscriptions, publishers, clock and graph, the published answers, and the
+diagnostics. After each message, the campaign waits until all threads wait for work.
 """
 
 import inspect
@@ -29,14 +29,14 @@ from rpf3d_ros.nodes.simulator import SimulatorNode
 WITH_TIME: tuple[ModuleType, ...] = (
     alert_publishers, flyer, inputs, publisher_reports, simulator, station, waiting_terrain,
 )  # fmt: skip
-"""Modules that read a steady clock, which is simulated."""
+"""Modules in which the steady clock is replaced by a simulated clock."""
 
 IDLE_WITHIN = 300.0
-"""Time (s) after which a thread that still works is an error of the campaign; compiling takes most of it."""
+"""Time (s) after which a thread that still works is an error of the campaign; the first answer compiles code."""
 
 
 class WatchedQueue:
-    """A queue of which it is known whether a thread waits in it."""
+    """A queue like `queue.SimpleQueue` that shows whether a thread waits for an item: by its condition `changed`."""
 
     def __init__(self) -> None:
         self._items: deque[Any] = deque()
@@ -58,7 +58,11 @@ class WatchedQueue:
 
 
 def wait_until_idle(conditions: Sequence[threading.Condition]) -> None:
-    """Wait until a thread waits for work at each of the conditions, in the order in which they give each other work."""
+    """Wait until a thread waits at each of the conditions, one condition after the other.
+
+    The conditions are in the order in which their threads pass work to each other. Raises RuntimeError after
+    IDLE_WITHIN seconds.
+    """
     until = time.monotonic() + IDLE_WITHIN
     for condition in conditions:
         while True:
@@ -71,7 +75,7 @@ def wait_until_idle(conditions: Sequence[threading.Condition]) -> None:
 
 
 class Received:
-    """A publisher that keeps what it is given, in a list that several publishers share."""
+    """A publisher that appends (topic, message) to a list, which several publishers share."""
 
     is_activated = True
 
@@ -83,9 +87,10 @@ class Received:
 
 
 class DryRosNode:
-    """What Inputs and AlertPublishers need of a node of rclpy.
+    """A replacement for rclpy's node, with the methods that `Inputs` and `AlertPublishers` call.
 
     now_ns : returns the time of the node's clock (ns); publishers_of : returns the publishers of a topic in the graph
+    take : topic -> function that receives a message; published : (topic, message) in order
     """
 
     def __init__(self, now_ns: Callable[[], int], publishers_of: Callable[[str], list[Any]]) -> None:
@@ -118,7 +123,7 @@ class DryRosNode:
 
 
 class DryLargeMessages:
-    """The subscriptions to terrain; messages are passed on by the caller's thread."""
+    """A replacement for `LargeMessages`: the caller's thread passes terrain messages to their callbacks."""
 
     def __init__(self, node: DryRosNode, topics: Sequence[Any], failed: Any, refused: Any, events: Any = None) -> None:
         self.qos = {topic.name: topic.qos for topic in topics}
@@ -135,7 +140,7 @@ class DryLargeMessages:
 
 
 class DryNode:
-    """A simulator without a network; `tick` is what the node's timer calls."""
+    """A simulator node without a network."""
 
     _tick, _check_clock = SimulatorNode._tick, SimulatorNode._check_clock
     _notice_jump, _clock_went_back = SimulatorNode._notice_jump, SimulatorNode._clock_went_back
@@ -144,7 +149,11 @@ class DryNode:
         self, configuration: StationConfiguration, now_ns: Callable[[], int], steady: Callable[[], float],
         publishers_of: Callable[[str], list[Any]],
     ) -> None:  # fmt: skip
-        """Start the threads and subscribe; now_ns : the node's clock; steady : a steady clock (s)."""
+        """Start the threads and subscribe.
+
+        now_ns : returns the time of the node's clock (ns); steady : returns the time of a steady clock (s)
+        publishers_of : returns the publishers of a topic in the graph
+        """
         self._patches = ExitStack()
         clock = SimpleNamespace(monotonic=steady, sleep=time.sleep, time_ns=now_ns)
         for module in WITH_TIME:
@@ -167,18 +176,21 @@ class DryNode:
         self.settle()
 
     def settle(self) -> None:
-        """Wait until all threads wait for work."""
+        """Wait until all threads of the node wait for work."""
         one = self.station
         assert one.desk is not None
         wait_until_idle((one.terrain._changed, one.flyer._changed, one.desk._requests.changed))
 
     def receive(self, topic: str, *message: Any) -> None:
-        """Take a message as the executor does, or bytes and time of publication as the thread of the surveys does."""
+        """Receive a message, and wait until it is processed.
+
+        message : a message, or for terrain its bytes (CDR) and time of publication (ns)
+        """
         self.ros.take[topic](*message)
         self.settle()
 
     def tick(self) -> None:
-        """Do what the node's timer does."""
+        """Do the regular work of the node's timer, and wait until it is done."""
         self._tick()
         self.settle()
 

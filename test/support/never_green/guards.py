@@ -1,10 +1,11 @@
-"""Take each guard of the safety argument away in a copy of the package, and let the campaign find a false green.
+"""Remove each guard of the safety argument in a copy of the package, and check that the campaign finds a failure.
 
     PYTHONPATH=test/support:. python -m never_green.guards               all guards
-    PYTHONPATH=test/support:. python -m never_green.guards 1.2 4         those whose line begins with one of these
+    PYTHONPATH=test/support:. python -m never_green.guards 1.2 4         only guards whose line begins with 1.2 or 4
     PYTHONPATH=test/support:. python -m never_green.guards --table       the table of docs/explanation/never-green.md
 
-A change is exact text that occurs once in a file, and what it becomes. `line` is the line of the safety argument.
+A guard is a piece of code that prevents too low a level. It is removed by a change of exact text that occurs once in a
+file. `line` is the line of the safety argument that names the guard.
 """
 
 import os
@@ -18,21 +19,22 @@ from typing import NamedTuple
 ROOT = Path(__file__).parents[3]
 COPIED = ("rpf3d_core", "rpf3d_ros", "test/support", "config")
 COMBINATIONS = 60
-"""Combinations with a defect that the guard is there for; the first that fails ends the search."""
+"""Number of combinations with the defects of a guard; the first combination that fails ends the search."""
 
 LONGEST = 900.0
-"""Time (s) after which the search is given up."""
+"""Time (s) after which the search for a failure ends with an error."""
 
 ENGINE, LIVE, ALERTS = "rpf3d_ros/engine", "rpf3d_core/live", "rpf3d_core/alerts"
 MESSAGES, NODES = "rpf3d_ros/messages", "rpf3d_ros/nodes"
 
 
 class Guard(NamedTuple):
-    """A guard of the safety argument.
+    """A guard of the safety argument, and the change of code that removes the guard.
 
-    line : number in the argument; guard : what it does; file, text, becomes : the change
-    kinds : kinds of defects that the guard is there for, separated by commas
-    also : another guard that covers the same defects, and is taken away at the same time; "" for none
+    line : number of the line in the argument; guard : effect of the guard, in words
+    file, text, becomes : the changed file, the text to replace, and the new text
+    kinds : kinds of defects against which the guard acts, separated by commas
+    also : `guard` of another guard that covers the same defects and is removed at the same time; "" for none
     """
 
     line: str
@@ -144,14 +146,14 @@ GUARDS = (
 
 
 def copy_of(folder: Path) -> Path:
-    """Copy what the campaign needs into a new folder, and return the folder."""
+    """Copy the code and configuration that the campaign needs into a folder, and return the folder."""
     for name in COPIED:
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True)
     return folder
 
 
 def taken_with(guard: Guard) -> list[Guard]:
-    """Return a guard and those that are taken away at the same time: two may cover each other, and also a third."""
+    """Return a guard and the guards that are removed at the same time, following `also` from guard to guard."""
     taken = [guard]
     while more := [each for each in GUARDS if each.guard == taken[-1].also and each not in taken]:
         taken += more
@@ -159,9 +161,9 @@ def taken_with(guard: Guard) -> list[Guard]:
 
 
 def found_without(guard: Guard, folder: Path) -> str:
-    """Return the first false green without a guard in a copy, as a line of the campaign; "" if none is found.
+    """Remove a guard in a copy of the package, and return the campaign's first failure as text; "" if there is none.
 
-    The copy is restored, so that code compiled for it can be used again.
+    Afterwards the copy is restored, so that code compiled for the copy can be used again.
     """
     taken = taken_with(guard)
     before = {folder / each.file: (folder / each.file).read_text() for each in taken}
@@ -178,7 +180,7 @@ def found_without(guard: Guard, folder: Path) -> str:
 
 
 def first_failure(folder: Path, kinds: str) -> str:
-    """Return the first line of a campaign in a copy that reports a failure; "" if there is none."""
+    """Run the campaign in a copy of the package, and return the first line on a failure; "" if there is none."""
     command = [sys.executable, "-m", "never_green.campaign", "--count", str(COMBINATIONS), "--kinds", kinds]
     environment = os.environ | {"PYTHONPATH": f"{folder / 'test/support'}:{folder}", "PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(
@@ -191,13 +193,16 @@ def first_failure(folder: Path, kinds: str) -> str:
 
 
 def table() -> str:
-    """Return the guards as a table of Markdown."""
+    """Return the guards as a table in Markdown."""
     rows = [f"| {one.line} | {one.guard} | `{one.file.split('/', 1)[1]}` | {one.also or '-'} |" for one in GUARDS]
     return "\n".join(["| line | guard | file | taken away with it |", "|---|---|---|---|", *rows])
 
 
 def main(chosen: list[str], folder: Path) -> int:
-    """Take the guards away one after another in a folder; return 1 if the campaign misses one."""
+    """Remove the guards one after the other in a copy in a folder; return 1 if the campaign misses one.
+
+    chosen : beginnings of the `line` of the guards to test; empty for all guards
+    """
     guards = [each for each in GUARDS if not chosen or each.line.startswith(tuple(chosen))]
     missed = 0
     copy_of(folder)

@@ -1,9 +1,9 @@
-"""The campaign with real processes: a simulator node, and a peer that publishes each combination over DDS.
+"""The campaign with real processes: a simulator node, and a peer that publishes each combination by DDS.
 
     PYTHONPATH=test/support:. python -m never_green.live --count 300
 
-One node serves many combinations: before each, the inputs are brought back to calm, the alert is acknowledged, and the
-level must be `normal`. The clock of the node is `/clock`, which runs RATE times as fast as a steady one.
+One node serves many combinations. Before each combination, the peer publishes inputs without danger and acknowledges
+the alert until the level is `normal`. The clock of the node is `/clock`, which runs RATE times as fast as real time.
 """
 
 import argparse
@@ -41,17 +41,17 @@ from rpf3d_ros.messages.stamps import stamp_of
 from rpf3d_ros.nodes.acknowledge import acknowledged_by_request
 
 RATE = 4.0
-"""Seconds of `/clock` in a second."""
+"""Seconds of `/clock` per second of real time."""
 
 SLOWER = 8.0
 """Time (s of `/clock`) that a message, a decision and a busy machine take, in addition to DECIDED."""
 
 ONLY_DRY = ("clock begins late", "answers fail", "missing terrain", "missing areas")
-"""Kinds of defects that need a new node, or code that fails."""
+"""Kinds of defects that are left out here, because they need a new node, or code of the node that fails."""
 
 LIVE_KINDS = tuple(kind for kind in DEFECTS if kind not in ONLY_DRY)
 CORNER = pit.placed(66.0, 76.0, 0.0)[None]
-"""Place (1, 3) m of a machine that no rock reaches, where the combination has none."""
+"""Place (1, 3) m of a machine that no rock reaches, for combinations without machines."""
 
 CLASSES = {topic: TOPICS[topic].message_class if topic in TOPICS else TOPICS[RADAR_A].message_class
            for topic in (*SENSORS, "clicked_point", "terrain/points", "terrain/mesh", "terrain/update",
@@ -59,10 +59,12 @@ CLASSES = {topic: TOPICS[topic].message_class if topic in TOPICS else TOPICS[RAD
 
 
 class LiveVerdict(NamedTuple):
-    """The result of a combination: its seed, defects, false greens as sentences, and looks.
+    """The result of a combination.
 
-    worst : the highest true level; required : the highest level that was true for longer than the stated time, so that
-        the node had to show it; without one the combination cannot fail
+    greens : sentences on the false greens, that is moments at which the node showed too low a level
+    worst : the highest true level; required : the highest level that was true for so long that the node had to show
+        it. If it is `normal`, the combination cannot fail
+    looks : number of comparisons of the shown level with the truth
     """
 
     seed: int
@@ -74,7 +76,10 @@ class LiveVerdict(NamedTuple):
 
 
 def live_plan(seed: int, limits: str) -> Plan:
-    """Return the combination of a seed for a node with all sensors, with a machine and with given limits."""
+    """Return the combination of a seed, changed for a node with all sensors, a machine and given limits.
+
+    limits : the highest level for which the site has limits
+    """
     plan = drawn(seed, LIVE_KINDS)
     truth = plan.truth if plan.truth.machines is not None else plan.truth._replace(machines=CORNER)
     missing = [topic for topic in SENSORS if topic not in plan.sensors]
@@ -86,10 +91,10 @@ def live_plan(seed: int, limits: str) -> Plan:
 
 
 class Mine(LivePeer):
-    """The peer: the clock, all publishers, and what the node shows."""
+    """The peer of the simulator node: it publishes `/clock` and all inputs, and keeps what the node publishes."""
 
     def __init__(self, number: int) -> None:
-        """Join the domain; number : of this run, so that clocks never go back between combinations."""
+        """Join the ROS domain; number : of the worker, from 1, which decides where its clock begins."""
         super().__init__()
         self.clock_publisher = self.node.create_publisher(Clock, "/clock", EVENTS)
         self.own: dict[tuple[str, int], Any] = {(topic, 0): publisher for topic, publisher in self.publishers.items()}
@@ -103,7 +108,7 @@ class Mine(LivePeer):
         self._last_clock = 0.0
 
     def at(self) -> float:
-        """Return the time (s of `/clock`) since the begin of the combination, by a steady clock."""
+        """Return the steady time since the begin of the combination, in seconds of `/clock` (RATE per second)."""
         return (time.monotonic() - self.began) * RATE
 
     def ros_now(self) -> float:
@@ -112,12 +117,15 @@ class Mine(LivePeer):
         return self.base + (at if self.plan is None else self.plan.clock.now(at) - BEGAN)
 
     def begin(self, plan: Plan | None) -> None:
-        """Begin a combination, or calm if it is None; the clock goes ahead by more than a combination lasts."""
+        """Begin a combination, or a time without a combination if `plan` is None.
+
+        `/clock` continues just after the largest time that it has shown.
+        """
         self.base = max(self.ros_now(), self._last_clock) + 0.1
         self.began, self.plan = time.monotonic(), plan
 
     def turn(self, longest: float = 0.02) -> None:
-        """Publish the clock and receive."""
+        """Publish `/clock`, and receive a message; longest : longest wait for the message (s)."""
         now = self.ros_now()
         self._last_clock = max(self._last_clock, now)
         self.clock_publisher.publish(Clock(clock=stamp_of(round(now * SECOND))))
@@ -126,7 +134,10 @@ class Mine(LivePeer):
         self.published += [("alerts", message) for message in self.alerts[seen:]]
 
     def until(self, condition: Callable[[], Any], what: str) -> None:
-        """Turn until a condition holds."""
+        """Publish the clock and receive messages until a condition holds.
+
+        Raises RuntimeError after PATIENCE seconds; what : words for the condition, for the error
+        """
         deadline = time.monotonic() + PATIENCE
         while not condition():
             if time.monotonic() > deadline:
@@ -134,7 +145,7 @@ class Mine(LivePeer):
             self.turn()
 
     def give(self, send: Send) -> None:
-        """Publish a message, if its publisher is there."""
+        """Publish the message of a `Send`; do nothing if its publisher does not exist at present."""
         publisher = self.own.get((send.topic, send.publisher))
         if publisher is None:
             return
@@ -143,7 +154,7 @@ class Mine(LivePeer):
         publisher.publish(bytes_of(message) if send.kind in TERRAIN else message)
 
     def acknowledge_as(self, words: str) -> None:
-        """Call ~/acknowledge with a name and a reason, without waiting for the reply."""
+        """Acknowledge the alert by the services of the node, and wait for their replies; words : "NAME: REASON"."""
         self._call(SetParameters, "set_parameters", acknowledged_by_request(words))
         self._call(Trigger, "acknowledge", Trigger.Request())
 
@@ -155,7 +166,7 @@ class Mine(LivePeer):
         self.node.destroy_client(client)
 
     def calm(self) -> None:
-        """Bring the node back to `normal`: a whole survey, the areas, nothing seen, and an acknowledgement."""
+        """Bring the node back to `normal`: publish a survey, areas and messages without sources, and acknowledge."""
         self._restore()
         self.begin(None)
         truth = Truth(sources=(), bank_until=np.inf, areas=(pit.outline(pit.ROAD),) * 2, area_since=0.0)
@@ -178,7 +189,7 @@ class Mine(LivePeer):
             self.give(Send(sent=at, at=at, topic=topic, kind=KINDS[topic], places=none))
 
     def _restore(self) -> None:
-        """Destroy what defects have made of the publishers, and make the usual ones again."""
+        """Destroy the publishers that defects have added or changed, and create the usual publishers again."""
         for publisher in self.others:
             self.node.destroy_publisher(publisher)
         self.others = []
@@ -189,7 +200,7 @@ class Mine(LivePeer):
                 self.until(lambda t=topic: self.own[t, 0].get_subscription_count(), topic)
 
     def change_speakers(self, plan: Plan, at: float) -> None:
-        """Let the publishers of the plan join and change at their time."""
+        """Add and change publishers as the plan demands at a time `at` (s)."""
         for one in plan.speakers:
             key = one.topic, one.number
             if one.number and one.since <= at and key not in self.own:
@@ -208,9 +219,9 @@ class Mine(LivePeer):
 
 
 def run_live(mine: Mine, seed: int, limits: str, load: float = 1.0) -> LiveVerdict:
-    """Run a combination on the node, and compare what is shown with the truth.
+    """Run a combination on the node, and compare the shown levels with the truth.
 
-    load : number of programs that share a core; the node has as many times SLOWER
+    load : number of programs that share a core; the node may take `load` times SLOWER (s) longer
     """
     plan = live_plan(seed, limits)
     oracle = Oracle(plan.truth, limits, RADIUS)
@@ -238,7 +249,7 @@ def run_live(mine: Mine, seed: int, limits: str, load: float = 1.0) -> LiveVerdi
 
 
 def node_parameters(folder: Path, limits: str) -> list[str]:
-    """Return the ROS arguments of a node of the campaign; its site file is written to a folder."""
+    """Write the site file of a node of the campaign to a folder, and return the ROS arguments of the node."""
     site = folder / "site.yaml"
     site.write_text(yaml.safe_dump({**site_values(limits, has_machines=True), "valid_s": 10.0}))
     given = {
@@ -251,7 +262,10 @@ def node_parameters(folder: Path, limits: str) -> list[str]:
 
 
 def several(seeds: Sequence[int], number: int, words: bool = True, load: float = 1.0) -> list[LiveVerdict]:
-    """Run combinations one after another on a node of their own; number : of the worker; load : as in `run_live`."""
+    """Start a node, run combinations on it one after the other, and return their verdicts.
+
+    number : of the worker, from 0; words : True to print each verdict; load : as in `run_live`
+    """
     limits, verdicts = ("evacuate", "restrict")[number % 2], []
     with tempfile.TemporaryDirectory() as name:
         domain, lock = free_domain()
@@ -273,7 +287,7 @@ def several(seeds: Sequence[int], number: int, words: bool = True, load: float =
 
 
 def words_of(verdict: LiveVerdict) -> str:
-    """Return a line on a verdict."""
+    """Return a line of text on a verdict: its seed, its defects and its first false green."""
     well = verdict.greens[0] if verdict.greens else "well"
     return f"seed {verdict.seed} ({', '.join(verdict.defects) or 'no defect'}; true up to {verdict.worst}): {well}"
 

@@ -1,4 +1,4 @@
-"""Make the ROS messages of a combination, and bytes of terrain messages."""
+"""Make the ROS messages of a combination of the campaign, and the bytes of its terrain messages."""
 
 from typing import Any
 
@@ -13,11 +13,11 @@ from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
 
 SECOND = 1_000_000_000
 TERRAIN = ("grid", "mesh", "patch")
-"""Kinds of messages that arrive as bytes, with their time of publication."""
+"""Kinds of messages that the node receives as bytes, together with their time of publication."""
 
 
 def message_of(send: Send, stamp_ns: int) -> Any:
-    """Return the message of a Send with a stamp (ns), after its damage; terrain messages as bytes."""
+    """Return the message of a `Send` with a stamp (ns), after its damage; a mesh is returned as bytes (CDR)."""
     made = _made(send, max(stamp_ns, 0))
     return made if send.damage is None else send.damage(made)
 
@@ -43,7 +43,10 @@ def _made(send: Send, stamp_ns: int) -> Any:
 
 
 def truncated(message: Any) -> Any:
-    """Return a message that lacks its last bytes or points."""
+    """Return a damaged message: bytes and clouds lose half of their data; the last pose of an array is no rotation.
+
+    An array without poses stays as it is.
+    """
     if isinstance(message, bytes):
         return message[: len(message) // 2]
     if isinstance(message, PoseArray) and not message.poses:
@@ -56,13 +59,13 @@ def truncated(message: Any) -> Any:
 
 
 def dense(message: Any) -> Any:
-    """Return a cloud that says that no point is missing."""
+    """Return a cloud that is marked as dense, so that no point may be missing."""
     message.is_dense = True
     return message
 
 
 def with_nan(places: np.ndarray, row: int) -> np.ndarray:
-    """Return places (N, 3) m of which one is not a number."""
+    """Return a copy of places (N, 3) m in which one place is NaN; row : its row, modulo N."""
     changed = np.array(places, dtype=float)
     changed[row % len(changed)] = np.nan
     return changed

@@ -1,4 +1,4 @@
-"""Rare cases of the defects, for guards that matter in these cases only; the campaign itself does not draw them."""
+"""Rare defects, for guards that matter in these cases only; the campaign itself does not draw these defects."""
 
 from collections.abc import Callable
 
@@ -11,7 +11,10 @@ from never_green.stories import EVERY, patch_send, survey
 
 
 def of_the_only_sensor(word: str, change_of: Callable[[np.random.Generator], Change]) -> Defect:
-    """Return a defect that changes all messages of the only sensor that sees a dangerous source."""
+    """Return a defect that changes all messages of the only sensor that sees the plan's last source.
+
+    word : name of the defect; change_of : draws the change
+    """
 
     def defect(plan: Plan, rng: np.random.Generator) -> Plan | None:
         topics = plan.truth.sources[-1].seen_by if plan.truth.sources else ()
@@ -27,7 +30,7 @@ never_released = of_the_only_sensor("never released", changes.upside_down)
 
 
 def never_published(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let the only sensor that sees a dangerous source never publish, on a site that expects all its sensors."""
+    """Let the only sensor that sees a dangerous source never publish; the node's parameters expect all sensors."""
     harmed_plan = never_understood(plan._replace(expects=False), rng)
     if harmed_plan is None:
         return None
@@ -37,7 +40,7 @@ def never_published(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def connected_and_mute(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let the only sensor that sees a dangerous source be connected and never publish; no one expects it."""
+    """Let the only sensor that sees a dangerous source be connected but never publish; no sensor is expected."""
     harmed_plan = never_published(plan, rng)
     if harmed_plan is None:
         return None
@@ -46,7 +49,8 @@ def connected_and_mute(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def alternately_understood(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let a sensor send in a foreign frame, while a second program on its topic sees nothing."""
+    """Let a sensor publish in an unknown frame, while a second program publishes messages without sources on its topic.
+    """
     harmed_plan = never_understood(plan, rng)
     if harmed_plan is None:
         return None
@@ -72,9 +76,9 @@ def one_misplaced(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def change_not_understood(by_patch: bool) -> Defect:
-    """Return a defect: the surveys that show that the bank is gone are in a foreign frame.
+    """Return a defect: the surveys that show the removal of the bank are in an unknown frame.
 
-    by_patch : True if a patch shows it, False if all later whole surveys do
+    by_patch : True if one patch shows the removal, False if all later whole surveys show it
     """
 
     def defect(plan: Plan, rng: np.random.Generator) -> Plan | None:
@@ -119,4 +123,4 @@ NARROW: dict[str, Defect] = {
     "one misplaced": one_misplaced,
     "mesh after the patch": mesh_after_the_patch,
 }
-"""The rare cases by name."""
+"""Name of each rare defect -> the defect."""

@@ -1,4 +1,4 @@
-"""The true level of a combination: rocks of the true sources fly over the true terrain, and are counted here.
+"""Compute the true level of a combination: rocks of the true sources fly over the true terrain, and are counted.
 
 The oracle uses the core's simulation only: no code of `rpf3d_core.alerts`, `rpf3d_core.live` or `rpf3d_ros`. Between
 two events of its path, a rock moves along a straight line in plan; a rock whose line touches an area has reached it.
@@ -22,38 +22,42 @@ from rpf3d_core.terrain.frame import Frame
 from rpf3d_core.terrain.grid_rows import grid_mesh
 
 ROCKS = 300
-"""Rocks of each source."""
+"""Number of rocks of each source."""
 
 SPREAD, SPEED = 1.0, 0.5
 """Half-widths of the places (m) and the velocities (m/s) of the rocks of a source."""
 
 SCENE = {"ground": "sliding", "target.most_rocks": 100}
-"""The scene of node and oracle, as parameters."""
+"""The scene of the node and of the oracle, as parameters of the node."""
 
 LEVELS = ("normal", "watch", "restrict", "evacuate")
 LIMITS = {"watch": 0.05, "restrict": 0.2, "evacuate": 0.5}
-"""Share of rocks (-) from which on an area has a level."""
+"""The smallest share of rocks (-) that reach an area at each level."""
 
 HIGH = 1000.0
-"""Height (m, local frame) above everything, from which the ground is searched for."""
+"""Height (m, local frame) above all ground, from which the ground below is searched."""
 
 QUANTILE = 1.959963984540054
-"""Of the normal distribution, for 95 % intervals."""
+"""The 97.5 % quantile of the normal distribution, for 95 % intervals."""
 
 
 class Oracle:
-    """The levels of one truth; rocks of equal sources over equal terrain fly once."""
+    """Computes the true levels of one truth; the rocks of each source fly only once over each state of the terrain."""
 
     def __init__(self, truth: Truth, limits: str, radius: float) -> None:
-        """limits : highest level that has a limit; radius : of the circle around a machine (m)."""
+        """Begin without flights.
+
+        limits : highest level for which the site has a limit; radius : of the circle around a machine (m)
+        """
         self._truth, self._highest, self._radius = truth, LEVELS.index(limits), radius
         self._tracks: dict[tuple[int, bool], FloatArray] = {}
         self._known: dict[tuple[object, ...], tuple[int, int]] = {}
 
     def range_at(self, sources_at: float, terrain_at: float, area_at: float) -> tuple[int, int]:
-        """Return the lowest and the highest level that the true share of rocks may have, as index into LEVELS.
+        """Return the lowest and the highest level that the true share of rocks may have, as indices in LEVELS.
 
-        The times (s) are those of the sources, of the terrain and of the areas.
+        The share is known only within its 95 % interval. The truth is taken at three times (s): the sources at
+        `sources_at`, the terrain at `terrain_at`, and the areas at `area_at`.
         """
         sources, truth = self._truth.sources, self._truth
         there = tuple(n for n, one in enumerate(sources) if one.since <= sources_at < one.until)
@@ -87,7 +91,7 @@ class Oracle:
 
 
 def interval(reached: int, flown: int) -> tuple[float, float]:
-    """Return the 95 % interval of Wilson of a share (-)."""
+    """Return the 95 % Wilson interval (-) of the share of rocks that reached a place."""
     share, z2 = reached / flown, QUANTILE**2
     middle = (share + z2 / (2 * flown)) / (1 + z2 / flown)
     half = QUANTILE / (1 + z2 / flown) * math.sqrt(share * (1 - share) / flown + z2 / (4 * flown**2))
@@ -105,7 +109,10 @@ def tracks_from(place: FloatArray, has_bank: bool) -> list[shapely.Geometry]:
 
 
 def releases_around(place: FloatArray, engine: Engine) -> Releases:
-    """Return the releases of a source at a place (3,) m, local frame, spread in plan at its height above the ground."""
+    """Return the releases of the rocks of a source, spread in plan, all at the source's height above the ground.
+
+    place : (3,) m, local frame
+    """
     rng = np.random.default_rng(int(abs(place).sum() * 1e6) % 2**63)
     x = np.repeat(place[None], ROCKS, axis=0)
     x[:, :2] += rng.uniform(-SPREAD, SPREAD, (ROCKS, 2))
@@ -119,7 +126,7 @@ def releases_around(place: FloatArray, engine: Engine) -> Releases:
 
 @cache
 def flying_over(has_bank: bool) -> tuple[Engine, object, FloatArray]:
-    """Return engine, flight and origin (3,) m of the true terrain."""
+    """Return the engine over the true terrain, materials and models of its flights, and the terrain's origin (3,) m."""
     mesh = grid_mesh(survey(has_bank))
     zone = np.zeros(len(mesh.triangles), np.int32)
     terrain = Terrain(mesh.vertices, mesh.triangles, zone, ("terrain",), Frame(mesh.origin))

@@ -1,4 +1,4 @@
-"""What a combination of the campaign consists of: the truth, what is sent, who sends it, and the clock."""
+"""The parts of a combination of the campaign: the truth, the messages, their publishers, and the node's clock."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -10,14 +10,16 @@ END = 24.0
 """Duration of a combination (s of simulated time)."""
 
 TICK = 0.25
-"""Time (s) between two regular calls of the node."""
+"""Time (s) between two calls of the node's regular work."""
 
 BEGAN = 100_000.0
 """Time of the node's clock at the begin of a combination (s)."""
 
 
 class TrueSource(NamedTuple):
-    """A source that is there from a time (s) on, until the end of the combination.
+    """A true source of rocks, from the time `since` (s) until the end of the combination.
+
+    place : (3,) m
 
     seen_by : topics of the sensors that see the source
     until : time (s) until which the monitoring knows of the source; a click counts as long as sources may be old
@@ -30,11 +32,11 @@ class TrueSource(NamedTuple):
 
 
 class Truth(NamedTuple):
-    """What is there, whatever the messages say: sources, whether the bank stands, and the watched outlines.
+    """The true state of the pit, whatever the messages report: sources, the bank, and the areas of interest.
 
-    bank_until : time (s) at which the bank is removed; infinite if it stays, 0 if there is none
-    area, area_since : corners (P, 2) m of live_area until and from `area_since` (s)
-    machines : places (N, 3) m of equipment, None if the site watches none
+    bank_until : time (s) at which the bank is removed; infinite if it stays, 0 if there is no bank
+    areas : corners (P, 2) m of the area live_area, before and after the time `area_since` (s)
+    machines : places (N, 3) m of equipment, None if the site watches no equipment
     """
 
     sources: tuple[TrueSource, ...]
@@ -53,13 +55,15 @@ class Truth(NamedTuple):
 
 
 class Send(NamedTuple):
-    """A message as its publisher means it, and what a defect has made of it.
+    """A message that a publisher sends, with the changes that a defect makes.
 
-    sent, at : time (s) at which the message is published, and arrives
+    sent, at : times (s) at which the message is published, and at which it arrives
     kind : poses, cloud, point, grid, mesh, patch, polygon, equipment or acknowledgement
     places : (N, 3) or (rows, columns, 3) m; corners (P, 2) m of a polygon
-    offset : s, added to the stamp, which is else the time of the clock at `sent`
-    publisher : number of the publisher of the topic; damage : what a defect does to the finished message
+    offset : time (s) added to the stamp; without it, the stamp is the time of the node's clock at `sent`
+    publisher : number of the publisher of the topic
+    damage : function of a defect that changes the finished message, None for no change
+    words : "NAME: REASON" of an acknowledgement
     """
 
     sent: float
@@ -75,9 +79,11 @@ class Send(NamedTuple):
 
 
 class Speaker(NamedTuple):
-    """A publisher of a topic in the graph, from a time (s) until another.
+    """A publisher of a topic in the ROS graph, from the time `since` until the time `until` (s).
 
-    is_received : False if its quality of service or type does not fit, so that nothing of it arrives
+    number : distinguishes the publishers of a topic; 0 for the usual publisher
+    is_received : False if its quality of service or type does not fit, so that none of its messages arrives
+    is_of_type : False if it publishes messages of another type
     """
 
     topic: str
@@ -89,10 +95,11 @@ class Speaker(NamedTuple):
 
 
 class ClockRule(NamedTuple):
-    """How the node's clock differs from a steady one.
+    """How the node's clock differs from a steady clock.
 
-    begins : time (s) before which the clock shows 0; stands : from and until (s) it shows the same
-    jump, jump_at : step (s) of the clock and its time (s)
+    begins : time (s) before which the clock shows 0
+    stands : times (s) from which and until which the clock shows the same time
+    jump, jump_at : length (s) of a step of the clock, and the time (s) of the step
     """
 
     begins: float = 0.0
@@ -109,11 +116,12 @@ class ClockRule(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """A combination: truth, messages, publishers, clock, the site, and the names of its defects.
+    """A combination: truth, messages, publishers, clock, properties of the site, and the names of the defects.
 
-    limits : highest level that the site has limits for; expects : True if the site names its sensors as expected
-    answers_fail : range of time (s) in which answers to sources on the slope fail, None if none do
-    graces : times (s) from which a fault may take some seconds more, and these seconds
+    sensors : topics of the sensors; limits : highest level for which the site has limits
+    expects : True if the node's parameters name the sensors as expected
+    answers_fail : range of times (s) in which answers to sources on the slope fail, None if none fail
+    graces : pairs of a time (s) and a duration (s): a fault that begins at this time may be shown so much later
     """
 
     truth: Truth

@@ -1,4 +1,4 @@
-"""Draw what is true in a combination, and the messages that sensors and surveyors without a defect send."""
+"""Draw the truth of a combination, and the messages that sensors and surveyors without a defect send about it."""
 
 from typing import NamedTuple
 
@@ -14,23 +14,24 @@ EVERY, RESURVEYED = 2.0, 6.0
 """Time (s) between two messages of a sensor, and between two whole surveys."""
 
 MAX_AGE, TERRAIN_MAX_AGE = 5.0, 12.0
-"""Age (s) at which sources and terrain are stale (the site file)."""
+"""Ages (s) at which sources and terrain are stale, in the site file."""
 
 MOVED_AREA = 1.0
-"""Time (s) for which an area that was moved may be judged at its former place (the site file)."""
+"""Time (s) for which an area that has moved may be judged at its former place, in the site file."""
 
 CHANGED_TERRAIN = 1.0
-"""Time (s) for which an answer over the former terrain may count (the site file)."""
+"""Time (s) for which an answer over the former terrain may count, in the site file."""
 
 STORIES = ("steady", "appears", "bank", "area", "machine", "clicked", "patched", "quiet")
-"""What happens: a dangerous source from the begin, or later; the bank is removed; the area grows; a machine drives
-below a source; a person clicks a source; the bank is removed while other patches go on; nothing dangerous."""
+"""Names of the courses of events, in this order: a dangerous source from the begin, or from later on; the bank is
+removed; the area grows; a machine stands below a source; a person clicks a source; the bank is removed while patches of
+other places continue; nothing is dangerous."""
 
 
 class Draw(NamedTuple):
-    """The random numbers of a combination, and what has been drawn first.
+    """The random generator of a combination, and its first draws.
 
-    story : one of STORIES; sensors : topics that are there; change : time of the change (s)
+    story : one of STORIES; sensors : topics of the sensors of the site; change : time of the story's change (s)
     """
 
     rng: np.random.Generator
@@ -39,14 +40,14 @@ class Draw(NamedTuple):
     change: float
 
     def some(self, sensors: tuple[str, ...]) -> tuple[str, ...]:
-        """Return some of the sensors, at least one."""
+        """Return a random part of the sensors, at least one of them."""
         keeps = self.rng.random(len(sensors)) < 0.5
         keeps[self.rng.integers(len(sensors))] = True
         return tuple(np.array(sensors)[keeps].tolist())
 
 
 def plan_of(rng: np.random.Generator, is_dangerous: bool) -> Plan:
-    """Return a combination without defects; is_dangerous : True for a level of restrict or worse."""
+    """Return a random combination without defects; is_dangerous : True if its true level must reach `restrict`."""
     stories = STORIES[:-1] if is_dangerous else STORIES
     sensors = (RADAR_A, *(topic for topic in (RADAR_B, LIDAR) if rng.random() < 0.6))
     draw = Draw(rng=rng, story=str(rng.choice(stories)), sensors=sensors, change=float(rng.uniform(6.0, 11.0)))
@@ -83,7 +84,7 @@ def _dangerous(draw: Draw) -> TrueSource:
     sheltered = draw.story in ("bank", "patched")
     place = pit.on_the_slope(draw.rng, pit.SHELTERED if sheltered else pit.OPEN)
     if draw.story == "clicked":
-        known = draw.change - MAX_AGE  # a click must count at once, not only after the time in which a sensor repeats
+        known = draw.change - MAX_AGE  # earlier than the click by the age of sources, so that the click counts at once
         return TrueSource(place=place, since=known, seen_by=(CLICK,), until=draw.change + MAX_AGE)
     since = draw.change if draw.story == "appears" else 0.0
     return TrueSource(place=place, since=since, seen_by=draw.some(draw.sensors))
@@ -116,7 +117,8 @@ def _clicks(draw: Draw, truth: Truth) -> list[Send]:
 
 
 def _surveys(draw: Draw, truth: Truth) -> list[Send]:
-    """Return whole surveys from time to time, and one or a patch just after the bank was removed."""
+    """Return whole surveys at regular times, and in some combinations patches, for example after the bank is removed.
+    """
     rng, is_mesh = draw.rng, draw.rng.random() < 0.3 and draw.story != "patched"
     topic, kind = ("terrain/mesh", "mesh") if is_mesh else ("terrain/points", "grid")
     times = np.arange(0.1, END, RESURVEYED).tolist()
@@ -130,14 +132,14 @@ def _surveys(draw: Draw, truth: Truth) -> list[Send]:
 
 
 def survey(truth: Truth, at: float) -> np.ndarray:
-    """Return the points (rows, columns, 3) m of a true whole survey at a time (s)."""
+    """Return the points (rows, columns, 3) m of a correct whole survey at a time (s)."""
     points = pit.survey(truth.has_bank(at))
-    points[0, 0, 2] += 1e-3 * at / RESURVEYED  # no survey is quite like the one before
+    points[0, 0, 2] += 1e-3 * at / RESURVEYED  # no survey equals the survey before
     return points
 
 
 def patch_send(truth: Truth, at: float, ranges: tuple[tuple[float, float], tuple[float, float]]) -> Send:
-    """Return a true patch at a time (s); ranges : of x and y relative to the pit (m)."""
+    """Return the message of a correct patch at a time (s); ranges : of x and y relative to the pit (m)."""
     points = pit.patch_of(truth.has_bank(at), *ranges)
     return Send(sent=at, at=at, topic="terrain/update", kind="patch", places=points)
 

@@ -1,4 +1,4 @@
-"""What a subscriber of `alerts` and `alarm` must take the site for, and what the alarm bridge does."""
+"""A subscriber of `alerts` and `alarm` in the campaign: the level that it must assume, and the bridge's contact."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,20 +8,24 @@ from rpf3d_ros.messages.alert_reading import alerts_of
 from rpf3d_ros.messages.stamps import nanoseconds_of_text
 
 STALE = 3.0
-"""Age (s) of the last message from which on the bridge opens its contact."""
+"""Age (s) of the last message above which the bridge opens its contact."""
 
 
 class Watcher:
-    """Reads what the node publishes, as the documentation asks of a subscriber: an alert that has ended is a fault."""
+    """Reads the published messages as the documentation asks of a subscriber: an alert that has expired is a fault."""
 
     def __init__(self, published: list[tuple[str, Any]], now_ns: Callable[[], int]) -> None:
-        """published : topic and message, in order; now_ns : returns the time of the subscriber's clock (ns)."""
+        """Begin without a message.
+
+        published : list of (topic, message), in order; new messages are appended to this list
+        now_ns : returns the time of the subscriber's clock (ns)
+        """
         self._published, self._now_ns = published, now_ns
         self._read, self._site, self._is_sounding = 0, None, True
         self._bridge = AlarmState(STALE)
 
     def shown(self, at: float) -> str:
-        """Return the level of the site at a steady time (s), as a word."""
+        """Return the level that a subscriber must assume for the site at a steady time (s), as a word."""
         return self._value("level", at)
 
     def evident(self, at: float) -> str:
@@ -29,7 +33,7 @@ class Watcher:
         return self._value("evident", at)
 
     def is_closed(self, at: float) -> bool:
-        """True if the bridge holds its contact closed, which means that no alarm sounds."""
+        """True if the alarm bridge keeps its contact closed at a steady time (s), which means that no alarm sounds."""
         self._read_on(at)
         return not self._bridge.why_open(at, self._now_ns())
 

@@ -1,9 +1,9 @@
-"""A stand-in for tf2_ros, of which no wheel exists: its names, exceptions and rules as far as rpf3d uses them.
+"""A replacement for tf2_ros, which pip cannot install: the names, exceptions and rules of tf2_ros that rpf3d uses.
 
-Tests put this folder on the path of Python. The rules are those of tf2's BufferCore: a lookup for the time 0 gives the
-newest time that all dynamic transforms of the chain have, 0 if there is none; between two samples a transform is
-interpolated; beyond them a lookup fails. tf2_msgs has no wheel either, so the topics carry one
-geometry_msgs/TransformStamped a message.
+Tests put this folder on the path of Python. The rules are those of tf2's BufferCore. A lookup for the time 0 uses the
+newest time that all dynamic transforms of the chain have, or 0 if there are none. Between two samples, a transform is
+interpolated; before the first and after the last sample, a lookup fails. pip cannot install tf2_msgs either, so each
+message on the topics is one geometry_msgs/TransformStamped.
 """
 
 import time as wall_clock
@@ -18,10 +18,10 @@ from std_msgs.msg import Header
 from rpf3d_ros.messages.stamps import nanoseconds, stamp_of
 
 AT_ONCE = Duration()
-"""The default of a timeout: no waiting."""
+"""The default timeout of lookups: they do not wait."""
 
 CACHE = 10 * 1_000_000_000
-"""Time (ns) for which transforms are kept, tf2's default."""
+"""Time (ns) for which transforms are kept, as by default in tf2."""
 
 
 class TransformException(Exception): ...
@@ -49,7 +49,7 @@ class Pose(NamedTuple):
     shift: np.ndarray
 
     def after(self, first):
-        """Return this transform after another."""
+        """Return the transform that applies `first`, then this transform."""
         return Pose(multiplied(self.turn, first.turn), self.shift + rotated(self.turn, first.shift))
 
     def inverse(self):
@@ -73,7 +73,10 @@ def rotated(q, v):
 
 
 def between(one, other, share):
-    """Return the transform between two samples: a straight line, and a rotation of constant rate."""
+    """Return the transform between two samples, interpolated linearly and with a rotation of constant rate.
+
+    share : place between the samples, from 0 (`one`) to 1 (`other`)
+    """
     turn = other.turn if one.turn @ other.turn >= 0.0 else -other.turn
     angle = np.arccos(min(one.turn @ turn, 1.0))
     parts = np.array([1.0 - share, share]) if angle < 1e-9 else np.sin(angle * np.array([1.0 - share, share]))
@@ -82,14 +85,17 @@ def between(one, other, share):
 
 
 class Link(NamedTuple):
-    """The transforms of a frame into its parent: samples by time (ns), or one for all times."""
+    """The transforms of a frame into its parent.
+
+    samples : time (ns) -> transform; a static link has one transform, at time 0, which is valid for all times
+    """
 
     parent: str
     samples: dict
     is_static: bool
 
     def at(self, stamp_ns):
-        """Return the transform at a time. Raises ExtrapolationException."""
+        """Return the transform at a time (ns). Raises ExtrapolationException outside the samples of a dynamic link."""
         if self.is_static:
             return self.samples[0]
         times = sorted(self.samples)
@@ -107,7 +113,7 @@ class Link(NamedTuple):
 
 
 class Buffer:
-    """The transforms that have been set, and lookups among them."""
+    """Keeps transforms between frames, and looks transforms up."""
 
     def __init__(self, cache_time=None, node=None):
         self._links = {}
@@ -179,7 +185,7 @@ class Buffer:
 
 
 class TransformListener:
-    """Puts what is published on /tf and /tf_static into a buffer."""
+    """Subscribes to /tf and /tf_static, and puts the received transforms into a buffer."""
 
     def __init__(self, buffer, node, *, spin_thread=False, qos=None, static_qos=None):
         self.buffer, self.node = buffer, node
