@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rpf3d_core.ensemble.flights import FloatArray
-from rpf3d_core.recordings.log import APPLICATION, close_recording, import_rerun
+from rpf3d_core.recordings.log import APPLICATION, begin_recording, end_recording, import_rerun
 from rpf3d_core.results.series import Series
 
 LINE, POINT = 1.5, 4.0
@@ -30,13 +30,12 @@ def write_cost_recording(path: Path, series: Sequence[Series], picture: Path, do
         The file could not be written.
     """
     rr = import_rerun()
-    recording = rr.RecordingStream(f"{APPLICATION}_cost")
-    recording.save(path, default_blueprint=_layout())
+    recording, stream = begin_recording(f"{APPLICATION}_cost", _layout())
     for one in series:
         _log_series(recording, one)
     recording.log("picture", rr.EncodedImage(path=picture), static=True)
     recording.log("document", rr.TextDocument(document, media_type=rr.MediaType.MARKDOWN), static=True)
-    close_recording(recording, path)
+    end_recording(recording, stream, path)
 
 
 def _log_series(recording: Any, one: Series) -> None:

@@ -88,8 +88,7 @@ def write_recording(
     most = (flights.deposits.max_speed, flights.deposits.max_energy)
     fastest, most_energy = (float(values[shown].max(initial=0.0)) for values in most)
     layout = blueprint(terrain, samples, fastest, most_energy, hazard=maps is not None)
-    recording = rr.RecordingStream(APPLICATION)
-    recording.save(path, default_blueprint=layout)
+    recording, stream = begin_recording(APPLICATION, layout)
     recording.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     log_terrain(recording, terrain)
     log_obstacles(recording, obstacles)
@@ -103,16 +102,31 @@ def write_recording(
     log_series(recording, names, flights, scene.gravity)
     log_scene(recording, scene, terrain, summary or {})
     log_outcomes(recording, names, terrain, flights.deposits, sentences_of(summary or {}))
-    close_recording(recording, path)
+    end_recording(recording, stream, path)
 
 
-def close_recording(recording: Any, path: Path) -> None:
-    """Complete the file of a recording and close it; raise OSError if the file cannot be written."""
-    try:
-        recording.flush()
-    except RuntimeError as fault:  # if the file cannot be written, for example on a full disk
-        raise OSError(f"{path}: the recording could not be written") from fault
+def begin_recording(application: str, layout: Any) -> tuple[Any, Any]:
+    """Return a new recording, and the stream that collects its content in memory.
+
+    rerun's own files are not used, because rerun waits without end if it cannot write a file, for example on a full
+    disk.
+
+    layout : the blueprint that a viewer uses as its default view
+    """
+    recording = import_rerun().RecordingStream(application)
+    stream = recording.binary_stream()
+    recording.send_blueprint(layout, make_active=False)
+    return recording, stream
+
+
+def end_recording(recording: Any, stream: Any, path: Path) -> None:
+    """Write the content of a recording to a file, and close the recording; raise OSError if it cannot be written.
+
+    recording, stream : from `begin_recording`
+    """
+    content = stream.read()
     recording.disconnect()
+    Path(path).write_bytes(content)
 
 
 def import_rerun() -> Any:
