@@ -5,7 +5,7 @@ distance and mu_r the material's rolling friction. A = m / (m + I / R^2), with m
 the radius, is 5/7 for a solid sphere, because rotation takes part of the energy. As a vector along the ground,
 dv/dt = A (g_t - mu_r g_n v / |v|), with g_t and g_n the gravity along the ground and normal to the ground.
 
-Source: Azzoni et al. 1995, Int. J. Rock Mech. Min. Sci. 32:709-724, as implemented publicly (physics reference 2.2).
+Source: Azzoni et al. 1995, Int. J. Rock Mech. Min. Sci. 32:709-724, as in the public program PlatRock.
 """
 
 from typing import NamedTuple

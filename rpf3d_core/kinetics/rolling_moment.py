@@ -16,8 +16,8 @@ the solution is
 The contact sticks if |p| <= k at y = 1. Otherwise it slips, and y is where |p| = k: |p| falls as y grows. An arrested
 spin has y = |u| / k. For a rolling sphere, L = k (5/2 + y) solves |c + 5/2 r e(L)| = L, for which a bracket is known.
 
-Derived from rigid-body mechanics. Sources for the combination of a rolling moment with Coulomb friction: rigid blocks
-5.4, and PlatRock with Siconos (physics reference 2.6).
+Derived from rigid-body mechanics. The program PlatRock, with the solver Siconos, also combines a rolling moment with
+Coulomb friction.
 """
 
 from typing import NamedTuple

@@ -1,7 +1,7 @@
 """The rebound of the Colorado Rockfall Simulation Program: a sphere that leaves every impact rolling.
 
-Pfeiffer & Bowen 1989, Bull. AEG 26:135-146; two public implementations agree on constants and equations (CC; physics
-reference 1.2). With v_n and v_t the speeds into and along the ground, w the spin, R the radius and s the speed at
+Pfeiffer & Bowen 1989, Bull. AEG 26:135-146; the public programs PlatRock and pyrockfall have the same constants and
+equations. With v_n and v_t the speeds into and along the ground, w the spin, R the radius and s the speed at
 which the rock's lowest point slips:
 
     normal     v_n' = R_n v_n / (1 + (v_n / K)^2)                       K = 9.144 m/s  (30 ft/s)
