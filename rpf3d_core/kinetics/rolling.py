@@ -26,8 +26,9 @@ class Rolling(NamedTuple):
 
 @law_on_facet.rule(Rolling)
 def rolling_on_facet(ground: Rolling, surface: Surface, n_z: float, gravity: float) -> Law:
-    """Return the law of motion of a rolling rock on a facet: k = A mu_r g_n, symbols as at the top of this file.
+    """Return the law of motion of a rolling rock on a facet: deceleration k = A mu_r g_n, with A = 5/7.
 
+    mu_r is the material's rolling friction, g_n the gravity normal to the facet.
     n_z : vertical component of the facet's unit normal; gravity : g, m/s^2, above 0
     """
     return Law(
