@@ -1,7 +1,7 @@
 """The contents of a site file: the limits of each level in each area, the age limits of evidence, and the alarm.
 
-Each mine chooses its own thresholds (physics reference 7.6), so no threshold has a national or recommended default, and
-every key that affects a decision is required. A level without limits is never reached.
+Each mine chooses its own thresholds in its trigger action response plan (docs/explanation/alerts.md). So no threshold
+has a default, and every key that affects a decision is required. A level without limits is never reached.
 """
 
 import math

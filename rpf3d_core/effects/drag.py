@@ -1,8 +1,8 @@
 """Quadratic air drag on flying rocks: F = 1/2 rho C_d A v^2 against the motion.
 
-A = pi R^2, with R the radius of the sphere of equal volume. Source: physics reference 6.1; rho = 1.2 kg/m3 is confirmed
-(C), C_d is set by the user. Spin and lift are neglected. Drag is also neglected while a rock slides and while bounces
-below `smallest_bounce` are summed up.
+A = pi R^2, with R the radius of the sphere of equal volume. rho = 1.2 kg/m3 is the air density in the user guide of the
+program stnParabel; the user sets C_d (docs/reference/effects.md, `drag`). Spin and lift are neglected. Drag is also
+neglected while a rock slides and while bounces below `smallest_bounce` are summed up.
 """
 
 import math

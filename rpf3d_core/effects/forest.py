@@ -4,7 +4,7 @@ A rock meets a stem where the distance in plan from the rock to the stem's axis 
 rock is then between the foot of the tree and its top. Dorren and Berger (2006, Tree Physiology 26:63-71): a stem of DBH
 d (cm) takes at most
 
-    E_max = FE 38.7 d^2.31 J                                                     (physics reference 4.1, UNCONFIRMED)
+    E_max = FE 38.7 d^2.31 J                                       (UNCONFIRMED)
 
 where FE is 1 for silver fir, about 0.93 for other conifers and 1.59 for broadleaved trees. A stem takes less energy if
 the rock does not hit its axis. Let x be the offset of the path from the axis, divided by the distance at which rock and

@@ -1,12 +1,12 @@
 """The condition for an impact to break a rock, and the new surface that the impact creates, after RockGIS.
 
-Source: physics reference 6.2.
+Source: the program RockGIS (docs/explanation/physics.md, "How does a rock break?").
 
     E_n = 1/2 M (k_n v_n)^2            k_n v_n: the rock's speed off the ground after the rebound; M, V: mass and volume
     A_new = a E_n^e                      new surface, m2; A_0 = 6 V^(2/3); r = A_new / (A_new + A_0)
     the rock breaks if r > least_ratio (1 + spread U)        U: uniform in [-1, 1), drawn for each impact
 
-Formulas and figures come from RockGIS' source code and defaults (CC), not from the papers. UNCONFIRMED: `least_ratio`,
+Formulas and figures come from RockGIS' source code and defaults, not from the papers. UNCONFIRMED: `least_ratio`,
 and the use of a and e with other rebound models than that of RockGIS, whose k_n is 0.19 in a head-on impact. A greater
 k_n gives a greater E_n for the same fall.
 

@@ -2,16 +2,16 @@
 
 There are two laws; a scene uses one of them.
 
-CRSP (physics reference 1.3, CC): S is the height of the surface irregularities (m) within a length of the rock's radius
-R. The tilt is theta = U atan(S / R), U uniform in [0, 1). The tilt is against the motion, so it always increases the
-angle of the impact (at a steep impact the rock is thrown back). The ground is rougher for smaller rocks. `deviates` is
-PlatRock's form of the law in three dimensions (CC): a second uniform number U' divides the tilt into U' theta against
-the motion and (1 - U') theta to a randomly drawn side, so that rocks leave their fall line.
+CRSP's law, as in the public code of PlatRock: S is the height of the surface irregularities (m) within a length of the
+rock's radius R. The tilt is theta = U atan(S / R), U uniform in [0, 1). The tilt is against the motion, so it always
+increases the angle of the impact (at a steep impact the rock is thrown back). The ground is rougher for smaller rocks.
+`deviates` is PlatRock's form of the law in three dimensions: a second uniform number U' divides the tilt into U' theta
+against the motion and (1 - U') theta to a randomly drawn side, so that rocks leave their fall line.
 
-RocFall (physics reference 1.5, CC): the tilt along the motion is Normal(0, sd), independent of the size of the rock. It
-may decrease or increase the angle of the impact. The published law has no tilt to the side, so rocks on a plane stay on
-their fall line. `SpreadRoughness` adds a separately drawn side tilt, Normal(0, lateral_sd), which is not part of
-RocFall.
+RocFall's law, as in the public program pyrockfall: the tilt along the motion is Normal(0, sd), independent of the size
+of the rock. It may decrease or increase the angle of the impact. The published law has no tilt to the side, so rocks on
+a plane stay on their fall line. `SpreadRoughness` adds a separately drawn side tilt, Normal(0, lateral_sd), which is
+not part of RocFall.
 
 Bounces on rough ground are summed up only if the rock would rise by less than `smallest_bounce` with its total speed
 straight off the ground, because a tilted normal may turn the total speed upwards. Roughness of this module does not act

@@ -1,8 +1,8 @@
 """Soft ground: a rock drives a scar into the soil, is braked by the displaced soil, and slips out of the scar.
 
-Sources (physics reference 3.1 and 3.4): Lu et al. 2019 (Landslides 16:2353) for the scar, with the depth of Gerber
-2019; Leine et al. 2014 (Multibody Syst. Dyn. 32:241), equations 46 and 47, for the friction. All formulas are confirmed
-(C). Their use for a sphere with an instantaneous contact is derived here (D):
+Sources: Lu et al. 2019 (Landslides 16:2353) for the scar, with the depth of Gerber 2019; Leine et al. 2014 (Multibody
+Syst. Dyn. 32:241), equations 46 and 47, for the friction. rpf3d derives from these formulas the effect on a sphere
+whose contact lasts no time:
 
 1. The rock, a sphere of radius R and mass M, penetrates to the depth d_max in the direction of its velocity. Let a be
    the angle between this direction and the plane of the ground. The speed of the rock changes, but not its direction or

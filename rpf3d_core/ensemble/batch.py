@@ -122,7 +122,10 @@ def _stacked(arrays: Sequence[Any]) -> Any:
 
 
 def _firsts(lengths: IntArray) -> IntArray:
-    """Return `Written.first` (N + 1, 2), from the number of impacts and of path segments (N, 2) of each of N rocks."""
+    """Return where the records of each of N rocks begin: first rows (N + 1, 2), as in `Written.first`.
+
+    lengths : (N, 2) number of impacts and number of path segments of each rock
+    """
     return np.concatenate([np.zeros((1, 2), dtype=np.int64), np.cumsum(lengths, axis=0)])
 
 

@@ -99,7 +99,7 @@ UNCONTROLLED = BatchControl()
 
 @dataclass(frozen=True, eq=False)
 class Keep:
-    """Selects the records of R rocks to keep in memory after their batch has been examined.
+    """Selects the records of R rocks that stay in memory after the flight; others are overwritten by later batches.
 
     paths, impacts : (R,) flags of the rocks whose paths, and whose impacts, are kept
     record : False if the engine records no impacts and no paths at all
@@ -236,7 +236,7 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
 
 
 def _look_at(crew: Crew, flown: Batch) -> Written:
-    """Pass a flown batch to the callback `watch`, collect its broken rocks, and return copies of the records to keep.
+    """Pass a flown batch to `crew.watch`, collect its broken rocks, and return copies of the records to keep.
 
     The records must be copied, because the next rocks overwrite the memory. The path of a failed rock is not kept: it
     may contain invalid numbers, and such a path cannot be drawn.

@@ -20,7 +20,10 @@ Source: Roberts 2018, "The unreasonable effectiveness of quasirandom sequences":
 BETWEEN_SOURCES = 0.6180339887498949
 """Shift (-) of the sampling of release points from one source to the next, so that similar sources use other points."""
 EVEN_TURNS = 8
-"""Rocks per release point from which a source's rocks are simply taken in turn: points then differ by at most 1/8."""
+"""Number of rocks per release point (-) from which a source simply uses its points in turn.
+
+The numbers of rocks of two points then differ by at most 1/8.
+"""
 
 
 def rocks_of_round(sources: Sequence[Source], total: int, number: int) -> list[range | IntArray]:
@@ -49,7 +52,7 @@ def is_spread(sources: Sequence[Source], total: int) -> bool:
 
 
 def every_point(sources: Sequence[Source]) -> list[range]:
-    """Return, for each source, the numbers of its first rocks, so that each release point has one rock.
+    """Return, for each source, the numbers of its first rocks: as many rocks as the source has release points.
 
     For a source with random places (line or area), the result has one rock.
     """
@@ -125,8 +128,8 @@ def _of_source(source: Source, count: int, most: int, number: int, place: int) -
 
 
 def _place(steps: float) -> float:
-    """Return the place of the first of several evenly spaced samples, as a share (-) of the distance of two samples.
+    """Return where the first of several evenly spaced samples lies: a share (-), from 0 to 1, of the sample spacing.
 
-    steps : shift (-) that is added to the middle position, 0.5; the result is 0.5 + steps, modulo 1
+    steps : shift (-) from the middle, 0.5; the result is 0.5 + steps, modulo 1
     """
     return (0.5 + steps) % 1.0

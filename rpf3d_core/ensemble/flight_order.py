@@ -50,7 +50,10 @@ So no thread waits long for the last batch of another thread.
 
 
 def batch_sizes(releases: Releases, compiled: bool) -> tuple[int, int]:
-    """Return the largest and the smallest number of rocks in a batch; compiled : True for the compiled engine."""
+    """Return the largest and the smallest number of rocks in a batch.
+
+    compiled : True for the compiled engine, False for the reference engine
+    """
     if not compiled:
         return REFERENCE_BATCH, REFERENCE_BATCH
     return BODY_BATCHES if releases.shape is not None else (LARGEST_BATCH, SMALLEST_BATCH)

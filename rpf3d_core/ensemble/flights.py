@@ -40,7 +40,7 @@ class Deposits:
     release : (R, 3) m; x : (R, 3) m, end position; t : s, end time; path : m, length flown and slid; impacts : count
     max_speed : m/s; max_energy : J, translational
     max_height : m, largest height on the whole path above the facet vertically below (`hazard.tallies` computes it);
-        NaN without a `watch`, and for a rock that failed
+        NaN for a rock that failed, and for all rocks if the ensemble flew without the callback `batches.Watch`
     ground_speed : m/s when the rock first enters sustained contact; NaN without sustained contact
     mass : kg; piece : number of a fragment within its rock, from 1; 0 for the rock itself; zeros by default
     max_rotational_energy, max_total_energy : J, total is translation plus rotation; by default, rocks do not spin

@@ -15,7 +15,7 @@ from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Engine, pr
 from rpf3d_core.simulation.record import IMPACT_COLUMNS, POSE
 
 REFERENCE_ROCKS = 200
-"""Largest number of rocks for which `auto` selects the reference engine: the other one must compile first."""
+"""Largest number of rocks for which `auto` selects the reference engine: the compiled engine must first compile."""
 REFERENCE_SPHERES = 40
 """Largest number of rocks for which `auto` selects the reference engine, if rocks touch the ground as spheres.
 

@@ -12,27 +12,40 @@ Side = Literal[-1, 0, 1]
 LOW: Side = -1
 NEAREST: Side = 0
 HIGH: Side = 1
-"""Sides: LOW for the lower end of an interval, HIGH for the upper end, NEAREST for a value."""
+"""Rounding sides: LOW (down) for the lower end of an interval, HIGH (up) for the upper end, NEAREST for a value."""
 EXACT = 1e-7
-"""Relative difference (-) up to which a number counts as the rounded number: 32-bit numbers differ by 6e-8."""
+"""Largest relative difference (-) between a number and a rounded number at which both count as equal.
+
+The rounding error of 32-bit numbers is 6e-8.
+"""
 TINY = 1e-9
-"""Such a difference in units of the last printed digit, for numbers next to 0."""
+"""Largest difference, in units of the last printed digit, at which a number near 0 counts as a rounded number."""
 
 
 def fixed(value: float, decimals: int, side: Side = NEAREST, sign: bool = False) -> str:
-    """Return a number as text with a number of decimals; sign : True to write the sign of positive numbers also."""
+    """Return a number as text with a fixed number of decimals.
+
+    decimals : number of digits after the point; side : rounding, LOW (down), NEAREST or HIGH (up)
+    sign : True to write a plus sign before positive numbers
+    """
     return f"{rounded(value, decimals, side):{'+' if sign else ''}.{decimals}f}"
 
 
 def three_figures(value: float, side: Side = NEAREST) -> str:
-    """Return a number as text with three significant digits and without exponent, such as 0.0299 or 2,460."""
+    """Return a number as text with three significant digits and without exponent, such as 0.0299 or 2,460.
+
+    side : rounding, LOW (down), NEAREST or HIGH (up)
+    """
     if side != NEAREST and value and math.isfinite(value):
         value = rounded(value, 2 - math.floor(math.log10(abs(value))), side)
     return f"{float(f'{value:.3g}'):,.12g}"
 
 
 def rounded(value: float, decimals: int, side: Side) -> float:
-    """Return a number rounded down, up, or not at all (NEAREST); decimals : may be negative, such as -1 for tens."""
+    """Return a number rounded down (LOW) or up (HIGH) to a number of decimals; NEAREST returns it unchanged.
+
+    decimals : may be negative, such as -1 for tens. A number that is not finite is returned unchanged.
+    """
     if side == NEAREST or not math.isfinite(value):
         return value
     scaled = value * 10.0**decimals
@@ -44,9 +57,10 @@ def rounded(value: float, decimals: int, side: Side) -> float:
 def interval_as(
     ends: Sequence[float | None], text: Callable[[float, Side], str], unknown: str = "", between: str = "-"
 ) -> str:
-    """Return an interval as text, its ends rounded outward.
+    """Return an interval as text: its lower end is rounded down, its upper end up.
 
-    text : function that turns a number into text, rounded to a side; unknown : text of an end that is None
+    ends : lower and upper end; text : function that turns an end into text, rounded to the given side (LOW or HIGH)
+    unknown : text of an end that is None
     between : text between both ends
     """
     return between.join(

@@ -31,7 +31,7 @@ PIECES = 65_536
 
 
 class Breaking:
-    """Makes the fragments of the broken rocks of one block, generation by generation.
+    """Makes the fragments of the broken rocks of one block: first of the rocks, then of broken fragments, and so on.
 
     flight : physics for the fragments of the latest generation; the last allowed generation cannot break again
     compiled : True if compiled code makes the fragments
@@ -82,7 +82,7 @@ def pieces_of(
 ) -> tuple[Releases, int]:  # fmt: skip
     """Return the fragments of N broken rocks as releases, and the mass of dust (fragments too small to fly).
 
-    The mass of dust is in DUST_UNITS.
+    The mass of dust is in DUST_UNITS. A family is all fragments of one released rock.
     releases : releases of the rocks or fragments that flew; `broken.rows` are rows of these releases
     numbered : last fragment number used in each family, by source and rock; the function updates this dictionary
     compiled : True if compiled code makes the fragments
@@ -90,7 +90,7 @@ def pieces_of(
     Raises
     ------
     InputError
-        A family has more fragments than there are numbers for.
+        A released rock has SOURCES fragments or more.
     """
     source, rock, mass, radius = (getattr(releases, name)[broken.rows] for name in ("source", "rock", "mass", "radius"))
     cascades, counts = _sized(effect, releases, broken, compiled)
@@ -113,7 +113,8 @@ def _sized(
 ) -> tuple[FloatArray, IntArray]:  # fmt: skip
     """Return the size law of the fragments of each of N broken rocks (N, 2), and the number of its fragments (N,).
 
-    The columns of the size law are the exponent, and the share of the rock's volume in the largest fragment (-).
+    The columns of the size law are those of `Cascade`: the exponent of the law, and the share (-) of the rock's volume
+    in the largest fragment.
 
     releases : of the parents; broken : the rocks that broke; compiled : True for the compiled engine
     """
@@ -135,17 +136,18 @@ def _parts(counts: IntArray, most: int) -> list[tuple[int, int]]:
 
 
 def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: dict[Any, int]) -> IntArray:
-    """Return the last number (N,) used in each rock's family before its new fragments are numbered; update `numbered`.
+    """Return, for each of N broken rocks, the fragment number (N,) after which its new fragments are numbered.
 
-    The numbers of the new fragments follow this number. It is 0 if the family has no fragments yet. If several of the N
-    broken rocks belong to one family, their new fragments are numbered one rock after another.
+    A family is all fragments of one released rock. The returned number is the last number used in the family of the
+    broken rock, 0 if the family has no fragments yet. If several of the N broken rocks belong to one family, their new
+    fragments are numbered one broken rock after another.
     source, rock : (N,) numbers that identify the family of each rock; counts : (N,) number of its new fragments
-    numbered : last fragment number used in each family, by source and rock; raised by the new fragments
+    numbered : last fragment number used in each family, by source and rock; the function updates this dictionary
 
     Raises
     ------
     InputError
-        A family has more fragments than there are numbers for.
+        A family has SOURCES fragments or more.
     """
     last = []
     for place, number, count in zip(source.tolist(), rock.tolist(), counts.tolist(), strict=True):
@@ -199,10 +201,11 @@ def _make_all(effect: Fragmentation, seed: int, which: Any, key: Any, parents: A
 def thrown(effect: Fragmentation, v: Vec, n: Vec, tilt: float, turn: float) -> Vec:
     """Return the velocity (m/s) of a fragment of a rock that broke at an impact.
 
-    v : m/s, velocity of the rock after the impact; n : unit normal of the ground
+    The directions of fragments are spread evenly over a cone about v. A direction whose angle to the ground is below
+    `effect.least_angle` is raised to this angle.
 
-    The directions are spread evenly over a cone about v. A direction that is too close to the ground is raised.
-    tilt, turn : uniform numbers in [0, 1)
+    v : m/s, velocity of the rock after the impact; n : unit normal of the ground
+    tilt, turn : uniform numbers in [0, 1) that select the direction
     """
     speed = norm(v)
     axis = scale(1.0 / speed, v) if speed > 0.0 else n

@@ -13,15 +13,27 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 LEAST_AROUND = 2.0
-"""Least distance from a release to the vertical lines around it, in crack widths: the widest edge band is one crack."""
+"""Least distance from a release to the four vertical lines searched around it, in crack widths.
+
+The edge band of a facet is at most one crack width wide.
+"""
 LEAST_HEIGHT = 4.0
-"""Least height of a release above ground to search around it, in crack widths: a lower rock still meets the facet."""
+"""Least height of a release above ground, in crack widths, at which vertical lines around the release are searched.
+
+A lower rock still hits the facet whose edge the vertical line through the release misses.
+"""
 INSIDE = 1e-6
-"""Largest share (-) by which the distance to a facet exceeds that to its plane, if its closest point is inside it."""
+"""Relative tolerance (-) for the test that the closest point of a facet lies inside the facet.
+
+There, the distance to the facet equals the distance to the facet's plane.
+"""
 
 
 def ground_below_releases(engine: Engine, x: FloatArray) -> FloatArray:
-    """Return the ground straight below releases x (R, 3) m: (R, 3) height (m), facet, side, as `Engine.ground_below`.
+    """Return height above ground (m), facet and side (R, 3) straight below releases x (R, 3) m.
+
+    The columns are those of `Engine.ground_below`: the facet is -1 if there is no ground below; the side is 1 for the
+    free side of the facet, -1 for its back.
 
     A rock that starts inside the ground, above an overhang, has the back of an overhanging facet below it. But the back
     of a facet excludes the facet's edges (`detection.narrow_phase`). A vertical line through an edge of the overhang
@@ -47,10 +59,9 @@ def ground_below_releases(engine: Engine, x: FloatArray) -> FloatArray:
 
 
 def _to_look_around(engine: Engine, found: FloatArray) -> IntArray:
-    """Return the rows of the releases around which further vertical lines are searched.
+    """Return the rows (N,) of the releases around which further vertical lines are searched.
 
-    These releases lie at least LEAST_HEIGHT (4) crack widths above the free side of a facet. On terrain without
-        overhangs
+    These releases lie at least LEAST_HEIGHT crack widths above the free side of a facet. On terrain without overhangs
     the result is empty, because no facet shows its back to a rock above.
     found : (R, 3) height (m), facet and side of the ground below each release, from `Engine.ground_below`
     """

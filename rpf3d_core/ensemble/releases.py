@@ -252,7 +252,10 @@ def _along(points: FloatArray, breaks: Sequence[int], share: FloatArray) -> Floa
 
 
 def _over_ground(source: Source, x: FloatArray, engine: Engine, frame: Frame) -> FloatArray:
-    """Return positions (R, 3) m at the places x (R, 3) in plan, `above_ground` (m) above the highest terrain there."""
+    """Return positions (R, 3) m: x and y of the given positions, z the highest terrain there plus `above_ground` (m).
+
+    x : (R, 3) m. Raises `InputError` if there is no terrain at a position.
+    """
     top = np.array(x)
     top[:, 2] = engine.facets.high[2] + ABOVE_EVERYTHING
     found = engine.ground_below(top)
@@ -264,7 +267,9 @@ def _over_ground(source: Source, x: FloatArray, engine: Engine, frame: Frame) ->
 
 
 def check_above_ground(releases: Releases, names: Sequence[str], engine: Engine, frame: Frame) -> None:
-    """Refuse releases under the ground or outside the terrain, before the first flight.
+    """Raise an error if a rock starts under the ground or outside the terrain.
+
+    names : names of the sources, by number; frame : frame of the terrain, for coordinates in messages
 
     Raises
     ------

@@ -65,7 +65,10 @@ class Sample:
         return self._values, self._counts
 
     def percentiles(self, wanted: tuple[int, ...]) -> list[float]:
-        """Return the `wanted` percentiles (in percent) of at least one value, interpolated linearly between values."""
+        """Return percentiles of a sample of at least one value, interpolated linearly between neighbouring values.
+
+        wanted : the percentiles to return, in percent, such as (5, 50, 95)
+        """
         values, counts = self.sorted()
         ends = np.cumsum(counts)
         rank = np.array(wanted) / 100.0 * (self.count - 1)

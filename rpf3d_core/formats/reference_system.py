@@ -79,7 +79,8 @@ def stated_reference_system(path: Path, family: str = "polygon") -> str | None:
 
     GeoTIFF, LandXML, LAS, GeoPackage, Shapefile and GeoJSON with the member `crs` can state one.
 
-    family : of the geometries that are read from a GeoPackage, whose layers may have different systems
+    family : kind of geometry, "polygon", "line" or "point", whose layer counts in a GeoPackage or Shapefile; the layers
+        of a GeoPackage may have different systems
     """
     if path.suffix.lower() in (".gpkg", ".shp"):
         from rpf3d_core.formats.mine.vector_files import vector_crs

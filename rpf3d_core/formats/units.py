@@ -30,13 +30,13 @@ _SPELT_OUT = {
 _IN_BRACKETS = re.compile(r"[(\[]\s*([^()\[\]]+?)\s*[)\]]\s*$")
 _SUFFIX = re.compile(r"(^|_|,\s*|\s)([a-z]+3?)$")
 _MEGAGRAM = re.compile(r"(?<![A-Za-z])Mg(?![A-Za-z])")
-"""The symbol of a megagram, a tonne, which is that of a milligram in small letters."""
+"""The symbol of a megagram (a tonne); in small letters, it would be the symbol of a milligram."""
 _NO_WORD = ("l", "g", "t", "m", "in")
 """Units that are not read after a blank, because they may be other words."""
 _TONS = ("ton", "tons")
 """Words that are always uncertain: a ton is read as 1,000 kg, but may also be 907 or 1,016 kg."""
 _SYMBOLS = (("length", "l"), ("mass", "m"), ("thickness", "t"))
-"""Names of columns with the letter in brackets that is their symbol, and no unit of another quantity."""
+"""Names of columns with a letter in brackets that is the symbol of the quantity, not a unit: (L) is not litres."""
 
 
 class TableUnit(NamedTuple):

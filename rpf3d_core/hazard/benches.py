@@ -37,7 +37,7 @@ STILL_OPEN = "what the scene takes as known (models, terrain, sources) is in no 
 """Note under the printed table of a run over parameter sets, on uncertainties that its intervals do not include."""
 
 CAUGHT_COUNT = "rocks that barriers caught count as stopped (and retained) in the zone or area under the barrier"
-"""Note under the tables of zones if barriers caught rocks; only the table of outcomes has them apart."""
+"""Note under the tables of zones if barriers caught rocks; only the table of outcomes lists caught rocks separately."""
 
 MOST_DECIMALS = 4
 """Largest number of decimals of a share in per cent: 4 show one rock in a million."""
@@ -311,8 +311,9 @@ def interval_in_percent(low: float, high: float) -> str:
 
 
 def in_percent(share: float, decimals: int, side: Side = NEAREST) -> str:
-    """Return a share in per cent as text with a number of decimals; side : which way it is rounded.
+    """Return a share (-) in per cent as text, without the sign %.
 
+    decimals : usual number of decimals; side : rounding, LOW (down), NEAREST or HIGH (up)
     A share that would look like 0 or 100 %, but is not, gets more decimals. A share of exactly 0 or 1 has no decimals.
     """
     rest = min(share, 1.0 - share)

@@ -39,12 +39,12 @@ Bins of energy cover these octaves, and twice the octaves of speed.
 
 
 class Scales(NamedTuple):
-    """The bins of energy (J), speed (m/s) and height (m): largest value and number of bins of each, bins per octave.
+    """The bins of energy (J), speed (m/s) and height (m), in this order.
 
+    top : largest values; the largest speed and height are powers of two, so that scaling is exact
+    bins : numbers of bins. If all rocks have one mass and none spins, speed has no bins: percentiles of speed then
+        follow from the percentiles of energy.
     per_octave : number of bins over which values double
-    top, bins : for energy, speed and height, in this order. The largest speed and height are powers of two, so that
-    scaling is exact. If all rocks have one mass and none spins, speed has no bins: percentiles of speed then follow
-    from the percentiles of energy.
     """
 
     top: tuple[float, float, float]

@@ -1,8 +1,8 @@
 """Decide if enough rocks have flown, from the shares and percentiles of zones or areas after each doubling.
 
-Two conditions must hold (physics reference 8.3). Half the width of the 95 % Wilson interval of each share is at most
-the target for shares. No p95 energy has changed by more than the target for energies over the last two doublings of the
-number of rocks. The mean alone never decides.
+Two conditions must hold (docs/explanation/statistics.md). Half the width of the 95 % Wilson interval of each share is
+at most the target for shares. No p95 energy has changed by more than the target for energies over the last two
+doublings of the number of rocks. The mean alone never decides.
 """
 
 from collections.abc import Mapping, Sequence

@@ -19,7 +19,7 @@ StatisticArray = NDArray[Any]  # float32; code that draws maps does not depend o
 PERCENTILES = (50, 90, 95, 99)
 """Percentiles in a map, over the distinct rocks that reached a cell, of each rock's largest value there."""
 FEWEST_ROCKS = 20
-"""Smallest number of distinct rocks for which a cell has percentiles (physics reference 8.2)."""
+"""Smallest number of distinct rocks for which a cell has percentiles; below it, p95 would be the largest value."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,6 +132,7 @@ class HazardMaps:
 def reach_probability(layers: Layers, flown: int) -> FloatArray:
     """Return the reach probability (S,) (-) of S cells: the share of all rocks flown that reached each cell.
 
-    It is the probability for a rock that falls; it does not state how often rocks fall. Source: physics reference 7.2.
+    The probability holds for a rock that falls; it does not state how often rocks fall. Source: Hantz et al. 2021,
+    Geosciences 11:158.
     """
     return np.asarray(layers.rocks / max(flown, 1))

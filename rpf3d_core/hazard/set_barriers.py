@@ -19,9 +19,10 @@ FIRST = {"first_caught": HELD, "first_broken_through": THROUGH, "first_flown_ove
 """Names of the results of first arrivals, with their places in `AtBarrier.first`."""
 
 Bands = Mapping[str, tuple[float, float]]
-"""Predictive intervals at one barrier by figure; both ends are NaN if an interval is unknown.
+"""Predictive intervals (low, high) of the figures of one barrier, by name; both ends are NaN if unknown.
 
-came : share of all rocks that arrived at the barrier; names of FIRST, caught : shares of the rocks that arrived
+came : share (-) of all rocks that arrived at the barrier
+first_caught, first_broken_through, first_flown_over, caught : shares (-) of the rocks that arrived
 energy (J), height (m) : 95th percentiles over first arrivals
 """
 

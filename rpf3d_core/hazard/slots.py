@@ -25,7 +25,10 @@ from rpf3d_core.jit.prefetch import prefetch
 AHEAD = 32
 """Number of visits whose memory is fetched together into the processor's cache, to save waiting time."""
 SUM_UNITS = 2.0**34
-"""Number of units of a sum in the largest value: sums are whole numbers, and sums over 2^29 rocks fit in 64 bits."""
+"""Units in which sums are counted, per largest value of the bins (`Scales.top`): a sum is a whole number of units.
+
+So sums over 2^29 rocks fit in 64 bits.
+"""
 
 
 class Slots(NamedTuple):

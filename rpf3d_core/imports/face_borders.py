@@ -127,7 +127,7 @@ def _runs(flags: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
 
 
 def _heights_of_ends(grid: _Grid, part: FloatArray) -> FloatArray:
-    """Return the height (2,) m of the ground at the first and the last point of a part."""
+    """Return the height (2,) m of the ground at the first and the last point of a part of a border (N, 2) m."""
     return grid.heights[_at(grid, part[[0, -1]])]
 
 
@@ -146,7 +146,10 @@ def _joined(parts: list[FloatArray], heights: list[FloatArray]) -> list[FloatArr
 
 
 def _neighbours(parts: list[FloatArray], heights: list[FloatArray]) -> Iterator[tuple[float, int, int]]:
-    """Yield the gap (m) and the numbers of two parts, for each pair in which the second part continues the first."""
+    """Yield the gap (m) and the numbers of two parts of borders, for each pair whose second part continues the first.
+
+    parts, heights : as in `_joined`
+    """
     if not parts:
         return
     starts = shapely.STRtree([shapely.Point(part[0]) for part in parts])
@@ -169,7 +172,7 @@ def _continues(part: FloatArray, other: FloatArray) -> bool:
 
 
 def _heading(part: FloatArray) -> FloatArray:
-    """Return the unit vector (2,) from the first point of a part to the point HEADING m along the part."""
+    """Return the unit vector (2,) from the first point of a line (N, 2) m to the point HEADING (m) along the line."""
     line = shapely.LineString(part)
     way = shapely.get_coordinates(shapely.line_interpolate_point(line, min(HEADING, line.length)))[0] - part[0]
     return np.asarray(way / max(float(np.linalg.norm(way)), 1e-12))
@@ -180,7 +183,10 @@ def _last(after: dict[int, int], number: int) -> int:
 
 
 def _chain(after: dict[int, int], first: int) -> list[int]:
-    """Return the numbers of the parts that follow one another, starting with `first`; after : part -> next part."""
+    """Return the numbers of the parts of borders that follow one another, starting with the part `first`.
+
+    after : number of the next part, by number of a part; the last part of a chain is missing
+    """
     chain = [first]
     while chain[-1] in after:
         chain.append(after[chain[-1]])

@@ -125,7 +125,7 @@ def _found(scene: Scene, terrain: Terrain, faults: FaultReport, choice: FileChoi
 
 
 def _zones(terrain: Terrain) -> list[ZoneFound]:
-    """Return the area and the mean slope, weighted by area, of each zone."""
+    """Return the area (m2) and the mean slope (degrees, weighted by area) of each zone of a terrain."""
     areas = area_vectors(terrain.vertices, terrain.triangles)
     size = np.linalg.norm(areas, axis=1)
     flatness = np.clip(np.divide(areas[:, 2], size, out=np.ones_like(size), where=size > 0.0), -1.0, 1.0)

@@ -1,4 +1,4 @@
-"""Import an input folder of Rockyfor3D as a scene (physics reference 1.9; docs/howto/imports.md)."""
+"""Import an input folder of Rockyfor3D as a scene (docs/howto/imports.md)."""
 
 from pathlib import Path
 

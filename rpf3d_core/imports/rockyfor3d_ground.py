@@ -1,7 +1,8 @@
-"""Convert Rockyfor3D's ground codes to coefficients of restitution (physics reference 1.9).
+"""Convert Rockyfor3D's ground codes to coefficients of restitution.
 
-All numbers in this file are unconfirmed, because the manual was not available. The numbers are written into the scene
-file, where the user must check them. No kernel contains these numbers.
+All numbers in this file are unconfirmed, because the manual (Dorren 2016, Rockyfor3D (v5.2) revealed) was not
+available. The numbers are written into the scene file, where the user must check them. No kernel contains these
+numbers.
 """
 
 from collections.abc import Sequence

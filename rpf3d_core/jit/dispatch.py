@@ -64,7 +64,7 @@ class ModelFunction(Protocol):
 
 
 def kernel(function: F) -> F:
-    """Mark a function of plain values so that both engines can call it.
+    """Mark a function of numbers and NamedTuples so that both engines can call it.
 
     Compiled code gets a compiled copy of the function in each caller; in Python the function stays unchanged.
     """
@@ -75,7 +75,7 @@ def kernel(function: F) -> F:
 
 
 def routine(function: F) -> F:
-    """Mark a large function of plain values and arrays for both engines; it is compiled once, and not copied.
+    """Mark a large function of numbers, NamedTuples and arrays for both engines; it is compiled once, not copied.
 
     A kernel is copied into each of its callers, so a large kernel with several callers takes long to compile. But each
     call of a routine passes all numbers of its records one by one, and seven or more numbers for each array: up to 300

@@ -17,7 +17,7 @@ Share = Callable[[Sequence[Callable[[], Any]]], list[Any]]
 """A function that calls several functions, in any order or in parallel, and returns their results in order."""
 
 SPARE = 8
-"""Divisor of the requested length of a new array: the quotient is its spare length, because surveys grow slowly."""
+"""A new array has 1 / SPARE more elements than requested, because the next survey may be a little larger."""
 
 
 def fresh(name: str, length: int, dtype: Any) -> NDArray[Any]:

@@ -19,8 +19,8 @@ The losses are proportional to the impulse, so they stay finite when impacts bec
 for a time t, the impulses P add up to N t, N the push of the ground per unit of mass. Rolling friction then brakes the
 sphere by 5/7 mu_r N, as in `sphere_ground`.
 
-Derived from rigid-body mechanics (physics reference 2.3); e_t = 0 for rock: Leine et al. 2014, Multibody Syst. Dyn.
-32:241-271, doi 10.1007/s11044-013-9393-4.
+Derived from rigid-body mechanics; e_t = 0 for rock: Leine et al. 2014, Multibody Syst. Dyn. 32:241-271, doi
+10.1007/s11044-013-9393-4.
 """
 
 from typing import NamedTuple

@@ -66,7 +66,7 @@ def constant_restitution(
     """Return the motion of a lumped mass after an impact with constant restitution.
 
     n : (3,) unit normal of the facet
-    Source: thesis, equations 3-1 to 3-3; physics reference 1.1.
+    Source: thesis, equations 3-1 to 3-3.
     """
     return lumped(surface.R_n, surface.R_t, motion, n)
 
@@ -97,7 +97,7 @@ def constant_rest(
 def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -> RemainingBounces:
     """Return the sum of all remaining bounces on a plane for constant R_n = r and R_t = q: a geometric series.
 
-    motion : just after an impact on a plane of normal n (3,). Source: validation reference 2.2.
+    motion : just after an impact on a plane of normal n (3,); gravity : m/s2, above 0
 
     Bounce k takes the time T_k = T_0 R_n^k and starts with the velocity u_k along the facet. With g_t the gravity along
     the facet, u_{k+1} = R_t (u_k + g_t T_k). The displacement by all bounces is

@@ -5,7 +5,7 @@ distance and mu_r the material's rolling friction. A = m / (m + I / R^2), with m
 the radius, is 5/7 for a solid sphere, because rotation takes part of the energy. As a vector along the ground,
 dv/dt = A (g_t - mu_r g_n v / |v|), with g_t and g_n the gravity along the ground and normal to the ground.
 
-Source: Azzoni et al. 1995, Int. J. Rock Mech. Min. Sci. 32:709-724, as implemented publicly (physics reference 2.2).
+Source: Azzoni et al. 1995, Int. J. Rock Mech. Min. Sci. 32:709-724, as in the public program PlatRock.
 """
 
 from typing import NamedTuple
@@ -26,8 +26,9 @@ class Rolling(NamedTuple):
 
 @law_on_facet.rule(Rolling)
 def rolling_on_facet(ground: Rolling, surface: Surface, n_z: float, gravity: float) -> Law:
-    """Return the law of motion of a rolling rock on a facet: k = A mu_r g_n, symbols as at the top of this file.
+    """Return the law of motion of a rolling rock on a facet: deceleration k = A mu_r g_n, with A = 5/7.
 
+    mu_r is the material's rolling friction, g_n the gravity normal to the facet.
     n_z : vertical component of the facet's unit normal; gravity : g, m/s^2, above 0
     """
     return Law(

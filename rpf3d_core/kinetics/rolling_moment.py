@@ -16,8 +16,8 @@ the solution is
 The contact sticks if |p| <= k at y = 1. Otherwise it slips, and y is where |p| = k: |p| falls as y grows. An arrested
 spin has y = |u| / k. For a rolling sphere, L = k (5/2 + y) solves |c + 5/2 r e(L)| = L, for which a bracket is known.
 
-Derived from rigid-body mechanics. Sources for the combination of a rolling moment with Coulomb friction: rigid blocks
-5.4, and PlatRock with Siconos (physics reference 2.6).
+Derived from rigid-body mechanics. The program PlatRock, with the solver Siconos, also combines a rolling moment with
+Coulomb friction.
 """
 
 from typing import NamedTuple
@@ -98,7 +98,8 @@ def _slipping(u: Vec, s: Vec, q: Vec, friction: float, moment: float) -> Impulse
 
     u, s, friction, moment : as in `impulses_of`; q : 2/5 s
 
-    The impulses follow from a length L, the root of the equation at the top of this file, exact except for rounding.
+    The impulses follow from the length L that solves |c + 5/2 r e(L)| = L (derivation at the top of this file), with c
+    the slip before the impact. L is exact except for rounding.
     """
     c = subtract(u, s)
     low, high = max(3.5 * friction, norm(c) - 2.5 * moment), norm(c) + 2.5 * moment
@@ -133,9 +134,10 @@ def _spin_left(u: Vec, q: Vec, friction: float, length: float) -> Vec:
 
 @kernel
 def _excess(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: float) -> float:
-    """Return (5/2 + y) |p| - L (m/s) for a trial value of L, with the symbols at the top of this file.
+    """Return the left side minus the right side (m/s) of |c + 5/2 r e(L)| = L, for a trial value of the length L.
 
-    The result is positive if the value is too small, and 0 for the solution.
+    The result is positive if the trial value is too small, and 0 for the solution. The derivation of the equation is at
+    the top of this file.
     u, friction, moment : as in `impulses_of`; q : (3,) m/s, 2/5 of the surface velocity due to spin
     c : (3,) m/s, slip before the impact; length : trial value of L (m/s)
     """
@@ -148,7 +150,7 @@ def _excess(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: floa
 
 @kernel
 def _at_length(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: float) -> Impulses:
-    """Return the impulses of an impact with slip for the length L that solves the equation at the top of this file.
+    """Return the impulses of an impact with slip, from the length L (m/s) that `_slipping` has found.
 
     u, q, friction, moment : as in `_slipping`; c : slip before the impact (3,) m/s; length : L
     """

@@ -3,7 +3,7 @@
 dv/dt = g_t - k v / |v|, with k = g sin(atan(mu_r)) on every slope; g_t is gravity along the ground. Coulomb's rule has
 k = mu g cos(b) on a slope of angle b. Azzoni's rule (`rolling.py`) has 5/7 g_t, and k = 5/7 mu_r g cos(b).
 
-Source: Guzzetti et al. 2002, Comput. Geosci. 28:1079-1093, as implemented in r.stone (physics reference 2.1).
+Source: Guzzetti et al. 2002, Comput. Geosci. 28:1079-1093, as implemented in r.stone.
 """
 
 import math

@@ -3,7 +3,7 @@
     mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s)
     ds/dt = |v| while a contact presses, v the velocity of the centre of mass;    ds/dt = -beta s otherwise
 
-Source: Leine et al. 2014 (Multibody Syst. Dyn. 32:241), equations 46 and 47 (physics reference 3.1, C).
+Source: Leine et al. 2014 (Multibody Syst. Dyn. 32:241), equations 46 and 47.
 """
 
 import math

@@ -11,7 +11,7 @@ a slope, on level ground, and for a sphere that rolls without rolling friction. 
 the friction at the middle of the segment, and the segment ends before friction has turned by TURN. Every segment also
 ends before the velocity has turned by TURN, because barriers, trees and gaps are searched for on its chord.
 
-Derived from rigid-body mechanics (validation reference 2.5).
+Derived from rigid-body mechanics (docs/explanation/physics.md, "The rigid sphere").
 """
 
 import math

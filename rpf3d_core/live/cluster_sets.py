@@ -129,7 +129,7 @@ class ClusterSets:
     """Counts what the rocks of each parameter set of a cluster do in each area of interest."""
 
     def __init__(self, sets: LiveSets, tallies: Tallies, places: Tallies | None, engine: Engine) -> None:
-        """Begin without rocks.
+        """Create the counts of all parameter sets, empty.
 
         tallies : counts of the cluster
         places : empty counts of displaced paths from `tallies_of_displaced`, None without displacements. All clusters

@@ -100,7 +100,7 @@ class ClusterTally:
     """
 
     def __init__(self, sources: IntArray, tallies: Tallies, areas: Sequence[AreaOutline], origin: Origin) -> None:
-        """Begin without rocks.
+        """Create the counts of a cluster, empty.
 
         sources : (N,) source numbers of the cluster; areas : the areas of interest; origin : of the cluster
         tallies : the empty counts of the answer. All clusters share the counts of map cells; each cluster has its own

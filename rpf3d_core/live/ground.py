@@ -4,8 +4,8 @@ A terrain is built from a whole survey in memory that no terrain in use occupies
 terrain. A patch changes the arrays of the terrain in use: no rock may fly over this terrain during the change, and the
 terrain from before the patch must not be used afterwards.
 
-Pieces of terrain, whose facets share no vertex with other pieces, can pass through each other only in a mesh survey.
-Grids and clouds have one height at each place in plan, and a patch removes all facets in its footprint.
+Two parts of a terrain that share no vertex, called pieces in the code, can pass through each other only in a mesh
+survey. Grids and clouds have one height at each place in plan, and a patch removes all facets in its footprint.
 """
 
 import time
@@ -94,8 +94,8 @@ class LiveTerrain:
     patches : number of patches since the terrain was built from a whole survey
     locator : search structure over the facets; room : the memory of all arrays
     border : the sides of facets without a neighbour, and the caps over the gaps that these sides enclose
-    pieces : the piece of each facet, and whether pieces can pass through each other; never None, so that flights are
-        compiled once
+    pieces : for each facet the number of its part of the mesh (parts share no vertex), and whether two parts can pass
+        through each other; never None, so that flights are compiled once
     changed : where the last patch changed the terrain; None if the terrain was built from a whole survey
     """
 

@@ -15,7 +15,8 @@ from rpf3d_core.terrain.frame import FloatArray
 REMEMBERED = 10_000
 """Largest number of former digests that are remembered for each area, and for the terrain.
 
-A forgotten digest counts as replaced when the watch began, which is a fault at once in place of a fault never.
+A digest that is no longer remembered counts as replaced when the watch began: evidence with this digest then causes a
+fault at once, which is safer than no fault.
 """
 
 
@@ -64,9 +65,9 @@ class DigestHistory:
     def replaced_ns(self, digest: str, made_ns: int) -> int | None:
         """Return when (ns) a digest was replaced; None if it is the present digest.
 
-        If the digest was present in several periods, the last period that began before `made_ns` counts, else the first
-        one. So the evidence is not taken for younger than its rocks if the thing changes back and forth. A digest that
-        is not known counts as replaced when the watch began.
+        If the digest was present in several periods, the last period that began before `made_ns` counts; if none began
+        before, the first period counts. So evidence never counts as younger than its rocks, even if an outline changes
+        back and forth. A digest that is not known counts as replaced when the watch began.
 
         made_ns : when (ns) the evidence with this digest was made
         """

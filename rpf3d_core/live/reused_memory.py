@@ -16,7 +16,7 @@ SETS = 2
 
 
 class Room:
-    """A memory set, that is memory for all arrays of one terrain, and the objects that use this memory.
+    """The memory for all arrays of one terrain (a memory set), with a list of the objects that use this memory.
 
     claimed : True while a terrain is being built in this memory
     patches : number of patches of the terrain since it was built from a whole survey

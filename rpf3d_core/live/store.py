@@ -36,7 +36,8 @@ The file stays; the lock ends with its process, even after a crash.
 class StoredSurveys(NamedTuple):
     """The surveys of one terrain on disk: the whole survey and its patches.
 
-    pieces : the whole survey, then its patches in order; faults : sentences about patches that could not be read
+    pieces : the stored surveys: the whole survey, then its patches in order
+    faults : sentences about patches that could not be read; empty if all could be read
     unread : number of patches that are left out because of these faults
     """
 
@@ -63,7 +64,7 @@ class StoredSurveys(NamedTuple):
         return tuple(min(time_ns, latest_ns) for time_ns in times)
 
     def ground(self, workshop: Workshop) -> LiveTerrain:
-        """Return the terrain built again from the stored surveys. Raises TerrainError if that fails."""
+        """Return the terrain built from the stored whole survey and its patches; raise TerrainError if that fails."""
         first, *patches = self.pieces
         ground = workshop.whole(first.survey, first.stamp_ns, first.digest, first.whole_ns, first.whole_digest)
         for piece in patches:
@@ -186,7 +187,10 @@ class Store:
                 self._changed.notify_all()
 
     def _try_to_write(self, piece: StoredSurvey) -> None:
-        """Write a survey; after a failure, set `fault` and write no patch until a whole terrain is on disk."""
+        """Write a survey to the folder; if that fails, set `fault`, and write no patch before the next whole survey.
+
+        piece : the survey to write, whole or a patch
+        """
         try:
             self._write(piece)
         except Exception as error:  # the thread must survive any error
@@ -195,7 +199,10 @@ class Store:
             self.fault, self._gap = self._unlocked, False
 
     def _write(self, piece: StoredSurvey) -> None:
-        """Write a survey to the folder: a patch is added to the patches, a whole survey replaces all files."""
+        """Write a survey to the folder: a patch as a further file, a whole survey in place of all files.
+
+        piece : the survey to write, whole or a patch
+        """
         old = sorted(self.folder.glob(f"patch-*{SUFFIX}"))
         if piece.upon:
             number = int(old[-1].stem.partition("-")[2]) + 1 if old else 1
@@ -227,9 +234,10 @@ def _locked(folder: Path) -> tuple[int, str | None]:
 
 
 def mesh_of(ground: LiveTerrain) -> MeshSurvey:
-    """Return a terrain as a mesh survey in the map frame, to store it whole.
+    """Return the terrain with all its patches as one mesh survey, map frame, which can be stored as a whole survey.
 
-    Rows that patches have left empty are left out.
+    Patches replace removed facets by triangles without area: rows of the array whose first two vertices are equal. The
+    result does not contain these triangles.
     """
     triangles = ground.terrain.triangles
     return MeshSurvey(

@@ -49,9 +49,9 @@ class StoredSurvey(NamedTuple):
 
 
 def write_piece(path: Path, piece: StoredSurvey) -> None:
-    """Write a survey to a file that is complete at any time, even after a crash; an existing file is replaced.
+    """Write a survey to a file, which is complete at any time, even after a crash; an existing file is replaced.
 
-    Raises OSError.
+    piece : the survey. Raises OSError if the file cannot be written.
     """
     beside = path.with_suffix(".part")
     arrays = _arrays(piece.survey)

@@ -1,4 +1,4 @@
-"""Properties of the ground for rocks with a shape, fixed or drawn at random; friction is a coefficient, no angle."""
+"""Ground properties for rocks with a shape, fixed or drawn at random; friction is a coefficient, not an angle."""
 
 from typing import Any, NamedTuple
 

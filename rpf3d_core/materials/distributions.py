@@ -88,9 +88,10 @@ def truncated_lognormal(mean: float, sd: float, low: float, high: float) -> Dist
 
 
 def truncated_power_law(exponent: float, low: float, high: float) -> Distribution:
-    """Return the power law of rock sizes, N(> x) ~ x^-exponent, between two bounds (physics reference 6.4).
+    """Return the power law of rock sizes, N(> x) ~ x^-exponent, between two bounds.
 
-    exponent > 0, 0 < low < high"""
+    exponent > 0, 0 < low < high
+    """
     return Distribution(
         kind=POWER_LAW,
         low=low,

@@ -23,9 +23,9 @@ RATE = 60
 """Number of poses per second that are recorded while a block moves: as many as a screen shows."""
 
 SEEN = 2e-3
-"""Share (-) of the block's reach. A pose is recorded if a corner may have moved by more since the last recorded pose.
+"""Smallest visible movement of a corner, as a share (-) of the largest distance of a corner from the block's centre.
 
-The reach is the largest distance of a corner from the centre.
+A pose is recorded if a corner may have moved farther than this since the last recorded pose.
 """
 
 BLOCK_COLOUR = (196, 120, 62)

@@ -1,7 +1,7 @@
 """Compare simulated deposits with end points observed in the field.
 
-Only horizontal coordinates are compared, because field surveys and meshes often differ in vertical datum (by 2.3 m at
-Authume: reference/validation.md, section 1).
+Only horizontal coordinates are compared, because field surveys and meshes often differ in vertical datum (by 2.3 m in
+the published data of the quarry Authume, a field case of docs/explanation/validation.md).
 """
 
 from typing import Any

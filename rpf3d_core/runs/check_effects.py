@@ -18,10 +18,7 @@ from rpf3d_core.setup.prepared import Prepared
 from rpf3d_core.values import Outcome
 
 TREES = ("nrtrees", "dbhmean", "dbhstd", "conif_percent", "treefile")
-"""Names of files about trees in an input folder of Rockyfor3D, which suggest that the scene needs a forest.
-
-Source: physics reference 1.9.
-"""
+"""Names of files about trees in an input folder of Rockyfor3D, which suggest that the scene needs a forest."""
 
 
 def effects_called_for(scene: Scene, flown: Flights) -> Iterator[str]:

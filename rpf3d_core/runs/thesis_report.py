@@ -24,8 +24,8 @@ from rpf3d_core.terrain.pit.parameters import Pit
 ROCKS_OF_THESIS = 21
 """Number of rocks in a run of the thesis.
 
-The thesis states 20, but its printed 4, 19, 23, 28, 38, 43 and 57 % are all multiples of 1 / 21 (reference,
-validation 6).
+The thesis states 20, but its printed 4, 19, 23, 28, 38, 43 and 57 % are all multiples of 1 / 21, rounded or cut off to
+a whole percent.
 """
 ON_A_BENCH = 1.0
 """A rock counts as on a bench down to this depth (m) below the altitude of the bench.

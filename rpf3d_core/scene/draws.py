@@ -81,7 +81,7 @@ class LognormalSpec(Normal):
 class PowerLawSpec(StrictModel):
     """A truncated power law, N(> x) ~ x^-exponent between two bounds.
 
-    Physics reference 6.4: volumes of blocks have exponents of 0.4 to 0.6.
+    The exponent of rock volumes is usually 0.4 to 0.6 (Hungr et al. 1999; Dussauge et al. 2003; unconfirmed).
     """
 
     exponent: Number = Field(gt=0, description="a number above 0 (-), b in N(> x) ~ x^-b")

@@ -1,7 +1,8 @@
 """The scene's key `hazard`: the raster of the maps, the levels of the zones, and the memory limit of the maps.
 
 Only the three levels of reach probability have defaults. Other levels and classes have no defaults, because thresholds
-differ between countries and mines, and a different threshold changes the zones strongly (physics reference 7.3).
+differ between countries and mines, and a different threshold changes the zones strongly (Abbruzzese and Labiouse,
+EPFL infoscience 162547).
 """
 
 from itertools import pairwise

@@ -2,8 +2,8 @@
 
 Every figure is a range, except known values, which are plain numbers. If a source gives a mean and a standard
 deviation, the range ends at the source's bounds. If the source gives no bounds, the range ends two standard deviations
-from the mean and, for restitution, stays within [0, 1]. Values for point models are wrong for rocks with a shape
-(physics reference 0.5), so rocks with a shape have separate entries.
+from the mean and, for restitution, stays within [0, 1]. Values for point models are wrong for rocks with a shape,
+which turn part of their speed into spin, so rocks with a shape have separate entries.
 """
 
 from collections.abc import Mapping

@@ -127,7 +127,7 @@ def _polylines(path: Path, drawing: Drawing) -> list[Part]:
 
 
 def _polyface(path: Path, drawing: Drawing, lines: Polylines, faces: Ids, parent: Ids) -> Part:
-    """Return the triangles of all polyface meshes; a face has the numbers of its corners in its own mesh, from 1.
+    """Return the triangles of all polyface meshes; a face lists its corners by their numbers in the mesh, from 1.
 
     faces : (F,) VERTEX entities that are faces; parent : (F,) index in `lines` of the mesh of each face
     """

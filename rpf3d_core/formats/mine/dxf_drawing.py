@@ -19,7 +19,7 @@ CLOSED, CURVE_3D, MESH_2D, POLYFACE = 1, 8, 16, 64
 
 
 class Drawing(NamedTuple):
-    """The E entities of a DXF file, and the P pairs that they consist of.
+    """The E entities of a DXF file, and the P pairs of group code and value that the entities consist of.
 
     pairs : the pairs in the order of the file
     entity : (P,) number of the entity that each pair belongs to
@@ -53,7 +53,7 @@ class Drawing(NamedTuple):
         return out
 
     def pairs_of(self, entity: int) -> tuple[NDArray[np.int16], FloatArray]:
-        """Return codes (Q,) and values (Q,) of one entity."""
+        """Return the group codes (Q,) and the values (Q,) of one entity, given by its number."""
         begin, end = np.searchsorted(self.entity, [entity, entity + 1])
         return self.pairs.code[begin:end], self.pairs.value[begin:end]
 

@@ -35,7 +35,7 @@ Codes = NDArray[np.int16]
 
 
 class Pairs(NamedTuple):
-    """The pairs of a DXF file that are kept, in the order of the file.
+    """The pairs of group code and value in a DXF file, in the order of the file; only codes that rpf3d uses.
 
     code : (P,) group codes; value : (P,) the number or, if the value is a text, the index of the text in `texts`
     """
@@ -46,7 +46,7 @@ class Pairs(NamedTuple):
 
 
 def read_pairs(path: Path) -> Pairs:
-    """Return the pairs of a DXF file.
+    """Return the pairs of group code and value in a DXF file; codes that rpf3d does not use are left out.
 
     Raises
     ------
@@ -70,7 +70,10 @@ def read_pairs(path: Path) -> Pairs:
 
 
 def _blocks(path: Path) -> Iterator[Any]:
-    """Yield the lines of a file as arrow arrays with an even number of lines; the last line may have no line end."""
+    """Yield the lines of a DXF file in blocks: arrow arrays with an even number of lines, so no pair is divided.
+
+    The last line of the file may have no line end.
+    """
     with path.open("rb") as file:
         rest = b""
         while data := file.read(BLOCK):
@@ -98,8 +101,9 @@ def _even_lines(data: bytes) -> tuple[Any, int]:
 
 
 def _block_pairs(path: Path, lines: Any, first: int, texts: dict[bytes, int]) -> tuple[Codes, FloatArray]:
-    """Return the codes and values of the kept pairs of a block of lines; add new texts to `texts`.
+    """Return the group codes (P,) and values (P,) in a block of lines, without codes that rpf3d does not use.
 
+    A value that is a text is returned as its number in `texts`; new texts are added there.
     first : number of the first line, from 1, for messages
     """
     every = pc.ascii_trim_whitespace(lines.take(pa.array(np.arange(0, len(lines), 2, dtype=np.int32))))
@@ -115,8 +119,10 @@ def _block_pairs(path: Path, lines: Any, first: int, texts: dict[bytes, int]) ->
 
 
 def _converted(path: Path, words: Any, first: int, pair: Any, kind: Any, must: str) -> NDArray[Any]:
-    """Return words as numbers of a type; raise a TerrainError that names the line of the first wrong word.
+    """Return words of a block of lines as numbers (N,); raise a TerrainError that names the line of the first wrong
+    word.
 
+    words : (N,) arrow array of texts; kind : arrow type of the numbers
     first : number of the block's first line, from 1; must : what a word must be, for the message
     pair : for words that are values, (N,) number of the pair of each word in the block; 0 if the words are the group
         codes of all pairs of the block
@@ -161,7 +167,7 @@ def _decoded(text: bytes) -> str:
 
 
 def _kept_codes() -> NDArray[np.bool_]:
-    """Return a table (LARGEST_CODE + 1,) that is true for each kept code; the last entry is false."""
+    """Return a table (LARGEST_CODE + 1,) that is True for each group code that rpf3d uses; the last entry is False."""
     table = np.zeros(LARGEST_CODE + 1, bool)
     table[[*TEXTS, *NUMBERS]] = True
     return table

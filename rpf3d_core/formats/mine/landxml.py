@@ -20,7 +20,7 @@ UNITS = {
 }  # fmt: skip
 """Key of each unit of length other than the metre (attribute linearUnit)."""
 HEAD = 2**20
-"""Size (bytes) of the begin of a file that is searched for the coordinate reference system."""
+"""Size (bytes) of the first part of a file, which is searched for the coordinate reference system."""
 BLOCK = 2**20
 """Size (bytes) of the parts in which a file is parsed."""
 

@@ -26,14 +26,17 @@ MOST_FEATURES = 1_000_000
 FAMILIES = {"polygon": "polygons", "line": "lines", "point": "points"}
 """Plural of each kind of geometry, for messages."""
 MOST_KEPT = 2**24
-"""Largest content (bytes) of all layers together that are kept after they were read; the latest are kept."""
+"""Largest size (bytes) of the content of all layers that are kept in memory; layers read last are kept."""
 MOST_ENTRIES = 64
-"""Largest number of layers that are kept."""
+"""Largest number of layers that are kept in memory."""
 COMPANIONS = {".shp": (".shx", ".prj", ".dbf", ".cpg"), ".gpkg": (".gpkg-wal",)}
-"""Extensions of the files that belong to a file of each kind, and that may change without it."""
+"""Extensions of the companion files of each kind of file; a companion may change while the file stays the same."""
 
 _kept: dict[tuple[Path, str, str], tuple[State, Arrays]] = {}
-"""What was read of each file: its state then, and the arrays, by path, family and layer."""
+"""The content of each layer that is kept in memory, by path, kind of geometry and name of the layer.
+
+An entry has the state of the file when the layer was read, and the arrays of the layer (`vector_arrays`).
+"""
 
 
 class VectorLayer(NamedTuple):
@@ -65,9 +68,11 @@ def read_vector(path: Path, family: str, layer: str = "") -> VectorLayer:
 
 
 def vector_crs(path: Path, family: str) -> str | None:
-    """Return the reference system of the only layer of a family; None if it states none, or cannot be read.
+    """Return the reference system of the only layer with a kind of geometry; None if the layer states none.
 
-    The layers of a GeoPackage may have different systems, even if a scene names the file for several inputs.
+    None also if the file cannot be read, or has no such layer or several. The layers of a GeoPackage may have different
+    systems, even if a scene names the file for several inputs.
+    family : kind of geometry: "polygon", "line" or "point"
     """
     try:
         needed(path, "pyogrio")
@@ -77,7 +82,7 @@ def vector_crs(path: Path, family: str) -> str | None:
 
 
 def _arrays(path: Path, family: str, layer: str) -> Arrays:
-    """Return the arrays of `vector_arrays`, read in a separate process unless the file was read before."""
+    """Return the arrays of `vector_arrays`: from memory, or read in a separate process if the file has changed."""
     state, key = _state(path), (path, family, layer)
     then, arrays = _kept.get(key, ((), {}))
     if then == state:
@@ -91,7 +96,7 @@ def _arrays(path: Path, family: str, layer: str) -> Arrays:
 
 
 def _forget() -> None:
-    """Forget the layers that were read first until the others fit into MOST_KEPT bytes and MOST_ENTRIES layers."""
+    """Remove the layers that were read first from memory, until MOST_ENTRIES and MOST_KEPT are not exceeded."""
     entries = [(key, _size(arrays)) for key, (_, arrays) in list(_kept.items())]  # other threads may read as well
     while len(entries) > MOST_ENTRIES or sum(size for _, size in entries) > MOST_KEPT:
         _kept.pop(entries.pop(0)[0], None)
@@ -103,7 +108,7 @@ def _size(arrays: Arrays) -> int:
 
 
 def _state(path: Path) -> State:
-    """Return the state of a file and of its companions, which changes if the content changes."""
+    """Return time of change and size of a file and of its companion files, to find out whether the content changed."""
     found: list[tuple[int, int] | None] = []
     for file in (path, *(path.with_suffix(end) for end in COMPANIONS.get(path.suffix.lower(), ()))):
         try:
@@ -145,9 +150,11 @@ def vector_arrays(path: Path, family: str, layer: str = "") -> Arrays:
 
 
 def _layer(path: Path, layers: list[list[Any]], family: str, wanted: str) -> str:
-    """Return `wanted` if the file has this layer or, if `wanted` is "", the name of the only layer of a family.
+    """Return the name of the layer to read; raise a TerrainError if the file has no such layer, or several.
 
-    layers : name and kind of geometries of each layer
+    layers : name and type of geometries of each layer, such as "MultiPolygon"
+    family : wanted kind of geometry, "polygon", "line" or "point"; a layer of type "Unknown" fits every kind
+    wanted : name of the wanted layer; "" for the only layer whose geometries are of the wanted kind
     """
     if wanted:
         if wanted not in [name for name, _ in layers]:

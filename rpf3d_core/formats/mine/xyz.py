@@ -11,7 +11,7 @@ from rpf3d_core.formats.points import columns_of, read_points
 from rpf3d_core.terrain.frame import FloatArray
 
 HEAD = 2**16
-"""Number of characters at the begin of a file in which the separator and the columns are found."""
+"""Number of characters at the beginning of a file, from which the separator and the columns are found."""
 
 
 def read_xyz(path: Path) -> Cloud:

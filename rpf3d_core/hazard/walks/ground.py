@@ -10,9 +10,9 @@ from rpf3d_core.terrain.facets import Facets, plain
 
 
 class WalkedTerrain(NamedTuple):
-    """Everything below the paths of rocks.
+    """The terrain below the paths of rocks, and the raster of the hazard maps, as the loops that count rocks read them.
 
-    facets, locator : the terrain and its search structure; sheet : known neighbours of facets; raster : of the maps
+    facets, locator : the terrain and its search structure; sheet : known neighbours of facets
     """
 
     facets: Facets

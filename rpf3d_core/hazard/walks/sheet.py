@@ -43,7 +43,8 @@ class Sheet(NamedTuple):
 
     beyond : (3 F,) entry 3 f + k is for side k of facet f, which starts at corner k: 1 + 4 g + m if side m of facet g
         is its only neighbour, else NOTHING
-    alone : (F,) YES if a facet lies in clear buckets only; clear : (B,) YES if a bucket is clear
+    clear : (B,) YES if exactly one facet lies over each place of a bucket; alone : (F,) YES if all buckets under a
+        facet are clear
     """
 
     beyond: Any
@@ -106,7 +107,7 @@ def is_alone(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int) -> bo
 
 @kernel
 def _lies_in_clear_buckets(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int) -> bool:
-    """True if all buckets (search squares) under the box of facet f in plan are clear."""
+    """True if exactly one facet lies over each place of all buckets (search squares) under the box of facet f."""
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     i0 = cell_index(min(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)
     i1 = cell_index(max(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)

@@ -121,8 +121,8 @@ def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gr
 def spin_of(spins: Any, p: int, begin: float, end: float) -> Any:
     """Return the `TrackSpin` of a track within path segment p; None without spin.
 
-    spins : (S, 2) twice the rotational energy per mass (m^2/s^2) at the start and the end of each segment, or None; it
-        changes linearly along the segment
+    spins : (S, 2) twice the rotational energy per mass (m^2/s^2) at the start and the end of each segment; its square
+        root, which is proportional to the spin, changes linearly along the segment. None if rocks do not spin.
     begin, end : times at the ends of the track, as shares of the segment's duration (-)
     """
     if spins is None:

@@ -112,10 +112,11 @@ def share_kept(R_t: float, speed: float, most: float) -> float:
 def coulomb_limited_rest(
     model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> RemainingBounces:
-    """Return the sum of all remaining bounces on a plane of normal n (3,), by the formulas at the top of this file.
+    """Return the sum of all remaining bounces on a plane of normal n (3,), with losses limited by Coulomb friction.
 
-    The error is below 1e-10 of the largest speed. If R_n is above 0.986 and neither regime begins within MOST_BOUNCES,
-    each bounce is computed as a flight. gravity : m/s^2, above 0
+    Bounces are added one by one until a closed form is valid for the rest. The error is below 1e-10 of the largest
+    speed. If no closed form is valid after MOST_BOUNCES bounces, which is possible for R_n above 0.986, the result has
+    `ends` False: each bounce is computed as a flight. gravity : m/s^2, above 0
     """
     r, q = surface.R_n, surface.R_t
     if r >= 1.0:
@@ -205,7 +206,8 @@ def _constant_for_good(plane: Plane, speed: float, T: float) -> bool:
 def _summed(plane: Plane, state: SummedBounces) -> SummedBounces:
     """Return the sum of all bounces: the bounces in `state`, and all remaining bounces by a closed form.
 
-    If neither regime applies, the remaining bounces are left out.
+    There are two closed forms, one for bounces that only friction brakes, and one for bounces that only R_t brakes. If
+    neither is valid, the remaining bounces are left out.
 
     The remaining bounces take the time t = T / (1 - R_n). For friction only, to first order of c t / |u|:
     a = 1 - c t / |u|, b = t, A = t - (c / |u|) sum(t_k T_k), B = t^2 / 2. Bounce k begins after the time t_k and takes

@@ -1,9 +1,9 @@
 """Rebound with a normal restitution that falls with the mass of the rock.
 
 v_n' = -R_n v_n / ((1 + (m / C)^2) (1 + (v_n / K)^2)), m the mass of the rock, v_n its velocity into the ground, and
-C = 1000 kg (as in a public implementation). K is a speed; without scaling by speed, K is infinite. RocFall offers to
-scale R_n by mass and by speed (its help pages), but its formula is not published. It is UNCONFIRMED that RocFall's
-formula is the one above (physics reference 1.4).
+C = 1000 kg (as in the public program pyrockfall). K is a speed; without scaling by speed, K is infinite. RocFall offers
+to scale R_n by mass and by speed (its help pages), but its formula is not published. It is UNCONFIRMED that RocFall's
+formula is the formula above.
 """
 
 from typing import NamedTuple

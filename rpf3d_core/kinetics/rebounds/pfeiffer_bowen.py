@@ -1,8 +1,8 @@
 """The rebound of the Colorado Rockfall Simulation Program: a sphere that leaves every impact rolling.
 
-Pfeiffer & Bowen 1989, Bull. AEG 26:135-146; two public implementations agree on constants and equations (CC; physics
-reference 1.2). With v_n and v_t the speeds into and along the ground, w the spin, R the radius and s the speed at
-which the rock's lowest point slips:
+Pfeiffer & Bowen 1989, Bull. AEG 26:135-146; the public programs PlatRock and pyrockfall have the same constants and
+equations. With v_n and v_t the speeds into and along the ground, w the spin, R the radius and s the speed at which the
+rock's lowest point slips:
 
     normal     v_n' = R_n v_n / (1 + (v_n / K)^2)                       K = 9.144 m/s  (30 ft/s)
     friction   f = R_t + (1 - R_t) / ((s / A)^2 + 1.2)                  A = 6.096 m/s  (20 ft/s)
@@ -35,7 +35,7 @@ AT_REST = 1.2
 class PfeifferBowen(NamedTuple):
     """Rebound model of a rolling sphere by the equations of CRSP (Colorado Rockfall Simulation Program).
 
-    K, A, B : m/s, the reference speeds of normal restitution, of friction and of scaling in the equations above
+    K, A, B : m/s, reference speeds of the normal restitution, of the friction function and of the scaling factor
     """
 
     K: float
@@ -47,7 +47,7 @@ class PfeifferBowen(NamedTuple):
 
 @rebound.rule(PfeifferBowen)
 def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion of a rolling sphere after an impact, by the equations at the top of this file.
+    """Return the motion of a sphere after an impact by CRSP's equations (Pfeiffer & Bowen 1989): it leaves rolling.
 
     n : (3,) unit normal that the rock feels, with v . n <= 0
     """

@@ -1,6 +1,6 @@
 """Rebound by a random matrix: the state after the impact is A times the state before.
 
-Bourrier et al. 2009, Geomorphology 110:68-79 (form: thesis, equation 2-11; physics reference 1.10):
+Bourrier et al. 2009, Geomorphology 110:68-79 (form: thesis, equation 2-11):
 (v_t', v_n', R w') = A (v_t, v_n, R w), the nine coefficients of A jointly normal. Means and covariances belong to one
 site and one roughness, calibrated on detailed simulations; published values are not valid for other sites.
 
@@ -8,7 +8,7 @@ Signs, which a user's values must follow: v_t is the speed along the ground, in 
 is the speed into the ground before the impact, and away from the ground after it. w is the spin about n x t, positive
 for a rolling rock. So diag(R_t, R_n, 0) is a lumped mass that leaves without spin. Spin about n and t is kept.
 
-Normal numbers have no bounds, so two rules are added (D). If the drawn matrix would send the rock into the ground, v_n'
+Normal numbers have no bounds, so rpf3d adds two rules. If the drawn matrix would send the rock into the ground, v_n'
 is computed with the mean matrix, and is at least zero. If the kinetic energy, with the rotation 2/5 (R w)^2, would
 rise, all three components are scaled down so that the energy stays the same.
 """

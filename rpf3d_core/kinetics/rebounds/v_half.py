@@ -1,8 +1,8 @@
 """Rebound with a normal restitution from a single speed: R_n = v_half / (|v_n| + v_half).
 
 A slow impact is nearly elastic, a fast impact is not. At v_half, the rock keeps half of its speed along the normal.
-After Bourrier and Dorren, as in PlatRock 2 (CC; PlatRock allows a v_half of 0 to 50 m/s and proposes 10 m/s; physics
-reference 1.11). R_n of the material is not used.
+After Bourrier and Dorren, as in PlatRock 2, which allows a v_half of 0 to 50 m/s and proposes 10 m/s. R_n of the
+material is not used.
 """
 
 from typing import NamedTuple

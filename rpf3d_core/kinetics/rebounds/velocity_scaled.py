@@ -1,8 +1,8 @@
 """Rebound with a normal restitution that falls with the speed into the ground.
 
 A hard impact breaks, dents and heats more than a soft impact. R_n of the material is the value for slow impacts:
-v_n' = -R_n v_n / (1 + (v_n / K)^2), K = 9.144 m/s (Pfeiffer & Bowen 1989, Bull. AEG 26:135-146, as in public
-implementations; RocFall offers this rule for the lumped mass; physics reference 1.2 and 1.4, CC).
+v_n' = -R_n v_n / (1 + (v_n / K)^2), K = 9.144 m/s (Pfeiffer & Bowen 1989, Bull. AEG 26:135-146, as in the public
+programs PlatRock and pyrockfall). RocFall offers this rule for the lumped mass.
 """
 
 from typing import NamedTuple

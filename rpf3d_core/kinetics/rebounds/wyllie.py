@@ -1,8 +1,8 @@
 """Rebound by Wyllie's law: R_n is a power of the impact angle (for a table of angles, see `angle_table`).
 
 Wyllie 2014, Rock Fall Engineering: R_n = 19.5 theta^-1.03, theta in degrees between velocity and surface. The constants
-are those of RockGIS, which limits R_n to 2 (CC; physics reference 1.6). R_t is the material's. Kinetic energy never
-rises (`no_faster`).
+are those in the source code of RockGIS, which limits R_n to 2. R_t is the material's. Kinetic energy never rises
+(`no_faster`).
 """
 
 from typing import NamedTuple

@@ -25,7 +25,7 @@ from rpf3d_core.terrain.sections import ground_at
 from rpf3d_core.terrain.zones import covered, in_plan
 
 ANGLES = (0.0, 22.5, 67.5, 76.0)
-"""Limits (degrees) of the classes of angles by which a tree deflects rocks (physics reference 4.1)."""
+"""Limits (degrees) of the classes of angles by which a tree deflects rocks, after Rockyfor3D; unconfirmed."""
 CENTIMETRE = 0.01
 SQUARE_METRES_PER_HA = 10_000.0
 MOST_TREES = 20_000_000
