@@ -1,4 +1,4 @@
-"""Bouncing in closed form (reference/validation.md 2.1, 2.2 and 2.4): every printed number, and the exact formulas."""
+"""Bouncing in closed form: every printed number, and the exact formulas."""
 
 import math
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Whole flights that only slide, with a closed form: on planes (reference/physics.md 9.5) and in gullies."""
+"""Whole flights that only slide, with a closed form: on planes and in gullies."""
 
 import math
 

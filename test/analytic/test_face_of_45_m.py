@@ -1,4 +1,4 @@
-"""The worked example of the transition from bouncing to sliding (reference/validation.md 2.3).
+"""The worked example of the transition from bouncing to sliding.
 
 A face of 45 m at 75 degrees, toe at x = 12.0577, then level ground; R_n 0.5, R_t 0.9, friction 30 degrees, from rest.
 """

@@ -1,4 +1,4 @@
-"""Rebound of one velocity off one facet (reference/physics.md 9.1), alone and as part of a flight."""
+"""Rebound of one velocity off one facet, alone and as part of a flight."""
 
 import math
 

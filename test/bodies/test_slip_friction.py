@@ -15,7 +15,7 @@ from rpf3d_core.terrain.facets import facets_of
 
 ANGLE = math.radians(45.0)
 MU_MIN, MU_MAX, KAPPA, BETA = 0.2, 1.3, 0.7, 20.0
-"""The scarring block of Leine et al. 2014, section 5.1 (physics reference 9.7)."""
+"""The scarring block of Leine et al. 2014, section 5.1."""
 TIPS_AT = math.tan(0.5 * math.pi * (1.0 - MU_MIN) / (MU_MAX - MU_MIN)) / KAPPA
 """Slip (m) at which mu is 1: 3.128 m."""
 

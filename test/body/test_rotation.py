@@ -164,7 +164,7 @@ def test_a_thousand_short_steps_are_one_long_one():
 
 
 def test_a_brick_spun_about_its_middle_axis_flips_at_the_known_times():
-    """shared/reference/validation.md 2.8: w_y changes sign at these times (s). The largest w_x is the closed form's."""
+    """w_y changes sign at these times (s). The largest w_x is the closed form's."""
     turning = turning_of(BRICK, Q, SPUN)
     flips = (2.46534, 6.93788, 11.41043, 15.88297)
     for k, flip in enumerate(flips):

@@ -34,7 +34,7 @@ QUADRATURE = 1e-4
 
 RANGES = {0: (0, 0), 1: (0.21, 0.25), 2: (0.25, 0.31), 3: (0.30, 0.36), 4: (0.34, 0.42), 5: (0.39, 0.47),
           6: (0.48, 0.58), 7: (0.32, 0.39)}  # fmt: skip
-"""R_n by soil type (physics reference 1.9, unconfirmed)."""
+"""R_n by soil type, as published for Rockyfor3D; not confirmed from the source."""
 
 Change = Callable[[dict[str, Grid]], None]
 

@@ -13,7 +13,7 @@ from rpf3d_core.kinetics.rebounds.thesis_literal import ThesisLiteral, thesis_li
 from rpf3d_core.values import ZERO, Motion, Outcome
 
 V = (3.0, 2.0, -10.0)
-"""The velocity of reference/physics.md 0.1; its square is 113 m2/s2."""
+"""A velocity (m/s) for checks by hand; its square is 113 m2/s2."""
 
 
 def plane_rising(theta: float, phi: float) -> tuple[float, float, float]:

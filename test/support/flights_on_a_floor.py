@@ -1,6 +1,6 @@
 """Flights on a flat floor, computed in closed form without an engine, and the scene of these flights.
 
-The bounces follow reference/validation.md 2.1 (R_n, R_t on a flat floor). After the last bounce the rock slides until
+The bounces follow the closed form for R_n and R_t on a flat floor. After the last bounce the rock slides until
 Coulomb friction stops the rock.
 """
 
