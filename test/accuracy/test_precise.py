@@ -107,7 +107,7 @@ def test_the_callers_decimal_numbers_keep_their_digits() -> None:
 
 
 def test_the_second_impact_on_an_incline_is_that_of_the_table() -> None:
-    # worked by hand from the closed form: R_n 0.5, R_t 0.8, h 10 m, 40 degrees: after t = 1.427843 s and s = 16.712478 m
+    # by hand from the closed form: R_n 0.5, R_t 0.8, h 10 m, 40 degrees: after t = 1.427843 s and s = 16.712478 m
     facets = engine_over("compiled", incline(40.0)).facets
     ground = Surface(0.5, 0.8, 0.5, 0.5)
     start = ([1.0, 0.0, 10.0 - np.tan(np.radians(40.0))], [0.0, 0.0, 0.0])

@@ -1,4 +1,4 @@
-"""Nets and fences: caught, broken through or flown over, by the rule of docs/explanation/physics.md, on both engines."""
+"""Nets and fences: caught, broken through or flown over, by the rule in docs/explanation/physics.md, both engines."""
 
 import math
 

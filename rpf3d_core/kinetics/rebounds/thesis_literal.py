@@ -22,8 +22,8 @@ def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Ve
     the velocity by R_n and R_t between the two transforms. theta and phi are the slopes of the ground along x and y,
     positive where the ground rises: only in this reading is 2-3 equal to v . n for a plane that dips along one axis.
     The printed transform is not orthonormal (docs/explanation/physics.md, "How does a rock rebound?"). At R_n = R_t = 1
-    a rock loses speed on a slope along one axis, and its energy may triple on a slope along both axes. If the transform
-    would send the rock into the ground, the speed into the ground is dropped.
+    a rock loses speed on a slope along one axis; on a slope along both axes, it may rebound with up to three times its
+    energy. If the transform would send the rock into the ground, the speed into the ground is dropped.
     """
     theta, phi = math.atan2(-n[0], n[2]), math.atan2(-n[1], n[2])
     st, ct, sp, cp = math.sin(theta), math.cos(theta), math.sin(phi), math.cos(phi)
