@@ -54,7 +54,10 @@ class Crossing(NamedTuple):
 
 
 def bucket_locator(facets: Facets, memory: Memory = fresh, share: Share = one_by_one) -> BucketLocator:
-    """Return the locator of the compiled engine for F facets, which finds the facets that a rock may meet."""
+    """Return the locator of the compiled engine for F facets, which finds the facets that a rock may meet.
+
+    memory : allocates the arrays; share : runs the work in parallel; neither changes the content of the arrays
+    """
     grid, buckets = sorted_into_buckets(facets, memory, share)
     return BucketLocator(
         x=grid.x, y=grid.y, cell=grid.cell, nx=grid.nx, ny=grid.ny, starts=buckets.starts, ids=buckets.ids,
