@@ -24,7 +24,7 @@ BLOCK = 4096
 
 
 class StateFile:
-    """The facts of a log folder that are not decisions.
+    """The state file of a log folder, with facts that its lines do not have, such as the number of missing decisions.
 
     facts : the last facts on disk, as plain values; empty if there are none
     is_damaged : True if the file exists, but neither slot can be read
