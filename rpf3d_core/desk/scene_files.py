@@ -11,7 +11,10 @@ Stamp = tuple[tuple[str, int, int], ...]
 
 
 def stamp_of(scene: Scene) -> Stamp:
-    """Return path, size and time of the last change of each file of a scene; two equal stamps mean unchanged files."""
+    """Return path, size (bytes) and time of the last change (ns) of each file of a scene.
+
+    If two stamps of a scene are equal, the files have not changed between them.
+    """
     return tuple((str(path), *_size_and_time(path)) for path in sorted({path for _, path in files_of(scene)}))
 
 
