@@ -26,7 +26,10 @@ OWN_HASH = b',"sha256":"'
 
 
 class Unreadable(ValueError):
-    """A line is undamaged, but this version of rpf3d does not understand a part; the message names the part."""
+    """Raised for an undamaged log line with a part that this version of rpf3d does not understand.
+
+    The message names the part.
+    """
 
 
 class Decision(NamedTuple):

@@ -55,7 +55,9 @@ SPLITTER = 134217729.0
 
 
 class Axes(NamedTuple):
-    """The relabelled axes of a body, chosen so that the spin circles about the third axis.
+    """The relabelled axes of a body: its principal axes in another order and direction.
+
+    They are chosen so that the spin circles about the third axis, and the spin's third component is above 0.
 
     moments : principal moments of the relabelled axes
     low : true if the third axis is the axis of the least moment, false if it is the axis of the largest moment

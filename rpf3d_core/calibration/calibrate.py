@@ -52,7 +52,7 @@ def calibrate(scene: Scene | str | Path, out: str | Path, control: Control, engi
     scene : the scene, or its file
     out : new or empty folder, or the folder of an earlier calibration of the same scene, which continues
     control : deadline, progress and interruption
-    engine : "reference" or "compiled"; None for the scene's, where `auto` means compiled if numba is installed
+    engine : "reference" or "compiled"; None for the engine of the scene: `auto` means compiled if numba is installed
 
     Raises
     ------
@@ -119,7 +119,7 @@ def _too_short(slope: Slope, priors: list[Distribution], prepared_s: float, cont
 
 
 def _many(scene: Scene) -> Scene:
-    """Return the scene with so many rocks that `engine: auto` selects the compiled engine.
+    """Return the scene with a number of rocks for which `engine: auto` selects the compiled engine.
 
     The number of rocks has no other effect: a calibration flies its own number of rocks. A scene with another `engine`
     is returned unchanged.

@@ -28,7 +28,7 @@ WIDENING = 1.5
 LEAST_KEPT = 25.0
 """Least effective number of parameter sets behind a proposal.
 
-Until the proposal has so many, the likelihood is raised to a smaller power (`flattened`).
+If there are fewer, the likelihood is raised to a smaller power (`flattened`).
 """
 
 

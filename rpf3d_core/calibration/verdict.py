@@ -188,7 +188,7 @@ def gain_of(found: Findings) -> tuple[float, float]:
 
 
 def _gain(score: Score, other: Score) -> tuple[float, float]:
-    """Return the mean gain (-) of a score per block over another score, and its standard error (-)."""
+    """Return the mean difference (-) of two scores over the same observations, and its standard error (-)."""
     each = score.each - other.each
     return float(each.mean()), float(each.std(ddof=1) / np.sqrt(len(each)))
 

@@ -19,7 +19,7 @@ def stamp_of(scene: Scene) -> Stamp:
 
 
 def check_unchanged(scene: Scene, stamp: Stamp) -> None:
-    """Raise an `InputError` that names the changed files if any file of a scene has changed.
+    """Raise an `InputError` that names the changed files if any file of a scene has changed since an earlier stamp.
 
     stamp : earlier result of `stamp_of` for the same scene
     """

@@ -148,7 +148,7 @@ def _leave_time(index: int, count: int, level: int, origin: float, cell: float, 
 
 @kernel
 def _beyond(index: int, level: int, pace: float) -> int:
-    """Return the column or row of the bucket that an arc enters when it leaves cell `index` along this axis.
+    """Return the column or row of the bucket that an arc enters when it leaves cell number `index` along an axis.
 
     level : size of cell `index` (`slabs.py`); pace : s/m along the axis, whose sign is the direction of the arc
     """

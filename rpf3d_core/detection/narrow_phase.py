@@ -309,7 +309,7 @@ def _glances(facets: Facets, arc: Arc, approach: float) -> bool:
 
 @kernel
 def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
-    """Return the time when an arc that crossed the plane of facet f outside the facet, at time t, enters facet f.
+    """Return the time (s) when an arc that crossed the plane of facet f outside the facet, at time t, enters facet f.
 
     Return inf if the arc is too far below the plane when it crosses the facet's edge.
 

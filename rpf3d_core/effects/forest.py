@@ -93,7 +93,7 @@ class Forest(NamedTuple):
 
     @property
     def draws(self) -> bool:
-        """True: the rules draw the angle by which a tree turns a rock."""
+        """True: the rules draw a random number, the angle by which a tree turns a rock."""
         return True
 
     @property

@@ -63,7 +63,7 @@ class Fragmentation(NamedTuple):
 
     @property
     def draws(self) -> bool:
-        """True: the rules draw the limit of the ratio r above which a rock breaks."""
+        """True: the rules draw a random number, the limit of the ratio r above which a rock breaks."""
         return True
 
 
