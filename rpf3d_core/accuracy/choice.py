@@ -53,10 +53,9 @@ class Choice(NamedTuple):
 def errors_of_scene(prices: PriceList) -> dict[str, float]:
     """Return the errors (-) of a scene with its own settings, by name.
 
-    The names are numerical, geometric, statistical and parametric. The geometric error is the error of a terrain with
-    half of the triangles, 0 if this terrain was not measured. The error of the survey itself is unknown, and this error
-    is the nearest value that can be measured. For a scene without unknowns, the result has no key `parametric`: the
-    parametric error cannot be measured.
+    The names are numerical, geometric, statistical and parametric. The geometric error is that of a terrain with half
+    of the triangles, because the error of the survey itself cannot be measured; 0 if no such terrain was measured.
+    Without unknowns in the scene, the result has no key `parametric`: the parametric error is then not known.
     """
     halves = [line.error for line in prices.geometric if line.setting["part"] == 2]
     return {
@@ -93,10 +92,11 @@ def cheapest(prices: PriceList, target: float) -> Choice | None:
 
 
 def cheapest_by_events(prices: PriceList, target: float) -> Choice | None:
-    """Return the setting with the fewest rocks that meets a target, with exact contacts and the full terrain.
+    """Return the setting with exact contacts, the full terrain and the fewest rocks that meet a target.
 
     Rocks with a shape keep the scene's accuracy of contact. Return None if no number of rocks meets the target. A run
     with `--accuracy` uses this setting.
+
     target : largest total error (-)
     """
     of_bodies = prices.method["method"] == "contact"

@@ -14,7 +14,7 @@ def measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
     """Measure the price list of a scene, write it into a folder and return it.
 
     scene : scene file; out : folder to write to; target : largest total error (-), for the findings
-    tell : receives progress texts
+    tell : called with each progress text
 
     Raises
     ------
@@ -29,9 +29,10 @@ def measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
 
 
 def kept_or_measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
-    """Return the price list in a folder if it belongs to exactly this scene; else measure a new one and write it there.
+    """Return the price list in the folder `out` if it is of this scene; otherwise measure it and write it there.
 
-    Parameters and errors are those of `measured`; out : the folder.
+    A price list counts only if the scene and the version of rpf3d are the same. Parameters and errors are those of
+    `measured`.
     """
     check_target(target)
     kept = read_price_list(out, scene_digest(read_scene(scene)))

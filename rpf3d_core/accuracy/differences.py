@@ -11,7 +11,10 @@ from rpf3d_core.values import DEPOSITED, Mode
 
 
 class Metres(NamedTuple):
-    """Median and 95th percentile over all rocks of the distance between two results (m); None if there are no rocks."""
+    """Median and 95th percentile (m) of the distance between two results of the same rock, over many rocks.
+
+    Both are None if the distance is known for no rock.
+    """
 
     median: float | None
     p95: float | None
@@ -20,8 +23,8 @@ class Metres(NamedTuple):
 class AnswerDifference(NamedTuple):
     """The error of a setting: the difference of its result from the exact result of the same rocks.
 
-    of_map : difference of the maps (-), as from `map_distance`; of_shares : largest difference of a share over all
-        places (-)
+    of_map : difference of the maps (-), as from `map_distance`
+    of_shares : largest difference (-) of the share of rocks that reach a zone or area of interest, or stop there
     first_impact, stop : m, distance between the first impacts and between the stopping places of the same rock
     bounce : m, difference of the heights of the first bounce; other_outcome : share of rocks with other outcomes (-)
     """
@@ -61,8 +64,9 @@ def _shares(some: Reached, cells: IntArray) -> FloatArray:
 def share_distance(a: Step, b: Step) -> float:
     """Return the largest difference (-) between two results in the share of rocks that reach or stop in a place.
 
-    a, b : the two results; a place is a zone or an area of interest. A place that is missing in a result has the shares
-        0
+    A place is a zone or an area of interest. If a result does not contain a place, the shares of this place are 0.
+
+    a, b : the two results
     """
     return max((abs(x - y) for name in {*a.places, *b.places} for x, y in _pairs(a, b, name)), default=0.0)
 

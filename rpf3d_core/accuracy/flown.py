@@ -23,7 +23,7 @@ PILOT = 40
 
 @dataclass(frozen=True, eq=False)
 class Reached:
-    """The map of flown rocks, for comparisons.
+    """The map of reach probability of flown rocks, as numbers of rocks in cells, to compare it with another map.
 
     cells : (S,) numbers of the reached cells of the raster, ascending; rocks : (S,) number of rocks in each cell
     flown : number of all flown rocks
@@ -40,7 +40,7 @@ class FlownSample:
 
     rows : (N,) rows of the flown rocks in the given releases
     flights : the flights of all N rocks, with impacts and, if requested, paths
-    reached : the map of the rocks; places : shares of zones or areas of interest
+    reached : the map of the rocks; places : shares of rocks that reached or stopped in zones or areas of interest
     seconds : of one core, to fly the rocks and to count them into maps
     """
 

@@ -64,6 +64,6 @@ def _next_ground(engine: Engine, x: FloatArray, above: HeightField) -> HeightFie
 
 
 def _ground_below(engine: Engine, x: FloatArray) -> HeightField:
-    """Return the first ground straight below N points (N, 3) m."""
+    """Return the first ground straight below each of N points x (N, 3) m."""
     height, facet, side = engine.ground_below(x).T
     return HeightField(z=np.where(facet >= 0.0, x[:, 2] - height, np.nan), facet=facet.astype(np.int64), side=side)

@@ -15,12 +15,12 @@ from rpf3d_core.ensemble.stream import taken
 from rpf3d_core.setup.prepared import Prepared
 
 FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)
-"""Measured accuracies, as multiples of the scene's.
+"""Measured accuracies of contact, as multiples of the scene's own accuracy.
 
-A small rock has the same result with several of them, because contact begins at most `motion.SKIN` of its size away.
+Several of them give a small rock the same result, because its contact begins at most `motion.SKIN` times its size away.
 """
 FINEST = 0.125
-"""Accuracy that all others are compared with, as a multiple of the scene's."""
+"""Accuracy of contact with which all others are compared, as a multiple of the scene's own accuracy."""
 BUDGET = 10.0
 """Time budget to fly rocks with the finest accuracy: seconds of one core."""
 

@@ -112,8 +112,9 @@ def _in_contact(
 ) -> tuple[list[Priced], list[ImpactErrors]]:  # fmt: skip
     """Return the numerical lines of the price list for rocks with a shape, one for each accuracy of contact; and [].
 
-    The empty list stands for the rounding errors of single impacts, which `_numerical` returns in its place. They are
-    not measured here, because a comparison with 50 digits would have to repeat all steps in contact.
+    The second result is empty; for points and spheres it has the rounding errors of single impacts (`_numerical`). For
+    rocks with a shape, they are not measured, because a comparison with 50 digits would have to repeat all steps in
+    contact.
 
     sampled : statistical errors, which state how much of a difference is chance; tell : receives progress texts
     """

@@ -64,7 +64,7 @@ RASTER_CELLS, RASTER_STEPS = (4.0, 1.0), (1e-2, 1e-3, 1e-4)
 MOST_NODES = 2_000_000
 """Largest number of heights of a raster; a finer raster is not measured, because it takes too long."""
 GUESSED_STEP = 2e-5
-"""Assumed time of a step before the first measurement (s), for VTK called from Python."""
+"""Assumed computing time (s) of a time step before the first measurement, for VTK called from Python."""
 
 
 class Price(NamedTuple):
@@ -82,7 +82,7 @@ class Price(NamedTuple):
 class Measured(NamedTuple):
     """The measured error and cost of one setting, with the number of rocks behind the measurement.
 
-    off : difference from the result of the same rocks by events
+    off : difference from the result of the same rocks with exact contacts
     setting : the measured setting; rocks : number of rocks flown with it
     tunnelled : share of rocks (-) that ended under the ground; steps : mean number of steps of a rock
     vtk : price if VTK, called from Python, finds the closest facet, as in the thesis; None on a raster, which needs no
@@ -104,7 +104,7 @@ def stepped_answers(
 ) -> Iterator[Measured]:
     """Yield the error and the cost of each fixed-step setting, compared with exact contacts for the same rocks.
 
-    exact : result of all releases with exact events
+    exact : result of all releases with exact contacts; settings : the fixed-step settings to measure
     """
     # VTK's own locator over the same terrain: only this measurement needs it, to time the method of the thesis.
     by_vtk = with_engine(prepared, engine_over(Reference.name, prepared.terrain))
@@ -131,10 +131,11 @@ def stepped_answers(
 
 
 def raster_answers(prepared: Prepared, releases: Releases, exact: FlownSample) -> Iterator[Measured]:
-    """Yield the error and the cost of fixed steps on rasters; rocks start at the same height above the ground.
+    """Yield the error and the cost of fixed steps on rasters of several cell sizes, for several time steps.
 
+    On each raster, the rocks start at the same heights above the ground as on the scene's terrain.
     A raster with more than MOST_NODES (2 million) heights is left out.
-    exact : result of all releases by events, over the scene's own terrain
+    exact : result of all releases with exact contacts, over the scene's own terrain
     """
     finest = raster_over(prepared.terrain).cell
     for cell in (times * finest for times in RASTER_CELLS):
@@ -210,7 +211,7 @@ def rounding(prepared: Prepared, releases: Releases, exact: FlownSample) -> floa
     The bound is the distance between two maps: of the rocks as released, and of the rocks released one tolerance (m)
     farther east. One tolerance is some thousand times the rounding error of an impact (`precise`). So this distance is
     an upper bound, even in a scene in which small differences grow fast.
-    exact : result of the releases by events
+    exact : result of the releases with exact contacts
     """
     moved = replace(releases, x=releases.x + np.array([prepared.engine.facets.tolerance, 0.0, 0.0]))
     return map_distance(fly(prepared, moved).reached, exact.reached)

@@ -63,7 +63,7 @@ def over_sets(prepared: Prepared) -> OverSets | None:
 
 
 def _flown(prepared: Prepared, values: dict[str, float], rocks: int, lot: int) -> FlownSample:
-    """Fly one lot of rocks over the ground of one parameter set.
+    """Fly one lot (group) of rocks over the ground of one parameter set, and return the result.
 
     values : value of each unknown, by key path; rocks : number of rocks of the lot
     lot : number of the lot, from 0, which selects the rocks
@@ -72,7 +72,7 @@ def _flown(prepared: Prepared, values: dict[str, float], rocks: int, lot: int) -
 
 
 def compared(pairs: Sequence[tuple[FlownSample, FlownSample]]) -> OverSets:
-    """Return the parametric error from two lots of rocks of each parameter set.
+    """Return the parametric error from two lots of rocks of each parameter set; a lot is a group of different rocks.
 
     Two lots of one set differ by chance alone. Two lots of different sets differ by chance, equally strongly, and also
     because the values of the unknowns differ.

@@ -66,7 +66,7 @@ class ImpactErrors(NamedTuple):
 
 
 def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[ImpactErrors]:
-    """Return the rounding errors of some rocks by impact number: of all first impacts, of all second impacts, ...
+    """Return the rounding errors of the impacts of some rocks: of all first impacts, of all second impacts, and so on.
 
     The result is [] if the impacts cannot be computed again: if the scene has effects, or a rebound model other than
     constant restitution and `coulomb_limited` (`FOLLOWED`).

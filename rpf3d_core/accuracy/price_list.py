@@ -135,7 +135,7 @@ def priced_contact(found: InContact, sampled: list[Sampled]) -> Priced:
     """Return the line of the price list for an accuracy of the contact of rocks with a shape.
 
     The line has no height of a bounce: the speed of the centre after the first impact depends on the body's spin.
-    sampled : statistical errors, from which the part of the difference that is chance follows
+    sampled : statistical errors, which state how much of a difference is chance
     """
     more = {**_off(found.off, found.rocks, sampled), "bounce_height_m": [None, None], "distance": found.off.of_map}
     return Priced(

@@ -16,7 +16,7 @@ STEPS = (
 
 
 def series_of(prices: PriceList) -> list[Series]:
-    """Return all series of a price list, one for each line in the plot of error against computing time.
+    """Return the series of points of a price list, one for each curve in the plot of error against computing time.
 
     The seconds of a point are for 1,000 rocks; in the statistical series they are for the point's number of rocks.
     """

@@ -85,7 +85,7 @@ def statistical_rows(prices: PriceList) -> list[Row]:
 
 
 def parametric_rows(prices: PriceList) -> list[Row]:
-    """Return the row of the unknowns, for the table of the parametric error. The list is empty without unknowns."""
+    """Return the one row of the table of the parametric error; an empty list for a scene without unknowns."""
     return [
         (
             str(line.setting["sets"]), number(line.error), number(line.more["of_shares"]),
@@ -213,7 +213,10 @@ def tables(prices: PriceList) -> list[tuple[Row, list[Row]]]:
 
 
 def document(prices: PriceList, target: float) -> str:
-    """Return the price list as a page of Markdown without a title."""
+    """Return the price list as a page of Markdown without a title: findings, tables and a note.
+
+    target : largest total error (-), for the findings
+    """
     lines = [f"- {line}" for line in findings(prices, target)]
     return "\n\n".join(["\n".join(lines), *(markdown(*table) for table in tables(prices)), NOTE])
 

@@ -98,10 +98,10 @@ def got_worse(previous: Alert, worst: Mapping[str, LimitFinding]) -> bool:
 def undecided(
     previous: Alert | None, worst: Mapping[str, LimitFinding], thresholds: Thresholds, now_ns: int
 ) -> list[str]:
-    """Return the names of the areas for which there is no decision if too few rocks of the new answer have flown.
+    """Return the names of the areas whose previous decision cannot be kept, if the new answer has too few rocks.
 
-    For all other areas, the previous decision is kept. The previous decision cannot be kept for an area that it does
-    not contain, or for an area that moved too long ago, because it judged the former place of the area.
+    These are the areas that the previous decision does not contain, and the areas that moved too long ago, because the
+    previous decision judged their former places.
 
     worst : for each area, by name, the answer's finding with the highest level; now_ns : time of the new decision (ns)
     """
@@ -128,7 +128,7 @@ def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
 
 
 def _origin_of(held: Level, finding: LimitFinding, before: AreaAlert | None) -> Origin | None:
-    """Return the cluster of sources that caused the held level of an area, now or earlier; None if unknown.
+    """Return the cluster of sources that caused the held level of an area, in this answer or earlier; None if unknown.
 
     finding : this answer's finding on the area; before : the previous decision on the area
     """

@@ -241,7 +241,7 @@ class _AuditState:
     def _as_written(self, place: str, again: dict[str, Any], written: dict[str, Any]) -> dict[str, Any]:
         """Return the recomputed alert, reduced to the values that the logged alert has.
 
-        An older version of rpf3d did not log the other values; the audit gets one note for each missing name.
+        An older version of rpf3d did not log the other values; the audit gets one note for each name of such a value.
 
         place : position in the log, for the note
         again, written : the recomputed and the logged alert, as plain values

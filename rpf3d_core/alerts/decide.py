@@ -21,9 +21,9 @@ from rpf3d_core.alerts.time_units import ns_of, when
 
 
 class _Held(NamedTuple):
-    """The held level after a decision.
+    """The held level after a decision, and why it is held.
 
-    level : the held level; by : the sentences of the findings that raised the level
+    level : the held level; by : the sentences on the areas that raised the level to this value; () at NORMAL
     since_ns : time (ns) since when the level is held
     void : why the acknowledgement has no effect, "" if it has an effect or there is none
     """
@@ -128,7 +128,7 @@ def _too_small(
     thresholds: Thresholds,
     now_ns: int,
 ) -> tuple[str, ...]:
-    """Return why an answer with too few rocks is a fault, as sentences; empty if the answer is no fault.
+    """Return why an answer with too few rocks is a fault, as sentences; empty if the answer is not a fault.
 
     Without a valid previous decision, the whole answer is a fault: one sentence. With a valid previous decision, there
     is a sentence for each area on which this decision cannot be kept (`undecided`).
@@ -158,8 +158,8 @@ def _held(
 ) -> _Held:
     """Return the held level after this decision: it rises at once, and falls only by a valid acknowledgement.
 
-    evident : the level that the evidence gives by itself; findings : on each area
-    void : why the acknowledgement has no effect, "" if it has an effect
+    evident : the level that the evidence gives by itself; findings : level and reason for each area
+    void : why the acknowledgement has no effect, "" if it has an effect or there is none
     """
     said = tuple(finding.sentence for finding in findings if finding.level == evident and evident > Level.NORMAL)
     before = Level.NORMAL if previous is None else previous.held
@@ -199,7 +199,7 @@ def _why_void(
 
 
 def _newest(previous: Alert | None, evidence: Evidence | None, thresholds: Thresholds, now_ns: int) -> int | None:
-    """Return the time (ns) of the newest answer of this and all earlier decisions; None if there is no answer.
+    """Return the time (ns) of the newest answer of this and all earlier decisions; None if there was no answer.
 
     An answer from the future is ignored. If the clock was set back, answers of earlier decisions are ignored.
     """
@@ -254,7 +254,8 @@ def _reasons(
     level is held, the findings for the areas (highest level first), the notes of the evidence, and the areas without
     limits. If `evacuate` is held, the faults follow after the findings.
 
-    findings : on each area; held : the held level after this decision; evident : the level of the evidence by itself
+    findings : level and reason for each area; held : the held level after this decision
+    evident : the level that the evidence gives by itself
     acknowledged : the acknowledgements after this decision
     """
     said = tuple(finding.sentence for finding in sorted(findings, key=lambda finding: -finding.level))

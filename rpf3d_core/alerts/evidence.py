@@ -167,7 +167,7 @@ def unfinished_of(outcomes: Mapping[Outcome, int]) -> int:
 
 
 def _missed(name: str, flown: int) -> AreaEvidence:
-    """Return the evidence of an area that no rock reached; the upper end of the interval of its share is above 0.
+    """Return the evidence of an area that no rock reached: a share of 0, with an interval that ends above 0.
 
     name : of the area; flown : number of rocks flown
     """
@@ -179,9 +179,11 @@ def _missed(name: str, flown: int) -> AreaEvidence:
 
 
 def _reached(name: str, layers: Layers, row: int, flown: int) -> AreaEvidence:
-    """Return the evidence of an area that rocks reached, from the row of this area in the map values of areas.
+    """Return the evidence of an area that rocks reached.
 
-    The percentile is the upper bound of its histogram bin, but at most the largest energy.
+    The p95 energy is the upper end of its bin, but at most the largest energy.
+
+    name : of the area; layers, row : map values of areas, and the row of this area; flown : number of rocks flown
     """
     reached = int(layers.rocks[row])
     largest, p95 = float(layers.energy.largest[row]), _known(layers.energy.p95[row])

@@ -10,7 +10,7 @@ TEXTS = ("name", "outline")
 """Text fields of the evidence of an area; in other fields, text stands for a number that JSON cannot express (NaN)."""
 
 OVER_SETS = ("energy_high", "energy_sets", "first_arrival_low_s")
-"""Fields of the evidence of an area that are not logged if they have their default value, as without unknowns."""
+"""Fields of an area's evidence that the log leaves out at their default value, as in a scene without unknowns."""
 
 DEFAULTS = AreaEvidence._field_defaults
 

@@ -26,11 +26,17 @@ OWN_HASH = b',"sha256":"'
 
 
 class Unreadable(ValueError):
-    """A line is undamaged, but this version of rpf3d does not understand a part; the message names the part."""
+    """Raised for an undamaged log line with a part that this version of rpf3d does not understand.
+
+    The message names the part.
+    """
 
 
 class Decision(NamedTuple):
-    """A logged decision that can be repeated: the inputs of `decide` except the thresholds, and its alert."""
+    """A logged decision that can be repeated: the inputs of `decide` except the thresholds, and the resulting alert.
+
+    previous, evidence, acknowledgement, now_ns, reported : as in `decide`; alert : the decision that was made
+    """
 
     previous: Alert | None
     evidence: Evidence | None
@@ -43,7 +49,7 @@ class Decision(NamedTuple):
 def line_of(number: int, before: str, kind: str, content: dict[str, Any]) -> tuple[bytes, str]:
     """Return a line for the log (bytes, with line end), and its hash (64 hex digits), which the next line repeats.
 
-    The hash covers everything before it in the line.
+    The hash covers all bytes of the line before the hash itself.
 
     number : of the line, from 0; before : hash of the previous line
     kind : such as "decision"; content : plain values of the line
@@ -178,10 +184,10 @@ def _since(content: dict[str, Any] | None) -> Since | None:
 
 
 def _words(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the content of an alert with its levels as words, as the log has them."""
+    """Return the content of an alert or an area, as plain values, with its alert levels replaced by words."""
     return {**content, **{name: content[name].word for name in LEVELS}}
 
 
 def _levels(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the content of a log line with words replaced by alert levels."""
+    """Return the content of an alert or an area in a log line, with the words for its levels replaced by `Level`."""
     return {**content, **{name: Level[content[name].upper()] for name in LEVELS}}

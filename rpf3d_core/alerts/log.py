@@ -138,7 +138,7 @@ class DecisionLog:
             raise NotLogged(f"{self.folder}: what was received cannot be kept for the next start: {why}")
 
     def lose_received(self) -> None:
-        """Note on disk that it is unknown which values the node has received.
+        """Note on disk that the values that the node has received are unknown to its next start.
 
         Unless a later call of `remember` succeeds, the next start does not trust the log.
         """
@@ -185,10 +185,10 @@ class DecisionLog:
         return ""
 
     def _follow(self) -> None:
-        """Bring the state file up to date with the decision that has just been written.
+        """Bring the state file up to date with the decision that has just been written to the log.
 
-        After that, no decision is missing. So the note of an earlier failure to write the state file is removed, and no
-        person has to acknowledge this failure.
+        If this succeeds, nothing is missing on disk. So a note in the witness file that an earlier write failed is
+        removed, and no person has to acknowledge the failure.
         """
         wanted = {"lost": 0, "alert": None, "file": self._number, "unknown": self.unknown}
         is_current = all(self._facts.get(name) == value for name, value in wanted.items()) or not self._keep(**wanted)
@@ -255,9 +255,9 @@ class DecisionLog:
         self._resume(path, tail)
 
     def _go_on_from(self, tails: list[Tail]) -> None:
-        """Set number, hash and alert from the last lines, so that the log continues after them.
+        """Set the number of the next line, the last hash and the last alert, so that the log can be continued.
 
-        If decisions are missing after the last line, the last of them is in the state file.
+        If the log lacks decisions that were made after its last line, the last alert is read from the state file.
 
         tails : the states of the last log files, newest first
         """
@@ -278,7 +278,7 @@ class DecisionLog:
             self.problems = (*self.problems, f"{self.folder}: the last {self.missing} decisions are not in the log")
 
     def _judge(self, tails: list[Tail]) -> None:
-        """Set `unknown` and `memory`, and keep them on disk before the log is repaired.
+        """Set `unknown` and `memory` from the files on disk, and write `unknown` to disk before the log is repaired.
 
         tails : the states of the last log files, newest first
 

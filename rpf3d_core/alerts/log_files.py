@@ -13,7 +13,7 @@ OPENING = b'{"kind":'
 
 
 class NotLogged(OSError):
-    """The error that a line, such as a decision, is not in the log on disk; the message has the reason.
+    """Raised if a line, such as a decision, could not be written to the log on disk; the message has the reason.
 
     The decision is valid and must still be published.
     """
@@ -26,8 +26,8 @@ class Tail(NamedTuple):
     last : the last sound line, None if the file has no sound line
     decision : the last sound line with a decision; site : digest of the last thresholds in the file
     broken : True if a line before the last sound line was changed
-    doubtful : True if a later decision may have been damaged. A line whose writing was interrupted is not meant: its
-        decision was never published
+    doubtful : True if a damaged line after the last decision may be a decision that was published. A line whose writing
+        was interrupted does not count, because its decision was never published
     """
 
     end: int

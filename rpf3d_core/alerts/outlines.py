@@ -10,7 +10,7 @@ from rpf3d_core.alerts.time_units import ns_of, span
 
 
 def judged_of(before: AreaAlert | None, finding: LimitFinding | None, is_small: bool) -> Judged | None:
-    """Return for which outline an area is judged after a decision; None if that is not known.
+    """Return the outline for which an area is judged after a decision; None if the outline is not known.
 
     If too few rocks flew for a new outline, the area is still judged for its former outline.
 
@@ -40,7 +40,7 @@ def places_end_ns(
     thresholds: Thresholds,
     is_small: bool,
 ) -> list[int]:
-    """Return the times (ns) at which the permission to judge moved areas for their former places ends.
+    """Return the times (ns) until which moved areas may be judged for their former places, one for each such area.
 
     After such a time, a fault is reported.
 

@@ -69,7 +69,7 @@ def _still_waiting(previous: Alert, terms: AcknowledgeSpec, now_ns: int) -> tupl
 
 
 def _waiting(waiting: tuple[Acknowledgement, ...], terms: AcknowledgeSpec, lacking: str) -> Acknowledged:
-    """Return the acknowledgements that wait, with the end of their wait: the time at which the oldest is too old.
+    """Return the given acknowledgements as `Acknowledged`, with the time at which the oldest of them expires.
 
     lacking : as in `Acknowledged`
     """

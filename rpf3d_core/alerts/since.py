@@ -22,7 +22,8 @@ class ShownLevel(NamedTuple):
 def shown_by(one: Alert | AreaAlert | None, decision: Alert | None) -> ShownLevel | None:
     """Return the level that a decision shows for the site or for an area; None if the start of the level is unknown.
 
-    one : the part of the decision to show: the decision itself for the site, or its part on an area, None if missing
+    one : for the site, the decision itself; for an area, the part of the decision on this area, None if there is none
+    decision : the decision; None if there is none
     """
     if one is None or decision is None or one.since is None:
         return None
@@ -47,7 +48,7 @@ def since_of(level: Level, before: ShownLevel | None, now_ns: int) -> Since:
 def _at_its_end(before: ShownLevel) -> ShownLevel:
     """Return the level that a subscriber shows after the validity of a decision has ended without a new decision.
 
-    A fault, unless the decision showed `evacuate` or a fault: these levels stay.
+    The level is a fault from the end of the validity on. `evacuate` and a fault stay as they are.
     """
     if before.level in KEPT_AFTER_ITS_END:
         return before

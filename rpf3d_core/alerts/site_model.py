@@ -18,7 +18,7 @@ LONGEST = 1e9
 """Longest period (s), about 31 years. Sums of such periods in nanoseconds still fit into 64 bits."""
 
 PATTERN_MARKS = "*?["
-"""An area name with one of these characters is a pattern."""
+"""Characters that make a pattern of the name of an area in the site file."""
 
 LEVELS = ("watch", "restrict", "evacuate")
 """The alert levels for which an area may have limits, the lowest level first."""

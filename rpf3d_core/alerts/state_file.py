@@ -24,7 +24,7 @@ BLOCK = 4096
 
 
 class StateFile:
-    """The facts of a log folder that are not decisions.
+    """The state file of a log folder, with facts that its lines do not have, such as the number of missing decisions.
 
     facts : the last facts on disk, as plain values; empty if there are none
     is_damaged : True if the file exists, but neither slot can be read
@@ -42,17 +42,17 @@ class StateFile:
 
     @property
     def exists(self) -> bool:
-        """True if the file is on disk."""
+        """True if the state file is on disk."""
         return self._file >= 0
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the state file; all facts that `write` accepted are on disk."""
         if self._file >= 0:
             os.close(self._file)
         self._file = -1
 
     def write(self, facts: dict[str, Any]) -> None:
-        """Replace the facts; return when the facts are on disk.
+        """Replace the facts in the state file; return when the new facts are on disk.
 
         Raises
         ------

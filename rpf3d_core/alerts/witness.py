@@ -1,7 +1,7 @@
 """A small file next to the folder of a decision log: it shows that a log was begun, also if the folder is lost.
 
-Without it, a node whose log was deleted could not be distinguished from a node that starts for the first time. The
-file is `<folder>.begun`. It is renamed to `<folder>.unlogged` if decisions were made that no file of the log has.
+Without this file, a node whose log was deleted could not be distinguished from a node that starts for the first time.
+The file is `<folder>.begun`. It is renamed to `<folder>.unlogged` if decisions were made that no file of the log has.
 Renaming needs no room on a full disk. Each change of the name is on disk before the node goes on.
 """
 
@@ -38,17 +38,17 @@ class Witness:
 
     @property
     def is_own(self) -> bool:
-        """True if this object has noted that decisions are missing, and no other program has noted it since."""
+        """True if this object has noted that the log lacks decisions, and no other program has noted so since."""
         return self._own_ns is not None and self._own_ns == self._changed_ns()
 
     def begin(self) -> None:
-        """Note that a log was begun. Raises OSError if the file cannot be made."""
+        """Create the file that shows that a log was begun, unless it exists. Raises OSError if this is impossible."""
         if not self.is_there:
             self.begun_path.touch()
             sync_folder(self.begun_path.parent)
 
     def unlog(self) -> None:
-        """Note that decisions are made that the log does not have; do nothing if the file cannot be changed.
+        """Note, by renaming the file, that the log lacks decisions; do nothing if the file cannot be changed.
 
         If another program has made this note already, only the time of the file is changed. The other program then sees
         that the note is no longer its own (`is_own`), and does not remove it.

@@ -27,7 +27,7 @@ TOUCHING = 1e-14
 """Distance, as a share (-) of the largest difference between corners, below which rounding hides the normal."""
 
 STALLS = 4
-"""Number of rounds without a shorter v after which the search ends.
+"""Number of rounds after which the search ends, if none of them finds a shorter difference v of body and triangle.
 
 Some such rounds are allowed because, on nearly parallel edges, the next vertex may still shorten v.
 """
@@ -57,7 +57,7 @@ class Separation(NamedTuple):
 
 @kernel
 def _height(corners: Any, row: int, n: Vec) -> float:
-    """Return how far the corner in a row lies in the direction n (3,): the scalar product of both."""
+    """Return the scalar product of n (3,) and the corner in row `row` of `corners` (N, 3)."""
     height: float = n[0] * corners[row, 0] + n[1] * corners[row, 1] + n[2] * corners[row, 2]
     return height
 
@@ -100,7 +100,10 @@ def corner_of(facet: Facet, i: int) -> Vec:
 
 @kernel
 def corner_at(corners: Any, row: int, size: float) -> Vec:
-    """Return the body's corner (3,) m in a row of the corners, scaled by `size` (m)."""
+    """Return one corner (3,) m of a body, in the body's axes: row `row` of `corners`, multiplied by `size`.
+
+    corners : (N, 3) corners for a body of size 1; size : m, radius of the sphere of equal volume
+    """
     return size * corners[row, 0], size * corners[row, 1], size * corners[row, 2]
 
 
@@ -113,9 +116,9 @@ def unit(a: Vec) -> Vec:
 
 @kernel
 def vertex(corner: Vec, row: int, facet: Facet, i: int) -> Vertex:
-    """Return the vertex of a corner of the body and a corner of the facet: the difference of both corners.
+    """Return the difference of a corner of the body and a corner of the facet, as a vertex for the GJK search.
 
-    corner : (3,) m, the corner of the body; row : its number; i : number of the facet's corner, 0 to 2
+    corner : (3,) m, the corner of the body; row : number of this corner; i : number of the facet's corner, 0 to 2
     """
     return Vertex(w=subtract(corner, corner_of(facet, i)), body=row, corner=i)
 
@@ -128,9 +131,9 @@ def reach(a: Vertex) -> float:
 
 @kernel
 def begun(corner: Vec, row: int, facet: Facet) -> Simplex:
-    """Return the part of the facet that is nearest to one corner of the body: the simplex with which the search begins.
+    """Return the simplex with which the GJK search begins: the part of the facet nearest to one corner of the body.
 
-    corner : (3,) m, the corner of the body; row : its number
+    corner : (3,) m, the corner of the body; row : number of this corner
     """
     a, b, c = vertex(corner, row, facet, 0), vertex(corner, row, facet, 1), vertex(corner, row, facet, 2)
     return on_face(a, b, c)
@@ -173,7 +176,7 @@ def separation(corners: Any, first: int, last: int, size: float, facet: Facet, g
 
 @kernel
 def _found(corners: Any, size: float, facet: Facet, now: Simplex, n: Vec, overlap: bool) -> Separation:
-    """Return the result of a search that ended with the simplex `now` and the normal n (3,), of any length.
+    """Return the result of a GJK search that ended with the simplex `now` and the normal n (3,), of any length.
 
     corners, size, facet : as in `separation`; overlap : True if body and facet overlap
     """

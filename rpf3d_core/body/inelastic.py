@@ -58,9 +58,11 @@ def kinetic(velocity: Velocity, moments: Vec) -> float:
 
 @kernel
 def _pushed(row: Any, velocity: Velocity, change: Vec) -> Velocity:
-    """Return the velocity of a body after an additional impulse at a contact.
+    """Return the velocity and spin of a body after one more impulse at a contact.
 
-    row : the solver's row of the contact; change : impulse (m/s) in the contact's local axes
+    row : the solver's row of the contact, which holds the directions of its local axes
+    velocity : of the body before the impulse
+    change : (3,) the impulse per unit of mass (m/s): along the normal, the first tangent and the second tangent
     """
     v, w = velocity
     for k in range(3):
@@ -206,7 +208,9 @@ def _leapt(rows: Any, count: int, velocity: Velocity, sweeps: int) -> tuple[Velo
 
 @kernel
 def _rolling_limit(points: Any, rows: Any, count: int) -> float:
-    """Return the largest rolling moment (m2/s, per unit of mass) that the normal impulses of all contacts allow.
+    """Return the largest angular impulse (m2/s, per unit of mass) of rolling resistance that the contacts allow.
+
+    The limit is the sum over all contacts of normal impulse times rolling resistance times the body's radius.
 
     points, rows, count : as in `inelastic`
     """
@@ -228,9 +232,10 @@ def _share(sweep: int) -> float:
 def _resisted(
     moment: Vec, velocity: Velocity, moments: Vec, limit: float, size: float
 ) -> tuple[Vec, Velocity, float]:  # fmt: skip
-    """Return the rolling moment of an impact for a new limit, the velocity with this moment, and a change (m/s).
+    """Return the rolling moment of an impact for a new limit, the body's velocity with this moment, and a change (m/s).
 
-    The change is that of the spin times `size`; it shows whether the sweeps have converged.
+    A rolling moment is the angular impulse (3,) of rolling resistance per unit of mass. The change is the change of the
+    spin times `size`; a small change shows that the sweeps have converged.
 
     moment : previous rolling moment (m2/s); limit : largest length of the new moment (m2/s)
     size : length of the order of the body's size (m)
@@ -246,5 +251,5 @@ def _resisted(
 
 @kernel
 def size_of(moments: Vec) -> float:
-    """Return a length (m) of the order of the body's size, from its principal moments (m2)."""
+    """Return a length (m) of the order of the body's size, from its principal moments (3,) over mass (m2)."""
     return norm((math.sqrt(moments[0]), math.sqrt(moments[1]), math.sqrt(moments[2])))

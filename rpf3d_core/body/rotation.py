@@ -35,7 +35,7 @@ SLOWEST = 1e-60
 """Spin (rad/s) below which a body counts as not turning, because squares of a smaller spin would underflow."""
 
 LEAST_CHANGE = 1e-120
-"""Change of spin (-), as a share of the square of the spin, below which the spin is constant."""
+"""Rate of change of the spin, as a share (-) of the square of the spin, below which the spin counts as constant."""
 
 CANCELLED = 0.02
 """Share (-) below which a difference of two terms is computed with twice the digits."""
@@ -55,7 +55,9 @@ SPLITTER = 134217729.0
 
 
 class Axes(NamedTuple):
-    """The relabelled axes of a body, chosen so that the spin circles about the third axis.
+    """The relabelled axes of a body: its principal axes in another order and direction.
+
+    They are chosen so that the spin circles about the third axis, and the spin's third component is above 0.
 
     moments : principal moments of the relabelled axes
     low : true if the third axis is the axis of the least moment, false if it is the axis of the largest moment
@@ -290,7 +292,11 @@ def placed(axes: Axes, cycle: Cycle, L: float, t: float) -> tuple[Quaternion, Ve
 
 @kernel
 def half_of(x: float, y: float) -> tuple[float, float]:
-    """Return (cos(a / 2), sin(a / 2)) of the angle a = atan2(y, x), or both numbers with the opposite sign."""
+    """Return cosine and sine of half the angle from the x axis to the vector (x, y), which must not be (0, 0).
+
+    For x < 0 and y < 0, both numbers have the opposite sign: they belong to the half angle plus half a turn. As parts
+    of a quaternion, both pairs of numbers describe the same turn.
+    """
     length = math.sqrt(x * x + y * y)
     k = math.sqrt(0.5 * (1.0 + abs(x) / length))
     j = 0.5 * y / (length * k)
@@ -306,7 +312,9 @@ def advanced(angle: float, a: tuple[float, float]) -> tuple[float, float]:
 
 @kernel
 def nutation(moments: Vec, w: Vec, L: float) -> Quaternion:
-    """Return the turn about the first axis, then the second axis, that turns the angular momentum onto the third axis.
+    """Return the quaternion that turns the angular momentum onto the third axis.
+
+    The turn consists of a turn about the first axis, and then a turn about the second axis.
 
     moments, w : principal moments and spin (rad/s) along the relabelled axes
     L : length of the angular momentum

@@ -69,7 +69,7 @@ def closer(first: Simplex, second: Simplex) -> Simplex:
 
 @routine
 def on_face(a: Vertex, b: Vertex, c: Vertex) -> Simplex:
-    """Return the part of the triangle a b c that is nearest to the origin: itself, an edge or a corner."""
+    """Return the part of the triangle a b c that is nearest to the origin: its inside, an edge or a corner."""
     ab, ac = subtract(b.w, a.w), subtract(c.w, a.w)
     n = cross(ab, ac)
     whole = dot(n, n)

@@ -178,7 +178,7 @@ ENDLESS = 1e300
 
 
 class Cycle(NamedTuple):
-    """The cycle of a motion: the periodic spin, as theta series of an argument, and the precession.
+    """The torque-free motion of a body: its periodic spin, as theta series of an argument, and its precession.
 
     kind : STEADY, CIRCULAR or HYPERBOLIC; amplitudes : (3,) rad/s, of the spin's components
     nome : powers of the nome of the series; the argument of the series is `rate` t + `start` (rate in 1/s)

@@ -26,9 +26,9 @@ from rpf3d_core.setup.choices import with_choices
 BUDGET_S = 900.0
 """Default time (s) of one call of a calibration, from reading the scene to writing the results."""
 LEAST_BUDGET_S = 10.0
-"""Smallest budget (s) that may be enough: points on a small terrain, with compiled code in the cache, need as much."""
+"""Smallest allowed budget (s): point-shaped rocks on a small terrain need it, if compiled code is in the cache."""
 END_S = 4.0
-"""Time (s) of scores, pictures and files of a small calibration, to suggest a budget that is enough."""
+"""Time (s) that a small calibration takes for scores, pictures and files; used to suggest a budget that is enough."""
 
 SOME_ROUNDS = 3
 """Number of rounds whose time the message on a short budget states: fewer rounds hardly determine anything."""
@@ -52,7 +52,7 @@ def calibrate(scene: Scene | str | Path, out: str | Path, control: Control, engi
     scene : the scene, or its file
     out : new or empty folder, or the folder of an earlier calibration of the same scene, which continues
     control : deadline, progress and interruption
-    engine : "reference" or "compiled"; None for the scene's, where `auto` means compiled if numba is installed
+    engine : "reference" or "compiled"; None for the engine of the scene: `auto` means compiled if numba is installed
 
     Raises
     ------
@@ -121,7 +121,8 @@ def _too_short(slope: Slope, priors: list[Distribution], prepared_s: float, cont
 def _many(scene: Scene) -> Scene:
     """Return the scene with a number of rocks for which `engine: auto` selects the compiled engine.
 
-    A scene with another `engine` is returned unchanged.
+    The number of rocks has no other effect: a calibration flies its own number of rocks. A scene with another `engine`
+    is returned unchanged.
     """
     return scene if scene.engine != "auto" else with_choices(scene, max(100_000, len(scene.sources)), None, None)
 

@@ -58,14 +58,17 @@ def column_of(path: Path, column: int | str, key: str) -> FloatArray:
 
 
 def doubt_on_masses(path: Path, column: int | str) -> str:
-    """Return a sentence if the unit in the name of a column of masses is uncertain or unknown; "" without doubt."""
+    """Return a sentence if the unit in the name of a column of masses is uncertain or unknown; "" without doubt.
+
+    path : file of the end points; column : as in `column_of`
+    """
     cells = _all_cells(path, column, MASS)
     doubt = doubt_on_unit(cells[0].name, "mass") if cells else ""
     return f"`calibration.{MASS}`: {doubt}" if doubt else ""
 
 
 def _all_cells(path: Path, column: int | str, key: str) -> list[Cell]:
-    """Return the cells of a column of a text, CSV or GeoJSON, without the header; arguments : as in `column_of`."""
+    """Return the cells of a column of a text, CSV or GeoJSON, without the header; parameters as in `column_of`."""
     suffix = path.suffix.lower()
     if suffix in OTHERS:
         raise InputError(f"{path}: `calibration.{key}` needs a CSV, text or GeoJSON; columns of {suffix} are not read")

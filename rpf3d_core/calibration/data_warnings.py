@@ -14,7 +14,7 @@ NAMED = 5
 
 
 def data_warnings(slope: Slope, flown: list[Flown]) -> tuple[str, ...]:
-    """Return sentences on observations that determine less than it seems.
+    """Return sentences on observations that determine the unknowns less well than it seems.
 
     flown : all flown parameter sets
     """
@@ -47,7 +47,7 @@ def _of_gates(slope: Slope, flown: list[Flown]) -> Iterator[str]:
 
 
 def _gates_without_rocks(slope: Slope, flown: list[Flown]) -> set[tuple[str, float]]:
-    """Return name and distance (m) of the gates at which no flown set explains any observation: all densities are 0.
+    """Return name and distance (m) of the gates at which all observations have the density 0 under every flown set.
 
     The densities are those of the smallest misfit, 0: with a larger misfit, a simulated rock that stopped before the
     gate would count as a rock that may have passed.

@@ -25,9 +25,12 @@ NARROWING = 0.7
 Densities of neighbouring parameter sets are averaged afterwards, which removes noise, so kernels may be narrower.
 """
 LEAST_KERNEL = 0.1
-"""Smallest standard deviation (m) of a kernel or of observed stops, where all rocks stop in one place."""
+"""Smallest standard deviation of a kernel, in the unit of its values, and of observed stops (m).
+
+It is used where all rocks stop in one place or have the same value.
+"""
 NORMAL_QUARTILES = 1.349
-"""Distance of the quartiles of a standard normal distribution (-)."""
+"""Distance between the lower and the upper quartile of a standard normal distribution (-)."""
 
 
 MISFITS = (0.0, 1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 1.0)
@@ -64,8 +67,9 @@ class Stops(NamedTuple):
 
 
 def kernel_widths(values: FloatArray, error: float) -> FloatArray:
-    """Return the standard deviations (D,) of the kernel for R values (R, D), measuring error (same unit) included.
+    """Return the standard deviations (D,) of the kernel for R simulated values (R, D), including the measuring error.
 
+    error : standard deviation of the measuring error, in the unit of the values
     Source: Silverman 1986, Density Estimation, equations 3.30 and 4.14, times NARROWING (0.7).
     """
     count, dimensions = values.shape

@@ -18,7 +18,10 @@ COMPARED = 256
 
 
 def field_warnings(prepared: Prepared, field: Field) -> tuple[str, ...]:
-    """Return sentences about observations that determine less than it seems, or that are not of the scene's rocks."""
+    """Return sentences about observations that determine the unknowns less well than it seems, or are of other rocks.
+
+    Other rocks are rocks whose masses differ from those of the scene's rocks.
+    """
     return *_of_number(len(field.stops)), *_of_masses(prepared, field), *_of_counts(field), *_of_errors(field)
 
 

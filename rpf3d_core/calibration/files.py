@@ -76,7 +76,7 @@ def write_result(out: Path, scene: Scene, slope: Slope, spec: CalibrationSpec, r
 
 
 def _write_pictures(out: Path, slope: Slope, result: Result, found: Findings, values: tuple[Any, Any]) -> None:
-    """Write the three pictures; the pictures of stops are left out if no observed stop has a prediction.
+    """Write the three pictures of a calibration; without a predicted stop, only the picture of the parameters.
 
     values : values of the unknowns of all sets (S, U), and of the sample of the posterior
     """

@@ -37,7 +37,7 @@ FINE = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """What a calibration found out about one parameter.
+    """The estimate of one parameter by a calibration: its posterior in numbers, next to its prior.
 
     name : key path; prior : the prior's keys and values, as in the scene
     mean; low, high : mean and ends of the 90 % interval of the posterior, in the unit of the parameter
@@ -68,7 +68,7 @@ class Findings:
         not include the misfit either. None if no end points were observed; K is 0 if none has a prediction
     whole_rank : (K, 2) as `rank`, but with the misfit added to the measuring error
     misfit : m, mean error of the model over the posterior; None if there were too few end points to estimate it
-    left : share (-) of the rocks of the posterior that left the terrain or did not stop
+    left : share (-) of the simulated rocks, weighted by the posterior, that left the terrain or did not stop
     sets, rocks : number of flown parameter sets, and number of rocks of each set
     of_data : warnings about the observations, as sentences; left_out : sentences on sources without a flown rock
     unpredicted : number of observed stops without a prediction, because hardly a rock of their kind stopped; they are
@@ -157,7 +157,7 @@ def findings_of(slope: Slope, spec: CalibrationSpec, result: Result, book: Flown
 
 
 def _columns(slope: Slope) -> int:
-    """Return the number of observations that can be kept out: all end points or, if there are none, values at gates."""
+    """Return how many observations can be kept out: all end points or, if there are none, all values at gates."""
     return len(slope.field.stops) or sum(len(one.observed) for one in slope.field.values)
 
 

@@ -70,7 +70,7 @@ def passed(extent: Extent, at: float, misfits: FloatArray) -> FloatArray:
 def reached_section(extent: Extent, section: Section, misfits: FloatArray) -> FloatArray:
     """Return the probability (M, R) that each rock reached a section, that is, went past its lower end.
 
-    section : lower and upper end (m), None where it has no end; misfits : (M,) m
+    section : lower and upper end (m) along the slope, None where it has no end; misfits : (M,) m
     As in `passed`, the error belongs to the farthest point of a path.
     """
     low = section[0]
@@ -84,6 +84,7 @@ def stopped_in_section(
 ) -> FloatArray:
     """Return the probability (M, R) that each rock stopped in a section, for each misfit (M,) m.
 
+    section : lower and upper end (m) along the slope, None where it has no end
     along : (R,) m, where rocks stopped; deposited : (R,) False for rocks that left the terrain or did not stop
     """
     low, high = section
@@ -133,7 +134,7 @@ class _Paths(NamedTuple):
 
 
 def _paths_of(batch: Batch) -> _Paths:
-    """Return the recorded paths of all rocks in plan.
+    """Return the recorded paths of all rocks in plan, as points from event to event.
 
     The end of each path is stored twice, so that a rock without a recorded event also has two points.
     """
@@ -181,7 +182,7 @@ def _share(flags_at: Callable[[FloatArray], NDArray[np.bool_]], sd: float) -> Fl
 
 
 def _all_beyond(distance: FloatArray, misfits: FloatArray) -> FloatArray:
-    """Return the probabilities (M, R) of `_beyond` with each misfit (M,) m as the error of the distances (R,) m."""
+    """Return the probability (M, R) that each distance (R,) m is at least 0, if its error is the misfit (M,) m."""
     return np.stack([_beyond(distance, sd) for sd in misfits.tolist()])
 
 

@@ -33,9 +33,9 @@ class Passages(NamedTuple):
 
 
 def passages(batch: Batch, directions: Directions, at: float, engine: Engine) -> Passages:
-    """Return the first passages of R rocks through a vertical plane across the slope.
+    """Return the first passage of each of R rocks through a gate, a vertical plane across the slope.
 
-    at : m, distance of the plane along the first direction, in the input's coordinates
+    at : m, distance of the gate along the slope, in the input's coordinates
     A segment of flight is an exact parabola between its ends; a slide is taken as a motion of constant acceleration.
     """
     rows = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
@@ -52,7 +52,10 @@ def passages(batch: Batch, directions: Directions, at: float, engine: Engine) ->
 
 
 def _segments(rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the rows of the first and of the last event of each path segment; rows : (S,) rock of each event."""
+    """Return the indices of the events at the start and at the end of each path segment; rows : (S,) rock of an event.
+
+    Two successive events of the same rock are the ends of a path segment.
+    """
     first = np.flatnonzero(rows[1:] == rows[:-1])
     return first, first + 1
 
@@ -60,9 +63,9 @@ def _segments(rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.in
 def _at_plane(
     batch: Batch, begin: NDArray[np.int64], end: NDArray[np.int64], along: FloatArray, distance: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return position (K, 3) m and velocity (K, 3) m/s of K rocks where a path segment crosses the plane.
+    """Return position (K, 3) m and velocity (K, 3) m/s of K rocks where a path segment crosses the plane of a gate.
 
-    begin, end : (K,) rows of the event at the start and of the event at the end of the segment
+    begin, end : (K,) rows of the event at the start and of the event at the end of the segment in `batch.pieces`
     along : (3,) unit normal of the plane; distance : (K,) m, from the plane to the start of the segment
     """
     x, v, v_end = batch.pieces[begin, 1:4], batch.pieces[begin, 4:7], batch.pieces[begin, 7:10]

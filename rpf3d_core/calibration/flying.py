@@ -63,12 +63,12 @@ LEAST_ROCKS, MOST_ROCKS = 128, 4096
 MASS_KERNEL = 0.3
 """Width (-) of the kernel in the logarithm of mass: a rock counts less for an observed block of another mass."""
 DEALT = 2**34
-"""Part of the key of the random numbers that deal release points to observed blocks, to which the round is added."""
+"""Part of the key of the random numbers that assign release points to observed blocks; each round adds its number."""
 JOULE_PER_KJ = 1000.0
 
 
 class Flown(NamedTuple):
-    """The result of R rocks flown with one parameter set.
+    """The result of R rocks flown with one parameter set; the rocks are in a random order, the same for all sets.
 
     stops : where the rocks stopped; energy : (R,) kJ, largest energy of translation of each rock
     densities : (GROUPS, M, C) of the C observations under this set, for each group of rocks and each misfit
@@ -190,9 +190,11 @@ def _alike(field: Field, releases: Releases) -> FloatArray | None:
 
 
 def observed_of(slope: Slope) -> Observed:
-    """Return the C observations as the likelihood needs them, in the order of `Flown.densities`.
+    """Return the number of rocks behind each of C observations, and the density of an observation by pure chance.
 
-    A count of rocks is two observations: the rocks that did what was counted, and the rocks that did not.
+    The order is that of `Flown.densities`: end points, values at gates, counts of rocks. By pure chance means: a stop
+    anywhere on the terrain, a value between 0 and twice the largest observed value, or a share of one half. A count of
+    rocks gives two observations: the rocks that did what was counted, such as reaching an area, and the other rocks.
     """
     field = slope.field
     counts, anywhere = [np.ones(len(field.stops))], [np.full(len(field.stops), anywhere_density(slope))]
@@ -206,13 +208,19 @@ def observed_of(slope: Slope) -> Observed:
 
 
 def anywhere_density(slope: Slope) -> float:
-    """Return the density (1/m2) of a stop anywhere on the terrain: 1 over the area of its box, along and across."""
+    """Return the density (1/m2) of a stop that is equally likely anywhere on the terrain.
+
+    The density is 1 over the area of the rectangle along and across the slope that contains the terrain.
+    """
     places = slope.directions.places(slope.prepared.terrain.vertices)
     return float(1.0 / np.prod(np.maximum(np.ptp(places, axis=0), 1e-9)))
 
 
 def workers_of(slope: Slope, threads: int | None) -> int:
-    """Return the number of sets that fly at the same time: one with the reference engine, which keeps one core busy."""
+    """Return the number of parameter sets that fly at the same time: 1 with the reference engine.
+
+    threads : number of threads of the compiled engine, None for one per core
+    """
     compiled = isinstance(slope.prepared.engine, Compiled)
     return (threads or os.cpu_count() or 1) if compiled else 1
 
@@ -284,7 +292,7 @@ def _densities(slope: Slope, batch: Batch, releases: Releases, stops: Stops) -> 
 
 
 def _of_values(one: Values, gate: Passages, mass: FloatArray, mixed: NDArray[np.int64]) -> FloatArray:
-    """Return the densities (GROUPS, N) of values observed at a gate.
+    """Return the densities (GROUPS, N) of the simulated values at the N values observed at a gate.
 
     one : the observed values; gate : passages of the R rocks through the gate; mass : (R,) kg
     mixed : (R,) random order of the rocks, by which they are divided into groups

@@ -18,9 +18,12 @@ FOLDS = 5
 NEGLIGIBLE = 0.01
 """Weight of a parameter set, relative to the mean, below which its stops are left out of ranks."""
 RANKED, LEAST_RANKED = 100_000, 50
-"""Rocks of all sets together from which ranks are computed, and least number of each set: more would change nothing."""
+"""Number of rocks of all sets together from which ranks are computed, and smallest number of rocks of each set.
+
+More rocks would not change the ranks noticeably.
+"""
 LEAST_STOPPED = 1e-3
-"""A block has no prediction if at most this share (-) of the simulated rocks that stand for it stopped."""
+"""An observed block has no prediction if at most this share (-) of the simulated rocks like this block stopped."""
 LEAST_VALUES = 3
 """Smallest number of observations from which some can be kept out."""
 
@@ -117,14 +120,14 @@ def _student_density(x: FloatArray, sample: FloatArray, least: float) -> FloatAr
 def ranks(
     stops: list[Stops], weights: FloatArray, observed: FloatArray, errors: FloatArray, alike: FloatArray | None = None
 ) -> FloatArray:
-    """Return, for each observed stop, the predicted probability (N, 2) that a stop has a smaller coordinate.
+    """Return, for each observed stop, the predicted probability (N, 2) that a rock stops at a smaller coordinate.
 
-    The two coordinates of a stop are the distances along and across the slope.
+    The two coordinates are the distances along and across the slope.
 
-    Rocks that left the terrain or did not stop are left out. The result is NaN for a block without a prediction: at
-        most
-    LEAST_STOPPED (0.1 %) of the rocks that stand for the block stopped. If all sets together have many rocks, only the
-    first rocks of each set are used, because the order of the rocks is random.
+    Rocks that left the terrain or did not stop are left out. The result is NaN for a block without a prediction: of the
+    rocks that have a weight for this block (`alike`), at most LEAST_STOPPED (0.1 %) stopped. If all sets together have
+    many rocks, only the first rocks of each set are used, because the order of the rocks is random.
+
     stops : of each of S sets; weights : (N, S, M) weights of the sets and errors for each observation
     observed : (N, 2) m, the observed stops
     errors : (M,) m, standard deviations of the difference between a simulated stop and an observed stop

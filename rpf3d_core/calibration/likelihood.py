@@ -81,7 +81,7 @@ def nearness(z: FloatArray, covariance: FloatArray) -> FloatArray:
 
 
 def weighed(densities: Densities, near: FloatArray, shares: FloatArray) -> Weighed:
-    """Return the log densities of S sets, averaged over neighbours, for each draw of groups.
+    """Return the log densities of S parameter sets, averaged over neighbouring sets, for each draw of groups of rocks.
 
     near : (S, S) from `nearness`; shares : (D, T, GROUPS) from `group_shares`
     """
@@ -101,9 +101,9 @@ def _mixed(densities: Densities, share: FloatArray) -> FloatArray:
 
 
 def log_likelihoods(weighed: Weighed, kept: NDArray[np.bool_] | None = None) -> FloatArray:
-    """Return the log-likelihoods (D, S, M), for each draw of groups and each misfit.
+    """Return the log-likelihood (D, S, M) of each parameter set, for each draw of groups of rocks and each misfit.
 
-    kept : (C,) the observations that count, or None for all
+    weighed : log densities of the C observations; kept : (C,) True for the observations that count, None for all
     """
     counts = weighed.counts if kept is None else np.where(kept, weighed.counts, 0.0)
     return np.asarray(weighed.log_densities @ counts)
@@ -115,9 +115,11 @@ def over_misfits(log_likelihood: FloatArray) -> FloatArray:
 
 
 def posterior_weights(log_ratio: FloatArray, log_likelihood: FloatArray) -> FloatArray:
-    """Return the weights (S, M) of the sets and misfits, the mean over the draws of groups; their sum is 1.
+    """Return the posterior weight (S, M) of each parameter set with each misfit; the sum of all weights is 1.
 
-    log_ratio : (S,) from `population.log_importance`; log_likelihood : (D, S, M)
+    The weights are the mean over the draws of groups of rocks, so they include the noise of the likelihood.
+
+    log_ratio : (S,) from `population.log_importance`; log_likelihood : (D, S, M) from `log_likelihoods`
     """
     each = np.stack([normalised(log_ratio[:, None] + table) for table in log_likelihood[1:]])
     return np.asarray(each.mean(axis=0))

@@ -37,8 +37,9 @@ class Directions(NamedTuple):
 class Values(NamedTuple):
     """Values (N,) of one kind that were observed at a gate: speeds (m/s), heights (m) or energies (kJ).
 
-    at : m, distance of the gate along the slope; error : standard deviation of an observation, in the unit of the
-        values
+    gate : name of the gate; kind : "speed", "height" or "energy"
+    at : m, distance of the gate along the slope
+    error : standard deviation of the measuring error, in the unit of the values
     """
 
     gate: str
@@ -53,7 +54,7 @@ class Counted(NamedTuple):
 
     place : name of the gate, area of interest or section; kind : passed, stopped or reached
     at : m, distance of the gate along the slope; None for an area or section
-    rocks : number of rocks that did it; of : number of observed rocks
+    rocks : number of rocks that did so; of : number of observed rocks
     """
 
     place: str
@@ -101,7 +102,7 @@ def calibration_of(scene: Scene) -> CalibrationSpec:
 
 
 def directions_of(scene: Scene, frame: Frame) -> Directions:
-    """Return the directions along and across in which end points are compared."""
+    """Return the directions along and across the slope, from `observed.along` of the scene; without it, x is along."""
     along = (1.0, 0.0, 0.0) if scene.observed is None else scene.observed.along
     first = frame.directions_to_local(horizontal_direction(along, frame.up))
     axes = np.stack([first, [-first[1], first[0], 0.0]])

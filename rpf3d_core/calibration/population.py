@@ -26,7 +26,10 @@ FROM_PRIOR = 0.1
 WIDENING = 1.5
 """Factor on the standard deviation of the kernels of a mixture, relative to the rule for density estimates."""
 LEAST_KEPT = 25.0
-"""Least effective number of sets behind a proposal; the likelihood is flattened until this number is reached."""
+"""Least effective number of parameter sets behind a proposal.
+
+If there are fewer, the likelihood is raised to a smaller power (`flattened`).
+"""
 
 
 class Mixture(NamedTuple):

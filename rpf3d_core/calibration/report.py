@@ -19,7 +19,7 @@ OF_STOPS = {
 
 
 def report_text(scene: Scene, found: Findings) -> str:
-    """Return the text of report.md."""
+    """Return the report of a calibration as Markdown, the content of report.md."""
     return "\n".join(_lines(scene, found)) + "\n"
 
 

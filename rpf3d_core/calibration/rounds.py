@@ -96,8 +96,8 @@ def fly_rounds(
     Sets that are on disk in the folder `state` are not flown again.
 
     seed : of the proposals; state : folder of the flown sets
-    ending : function that does the work after the flights once, to measure its time; it returns the time (s) for the
-        files of the result. None to reserve a fixed part of the budget
+    ending : function that does the work after the flights (scores, pictures, files) once, to measure its time, and
+        returns the time (s) for the files. None to reserve a fixed part of the budget
     """
     observed, proposed = observed_of(slope), first_proposal(len(priors))
     rounds, flown, numbers, posterior = list[Round](), list[Flown](), list[int](), None
@@ -154,7 +154,7 @@ def _counting(pace: Pace, tell: Callable[[int], None]) -> Callable[[int], None]:
 
 
 def _measured(reserve: Reserve, sets: int, end: Callable[[], float]) -> Reserve:
-    """Do the work after the flights once, and return the reserve with the measured times.
+    """Do the work after the flights (scores, pictures, files) once, and return the reserve with the measured times.
 
     sets : number of flown sets; end : does the work, and returns the time (s) for the files of the result
     """

@@ -58,7 +58,7 @@ class Round(NamedTuple):
 
 
 class Observed(NamedTuple):
-    """The C observations, as the likelihood needs them.
+    """What the likelihood needs to know of the C observations, apart from their densities.
 
     counts : (C,) number of rocks behind each observation: the power of the observation's density in the likelihood
     anywhere : (C,) density of an observation that may lie anywhere in the possible range, such as on the whole terrain
@@ -104,7 +104,7 @@ def sets_of_round(number: int, unknowns: int) -> int:
 
 
 def first_proposal(unknowns: int) -> Proposed:
-    """Return the proposal of the first round."""
+    """Return the proposals before any flight: only that of the first round, which is the prior."""
     return Proposed(mixtures=(prior_mixture(unknowns),), power=0.0, covariance=np.eye(unknowns))
 
 

@@ -22,7 +22,10 @@ MANY_LEFT = 0.02
 NOISY = 1.5
 """Noise of the log-likelihood (-) above which more rocks for each set are the advice after more time."""
 SURELY = 2.0
-"""Number of standard errors by which a score must exceed the score of a curve or of the book to count as better."""
+"""Number of standard errors by which a score must exceed another score to count as better.
+
+The other score is that of a normal curve without physics, or that of the book values.
+"""
 LITTLE = 0.1
 """Shrinkage (-) below which the data does not determine a parameter."""
 BY_CHANCE = 0.05
@@ -32,7 +35,7 @@ FEWEST_TO_CONDEMN = 8
 ASIDE = 3.0
 """Number of standard errors by which observed stops must lie to one side of the predicted stops for a warning."""
 JUDGED = 0.5
-"""Part (-) of the smallest number of effective samples from which a refused calibration judges its parameters."""
+"""Least effective samples, as a share (-) of FLOOR, for the advice of a refused calibration to remove an unknown."""
 VALID = "valid for this model, this slope, these blocks"
 MORE = (
     "end points of a second slope, kept out of the fit",
@@ -95,7 +98,10 @@ def _of_predictions(found: Findings) -> list[str]:
 
 
 def _of_scores(found: Findings) -> list[str]:
-    """Return sentences if the calibration predicts kept-out blocks not clearly better than a curve or the book does."""
+    """Return a sentence for each simpler prediction that the calibration does not clearly exceed on kept-out blocks.
+
+    The simpler predictions are a normal curve without physics, and the book values.
+    """
     compared = (
         (found.curve, "a normal curve without physics", "the end points do not show that the physics adds"),
         (found.book, "the book values", "the observations do not show that the calibration adds"),
@@ -108,7 +114,7 @@ def _of_scores(found: Findings) -> list[str]:
 
 
 def _is_clearly_better(score: Score, other: Score) -> bool:
-    """Return True if a score exceeds another score by more than chance."""
+    """Return True if a score exceeds another score by more than SURELY (2) standard errors of the difference."""
     gain, doubt = _gain(score, other)
     return gain > SURELY * doubt
 
@@ -172,9 +178,9 @@ def _is_too_few(share: float, blocks: int) -> bool:
 
 
 def gain_of(found: Findings) -> tuple[float, float]:
-    """Return the mean gain of the score per block over the curve's score, and its standard error.
+    """Return the mean gain (-) of the score over that of a normal curve without physics, and its standard error (-).
 
-    Both are 0 if the calibration has no scores, or no score of the curve.
+    The mean is over the kept-out blocks. Both results are 0 if the calibration has no scores, or no score of the curve.
     """
     if found.held_out is None or found.curve is None:
         return 0.0, 0.0
@@ -182,7 +188,7 @@ def gain_of(found: Findings) -> tuple[float, float]:
 
 
 def _gain(score: Score, other: Score) -> tuple[float, float]:
-    """Return the mean gain (-) of a score per block over another score, and its standard error (-)."""
+    """Return the mean difference (-) of two scores over the same observations, and its standard error (-)."""
     each = score.each - other.each
     return float(each.mean()), float(each.std(ddof=1) / np.sqrt(len(each)))
 

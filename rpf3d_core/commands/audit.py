@@ -68,7 +68,10 @@ def _row(change: "LevelChange") -> tuple[str, ...]:
 
 
 def _counts(alert: "Alert") -> str:
-    """Return the words before the name of a person who acknowledged; they state the effect of the acknowledgement."""
+    """Return the words that state the effect of an acknowledgement; the name of the person follows them in the table.
+
+    alert : a decision with an acknowledgement
+    """
     if not alert.void:
         return "acknowledged by"
     waits = alert.acknowledgement in alert.waiting
@@ -76,7 +79,7 @@ def _counts(alert: "Alert") -> str:
 
 
 def _shown(alert: "Alert") -> str:
-    """Return the alert level of a decision for the table.
+    """Return the alert level that a decision shows, as text for the table.
 
     "(fault)" is added to `evacuate` if the decision has faults, because `evacuate` is then shown in place of `fault`.
     """

@@ -58,7 +58,7 @@ def calibrate(
 
 
 def _in_words(progress: "Status") -> str:
-    """Return the progress of a calibration as a line."""
+    """Return the progress of a calibration as one line of text: round, parameter sets, effective samples, time left."""
     known = "" if progress.effective is None else f", {progress.effective:.0f} effective samples"
     minutes, seconds = divmod(int(progress.left_s), 60)
     return f"round {progress.round + 1}, {progress.sets:,} parameter sets{known}, at most {minutes}:{seconds:02d} left"

@@ -25,7 +25,7 @@ class Part(NamedTuple):
 
 
 class RunTimes:
-    """The wall times of one command, split into parts; work in parallel with other work is not counted twice.
+    """The wall times of one command, split into successive parts; parallel work is not counted twice.
 
     began : start of the command, as `time.perf_counter()`
     measured_s : wall time (s) of the measurements for `--accuracy`, before the run

@@ -73,7 +73,9 @@ def _executor(workers: int | None) -> Iterator[Executor]:
 
 
 def _counting(begin: Callable[[int], Callable[[int], None]], writing: Callable[[], None]) -> Callable[[int, int], None]:
-    """Return a function of (done, of) that shows the progress of the cells; the bar counts only cells without a result.
+    """Return a function of (done, of) that shows the progress of the cells of a sweep.
+
+    The progress bar counts only the cells that had no result at the start.
 
     done, of : number of cells that have a result, and number of all cells
     begin, writing : functions of the progress bar, from `progress`

@@ -37,7 +37,7 @@ REFUSAL, NOTE, GOOD = "refusal", "note", "good"
 
 
 class Desk:
-    """The desk of one user: the edited scene, the drawing of a source or area, the page, and the thread for rocks."""
+    """The desk of one user: edited scene, drawing of a new source or area, page, and thread that simulates rocks."""
 
     def __init__(self) -> None:
         """Build the page without a scene, and start the thread that simulates rocks."""
@@ -64,7 +64,7 @@ class Desk:
         return self.server.state
 
     def connected(self) -> None:
-        """Do the work that `_later` stored until browsers could connect; call it once in the server's thread."""
+        """Do the work that `_later` has stored; call this once in the server's thread, when browsers can connect."""
         with self._connecting:
             self._loop = asyncio.get_event_loop()
             waiting, self._waiting = self._waiting, []
@@ -72,7 +72,7 @@ class Desk:
             self._do(work)
 
     def open(self, path: Path) -> None:
-        """Open a scene file; errors are as in `read_scene`."""
+        """Open a scene file on the page, in place of the scene that was open; errors are as in `read_scene`."""
         self._take(opened(path))
         assert self.scene is not None
         self.state.save_path = shown_path(self.scene.default_path)
@@ -320,7 +320,10 @@ class Desk:
             self.state.messages = [*self.state.messages, message]
 
     def _later(self, work: Callable[[], None]) -> None:
-        """Let the server's thread call a function soon, or once browsers can connect; any thread may request this."""
+        """Let the server's thread call the function `work`: soon or, if no browser can connect yet, in `connected`.
+
+        Any thread may call this method.
+        """
         with self._connecting:
             if self._loop is None:
                 self._waiting.append(work)
@@ -328,7 +331,7 @@ class Desk:
                 self._loop.call_soon_threadsafe(self._do, work)
 
     def _do(self, work: Callable[[], None]) -> None:
-        """Call a function, and send the changes of the page's values to the browser."""
+        """Call the function `work`, and send its changes of the page's values to the browser."""
         with self.state:
             work()
 

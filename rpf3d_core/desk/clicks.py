@@ -18,7 +18,10 @@ DECIMALS = 2
 
 
 class Drawing(NamedTuple):
-    """The clicked places; kind : POINTS, LINE or AREA, "" if nothing is drawn; points : (N, 3) m, local frame."""
+    """The places that the user has clicked for a new source or area.
+
+    kind : POINTS, LINE or AREA, "" if nothing is drawn; points : N places (x, y, z) m, local frame
+    """
 
     kind: str = ""
     points: tuple[tuple[float, float, float], ...] = ()

@@ -23,7 +23,7 @@ OF_BODIES = ("restitution", "friction", "rolling_resistance")
 
 
 class Coefficient(NamedTuple):
-    """A value of a material.
+    """A coefficient of a material, as a field of the page shows it.
 
     key : key in the scene file; text : the value as the user types it, "" if the scene does not state it
     fixed : why the desk cannot edit the value; "" if it can

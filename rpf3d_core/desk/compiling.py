@@ -46,7 +46,7 @@ class Compiling:
             self._ended.set()
 
     def cancel(self) -> None:
-        """Skip the compilation if it has not started; a compilation that has started is not interrupted."""
+        """Ask the thread not to compile; a compilation that has already started is not interrupted."""
         self._cancelled = True
 
     def done(self) -> Prepared | None:

@@ -18,7 +18,7 @@ NO_RESULTS = {
     "legend": {}, "progress": "", "benches": {"header": [], "rows": [], "notes": []},
     "outcomes": {"header": [], "rows": []}, "notes": [], "has_run": False,
 }  # fmt: skip
-"""Values of the page that show results, as they are without results."""
+"""Values of the page that show results, by name, as they are while there are no results."""
 START = {
     "name": "", "path": "", "unsaved": False, "busy": "", "flying": False, "ready": False, "messages": [],
     "sources": [], "areas": [], "materials": [], "rock": "", "listed": 0, "kind": "", "clicks": 0, "new_name": "",
@@ -26,7 +26,7 @@ START = {
     "layer": REACH,
     **NO_RESULTS, "open_path": "", "new_terrain": "", "new_folder": "", "moved": 0, "pressed": [0, 0],
 }  # fmt: skip
-"""All values of the page when it is opened."""
+"""All values of the page, by name, as they are when the page is opened."""
 
 
 class Actions(NamedTuple):
@@ -84,7 +84,7 @@ def build_page(server: Any, window: Any, actions: Actions) -> Any:
 
 
 def _head(html: Any, actions: Actions) -> None:
-    """Add the name of the scene, the present work of the desk, and the messages."""
+    """Add the head of the panel: name of the scene, present work of the desk, and messages."""
     html.H1("{{ name || 'rpf3d desk' }}")
     html.Div("{{ path }} {{ unsaved ? '(changed, not saved)' : '' }}", classes="quiet path")
     html.Div("{{ busy ? busy + ' ...' : '' }}", classes="busy", id="busy")
@@ -228,7 +228,7 @@ def _view(html: Any, window: Any, actions: Actions) -> Any:
 
 
 def _results(html: Any) -> None:
-    """Add the results of the rocks flown so far."""
+    """Add the part of the page with the results of the rocks flown so far; it is hidden without results."""
     with html.Div(classes="results", id="results", v_if="progress"):
         html.Div("{{ progress }}", id="progress")
         _table(html, "outcomes")

@@ -11,12 +11,15 @@ Stamp = tuple[tuple[str, int, int], ...]
 
 
 def stamp_of(scene: Scene) -> Stamp:
-    """Return path, size and time of the last change of each file of a scene; two equal stamps mean unchanged files."""
+    """Return path, size (bytes) and time of the last change (ns) of each file of a scene.
+
+    If two stamps of a scene are equal, the files have not changed between them.
+    """
     return tuple((str(path), *_size_and_time(path)) for path in sorted({path for _, path in files_of(scene)}))
 
 
 def check_unchanged(scene: Scene, stamp: Stamp) -> None:
-    """Raise an `InputError` that names the changed files if any file of a scene has changed.
+    """Raise an `InputError` that names the changed files if any file of a scene has changed since an earlier stamp.
 
     stamp : earlier result of `stamp_of` for the same scene
     """

@@ -20,7 +20,7 @@ SUFFIX = "_desk"
 
 
 class SceneState(NamedTuple):
-    """A scene that is edited.
+    """The scene that the user edits: its text, its file and its earlier texts.
 
     path : path of the scene file; text : the edited text; saved : the text in the scene file
     before : the texts before each edit, oldest first

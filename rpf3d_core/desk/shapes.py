@@ -138,7 +138,7 @@ def _near(seen: Seen, grid: HazardGrid) -> Seen:
 
 
 def downhill(seen: Seen, places: FloatArray) -> FloatArray:
-    """Return the unit vector (2,) in plan from places (N, 3) m to the lower ground around them.
+    """Return the direction in plan, a unit vector (2,), from places (N, 3) m to the lower ground around them.
 
     Only ground nearer than three times the extent of the places, or nearer than NEARBY, counts. Without lower ground
     the result points south.
@@ -153,7 +153,7 @@ def downhill(seen: Seen, places: FloatArray) -> FloatArray:
 
 
 def ramp_colours(shares: FloatArray) -> Colours:
-    """Return the colours (N, 3) of values (N,), given as shares of the largest value (-), 0 to 1."""
+    """Return the colours (N, 3) of a hazard map's values; shares : (N,) values over the largest value (-), 0 to 1."""
     at = np.linspace(0.0, 1.0, len(RAMP))
     return np.stack([np.interp(shares, at, channel) for channel in RAMP.T], axis=1).astype(np.uint8)
 
@@ -191,12 +191,12 @@ def area_lines(seen: Seen, areas: Mapping[str, Sequence[FloatArray]]) -> Lines:
 
 
 def lifted(lines: Lines, height: float) -> Lines:
-    """Return lines that are higher by a height (m)."""
+    """Return polylines moved upwards by a height (m)."""
     return lines._replace(points=lines.points + np.array([0.0, 0.0, height]))
 
 
 def marks_raised(seen: Seen) -> float:
-    """Return the height (m) of marks above the ground."""
+    """Return the height (m) of marks above the ground: a share (MARKS_RAISED) of the terrain's extent in plan."""
     return MARKS_RAISED * float(np.ptp(seen.vertices[:, :2], axis=0).max())
 
 

@@ -44,7 +44,7 @@ NO_RUN = RunShown(paths=NO_LINES, maps={})
 
 
 class SceneView:
-    """The window and its content; only the server's thread may call methods that change them."""
+    """The view of the desk: a window with the scene and its results; only the server's thread may change it."""
 
     def __init__(self) -> None:
         """Make an empty window."""
@@ -84,7 +84,12 @@ class SceneView:
         self.window.show_lines(PATHS, run.paths, THIN)
 
     def drape(self, kind: str) -> dict[str, Any]:
-        """Show a hazard map of the results; return its legend, or {} if there is no map. kind : REACH, ENERGY or ""."""
+        """Show a hazard map of the results over the terrain, and return its legend, or {} if there is no such map.
+
+        The keys of the legend are `title`, `unit` and `largest` (the largest value, as text).
+
+        kind : REACH, ENERGY, or "" to show no map
+        """
         found = self._run.maps.get(kind)
         self.window.show_mesh(MAP, None if found is None else found.mesh)
         self._show_areas(0.0 if found is None else found.raised)

@@ -8,7 +8,7 @@ from rpf3d_core.desk.server import new_gate, open_browser, opening_page, serve
 from rpf3d_core.formats.extras import library_of
 
 LIBRARIES = ("trame.app", "trame.widgets.vtk", "aiohttp.web", "ruamel.yaml")
-"""Modules of the extra `desk`."""
+"""Modules of the libraries that the optional dependency `desk` of rpf3d installs."""
 
 
 def run_desk(scene: Path | None, port: int, browser: bool, say: Callable[[str], None]) -> None:

@@ -10,7 +10,7 @@ from rpf3d_core.errors import InputError
 
 
 def _mask() -> int:
-    """Return the permission mask (umask) for new files."""
+    """Return the permission mask (umask) of this process, which limits the permissions of new files."""
     mask = os.umask(0)
     os.umask(mask)
     return mask

@@ -85,12 +85,12 @@ class Window:
         camera.SetViewUp(0.0, 0.0, 1.0)
 
     def _data(self, name: str, shown: bool) -> Any:
-        """Show or hide the part with a name, and return its VTK data, to be filled."""
+        """Show or hide the part of the view with a name of NAMES, and return its VTK data, which the caller fills."""
         self._actors[name].SetVisibility(shown)
         return self._actors[name].GetMapper().GetInput()
 
     def _hidden(self, name: str) -> Any:
-        """Return a hidden actor for the part with a name, in its colour of COLOURS or in the colours of its mesh."""
+        """Return a hidden VTK actor for a name of NAMES, in its colour of COLOURS or in the colours of its mesh."""
         mapper, actor = vtkPolyDataMapper(), vtkActor()
         mapper.SetInputData(vtkPolyData())
         actor.SetMapper(mapper)

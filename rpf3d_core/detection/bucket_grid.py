@@ -31,7 +31,7 @@ FAR = 0.005
 COARSER = 1.4
 """Least factor (-) by which the cells are made wider, each time that there are too many cells or entries."""
 BAND = 64
-"""Width, in buckets, of the widest cells of the slabs (`slabs.py`)."""
+"""Width, in buckets, of the widest cells with a slab (`slabs.py`); bands of rows begin at multiples of this width."""
 MARGIN = 0.1
 """Distance by which the grid extends beyond the box of most facets, over the width of that box (-)."""
 
@@ -70,7 +70,8 @@ class Buckets(NamedTuple):
 def sorted_into_buckets(facets: Facets, memory: Memory = fresh, share: Share = one_by_one) -> tuple[Grid, Buckets]:
     """Return a grid over F facets and its buckets; a facet is in each bucket whose cell its box in plan touches.
 
-    The boxes are widened by REACH tolerances. The outermost cells of the grid extend outwards without limit.
+    The box in plan of each facet is widened by REACH tolerances. The outermost cells of the grid extend outwards
+    without limit.
 
     memory : allocates the arrays; share : runs the work in parallel; neither changes the content of the arrays
     """

@@ -54,7 +54,10 @@ class Crossing(NamedTuple):
 
 
 def bucket_locator(facets: Facets, memory: Memory = fresh, share: Share = one_by_one) -> BucketLocator:
-    """Return the locator of the compiled engine for F facets, which finds the facets that a rock may meet."""
+    """Return the locator of the compiled engine for F facets, which finds the facets that a rock may meet.
+
+    memory : allocates the arrays; share : runs the work in parallel; neither changes the content of the arrays
+    """
     grid, buckets = sorted_into_buckets(facets, memory, share)
     return BucketLocator(
         x=grid.x, y=grid.y, cell=grid.cell, nx=grid.nx, ny=grid.ny, starts=buckets.starts, ids=buckets.ids,
@@ -145,7 +148,7 @@ def _leave_time(index: int, count: int, level: int, origin: float, cell: float, 
 
 @kernel
 def _beyond(index: int, level: int, pace: float) -> int:
-    """Return the column or row of the bucket that an arc enters when it leaves cell `index` along this axis.
+    """Return the column or row of the bucket that an arc enters when it leaves cell number `index` along an axis.
 
     level : size of cell `index` (`slabs.py`); pace : s/m along the axis, whose sign is the direction of the arc
     """

@@ -18,7 +18,9 @@ from rpf3d_core.terrain.facets import CRACK, Facets
 from rpf3d_core.values import Vec
 
 ON_GROUND = REACH / CRACK
-"""Longest path behind a cap on which the ground still carries a rock at the edge of a hole, in tolerances of the caps.
+"""Path of a rock behind a cap, in tolerances of the caps, up to which a contact with the ground takes precedence.
+
+So the ground still carries a rock at the edge of a hole.
 """
 
 

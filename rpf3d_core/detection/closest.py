@@ -14,7 +14,7 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, dot, scale, subtract
 
 SURELY = 1e-300
-"""m: a point farther inside the edges than this is inside a facet; 0 is not allowed."""
+"""Distance (m) inside all edges beyond which a point counts as inside a facet: as good as 0, which is not allowed."""
 
 
 class Closest(NamedTuple):
@@ -111,11 +111,11 @@ def closest_point(facets: Facets, f: int, x: Vec) -> Vec:
 
 @kernel
 def foot_on(facets: Facets, f: int, x: Vec) -> Vec:
-    """Return the point of facet f closest to x (m), exact to rounding also on needles.
+    """Return the point of facet f closest to x (m), exact to rounding also on a needle (a long, thin facet).
 
     In `closest_point` the place on a needle is a quotient of small areas, with errors of many tolerances along the
     needle. A sphere would then touch the facet at a wrong angle. So where x is above or below the inside of the facet,
-    the result is the foot of the perpendicular.
+    the result is the foot of the perpendicular from x to the plane of the facet.
     """
     foot = on_plane(facets, f, x)
     return foot if contains(facets, f, foot, True, SURELY) else closest_point(facets, f, x)

@@ -78,7 +78,7 @@ def of_a_point(locator: object) -> float:
 
 @model_function
 def plain_locator(locator: object) -> Any:
-    """Return the locator for lumped masses inside a locator for spheres, for searches that ignore the radius."""
+    """Return the part of a locator that searches contacts of lumped masses, for searches that ignore the radius."""
 
 
 @plain_locator.otherwise

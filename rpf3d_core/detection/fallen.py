@@ -28,7 +28,7 @@ FIRST = 64.0
 FURTHER = 256.0
 """Factor by which the path to each tested place is longer than the path to the previous place (-)."""
 HALVES = 40
-"""Number of times that an interval of time is halved, to find when a rock passed below the ground."""
+"""Number of times that the check halves an interval of time, to find when a rock passed below the ground."""
 WIDTH = 1.0 / 16.0
 """Distance from a tested place to the vertical lines around it, over the path of the rock to the place (-)."""
 COLUMNS = ((0.0, 0.0), (1.0, 0.4), (-0.4, 1.0), (-1.0, -0.4), (0.4, -1.0))
@@ -56,7 +56,7 @@ class Inquiry(NamedTuple):
     over, under : last time when the rock was above the ground, and first time when the rock was below the ground (s)
     line : number of the line of sight, from 0: at offset k of COLUMNS, line 2 k goes down and line 2 k + 1 goes up
     nearest : distance to the nearest underside of a facet above the place (m), of the lines so far; inf for none
-    some_over : True if a line down around the place met the free side of the ground
+    some_over : True if a line that goes down, at the place or around it, met the free side of the ground
     """
 
     open: bool

@@ -18,6 +18,7 @@ from rpf3d_core.terrain.frame import FloatArray
 STAYS, GOES = 0, 2
 """Marks of facets: kept, or removed by the patch."""
 _SEEN = 1
+"""Mark of a facet that the patch touches, before the facet is listed and marked GOES."""
 
 
 class Footprint(NamedTuple):

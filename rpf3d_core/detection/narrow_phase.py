@@ -249,9 +249,12 @@ def _approach(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
 
 @kernel
 def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, best: Contact) -> Contact:
-    """Return the contact with facet f at time t (s) if it is inside the facet and earlier than `best`; else `best`.
+    """Return the contact of an arc with facet f at time t (s) if it lies in facet f and is earlier than `best`.
 
-    n : (3,) normal of the facet; t : time (s) when the arc meets the facet's plane; side : as in `Contact`
+    Otherwise the result is `best`. Of two contacts at the same time, `wins_tie` selects one.
+
+    n : (3,) normal of the facet; t : time (s) when the arc meets the facet's plane, inf for never
+    side : as in `Contact`; best : the earliest contact so far
 
     A glancing arc that meets the plane outside the facet may enter the facet later (`_entry_time`).
     """
@@ -306,7 +309,7 @@ def _glances(facets: Facets, arc: Arc, approach: float) -> bool:
 
 @kernel
 def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
-    """Return the time when an arc that crossed the plane of facet f outside the facet, at time t, enters facet f.
+    """Return the time (s) when an arc that crossed the plane of facet f outside the facet, at time t, enters facet f.
 
     Return inf if the arc is too far below the plane when it crosses the facet's edge.
 

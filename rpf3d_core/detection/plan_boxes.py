@@ -19,7 +19,7 @@ GUARDS = 0x80808080
 def part_of(value: float, origin: float, per_cell: float, index: int) -> int:
     """Return the number of the part of a cell that contains a coordinate, along one axis; outside, the nearest part.
 
-    value : m, the coordinate; origin : m, begin of the grid; per_cell : cells per metre; index : number of the cell
+    value : m, the coordinate; origin : m, start of the grid; per_cell : cells per metre; index : number of the cell
     """
     return int(min(max(((value - origin) * per_cell - index) * PARTS, 0.0), PARTS - 1.0))
 

@@ -99,7 +99,7 @@ def seen(contact: Contact) -> tuple[float, float]:
 
 @model_function
 def fall_of(contact: object) -> Any:
-    """Return the contact that reports to the simulation that the rock has fallen through the ground.
+    """Return the contact by which a search reports that the rock has fallen through the ground.
 
     contact : the last contact that the search found; one rule for each class of contacts
     """
@@ -138,7 +138,7 @@ def is_marked(contact: Contact) -> bool:
 def contact_or_crack(
     locator: object, facets: Facets, arc: Arc, left: PreviousContact, end: float, longest: float
 ) -> Contact:
-    """Return the earliest contact of an arc; search again with wider facets if the rock would leave the terrain.
+    """Return the earliest contact of an arc with the ground, if needed from a second search with wider facets.
 
     A gap wider than the tolerance may still be a crack and not a hole, such as the thin gap at a T-junction, where a
     vertex lies on an edge except for rounding. A rock may also have drifted by a few tolerances while it moved from
@@ -185,7 +185,7 @@ def contact_or_crack(
 
 @kernel
 def _with_tolerance(facets: Facets, tolerance: float) -> Facets:
-    """Return the facets with another contact tolerance (m), because the second and the last search use wider facets."""
+    """Return the facets with another contact tolerance (m): a larger tolerance makes facets wider for a search."""
     return Facets(
         geometry=facets.geometry,
         corners=facets.corners,

@@ -185,7 +185,7 @@ def _entry_time(facets: Facets, f: int, course: Course, n: Vec, t: float) -> flo
 
 @kernel
 def _time_from_touch(b: float, a: float, course: Course) -> float:
-    """Return the time when a sphere that already touches a plane hits it: 0 for at once, a later time, or inf.
+    """Return the time (s) when a sphere that already touches a plane hits the plane: 0 for at once, inf for never.
 
     b, a : speed (m/s) and acceleration (m/s^2) of the sphere away from the plane
     """
@@ -272,7 +272,7 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
 
 @kernel
 def _time_from_rim(course: Course, p: Vec, v: Vec, a: Vec, distance: float, q: Quartic, until: float) -> float:
-    """Return the time when a sphere that already touches an edge or a corner hits it: 0 for at once, later, or inf.
+    """Return the time (s) when a sphere that already touches an edge or corner hits it: 0 for at once, inf for never.
 
     p, v, a : offset of the centre from the line or corner (m) and its derivatives (m/s, m/s^2); distance : |p| (m)
     q : squared distance minus squared radius, as a polynomial of time; until : s, end of the search
@@ -292,7 +292,7 @@ def _time_from_rim(course: Course, p: Vec, v: Vec, a: Vec, distance: float, q: Q
 
 @kernel
 def _time_on_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, begin: float, until: float) -> float:
-    """Return the time when a flying sphere first touches an edge or a corner; inf for never.
+    """Return the time (s) when a flying sphere first touches an edge or a corner; inf for never.
 
     The polynomial q, the squared distance minus the squared radius, falls through zero at most twice. The result is the
     first of these times at which the foot lies on the edge.
@@ -318,9 +318,9 @@ def _is_on(course: Course, rim: Rim, t: float) -> bool:
 
 @kernel
 def _polished(facets: Facets, course: Course, rim: Rim, t: float) -> float:
-    """Return a more exact time of a contact at time t, by one Newton step with positions.
+    """Return a more exact time (s) for the contact of a sphere with an edge or a corner near time t, by a Newton step.
 
-    The time comes from the root of a polynomial, which loses digits by rounding.
+    Time t is the root of a polynomial, which loses digits by rounding. The Newton step uses positions instead.
     """
     gap, v = without(subtract(course_position(course, t), rim.at), rim.along), course_velocity(course, t)
     distance = norm(gap)

@@ -1,4 +1,4 @@
-"""Find the contacts of a flying sphere, with a locator for lumped masses and search boxes widened by the radius."""
+"""Find the contacts of a flying sphere: a locator for lumped masses searches boxes that are widened by the radius."""
 
 import math
 from typing import Any, NamedTuple
@@ -144,7 +144,7 @@ def _sweeps_over(locator: BucketLocator, course: Course, stretch: SweptStretch, 
 def scan_buckets(locator: BucketLocator, facets: Facets, low: Vec, high: Vec, quest: Any, best: Touch) -> Touch:
     """Return the best result of a search among the facets in a box; each facet is tested in its first bucket only.
 
-    quest : the search (`touching.py`); low, high : corners (3,) m of the box
+    quest : the search (`touching.py`); low, high : corners (3,) m of the box; best : the best result so far
     """
     cells = cells_between(grid_of(locator), low[0], low[1], high[0], high[1])
     for j in range(cells.bottom, cells.top):

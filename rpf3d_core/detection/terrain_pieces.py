@@ -40,8 +40,9 @@ from rpf3d_core.vectors import dot, norm, subtract
 
 
 class PieceNumbers(NamedTuple):
-    """The pieces of a terrain: `number` (F,) is the piece of each facet.
+    """The pieces of a terrain, that is, groups of facets that share vertices.
 
+    number : (F,) number of the piece that each facet belongs to
     rims : (F,) for each facet, bit k is set if edge k is at the rim of its piece, where no other facet follows
     overlap : False if no two pieces can pass through each other, so that no search is needed
     """
@@ -64,7 +65,9 @@ class TerrainPieces(NamedTuple):
 
 
 class OnGround(NamedTuple):
-    """The contact of a rock that moves along the ground, in place of the `PreviousContact` of a flight.
+    """The facets that carry a rock on the ground, and the pieces of the terrain, for the search for other pieces.
+
+    This record takes the place that a `PreviousContact` has in the search for the contacts of a flight.
 
     facet, other, side : as in `PreviousContact`; number, rims : as in `PieceNumbers`
     """
@@ -78,7 +81,9 @@ class OnGround(NamedTuple):
 
 @model_function
 def contact_on_way(pieces: object, facets: Facets, x: Vec, way: Vec, left: PreviousContact) -> Contact:
-    """Return the first contact with a facet of another piece, for a rock that moves straight along the ground.
+    """Return the first contact of a rock that moves straight along the ground with another piece of the terrain.
+
+    A piece is a group of facets that share vertices; pieces may pass through each other.
 
     `Contact.t` is the share of the path up to the facet (-), inf if there is no contact.
 
@@ -95,7 +100,7 @@ def nothing_on_way(pieces: object, facets: Facets, x: Vec, way: Vec, left: Previ
 
 @contact_on_way.rule(TerrainPieces)
 def piece_on_way(pieces: TerrainPieces, facets: Facets, x: Vec, way: Vec, left: PreviousContact) -> Contact:
-    """Return the first contact with a facet of another piece on a straight path along the ground.
+    """Return the first contact with another piece of the terrain on a straight path along the ground.
 
     x : (3,) m, start of the path; way : (3,) m, from start to end; left : the contact from which the rock starts
     """
@@ -109,7 +114,7 @@ def piece_on_way(pieces: TerrainPieces, facets: Facets, x: Vec, way: Vec, left: 
 def earlier_on_ground(on: OnGround, facets: Facets, f: int, arc: Arc, best: Contact) -> Contact:
     """Return the earlier of two contacts on a path along the ground: `best`, or the contact with facet f.
 
-    on : the facets that carry the rock; other facets of the same pieces do not count
+    on : the facets that carry the rock; facets of the pieces of terrain that these facets belong to do not count
     arc : the path, as a straight arc of one second
     """
     if on.number[f] == on.number[on.facet] or (on.other >= 0 and on.number[f] == on.number[on.other]):

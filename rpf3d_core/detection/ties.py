@@ -54,7 +54,7 @@ def _lies_first(facets: Facets, f: int, g: int, arc: Arc, t: float, n: Vec) -> b
 
 @kernel
 def _reach(facets: Facets, f: int, p: Vec, axis: Vec) -> Vec:
-    """Return how far the corners of facet f lie from p along an axis (m), times the axis length; the largest first."""
+    """Return the scalar products (3,) of an axis with the vectors from p to the corners of facet f, largest first."""
     a, b, c = (dot(subtract(corner(facets, f, 0), p), axis), dot(subtract(corner(facets, f, 1), p), axis),
                dot(subtract(corner(facets, f, 2), p), axis))  # fmt: skip
     return max(a, b, c), max(min(a, b), min(max(a, b), c)), min(a, b, c)

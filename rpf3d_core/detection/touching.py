@@ -1,4 +1,4 @@
-"""Searches among the facets around a sphere: first contact, contact that opposes a vector most, nearest feature.
+"""Searches among the facets around a sphere: first contact, contact that stops the sphere, nearest feature.
 
 A feature is the interior, an edge or a corner of a facet.
 """
@@ -29,9 +29,9 @@ class Sweep(NamedTuple):
 
 
 class Against(NamedTuple):
-    """Search for the contact that opposes a vector `way` (3,) most, and so stops a sphere pushed along this vector.
+    """Search for the contact whose normal points most against a vector `way` (3,), a velocity or a force.
 
-    The vector may be a velocity or a force. The result is the contact whose normal points most against the vector.
+    This contact stops a sphere that is pushed along the vector.
 
     x : (3,) m, centre of the sphere; v, down : (3,) m/s and m/s^2, velocity and acceleration of the sphere
     radius : radius of the sphere (m); noise : rounding of `way`, in the unit of `way`

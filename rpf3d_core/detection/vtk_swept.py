@@ -1,4 +1,4 @@
-"""Find the contacts of a flying sphere with VTK's locator: the broad phase of the reference engine."""
+"""Find the contacts of a flying sphere with VTK's locator, for the reference engine."""
 
 from typing import Any
 

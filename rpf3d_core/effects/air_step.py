@@ -19,7 +19,7 @@ import math
 from rpf3d_core.jit.dispatch import kernel
 
 FLIGHT = 5.0
-"""Longest duration (s) of a flight with a guaranteed accuracy: a fall of 120 m.
+"""Longest duration (s) of a flight whose accuracy is guaranteed; in 5 s a rock falls 120 m.
 
 In a longer flight, the error grows at most with the square of the duration.
 """

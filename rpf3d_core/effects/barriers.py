@@ -88,7 +88,10 @@ class Barriers(NamedTuple):
 
 
 class PanelCrossing(NamedTuple):
-    """Where an arc crosses the plane of a panel segment: time t (s; inf if never), and height above the foot (m)."""
+    """Where an arc crosses the vertical plane of a panel segment.
+
+    t : s along the arc, inf if never; height : m, of the rock's centre above the foot of the panel
+    """
 
     t: float
     height: float
@@ -185,7 +188,7 @@ def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, rock: R
 def at_panel(barriers: Barriers, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
     """Return the result for a rock that meets a panel: the panel catches the rock, or the rock breaks through.
 
-    motion : at the meeting; number : of the obstacle in the scene; if it is not a panel, nothing changes
+    motion : at the meeting; number : of the obstacle in the scene; for another obstacle than a panel, nothing changes
     met : number of meetings of the rock with obstacles so far, which only other effects need
     """
     k = number - barriers.first

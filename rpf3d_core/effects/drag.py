@@ -23,7 +23,7 @@ The error bound comes from a series that holds only for a small share.
 
 
 class Drag(NamedTuple):
-    """The effect of quadratic air drag on flying rocks: its parameters.
+    """The parameters of quadratic air drag on flying rocks.
 
     coefficient : C_d (-); density : kg/m3, of the air
     accuracy : m, largest position error after a flight of `air_step.FLIGHT` seconds

@@ -41,7 +41,7 @@ The ground is lower on the downhill side. The contact distance is the distance a
 """
 DEGREES = math.pi / 180.0
 NEAREST = 1e-9
-"""Depth (m) by which a rock may be nearer to a stem than the contact distance and still count as outside."""
+"""Overlap (m) of rock and stem up to which the rock still counts as outside the stem, to allow for rounding."""
 
 
 class Stems(NamedTuple):
@@ -93,7 +93,7 @@ class Forest(NamedTuple):
 
     @property
     def draws(self) -> bool:
-        """True: the rules draw the angle by which a tree turns a rock."""
+        """True: the rules draw a random number, the angle by which a tree turns a rock."""
         return True
 
     @property
@@ -163,7 +163,7 @@ def first_tree(forest: Forest, arc: Arc, passed: int, until: float, rock: RockCo
 def at_tree(forest: Forest, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
     """Return the result for a rock that hits a tree: it loses all speed, or is deflected with the remaining energy.
 
-    motion : at the hit; number : of the obstacle in the scene; if it is not a tree, the motion is returned unchanged
+    motion : at the hit; number : of the obstacle in the scene; for another obstacle than a tree, nothing changes
     met : number of meetings of the rock with obstacles so far, which selects random numbers
     """
     k = number - forest.first

@@ -126,7 +126,7 @@ def _excess_of(created: float) -> float:
 
 @kernel
 def _off(excess: float, created: float) -> float:
-    """Return ln(a) - ln(created), with a the value of A_new / A_0 that a size law with this excess needs.
+    """Return ln(a) - ln(created), where a is the value of A_new / A_0 that a size law with this excess needs.
 
     The result is 0 for the size law that `_excess_of` searches, and above 0 if the excess is too small.
     excess : 2 p / 3 - 1; created : A_new / A_0 (-), surface created by the impact / surface of the rock

@@ -63,7 +63,7 @@ class Fragmentation(NamedTuple):
 
     @property
     def draws(self) -> bool:
-        """True: the rules draw the limit of the ratio r above which a rock breaks."""
+        """True: the rules draw a random number, the limit of the ratio r above which a rock breaks."""
         return True
 
 
@@ -110,5 +110,8 @@ def breaks_by_energy(effect: Fragmentation, before: Motion, after: Motion, n: Ve
 
 
 def unbroken(effect: Any) -> Any:
-    """Return an effect for fragments that may not break again: `Fragmentation` disabled, any other effect unchanged."""
+    """Return an effect as it applies to fragments that may not break again.
+
+    In `Fragmentation`, the limit of the ratio r becomes infinite; any other effect is returned unchanged.
+    """
     return effect._replace(least_ratio=math.inf) if isinstance(effect, Fragmentation) else effect

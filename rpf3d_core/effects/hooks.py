@@ -263,9 +263,9 @@ def past_it(effect: object, motion: Motion, number: int, met: int, rock: RockCon
 
 @at_obstacle.rule(Chain)
 def by_its_effect(chain: Chain, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the result for a rock that meets an obstacle, by the effect to which this obstacle belongs.
+    """Return the result for a rock that meets an obstacle, from the effect to which this obstacle belongs.
 
-    number : of the obstacle; met : as in `at_obstacle`; chain : the effects
+    chain : the effects; number : of the obstacle; met : as in `at_obstacle`
     """
     one = at_obstacle(chain.head, motion, number, met, rock)
     if one.outcome != MOVING:
@@ -274,6 +274,6 @@ def by_its_effect(chain: Chain, motion: Motion, number: int, met: int, rock: Roc
 
 
 HOOKS = (felt_normal, in_ground, breaks, longest_flight, in_air, first_obstacle)
-"""The hooks for which an effect must have at least one rule; the other hooks are only useful with these."""
+"""The main hooks: an effect must have a rule for at least one of them. The other hooks only support these hooks."""
 FOR_POINTS = (felt_normal, breaks)
 """The hooks that act on points and spheres only, not on bodies with a shape."""

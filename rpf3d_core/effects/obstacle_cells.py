@@ -81,7 +81,9 @@ def _cell_indices(points: FloatArray, begin: FloatArray, cell: float, nx: int, n
 
 @model_function
 def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, rock: RockContext) -> float:
-    """Return the time (s), 0 to `until`, at which a rock on an arc meets obstacle k; inf if never. One rule per kind.
+    """Return the time (s), 0 to `until`, at which a rock on an arc meets obstacle k; inf if never.
+
+    There is one rule for each kind of obstacle.
 
     obstacles : all obstacles of one kind; k : index of the obstacle within this kind
     passed : index of the obstacle of this kind that the rock met last and has passed; below 0 for none
