@@ -32,7 +32,7 @@ def _six(results: Results) -> str:
             "mean absolute", "speed after, mean error (m/s)", "rms (m/s)", "mean absolute, 27 rad/s")  # fmt: skip
     rows = [("**field**", *(f"{ratio:.2f}" for ratio in results["field"]["published"]), *[""] * 5)]
     calibrated = [
-        {"model": model, "values": "calibrated on the eleven", **found}
+        {"model": model, "values": "calibrated on the eleven contacts", **found}
         for model, found in results["calibrations"].items()
     ]
     for line in [*results["lines"], *calibrated]:
@@ -64,7 +64,7 @@ def merged(rows: Sequence[Sequence[str]]) -> list[list[str]]:
 
 
 def _calibrated_impacts(calibrations: Results) -> str:
-    head = ("calibrated on the eleven", "speed after, rms (m/s)", "rms, each run kept out",
+    head = ("calibrated on the eleven contacts", "speed after, rms (m/s)", "rms, each run kept out",
             "speed after, mean error (m/s)", "error of velocity (m/s)",
             "energy ratio, mean absolute error")  # fmt: skip
     rows = [

@@ -111,8 +111,10 @@ digit. All 18 runs are used, so this stop counts twice in the calibration, and o
   and a sphere).
 """
 
-OWN_RELEASE = """In this table each stop is compared with the rocks of its own run, whose release is known. The
-calibration does not use which release a stop belongs to. So its intervals for kept-out stops (below) are often wider.
+OWN_RELEASE = """In this table each stop is compared with the simulated rocks that start at the release of the same
+run. The calibration does not know from which release a stop comes, so it compares each stop also with rocks from other
+releases. Its intervals for kept-out stops (table *Kept-out stops* below) are therefore often wider than the intervals
+of this table.
 """
 
 AUTHUME_FAILS = """**Where it fails.**

@@ -7,12 +7,15 @@ section shows the effect of the shape. `python docs/validation.py --blocks` meas
 """
 
 BARS = """### What does x alone determine?
-The shipped scene `config/scenes/authume_p1_blocks.yaml` has one set of coefficients. In a grid of 260 sets, this set is
-nearest to the blocks in x. The search uses no lateral figure, so the lateral figures in the table check the model. In
-the search all sets fly the same rocks. Each round keeps the best sets, which then fly more rocks (successive halving).
+The scene `config/scenes/authume_p1_blocks.yaml`, which comes with rpf3d, has one value for each of the three
+coefficients. A search tried 260 such sets of values, and these values gave the distribution of x that is nearest to the
+distribution of the 41 blocks. The search did not look at lateral figures. So the lateral figures in the table test the
+model.
 
-The set lies within the 90 % intervals of the calibration. The figures in the table come from 4,000 other rocks. In
-brackets after the set: the distance in x (m) and the number of sets tried.
+In the search all sets fly the same rocks. Each round keeps the best sets, which then fly more rocks (successive
+halving). The values are within the 90 % intervals of the calibration. The figures in the table come from 4,000 rocks
+that the search did not use. The next line has the values, and in brackets the distance in x (m) and the number of sets
+tried.
 """
 
 PER_SHAPE = """### Which shape goes how far?
@@ -29,8 +32,9 @@ AT_IMPACTS = """### Chant Sura with norm blocks of 24 corners
 Each impact is simulated with 1,000 random orientations, because the field's orientation is unknown. A contact ends when
 the block has flown for 0.05 s. The block of the six impacts is flat (1 : 1 : 0.5). *Inside* counts the impacts whose
 measured energy ratio lies within 5 to 95 % of the orientations. *Largest of all* is the largest energy ratio of any
-orientation in any of the six impacts. In the next line, the brackets have the error of the speeds after the eleven
-contacts (m/s) and the number of sets tried.
+orientation in any of the six impacts. The next line has the coefficients
+that fit the eleven contacts best, and in brackets the error of the speeds after the contacts (m/s) and the number of
+sets tried.
 """
 
 BLOCKS_FAIL = """**Where rocks with a shape fail.**

@@ -207,8 +207,8 @@ class StochasticMatrixSpec(ModelSpec):
     CONFIRMED: ClassVar[Confirmed] = "C"
 
     mean: tuple[Vector, Vector, Vector] = parameter(
-        ..., "three rows of three numbers (-), for v_t, v_n and R w after the impact from those before", "-",
-        "the user's", "D",
+        ..., "three rows of three numbers (-), the mean of the matrix that turns v_t, v_n and R w before an impact "
+        "into the values after it", "-", "the user's", "D",
     )  # fmt: skip
     covariance: Annotated[
         tuple[Nine, Nine, Nine, Nine, Nine, Nine, Nine, Nine, Nine], AfterValidator(_covariance)
