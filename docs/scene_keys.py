@@ -72,8 +72,8 @@ a level step between two faces, not a [ridge of loose rock](#terrainberms).
 
 Zones from the top: `crest`, `face_1`, `berm_1`, `face_2` and so on, `floor`. Materials may name them by pattern
 (`face_*`). A source with `crest: 1` releases rocks along the middle half of the upper edge of `face_1`, at
-`above_ground`. Roughness does not move the edges of faces and berms. The relief grows over the first 3 m from an edge;
-points of faces move normal to the face.
+`above_ground`. `roughness` moves the points of faces and berms normal to the surface. It does not move the edges of
+faces and berms: from an edge, its effect grows over the first 3 m.
 
 The steps of a design: [how-to](../howto/catch-bench-design.md).
 """

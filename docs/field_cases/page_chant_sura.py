@@ -73,6 +73,9 @@ def _calibrated_impacts(calibrations: Results) -> str:
          f"{found['contacts']['ratio_absolute']:.2f}")
         for model, found in calibrations.items()
     ]  # fmt: skip
-    words = "Calibrated values (error of the eleven speeds in m/s; number of sets tried):\n\n"
+    words = (
+        "Calibrated values (in brackets: the error of the speeds after the eleven contacts in m/s, and the number of "
+        "sets tried):\n\n"
+    )
     lines = "".join(searched(found, model) for model, found in calibrations.items())
     return f"{words}{lines}\n{table(head, rows)}"

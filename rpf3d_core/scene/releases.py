@@ -148,10 +148,14 @@ class SourceSpec(StrictModel):
         None, ge=0, description="a height >= 0 (m) above the terrain, or left out to keep the heights of the points"
     )
     spread: HalfWidths = Field(
-        (0.0, 0.0, 0.0), description="three numbers >= 0 (m), uniform half-widths of the position"
+        (0.0, 0.0, 0.0),
+        description="three numbers >= 0 (m): a rock starts within these distances of its place on the source, along x, "
+        "y and z; all places there are equally probable",
     )
     velocity_spread: HalfWidths = Field(
-        (0.0, 0.0, 0.0), description="three numbers >= 0 (m/s), uniform half-widths of the velocity"
+        (0.0, 0.0, 0.0),
+        description="three numbers >= 0 (m/s): vx, vy and vz of a rock differ from those of the source by at most "
+        "these speeds; all values are equally probable",
     )
 
     @model_validator(mode="after")

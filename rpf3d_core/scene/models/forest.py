@@ -29,7 +29,7 @@ CLASSES = (0.72, 0.24, 0.04)
 
 
 class EnergyFactors(StrictModel):
-    """The factor FE in E_max = FE 38.7 DBH^2.31 J (DBH in cm), by kind of tree."""
+    """FE by kind of tree: a tree takes at most E_max = FE 38.7 DBH^2.31 J from a rock (DBH: stem diameter in cm)."""
 
     conifer: Number = parameter(
         0.93, "a number above 0 (-), FE of conifers; unconfirmed", "-", DORREN_BERGER, "UNCONFIRMED", gt=0
