@@ -149,13 +149,13 @@ class SourceSpec(StrictModel):
     )
     spread: HalfWidths = Field(
         (0.0, 0.0, 0.0),
-        description="three numbers >= 0 (m): a rock starts within these distances of its place on the source, along x, "
-        "y and z; all places there are equally probable",
+        description="three numbers >= 0 (m), the largest distances of a rock from its place on the source, along x, y "
+        "and z; uniformly distributed",
     )
     velocity_spread: HalfWidths = Field(
         (0.0, 0.0, 0.0),
-        description="three numbers >= 0 (m/s): vx, vy and vz of a rock differ from those of the source by at most "
-        "these speeds; all values are equally probable",
+        description="three numbers >= 0 (m/s), the largest differences of a rock's vx, vy and vz from those of the "
+        "source; uniformly distributed",
     )
 
     @model_validator(mode="after")
