@@ -62,8 +62,9 @@ writes the page from the last measurement.
 - **Misfit** is the error of the model that the calibration found, a standard deviation in metres. Intervals *with the
   misfit* include this error. The largest misfit that the calibration tries is the spread of the stops.
 - **Contained**: a 90 % interval contains a stop if 5 to 95 % of the predicted rocks stop before it, along or across the
-  slope. A calibration smooths its rocks, and leaves out rocks that did not stop. All other tables count rocks that did
-  not stop as beyond every stop along the slope. So the counts of the two kinds of tables differ a little.
+  slope. The intervals in the tables of kept-out stops come from a smoothed distribution of the simulated stops, without
+  the rocks that did not stop. All other tables count rocks that did not stop as beyond every stop along the slope. So
+  the counts in the two kinds of tables differ a little.
 - **One basis**: the same functions evaluate field and simulation. Distances start at the field's start (the mean drop
   point at Authume, the run's release at Tschamut), also for rocks that are released next to it. A rock that left the
   terrain counts with its distance to the boundary. It would have gone farther.
