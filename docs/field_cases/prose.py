@@ -178,7 +178,7 @@ the velocity before it. The *energy ratio* is the translational energy after the
 energy before it.
 
 - **Six impacts** (2.1 to 4.3 in the tables) of a block of 780 kg, with speeds along and into the ground. These two
-  speeds come from the height of the jump, not from a survey.
+  speeds were computed from the height of the jump, not measured by a survey.
 - **Eleven contacts** of five other runs with blocks of 210, 250 and 780 kg. The velocities before and after each
   contact are known, but the slope of the ground is not. After six contacts the block moves downwards, so the ground is
   not level. The tables assume slopes of 0, 15 and 30 degrees, falling in the direction of motion. In the calibration
@@ -192,8 +192,9 @@ energy before it.
 - The energy ratios of the six impacts differ by a factor of five. The six ratios of one model differ by a factor of
   {widest:.1f} or less. A flat block lands on a face, an edge or a corner; none of these models distinguishes the three
   cases.
-- The eleven contacts are steep and slow, the six impacts flat and fast. With values of `constant` that are calibrated
-  on the eleven contacts, the rocks keep far too little energy in the six impacts.
+- In the eleven contacts, slow blocks hit the ground at a steep angle; in the six impacts, fast blocks hit the ground at
+  a flat angle. With values of `constant` that are calibrated on the eleven contacts, the rocks keep far too little
+  energy in the six impacts.
 """
 
 NOT_VALIDATED = """## What does this page not show?
