@@ -114,8 +114,8 @@ digit. All 18 runs are used, so this stop counts twice in the calibration, and o
 
 OWN_RELEASE = """In this table each stop is compared with the simulated rocks that start at the release of the same
 run. The calibration does not know from which release a stop comes, so it compares each stop also with rocks from other
-releases. Its intervals for kept-out stops (table *Kept-out stops* below) are therefore often wider than the intervals
-of this table.
+releases. So the intervals for kept-out stops (table *Kept-out stops* below) are often wider than the intervals of this
+table.
 """
 
 AUTHUME_FAILS = """**Where it fails.**
