@@ -125,7 +125,8 @@ what to improve next: more rocks, a finer survey, or a calibration.
 ## How do I read the lines of a scene?
 - *events against 50 digits*: rounding errors of the impacts of 50 rocks. A later impact has a larger error, because
   each bounce may multiply the error.
-- *errors of this scene*: the errors of the scene with the method, the terrain and the number of rocks of its file.
+- *errors of this scene*: the errors of the scene with the method, the terrain and the number of rocks of its file. The
+  geometric error is the error that half of the triangles of this terrain would cause.
 - *total up to 0.05*: the cheapest measured setting with a *total* of at most 0.05. The total is the sum of the
   numerical, geometric and statistical error; the geometric error is relative to the full terrain.
 - *`rpf3d run --accuracy 0.05`*: the setting that this command chooses.

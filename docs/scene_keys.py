@@ -72,8 +72,8 @@ a level step between two faces, not a [ridge of loose rock](#terrainberms).
 
 Zones from the top: `crest`, `face_1`, `berm_1`, `face_2` and so on, `floor`. Materials may name them by pattern
 (`face_*`). A source with `crest: 1` releases rocks along the middle half of the upper edge of `face_1`, at
-`above_ground`. Roughness does not move the edges of faces and berms. The relief grows over the first 3 m from an edge;
-points of faces move normal to the face.
+`above_ground`. `roughness` moves the points of faces and berms normal to the surface. It does not move the edges of
+faces and berms: from an edge, its effect grows over the first 3 m.
 
 The steps of a design: [how-to](../howto/catch-bench-design.md).
 """
@@ -174,12 +174,16 @@ for volumes of rocks the exponent is 0.4 to 0.6 |
 same probability; a file has a number on each line, and may have a header |
 | `{measured: blocks.csv, column: diameter_m}` | the same, from the column of a table with that name in its header |
 
-- If the header of measured sizes states a unit, such as `length (mm)`, `diameter_cm` or `mass (t)`, the sizes are
-  converted to m, kg or m3. Without a unit they are read in m, kg or m3. `rpf3d check` prints the unit. Names such as
-  `mass_t`, whose last letter may be no unit, and tons (`ton`, read as 1,000 kg) are converted with a warning; write
-  the unit in brackets, as `mass (t)`. A word in brackets that is no known unit is warned of, too. A unit of another
-  quantity, as in `width (m)` or `width_m` for masses, is refused. The letters in `Length (L)`, `mass (m)` and
-  `thickness (t)` are symbols and no units of another quantity.
+- The header of a file of measured sizes may state a unit:
+  - `length (mm)`, `diameter_cm`, `mass (t)`: the sizes are converted to m, kg or m3. `rpf3d check` prints the unit.
+  - No unit: the sizes are read in m, kg or m3.
+  - `mass_t`: the sizes are converted, with a warning, because a single letter after `_` may have another meaning than
+    a unit. If it is a unit, write it in brackets: `mass (t)`.
+  - `ton`: a ton is read as 1,000 kg, with a warning, because there are other tons.
+  - An unknown word in brackets: rpf3d warns, and reads the sizes in m, kg or m3.
+  - A unit of another quantity, such as `width (m)` or `width_m` for masses: the file is refused.
+  - `Length (L)`, `mass (m)` and `thickness (t)`: the letter in brackets is read as the symbol of the quantity, not as
+    litres, metres or tonnes.
 - A random number depends only on the seed, the source, the number of the rock and the purpose of the number. Therefore
   it is the same on both engines.
 - A coefficient of a material is drawn for each rock and zone; with `draw: per_impact`, for each impact. The last

@@ -13,8 +13,8 @@ def section(results: Results) -> str:
     by_chance = wrapped(
         "*Distance* is Wasserstein's: how far rocks must be moved on average to make the two distributions equal. The "
         f"41 blocks cannot reject a model whose distance is below {field['by_chance']:.1f} m in x and "
-        f"{field['side_by_chance']:.1f} m across: 95 % of the bootstrap samples of the blocks are as near to the "
-        "blocks.\n"
+        f"{field['side_by_chance']:.1f} m across, because chance alone makes such distances: of samples that are drawn "
+        "with replacement from the 41 blocks, 95 % are as near to the 41 blocks.\n"
     )
     return "\n".join([
         WORDS, "![Authume](../pictures/validation_authume.png)\n", _ends(results), by_chance,

@@ -77,10 +77,10 @@ def _per_block(variants: Results) -> str:
 def _impacts(results: Results) -> str:
     """Return the tables of single impacts at Chant Sura: the six, and the eleven contacts."""
     own, field = results["blocks"]["impacts"], results[CHANT_SURA]["field"]
-    head = ("energy ratio of the six: mean (5 to 95 % of orientations)", "2.1", "2.2", "2.3", "4.1", "4.2", "4.3",
-            "inside", "mean absolute error", "largest of all")  # fmt: skip
+    head = ("energy ratio of the six impacts: mean (5 to 95 % of orientations)", "2.1", "2.2", "2.3", "4.1", "4.2",
+            "4.3", "inside", "mean absolute error", "largest of all")  # fmt: skip
     rows = [("**field**", *(f"{ratio:.2f}" for ratio in field["published"]), "", "", f"{max(field['published']):.2f}")]
-    for name, key in (("Authume's set as it is", "from_authume"), ("calibrated on the eleven", "all")):
+    for name, key in (("coefficients of Authume", "from_authume"), ("calibrated on the eleven contacts", "all")):
         for spin, label in (("published", "no spin"), ("spinning", "27 rad/s")):
             six = own[key][spin]
             cells = [f"{mean:.2f} ({interval_of(within, 2)})" for mean, within in
@@ -94,7 +94,7 @@ def _eleven(results: Results) -> str:
     """Return the table of speeds after the eleven contacts, next to point and sphere."""
     own, others = results["blocks"]["impacts"], results[CHANT_SURA]["calibrations"]
     rows = [
-        (f"{SHAPES.name}, Authume's set, slope of {slope} degrees", f"{of['speed_mean']:+.2f}",
+        (f"{SHAPES.name}, coefficients of Authume, slope of {slope} degrees", f"{of['speed_mean']:+.2f}",
          f"{of['speed_rms']:.2f}", "", f"{of['inside']} of 11") for slope, of in own["from_authume"]["contacts"].items()
     ]  # fmt: skip
     fitted = own["all"]["contacts"]

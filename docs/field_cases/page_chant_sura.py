@@ -32,7 +32,7 @@ def _six(results: Results) -> str:
             "mean absolute", "speed after, mean error (m/s)", "rms (m/s)", "mean absolute, 27 rad/s")  # fmt: skip
     rows = [("**field**", *(f"{ratio:.2f}" for ratio in results["field"]["published"]), *[""] * 5)]
     calibrated = [
-        {"model": model, "values": "calibrated on the eleven", **found}
+        {"model": model, "values": "calibrated on the eleven contacts", **found}
         for model, found in results["calibrations"].items()
     ]
     for line in [*results["lines"], *calibrated]:
@@ -64,7 +64,7 @@ def merged(rows: Sequence[Sequence[str]]) -> list[list[str]]:
 
 
 def _calibrated_impacts(calibrations: Results) -> str:
-    head = ("calibrated on the eleven", "speed after, rms (m/s)", "rms, each run kept out",
+    head = ("calibrated on the eleven contacts", "speed after, rms (m/s)", "rms, each run kept out",
             "speed after, mean error (m/s)", "error of velocity (m/s)",
             "energy ratio, mean absolute error")  # fmt: skip
     rows = [
@@ -73,6 +73,9 @@ def _calibrated_impacts(calibrations: Results) -> str:
          f"{found['contacts']['ratio_absolute']:.2f}")
         for model, found in calibrations.items()
     ]  # fmt: skip
-    words = "Calibrated values (error of the eleven speeds in m/s; number of sets tried):\n\n"
+    words = (
+        "Calibrated values (in brackets: the error of the speeds after the eleven contacts in m/s, and the number of "
+        "sets tried):\n\n"
+    )
     lines = "".join(searched(found, model) for model, found in calibrations.items())
     return f"{words}{lines}\n{table(head, rows)}"

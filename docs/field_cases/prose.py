@@ -62,8 +62,9 @@ writes the page from the last measurement.
 - **Misfit** is the error of the model that the calibration found, a standard deviation in metres. Intervals *with the
   misfit* include this error. The largest misfit that the calibration tries is the spread of the stops.
 - **Contained**: a 90 % interval contains a stop if 5 to 95 % of the predicted rocks stop before it, along or across the
-  slope. A calibration smooths its rocks, and leaves out rocks that did not stop. All other tables count rocks that did
-  not stop as beyond every stop along the slope. So the counts of the two kinds of tables differ a little.
+  slope. The intervals in the tables of kept-out stops come from a smoothed distribution of the simulated stops, without
+  the rocks that did not stop. All other tables count rocks that did not stop as beyond every stop along the slope. So
+  the counts in the two kinds of tables differ a little.
 - **One basis**: the same functions evaluate field and simulation. Distances start at the field's start (the mean drop
   point at Authume, the run's release at Tschamut), also for rocks that are released next to it. A rock that left the
   terrain counts with its distance to the boundary. It would have gone farther.
@@ -111,8 +112,10 @@ digit. All 18 runs are used, so this stop counts twice in the calibration, and o
   and a sphere).
 """
 
-OWN_RELEASE = """In this table each stop is compared with the rocks of its own run, whose release is known. The
-calibration does not use which release a stop belongs to. So its intervals for kept-out stops (below) are often wider.
+OWN_RELEASE = """In this table each stop is compared with the simulated rocks that start at the release of the same
+run. The calibration does not know from which release a stop comes, so it compares each stop also with rocks from other
+releases. So the intervals for kept-out stops (table *Kept-out stops* below) are often wider than the intervals of this
+table.
 """
 
 AUTHUME_FAILS = """**Where it fails.**
@@ -175,7 +178,7 @@ the velocity before it. The *energy ratio* is the translational energy after the
 energy before it.
 
 - **Six impacts** (2.1 to 4.3 in the tables) of a block of 780 kg, with speeds along and into the ground. These two
-  speeds come from the height of the jump, not from a survey.
+  speeds were computed from the height of the jump, not measured by a survey.
 - **Eleven contacts** of five other runs with blocks of 210, 250 and 780 kg. The velocities before and after each
   contact are known, but the slope of the ground is not. After six contacts the block moves downwards, so the ground is
   not level. The tables assume slopes of 0, 15 and 30 degrees, falling in the direction of motion. In the calibration
@@ -189,8 +192,9 @@ energy before it.
 - The energy ratios of the six impacts differ by a factor of five. The six ratios of one model differ by a factor of
   {widest:.1f} or less. A flat block lands on a face, an edge or a corner; none of these models distinguishes the three
   cases.
-- The eleven contacts are steep and slow, the six impacts flat and fast. With values of `constant` that are calibrated
-  on the eleven contacts, the rocks keep far too little energy in the six impacts.
+- In the eleven contacts, slow blocks hit the ground at a steep angle; in the six impacts, fast blocks hit the ground at
+  a flat angle. With values of `constant` that are calibrated on the eleven contacts, the rocks keep far too little
+  energy in the six impacts.
 """
 
 NOT_VALIDATED = """## What does this page not show?

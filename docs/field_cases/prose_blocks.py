@@ -7,16 +7,20 @@ section shows the effect of the shape. `python docs/validation.py --blocks` meas
 """
 
 BARS = """### What does x alone determine?
-The shipped scene `config/scenes/authume_p1_blocks.yaml` has one set of coefficients. In a grid of 260 sets, this set is
-nearest to the blocks in x. The search uses no lateral figure, so the lateral figures in the table check the model. In
-the search all sets fly the same rocks. Each round keeps the best sets, which then fly more rocks (successive halving).
+The scene `config/scenes/authume_p1_blocks.yaml`, which comes with rpf3d, has one value for each of the three
+coefficients. A search tried 260 such sets of values, and these values gave the distribution of x that is nearest to the
+distribution of the 41 blocks. The search did not look at lateral figures. So the lateral figures in the table test the
+model.
 
-The set lies within the 90 % intervals of the calibration. The figures in the table come from 4,000 other rocks. In
-brackets after the set: the distance in x (m) and the number of sets tried.
+In the search all sets fly the same rocks. Each round keeps the best sets, which then fly more rocks (successive
+halving). The values are within the 90 % intervals of the calibration. The figures in the table come from 4,000 rocks
+that the search did not use. A *goal* is the range that the developers demand of a figure; for the lateral sd, it is the
+95 % interval of the field. The next line has the values, and in brackets the distance in x (m) and the number of sets
+tried.
 """
 
 PER_SHAPE = """### Which shape goes how far?
-All rows have the coefficients of the shipped scene:
+All rows have the coefficients of the scene above:
 """
 
 PER_BLOCK = """### Does a block's shape decide where it stopped?
@@ -26,22 +30,24 @@ hulls are the hulls of the four scanned blocks. L1, L2 and L3 are the three leng
 """
 
 AT_IMPACTS = """### Chant Sura with norm blocks of 24 corners
-Each impact is simulated with 1,000 random orientations, because the field's orientation is unknown. A contact ends when
-the block has flown for 0.05 s. The block of the six impacts is flat (1 : 1 : 0.5). *Inside* counts the impacts whose
-measured energy ratio lies within 5 to 95 % of the orientations. *Largest of all* is the largest energy ratio of any
-orientation in any of the six impacts. In the next line, the brackets have the error of the speeds after the eleven
-contacts (m/s) and the number of sets tried.
+Norm blocks are the ideal blocks of concrete that rockfall tests use. Each impact is simulated with 1,000 random
+orientations of the block, because the orientation in the field is unknown. A contact ends when the block has flown for
+0.05 s. The block of the six impacts is flat (1 : 1 : 0.5). *Inside* counts the impacts whose measured energy ratio lies
+between the 5th and the 95th percentile of the simulated orientations. *Largest of all* is the largest energy ratio of
+any orientation in any of the six impacts. The next line has the coefficients that fit the eleven contacts best, and in
+brackets the error of the speeds after the contacts (m/s) and the number of sets tried.
 """
 
 BLOCKS_FAIL = """**Where rocks with a shape fail.**
-- The lateral sd of the shipped set is at the upper edge of the field's interval, not in its middle. Restitution and
-  rolling resistance compensate each other in x, so x alone does not determine the spread. Of the five sets that fit x
-  best, four spread wider than the goal.
+- The lateral sd with the values of the scene is at the upper end of the field's interval, not in its middle.
+  Restitution and rolling resistance compensate each other in x, so x alone does not determine the spread. Of the five
+  sets that fit x best, four spread wider than the goal.
 - The calibrated sphere has too little spread, in x and across the slope (less than half of the field's).
-- Rocks with the proportions of all 41 blocks go farther and spread wider than the blocks. The set is calibrated with
-  the four scanned blocks, and these are not a random sample of the 41 blocks.
-- With Authume's set at Chant Sura, rocks keep too much energy in five of the six fast, flat impacts, and too little
-  speed after the eleven slow, steep contacts. No rock gains translational energy as one block did (ratio 1.11).
+- Rocks with the proportions of all 41 blocks go farther and spread wider than the blocks. The values of the scene
+  were found with the four scanned blocks, and these are not a random sample of the 41 blocks.
+- With the coefficients of Authume, rocks at Chant Sura keep too much energy in five of the six fast, flat impacts, and
+  too little speed after the eleven slow, steep contacts. No rock gains translational energy as one block did (ratio
+  1.11).
 - Three of the coefficients that are calibrated on the eleven contacts are at the edge of the search. Points and spheres
   fit these contacts better.
 """

@@ -27,10 +27,10 @@ or the middle of the range.
 
 TOO_SURE = """**With one assumed value, the intervals of points and spheres are far too narrow**, although restitution
 is still a range. For points they contain a quarter of the stops at Authume and none at Tschamut. With ranges, the
-intervals of every model contain at least five of six stops along the slope; five of the six intervals are open.
+intervals of every model contain at least five of six stops along the slope; four of the six intervals are open.
 
-**Across the slope, intervals of points and spheres contain too few stops**: with ranges, 31 and 33 of 41 at Authume,
-and 6 of 18 at Tschamut. At Authume many rocks go too far, and so spread more.
+**Across the slope, intervals of points and spheres contain too few stops**: with ranges, 33 and 30 of 41 at Authume,
+and 6 and 5 of 18 at Tschamut. At Authume many rocks go too far, and so spread more.
 """
 
 ELSEWHERE = """### With a calibration on another slope

@@ -175,10 +175,10 @@ def _exactness(prices: PriceList) -> list[str]:
     first, last = prices.off_exact[0], prices.off_exact[-1]
     largest_off = max(off.place_max for off in prices.off_exact)
     return [
-        f"events against {DIGITS} digits: the first impacts of {_rocks(first.impacts)} are off by "
-        f"{first.place_median:.1e} m (median) and {first.place_max:.1e} m (largest); up to the "
-        f"{ordinal(len(prices.off_exact))} impact, which only {_rocks(last.impacts)} had, no impact is off by more "
-        f"than {largest_off:.1e} m"
+        f"events against {DIGITS} digits: rounding moves the first impact by {first.place_median:.1e} m (median of "
+        f"{_rocks(first.impacts)}) and by at most {first.place_max:.1e} m; of all impacts up to the "
+        f"{ordinal(len(prices.off_exact))}, which only {_rocks(last.impacts)} had, rounding moves none by more than "
+        f"{largest_off:.1e} m"
     ]
 
 

@@ -28,7 +28,10 @@ class GateSpec(StrictModel):
     """Rocks observed where they passed a line across the slope: speeds, heights above the ground, energies."""
 
     name: Name = Field(description="a name that no other gate has")
-    at: Number = Field(description="a number (m), the distance of the gate along `observed.along`")
+    at: Number = Field(
+        description="a number (m), the place of the gate: its distance from the origin of the coordinates, measured "
+        "along `observed.along`"
+    )
     speeds: Measured = Field((), description="a list of numbers >= 0 (m/s), speeds of rocks at the gate")
     heights: Measured = Field((), description="a list of numbers >= 0 (m), heights of centres above the ground")
     energies: Measured = Field((), description="a list of numbers >= 0 (kJ), translational energies at the gate")

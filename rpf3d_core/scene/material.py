@@ -26,8 +26,8 @@ class Material(StrictModel):
         None, ge=0, description="a number >= 0 (m/s); left out: `stop_speed` of the scene"
     )
     rolling_friction: Coefficient | None = Field(
-        None, description="a number >= 0 (-), mu_r = tan(beta), or a distribution; for ground models that roll, and "
-        "for impacts of spheres",
+        None, description="a number >= 0 (-), or a distribution: mu_r, the tangent of the slope on which a rolling "
+        "rock keeps its speed; for ground models that roll, and for impacts of spheres",
     )  # fmt: skip
     restitution: Share | None = Field(
         None, description="a number from 0 to 1 (-), or a distribution; for rocks with a shape"

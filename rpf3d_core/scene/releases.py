@@ -148,10 +148,14 @@ class SourceSpec(StrictModel):
         None, ge=0, description="a height >= 0 (m) above the terrain, or left out to keep the heights of the points"
     )
     spread: HalfWidths = Field(
-        (0.0, 0.0, 0.0), description="three numbers >= 0 (m), uniform half-widths of the position"
+        (0.0, 0.0, 0.0),
+        description="three numbers >= 0 (m), the largest distances of a rock from its place on the source, along x, y "
+        "and z; uniformly distributed",
     )
     velocity_spread: HalfWidths = Field(
-        (0.0, 0.0, 0.0), description="three numbers >= 0 (m/s), uniform half-widths of the velocity"
+        (0.0, 0.0, 0.0),
+        description="three numbers >= 0 (m/s), the largest differences of a rock's vx, vy and vz from those of the "
+        "source; uniformly distributed",
     )
 
     @model_validator(mode="after")

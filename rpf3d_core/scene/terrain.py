@@ -59,10 +59,14 @@ class BermSpec(StrictModel):
     name: Name = Field(description="a name that no other berm has")
     along: Along = Field(description="two or more points [x, y] (m) in plan, or the path of a file with lines")
     height: Number = Field(
-        gt=0, le=HIGHEST, description=f"a number above 0 up to {HIGHEST:g} (m), of its crest over the ground below it"
+        gt=0,
+        le=HIGHEST,
+        description=f"a number above 0 up to {HIGHEST:g} (m), the height of the crest above the ground below",
     )
-    width: Number = Field(gt=0, le=WIDEST, description=f"a number above 0 up to {WIDEST:g} (m), at its foot")
-    crest: Number = Field(0.0, ge=0, description="a number from 0 to below width (m), its width at the top")
+    width: Number = Field(
+        gt=0, le=WIDEST, description=f"a number above 0 up to {WIDEST:g} (m), the width of the berm at its foot"
+    )
+    crest: Number = Field(0.0, ge=0, description="a number from 0 to below width (m), the width of the berm at its top")
 
     @model_validator(mode="after")
     def _narrower_at_the_top(self) -> Self:

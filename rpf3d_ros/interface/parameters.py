@@ -71,7 +71,8 @@ class InputParameters(FrameParameters):
 
     terrain_durability: str = parameter(
         "volatile",
-        "transient_local also receives the last terrain of a latched publisher, but nothing from a volatile publisher",
+        "with transient_local the node also receives the last terrain of a latched publisher, but nothing from a "
+        "volatile publisher",
         choices=("volatile", "transient_local"),
     )
     use_tf: bool = parameter(
@@ -123,7 +124,8 @@ class SimulatorParameters(InputParameters):
     )  # fmt: skip
     region_size: float = parameter(
         50.0,
-        "side (m) of squares in plan; sources replace waiting sources that lie in no other squares",
+        "side (m) of squares in plan; a message of sources replaces a waiting message of its topic if all sources of "
+        "the waiting message lie in squares with sources of the new message",
         1.0, 1e5,
     )  # fmt: skip
     source_topics: tuple[str, ...] = parameter(
@@ -135,7 +137,7 @@ class SimulatorParameters(InputParameters):
     expected_topics: tuple[str, ...] = parameter(
         ("",),
         "topics of sources that must publish; the level is fault until they do. Empty: all topics of source_topics and "
-        "source_cloud_topics, unless the list has its default",
+        "source_cloud_topics, but no topic of a list that has its default",
     )
     optional_topics: tuple[str, ...] = parameter(
         ("",),
@@ -254,14 +256,14 @@ class AlarmBridgeParameters:
     )
     clock_offset_s: float = parameter(
         1.0,
-        "time (s) by which the clock of the bridge may differ from that of the simulator; an alert that is older or "
-        "newer opens the alarm contact",
+        "time (s) by which the clock of the bridge may differ from that of the simulator; beyond this time, an alert "
+        "that has ended or is in the future opens the alarm contact",
         0.0, 3600.0,
     )  # fmt: skip
     contact_file: str = parameter(
         "",
-        "file that replaces a dry contact: closed while it has the word closed, the node locks it, and its valid_until "
-        "has not passed; empty: none",
+        "file that replaces a dry contact; the contact is closed while the file has the word closed, the node locks "
+        "the file, and the valid_until in the file has not passed; empty: none",
     )
     contact_port: int = parameter(0, "port on loopback of the TCP contact; 0: none", 0, 65_535)
 

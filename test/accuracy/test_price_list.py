@@ -172,8 +172,8 @@ def test_the_statistical_error_of_a_scene_is_told_with_its_number_of_rocks(chang
 def test_how_exact_events_are_is_told_of_the_first_impact_and_of_all() -> None:
     off = [ImpactErrors(50, 1e-14, 2e-14, 0.0, 0.0), ImpactErrors(1, 3e-13, 3e-13, 0.0, 0.0)]
     assert findings(price_list(off_exact=off), 0.1)[0] == (
-        "events against 50 digits: the first impacts of 50 rocks are off by 1.0e-14 m (median) and 2.0e-14 m "
-        "(largest); up to the 2nd impact, which only 1 rock had, no impact is off by more than 3.0e-13 m"
+        "events against 50 digits: rounding moves the first impact by 1.0e-14 m (median of 50 rocks) and by at most "
+        "2.0e-14 m; of all impacts up to the 2nd, which only 1 rock had, rounding moves none by more than 3.0e-13 m"
     )
     assert [ordinal(n) for n in (1, 3, 4, 11, 13, 21, 112)] == ["1st", "3rd", "4th", "11th", "13th", "21st", "112th"]
 

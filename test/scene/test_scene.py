@@ -39,7 +39,8 @@ ONE_A_POINT = (
     "must be a whole number from 1 to 4000000000; left out: one for each point of a source of points, otherwise one"
 )
 SPREAD_SENTENCE = (
-    "line 7: `sources[0].spread` is [1, -1, 0], but must be three numbers >= 0 (m), uniform half-widths of the position"
+    "line 7: `sources[0].spread` is [1, -1, 0], but must be three numbers >= 0 (m), the largest distances of a rock "
+    "from its place on the source, along x, y and z; uniformly distributed"
 )
 
 

@@ -20,11 +20,11 @@ class DragSpec(ModelSpec):
     CONFIRMED: ClassVar[Confirmed] = "C"
 
     coefficient: Number = parameter(
-        0.5, "a number from 0 to 10, C_d; the default is that of a smooth sphere and unconfirmed for rocks", "-",
-        "general knowledge; r.stone declares 0.5", "UNCONFIRMED", ge=0, le=10,
+        0.5, "a number from 0 to 10, the drag coefficient C_d; the default is that of a smooth sphere and unconfirmed "
+        "for rocks", "-", "general knowledge; r.stone declares 0.5", "UNCONFIRMED", ge=0, le=10,
     )  # fmt: skip
     density: Number = parameter(
-        1.2, "a number from 0 to 10 (kg/m3), of the air", "kg/m3", "stnParabel's guide", "C", ge=0, le=10
+        1.2, "a number from 0 to 10 (kg/m3), the density of the air", "kg/m3", "stnParabel's guide", "C", ge=0, le=10
     )
     accuracy: Number = parameter(0.01, ACCURACY, "m", "derived in effects/air_step.py", "D", ge=1e-5, le=10)
 
@@ -42,11 +42,11 @@ class DragLayerSpec(ModelSpec):
         "unconfirmed", "kg/s", "classes of RAMMS", "UNCONFIRMED", ge=0, le=1e5,
     )  # fmt: skip
     height: Number = parameter(
-        30.0, "a number >= 0 (m), of the layer's top above the ground; the default is unconfirmed", "m", "RAMMS",
-        "UNCONFIRMED", ge=0,
+        30.0, "a number >= 0 (m), the height of the layer's top above the ground; the default is unconfirmed", "m",
+        "RAMMS", "UNCONFIRMED", ge=0,
     )  # fmt: skip
     accuracy: Number = parameter(0.05, ACCURACY, "m", "derived in effects/air_step.py", "D", ge=1e-5, le=10)
     polygons: InputFile | None = parameter(
-        None, "the path of a file with polygons that the forest stands in; left out: the whole terrain",
+        None, "the path of a file with polygons that contain the forest; left out: the forest is everywhere",
         "-", "", "D",
     )  # fmt: skip

@@ -20,12 +20,14 @@ class BarrierSpec(StrictModel):
     name: Name = Field(description="a name that no other barrier has")
     along: Along = Field(description="two or more points [x, y] (m) in plan, or the path of a file with lines")
     height: Number = parameter(
-        ..., f"a number from 0 to {HIGHEST:g} (m), vertical above the ground below", "m", BALANCE, "C", ge=0, le=HIGHEST
-    )
+        ...,
+        f"a number from 0 to {HIGHEST:g} (m), the vertical height of the barrier above the ground below its line",
+        "m", BALANCE, "C", ge=0, le=HIGHEST,
+    )  # fmt: skip
     capacity_kj: Number = parameter(
         ...,
-        f"a number from 0 to {STRONGEST:g} (kJ), the translational energy that the barrier absorbs; 0 counts rocks "
-        "only",
+        f"a number from 0 to {STRONGEST:g} (kJ), the largest energy of a rock that the barrier catches; with 0, the "
+        "barrier only counts rocks",
         "kJ", BALANCE, "C", ge=0, le=STRONGEST,
     )  # fmt: skip
     residual_height: Number = parameter(
@@ -37,8 +39,9 @@ class BarrierSpec(StrictModel):
         "capacity", "-", BALANCE, "D", ge=0, le=1,
     )  # fmt: skip
     measured_at: Literal["centre", "top"] = parameter(
-        "centre", "centre or top, the point of the rock whose height over the ground is compared", "", BALANCE, "C"
-    )
+        "centre", "centre or top, the point of the rock whose height is compared with the height of the barrier", "",
+        BALANCE, "C",
+    )  # fmt: skip
 
 
 class BarriersSpec(ModelSpec):

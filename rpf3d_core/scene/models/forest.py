@@ -29,7 +29,7 @@ CLASSES = (0.72, 0.24, 0.04)
 
 
 class EnergyFactors(StrictModel):
-    """The factor FE in E_max = FE 38.7 DBH^2.31 J (DBH in cm), by kind of tree."""
+    """FE by kind of tree: a tree takes at most E_max = FE 38.7 DBH^2.31 J from a rock (DBH: stem diameter in cm)."""
 
     conifer: Number = parameter(
         0.93, "a number above 0 (-), FE of conifers; unconfirmed", "-", DORREN_BERGER, "UNCONFIRMED", gt=0
@@ -57,14 +57,17 @@ class DeflectionSpec(StrictModel):
         "unconfirmed", "-", "none", "UNCONFIRMED", ge=0, le=1,
     )  # fmt: skip
     frontal: Classes = parameter(
-        CLASSES, "three chances [a, b, c] (-) that add up to 1; unconfirmed", "-", ASIDE, "UNCONFIRMED"
-    )
+        CLASSES, "the probabilities [a, b, c] (-) of the three deflections of a frontal blow; they add up to 1; "
+        "unconfirmed", "-", ASIDE, "UNCONFIRMED",
+    )  # fmt: skip
     lateral: Classes = parameter(
-        CLASSES, "three chances [a, b, c] (-) that add up to 1; unconfirmed", "-", ASIDE, "UNCONFIRMED"
-    )
+        CLASSES, "the probabilities [a, b, c] (-) of the three deflections of a lateral blow; they add up to 1; "
+        "unconfirmed", "-", ASIDE, "UNCONFIRMED",
+    )  # fmt: skip
     scratch: Classes = parameter(
-        CLASSES, "three chances [a, b, c] (-) that add up to 1; unconfirmed", "-", ASIDE, "UNCONFIRMED"
-    )
+        CLASSES, "the probabilities [a, b, c] (-) of the three deflections of a scratching blow; they add up to 1; "
+        "unconfirmed", "-", ASIDE, "UNCONFIRMED",
+    )  # fmt: skip
 
     @model_validator(mode="after")
     def _frontal_first(self) -> Self:
@@ -86,24 +89,24 @@ class ForestSpec(ModelSpec):
         None, description="the path of a file of trees: x, y, dbh_cm, height (m) and kind on each line"
     )
     stems_per_ha: Number | None = parameter(
-        None, f"a number from 0 to {DENSEST:g} (1/ha), of randomly placed trees; instead of file", "1/ha", "", "C",
-        ge=0, le=DENSEST,
+        None, f"a number from 0 to {DENSEST:g} (1/ha), how many trees per hectare are placed at random; only without "
+        "`file`", "1/ha", "", "C", ge=0, le=DENSEST,
     )  # fmt: skip
     within: InputFile | None = Field(
-        None, description="the path of a file with polygons, in which trees are placed at random; left out: "
-        "everywhere",
+        None, description="the path of a file with polygons in which trees are placed at random; left out: on "
+        "the whole terrain",
     )  # fmt: skip
     dbh_mean_cm: Number = parameter(
         30.0, f"a number above 0 up to {THICKEST:g} (cm), mean stem diameter of randomly placed trees", "cm",
         "Rockyfor3D", "C", gt=0, le=THICKEST,
     )  # fmt: skip
     dbh_sd_cm: Number = parameter(
-        10.0, f"a number from 0 to {THICKEST:g} (cm), standard deviation of this diameter (gamma distribution; "
-        "unconfirmed)", "cm", "Rockyfor3D", "UNCONFIRMED", ge=0, le=THICKEST,
+        10.0, f"a number from 0 to {THICKEST:g} (cm), standard deviation of the stem diameter of randomly placed "
+        "trees (gamma distribution; unconfirmed)", "cm", "Rockyfor3D", "UNCONFIRMED", ge=0, le=THICKEST,
     )  # fmt: skip
     height: Number = parameter(
-        25.0, "a number above 0 up to 150 (m), of randomly placed trees, and of trees whose file has no height; "
-        "unconfirmed", "m", "none", "UNCONFIRMED", gt=0, le=150,
+        25.0, "a number above 0 up to 150 (m), the height of randomly placed trees, and of trees from a file without "
+        "heights; unconfirmed", "m", "none", "UNCONFIRMED", gt=0, le=150,
     )  # fmt: skip
     conifer_share: Number = parameter(
         1.0, "a number from 0 to 1 (-), share of conifers among randomly placed trees; the others are broadleaved", "-",

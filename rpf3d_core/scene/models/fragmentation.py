@@ -24,10 +24,12 @@ class FragmentationSpec(ModelSpec):
     NOT_FOR_BODIES: ClassVar[str | None] = "no publication gives the shapes of the fragments"
 
     surface_factor: Number = parameter(
-        0.0031, "a number >= 0, a in A = a E^e: A is the new surface (m2), E the kinetic energy (J) of the rock's "
-        "speed away from the ground after the rebound", "m2/J^e", GIS, "CC", ge=0,
+        0.0031, "a number >= 0, the factor a in A = a E^e: A is the new surface (m2), E the kinetic energy (J) of the "
+        "rock's speed away from the ground after the rebound", "m2/J^e", GIS, "CC", ge=0,
     )  # fmt: skip
-    surface_exponent: Number = parameter(0.7562, "a number from 0 to 2, e in A = a E^e", "-", GIS, "CC", ge=0, le=2)
+    surface_exponent: Number = parameter(
+        0.7562, "a number from 0 to 2, the exponent e in A = a E^e", "-", GIS, "CC", ge=0, le=2
+    )
     least_ratio: Number = parameter(
         0.7, "a number >= 0, ratio of new surface to total surface above which a rock breaks; 0.25 to 0.7 are usual in "
         "RockGIS; the default is the upper end of this range and unconfirmed; from 2 on, no rock breaks", "-",
@@ -38,11 +40,11 @@ class FragmentationSpec(ModelSpec):
         "-", GIS, "CC", ge=0, le=1,
     )  # fmt: skip
     least_volume: Number = parameter(
-        1e-4, "a number of at least 1e-6 (m3), of the smallest fragment that is simulated; a rock smaller than 8 times "
-        "this volume stays whole", "m3", GIS, "CC", ge=1e-6,
+        1e-4, "a number of at least 1e-6 (m3), the volume of the smallest fragment that is simulated; a rock smaller "
+        "than 8 times this volume stays whole", "m3", GIS, "CC", ge=1e-6,
     )  # fmt: skip
     energy_lost: Number = parameter(
-        0.01, "a number from 0 to 1, share of the energy after the impact that the fragments do not have", "-", GIS,
+        0.01, "a number from 0 to 1, share of the energy after the impact that the fragments lose in total", "-", GIS,
         "CC", ge=0, le=1,
     )  # fmt: skip
     cone_deg: Number = parameter(

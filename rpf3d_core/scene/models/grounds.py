@@ -33,6 +33,6 @@ class RollingStoneSpec(ModelSpec):
     )
 
     stop_speed: float = parameter(
-        3.0, "a number >= 0 (m/s), below which a rock on the ground has stopped on any slope", "m/s",
+        3.0, "a number >= 0 (m/s), the speed below which a rock on the ground has stopped, on any slope", "m/s",
         "r.stone's default", "CC", ge=0, strict=True, allow_inf_nan=False,
     )  # fmt: skip

@@ -71,12 +71,12 @@ class PfeifferBowenSpec(ModelSpec):
         9.144, "a number above 0 (m/s), the speed into the ground at which R_n is halved", "m/s", PFEIFFER, "CC", gt=0
     )
     A: Number = parameter(
-        6.096, "a number above 0 (m/s), the reference slip of CRSP's friction function", "m/s", PFEIFFER, "CC", gt=0
-    )
+        6.096, "a number above 0 (m/s), A in CRSP's friction function R_t + (1 - R_t) / ((s / A)^2 + 1.2), where s is "
+        "the slip (m/s); the function reduces the energy that is kept along the ground", "m/s", PFEIFFER, "CC", gt=0,
+    )  # fmt: skip
     B: Number = parameter(
-        76.2, "a number above 0 (m/s), the speed scale of CRSP's scaling factor: at an impact speed of B R_n into the "
-        "ground, this factor halves the energy kept along the ground, on top of the loss by slip",
-        "m/s", PFEIFFER, "CC", gt=0,
+        76.2, "a number above 0 (m/s), B in CRSP's scaling factor R_t / ((v_n / (B R_n))^2 + 1); the energy that is "
+        "kept along the ground is multiplied by this factor and by the friction function", "m/s", PFEIFFER, "CC", gt=0,
     )  # fmt: skip
 
 
@@ -207,8 +207,8 @@ class StochasticMatrixSpec(ModelSpec):
     CONFIRMED: ClassVar[Confirmed] = "C"
 
     mean: tuple[Vector, Vector, Vector] = parameter(
-        ..., "three rows of three numbers (-), for v_t, v_n and R w after the impact from those before", "-",
-        "the user's", "D",
+        ..., "three rows of three numbers (-), the mean of the matrix that turns v_t, v_n and R w before an impact "
+        "into the values after it", "-", "the user's", "D",
     )  # fmt: skip
     covariance: Annotated[
         tuple[Nine, Nine, Nine, Nine, Nine, Nine, Nine, Nine, Nine], AfterValidator(_covariance)

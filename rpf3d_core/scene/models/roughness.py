@@ -29,11 +29,11 @@ class RoughnessSpec(ModelSpec):
     NOT_FOR_BODIES: ClassVar[str | None] = "it tilts the ground under rocks without corners, and bodies have corners"
 
     amplitude: Number | None = parameter(
-        None, "a number >= 0 (m), the irregularity S within a length of the rock's radius; tilts by up to "
-        "atan(S / radius) against the motion", "m", CRSP, "CC", ge=0,
+        None, "a number >= 0 (m), the height S of irregularities on a length of one rock radius; the normal is tilted "
+        "against the motion by at most atan(S / radius)", "m", CRSP, "CC", ge=0,
     )  # fmt: skip
     deviates: Flag = parameter(
-        False, "true or false, whether part of the tilt is to a side; with `amplitude`", "", "PlatRock", "CC"
+        False, "true or false, whether part of the tilt is to a side; only with `amplitude`", "", "PlatRock", "CC"
     )
     angle_sd_deg: Number | None = parameter(
         None, "a number from 0 to 30 (degrees), the standard deviation of the tilt along the motion, instead of "

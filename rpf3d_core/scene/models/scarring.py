@@ -36,16 +36,19 @@ class ScarringSpec(ModelSpec):
     )
 
     stiffness: Number = parameter(
-        15e6, "a number of at least 1000 (Pa), M_E of the ground; rocks penetrate stiffer ground less", "Pa", LU, "C",
-        ge=1e3,
+        15e6, "a number of at least 1000 (Pa), the stiffness M_E of the soil; rocks penetrate stiffer soil less", "Pa",
+        LU, "C", ge=1e3,
     )  # fmt: skip
     form_drag: Number = parameter(1.0, "a number >= 0, C_f of the drag coefficient C_f + C_s", "-", LU, "C", ge=0)
     soil_drag: Number = parameter(1.5, "a number >= 0, C_s of the drag coefficient C_f + C_s", "-", LU, "C", ge=0)
-    density: Number = parameter(1700.0, "a number >= 0 (kg/m3), of the soil", "kg/m3", LU, "C", ge=0)
-    mu_min: Number = parameter(0.55, "a number >= 0, friction of a rock that has not slipped", "-", BARTELT, "C", ge=0)
-    mu_max: Number = parameter(
-        2.0, "a number >= mu_min, friction that a rock approaches while it slips", "-", BARTELT, "C", ge=0
+    density: Number = parameter(1700.0, "a number >= 0 (kg/m3), the density of the soil", "kg/m3", LU, "C", ge=0)
+    mu_min: Number = parameter(
+        0.55, "a number >= 0, coefficient of friction of a rock that has not slipped", "-", BARTELT, "C", ge=0
     )
+    mu_max: Number = parameter(
+        2.0, "a number >= mu_min, coefficient of friction that a rock approaches while it slips", "-", BARTELT, "C",
+        ge=0,
+    )  # fmt: skip
     kappa: Number = parameter(
         3.0, "a number >= 0 (1/m), how fast friction grows with the slip", "1/m", BARTELT, "C", ge=0
     )

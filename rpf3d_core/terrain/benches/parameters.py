@@ -28,7 +28,7 @@ MEANINGS = {
     "width": "width of the slope, along the faces",
     "crest": "width of the level ground behind the upper edge",
     "floor": "width of the level floor in front of the lowest toe",
-    "roughness": "standard deviation of small-scale relief, normal to the surface; the floor has a third",
+    "roughness": "standard deviation of small-scale relief, normal to the surface; on the floor a third of this value",
     "seed": "seed of the roughness",
     "spacing": "side of the mesh's cells; 0: 1 m on rough ground, else one rectangle for each face and berm",
 }

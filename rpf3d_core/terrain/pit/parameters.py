@@ -48,7 +48,7 @@ MEANINGS = {
     "ramp_foot_deg": "where the ramp leaves the floor: direction from the pit's middle, counter-clockwise from east",
     "spills": "number of cones of loose rock on benches",
     "repose_deg": "steepest slope of these cones",
-    "roughness": "standard deviation of small-scale relief; floor and ramp have a third",
+    "roughness": "standard deviation of small-scale relief; on floor and ramp a third of this value",
     "rim_width": "least width of natural ground outside the crest",
     "crest_altitude": "altitude of the crest above sea level",
 }

@@ -154,7 +154,7 @@ def two_speakers(plan: Plan, rng: np.random.Generator) -> Plan | None:
     times = np.arange(since + 0.4, END, EVERY).tolist()
     more = tuple(own[0]._replace(sent=at, at=at, places=places, publisher=1, damage=None) for at in times)
     return plan.with_defect(
-        f"two speakers: {topic}", sends=(*plan.sends, *more), graces=(*plan.graces, (since, LOOKED)),
+        f"two publishers: {topic}", sends=(*plan.sends, *more), graces=(*plan.graces, (since, LOOKED)),
         speakers=(*plan.speakers, Speaker(topic=topic, number=1, since=since)),
     )  # fmt: skip
 
@@ -225,8 +225,8 @@ BROKEN = partial(changing, topics=(*SENSORS, *PATCH, *WHOLE, *AREAS))
 DEFECTS: dict[str, Defect] = {
     "missing sources": silent,
     "missing surveys": without("missing", WHOLE, from_begin=False),
-    "missing terrain": without("missing from the begin", WHOLE, from_begin=True),
-    "missing areas": without("missing from the begin", AREAS, from_begin=True),
+    "missing terrain": without("missing from the beginning", WHOLE, from_begin=True),
+    "missing areas": without("missing from the beginning", AREAS, from_begin=True),
     "late sources": late_sources,
     "late terrain": changing("late", ("terrain/points", *PATCH), changes.late),
     "late areas": changing("late", AREAS, changes.stamped_late),
