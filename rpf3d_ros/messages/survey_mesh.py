@@ -3,19 +3,26 @@
 import numpy as np
 
 from rpf3d_core.errors import TerrainError
-from rpf3d_core.live.survey import GridSurvey, MeshSurvey
+from rpf3d_core.live.survey import CloudSurvey, GridSurvey, MeshSurvey, Survey
+from rpf3d_core.terrain.cloud import cloud_mesh
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.grid_triangles import grid_triangles
 
-Survey = GridSurvey | MeshSurvey
-
 
 def ground_mesh(survey: Survey) -> MeshSurvey:
-    """Return a received survey as a mesh, for drawing or recording; points in rows are joined to triangles.
+    """Return a received survey as a mesh, for drawing or recording; points are joined to triangles.
 
-    Raises TerrainError for a grid without a complete square.
+    The triangles between scattered points are those of `terrain.cloud.cloud_mesh` with its own longest side, so they
+    differ from the simulator's terrain if `longest_edge` is set.
+
+    Raises TerrainError for a grid without a complete square, and for scattered points without a triangle.
     """
-    return grid_mesh(survey.points) if isinstance(survey, GridSurvey) else survey
+    if isinstance(survey, GridSurvey):
+        return grid_mesh(survey.points)
+    if isinstance(survey, CloudSurvey):
+        mesh = cloud_mesh(survey.points)
+        return MeshSurvey(mesh.vertices + np.array(mesh.origin), mesh.triangles)
+    return survey
 
 
 def grid_mesh(points: FloatArray) -> MeshSurvey:

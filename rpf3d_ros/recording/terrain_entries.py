@@ -10,7 +10,7 @@ from rpf3d_ros.interface.transforms import MESH_HAS_NO_STAMP, InputFrames
 from rpf3d_ros.messages.cloud_reading import positions_of_cloud
 from rpf3d_ros.messages.refusals import MessageRefused
 from rpf3d_ros.messages.survey_mesh import ground_mesh
-from rpf3d_ros.messages.terrain_messages import MeshSurvey, grid_of_cloud, mesh_of_cdr
+from rpf3d_ros.messages.terrain_messages import MeshSurvey, mesh_of_cdr, survey_of_cloud
 from rpf3d_ros.recording.entries import EntryMaker, EntryTimes, RecordingEntry, frame_of, nanoseconds
 
 UPDATES_SHOWN = 200
@@ -30,14 +30,14 @@ class TerrainEntries:
 
     def makers(self) -> Mapping[str, EntryMaker]:
         """Return for each topic the method that converts its messages."""
-        return {"terrain/points": self.grid, "terrain/mesh": self.mesh, "terrain/update": self.update}
+        return {"terrain/points": self.cloud, "terrain/mesh": self.mesh, "terrain/update": self.update}
 
-    def grid(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield the entry of a terrain as a cloud with points in rows; nothing if the cloud repeats the last terrain.
+    def cloud(self, cloud: Any) -> Iterator[RecordingEntry]:
+        """Yield the entry of a terrain as points, in rows or scattered; nothing if the cloud repeats the last terrain.
 
-        Raises MessageRefused for scattered points.
+        Raises MessageRefused, and TerrainError if the points make no triangle.
         """
-        survey = grid_of_cloud(cloud, frame_of(cloud, self._frames))
+        survey = survey_of_cloud(cloud, frame_of(cloud, self._frames))
         digest = hashlib.sha256(survey.points.tobytes()).digest()
         if digest != self._digest:
             yield self._terrain(ground_mesh(survey), digest, nanoseconds(cloud.header.stamp))

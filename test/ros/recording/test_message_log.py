@@ -82,6 +82,15 @@ def test_every_topic_that_is_subscribed_to_has_rows(log):
     assert all(rows(log.entries(topic, message)) for topic, message in messages.items())
 
 
+def test_a_terrain_of_scattered_points_is_recorded_as_the_triangles_between_them(log):
+    corners = np.array([[0.0, 0.0, 5.0], [4.0, 0.0, 5.0], [4.0, 4.0, 5.0], [0.0, 4.0, 5.0]])
+    cloud = cloud_of_columns(header(1), dict(zip("xyz", corners.T, strict=True)))
+    ((kind, vertices, triangles),) = calls(log.entries("terrain/points", cloud))
+    assert kind == "terrain" and len(triangles) == 2
+    assert sorted(vertices.tolist()) == sorted(corners.tolist())
+    assert rows(log.entries("terrain/points", cloud)) == [], "it is the same terrain"
+
+
 def test_results_that_come_after_the_next_sources_belong_to_the_event_of_their_own(log):
     found = sources(log, 10) + sources(log, 20) + results(log, 10) + sources(log, 30) + results(log, 30)
     assert {row[1:] for row in found} == {(10, 1), (20, 2), (30, 3)}
