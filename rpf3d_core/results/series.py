@@ -1,4 +1,4 @@
-"""Series of points that pictures and recordings draw: of a price list (error and time of each setting), of a sweep."""
+"""Series of points that pictures and recordings draw: error and computing time of settings, and results of a sweep."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
