@@ -189,7 +189,10 @@ def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
 
 
 def _not_reached(run: RunFiles) -> list[Element]:
-    """Return a sentence on the zones that no rock reached, with the interval of this share; [] without such zones."""
+    """Return a sentence on the zones that no rock reached; [] if rocks reached all zones.
+
+    The sentence gives the intervals of the share of rocks that may still reach such a zone.
+    """
     places = {name: bench["reached"] for name, bench in run.summary["benches"].items() if not bench["reached"]["rocks"]}
     if not places:
         return []

@@ -219,7 +219,10 @@ def finished_run(
 
 
 def _check_known(prepared: Prepared, plan: Sequence[AnyRound]) -> None:
-    """Refuse sources with a bad release in a round that is certain to fly: with `rocks: auto` only the first round."""
+    """Refuse sources with a rock under the ground or off the terrain, in all rounds that are certain to fly.
+
+    With `rocks: auto`, only the first round is certain to fly.
+    """
     for each in plan[:1] if prepared.scene.rocks == "auto" else plan:
         _check_all(prepared, each)
 
