@@ -90,7 +90,7 @@ def check_unknowns(scene: Scene) -> None:
 
 
 def check_may_be_unknown(scene: Scene, path: str) -> None:
-    """Refuse a key path that no parameter set can change, because it changes the terrain, releases or obstacles.
+    """Refuse a key path whose value cannot be an unknown, because the terrain, releases or obstacles depend on it.
 
     Raises
     ------
