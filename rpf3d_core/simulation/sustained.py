@@ -239,7 +239,7 @@ def along_line(v: Vec, line: Vec) -> Vec:
 def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
     """Return the outcome of a rock after a ground segment `piece`, or MOVING if the rock continues.
 
-    idle : number of last segments without progress
+    idle : number of segments without progress since the last segment with progress
     """
     if piece.late:
         return MAX_TIME

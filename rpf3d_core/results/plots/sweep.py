@@ -1,4 +1,4 @@
-"""Draw the picture of a sweep: a panel for each result, a curve with a band for each design."""
+"""Draw the picture of a sweep: a panel for each result, with a curve for each combination of values of further keys."""
 
 from collections.abc import Sequence
 from pathlib import Path
