@@ -129,7 +129,7 @@ def _run_facts(run: RunFiles, site: str) -> Table:
 
 
 def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
-    """Yield the warnings at the top of the report: first changed inputs, last the notes on its files.
+    """Yield the warnings at the top of the report: first changed inputs, last the notes on the run's files.
 
     Between them: an interruption of the run, the warnings of the run, the reasons why results look too certain, and the
     numbers of rocks without a face below their release and of rocks that did not stop.

@@ -1,4 +1,4 @@
-"""Find where the barriers of a scene cross the critical section, to draw them in its picture."""
+"""Find where the barriers of a scene cross the critical section, to draw the barriers in the picture of the section."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -18,7 +18,7 @@ class Words(Protocol):
     """A function that turns a number into text with its unit, rounded to a side; UNKNOWN for None."""
 
     def __call__(self, value: float | None, side: Side = NEAREST) -> str:
-        """Return the number as text; side : which way it is rounded."""
+        """Return the number as text; side : direction of the rounding: NEAREST, LOW (down) or HIGH (up)."""
 
 
 def share(value: float | None) -> str:

@@ -78,7 +78,7 @@ def _check_room(folder: str | Path, part: Path) -> None:
 
 
 def check_folder(folder: str | Path) -> Path:
-    """Return the absolute path of a folder after a check that results may be written there; call it before a long run.
+    """Check that results may be written to a folder, and return its absolute path; to be called before a long run.
 
     Raises
     ------

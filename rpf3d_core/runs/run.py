@@ -1,4 +1,4 @@
-"""Run a scene: read it, fly its rocks, count them and write the result, as `rpf3d run` does."""
+"""Run a scene as `rpf3d run` does: read the scene, fly the rocks, count the rocks and write the result."""
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext

@@ -51,7 +51,7 @@ def extents(terrain: Terrain, plan: FloatArray) -> str:
 
 
 def plain(number: float) -> str:
-    """Return a coordinate as a plain decimal: to the millimetre, or to six decimals where it may be in degrees."""
+    """Return a coordinate as a plain decimal: to the millimetre, or to six decimals if it may be in degrees."""
     text = f"{number:.{6 if abs(number) <= 180.0 else 3}f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
 

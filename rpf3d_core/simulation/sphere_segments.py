@@ -24,7 +24,7 @@ The normal of the ground turns by at most 1.8 degrees in such a segment.
 
 
 class Span(NamedTuple):
-    """The duration t (s) of a ground segment of a sphere; curved : True if it leads around an edge or a corner."""
+    """A ground segment of a sphere: its duration t (s); curved : True if it leads around an edge or a corner."""
 
     t: float
     curved: bool
