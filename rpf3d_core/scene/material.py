@@ -71,7 +71,7 @@ class Material(StrictModel):
         return {**values, "normal_restitution": 0.0, "tangential_restitution": 0.0}
 
     def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
-        """Yield the given keys, with values, that apply to the material's kind of rocks; recordings log these keys.
+        """Yield the keys and values, except None, that apply to the material's kind of rocks; recordings log them.
 
         The two kinds are points and spheres, and rocks with a shape.
         """

@@ -35,7 +35,7 @@ class Ready(Protocol):
 
 
 def check_names(scene: Scene, names: tuple[str, ...]) -> None:
-    """Refuse key paths that a parameter set cannot change, because the terrain or the releases depend on their values.
+    """Refuse key paths that a parameter set cannot change, such as those of the terrain, the releases or obstacles.
 
     Raises
     ------
