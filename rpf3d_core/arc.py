@@ -63,12 +63,10 @@ def _length_term(h: float, u: float) -> float:
 
 @kernel
 def time_over(arc: Arc, begin: float, length: float) -> float:
-    """Return a time (s) up to which a rock flies at most a given length (m), counted from an earlier time.
+    """Return a time (s) until which the path of a rock, measured from the time `begin`, is at most `length` (m) long.
 
-    The searches for contacts choose their next step with this bound. The path between both times may be shorter than
-    `length`, but never longer.
-
-    begin : s, the earlier time, since the start of the arc; length : m, along the path
+    Both times count from the start of the arc. The searches for contacts choose their next step with this bound: the
+    path between both times may be shorter than `length`, but never longer.
     """
     vx, vy, vz = arc.v[0], arc.v[1], arc.v[2] - arc.gravity * begin
     speed = math.sqrt(vx * vx + vy * vy + vz * vz)
@@ -87,9 +85,9 @@ def gravity_along(n: Vec, gravity: float) -> Vec:
 
 @kernel
 def fall_time(z_speed: float, height: float, gravity: float) -> float:
-    """Return the time (s) that a rock flies until it is at a depth below its start.
+    """Return the time (s) that a rock flies until it is a given height below its start.
 
-    z_speed : m/s, speed at the start, positive upwards; height : m, the depth below the start, at least 0
+    z_speed : m/s, vertical speed at the start, positive upwards; height : m, at least 0
     """
     root = math.sqrt(z_speed * z_speed + 2.0 * gravity * height)
     if z_speed > 0.0:
@@ -99,9 +97,9 @@ def fall_time(z_speed: float, height: float, gravity: float) -> float:
 
 @kernel
 def falling_time(c: float, b: float, a: float) -> float:
-    """Return the first time t >= 0 when c + b t + a t^2 falls through zero, as when a rock reaches a plane.
+    """Return the first time t >= 0 (s) when c + b t + a t^2 falls through zero, as when a rock reaches a plane.
 
-    The result is inf if there is no such time.
+    The result is inf if c + b t + a t^2 never falls through zero.
 
     c, b, a : height (m), speed (m/s) and half the acceleration (m/s^2) of the rock above the plane
 

@@ -129,7 +129,7 @@ def _run_facts(run: RunFiles, site: str) -> Table:
 
 
 def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
-    """Yield the warnings at the top of the report: first changed inputs, last the notes on its files.
+    """Yield the warnings at the top of the report: first changed inputs, last the notes on the run's files.
 
     Between them: an interruption of the run, the warnings of the run, the reasons why results look too certain, and the
     numbers of rocks without a face below their release and of rocks that did not stop.
@@ -189,7 +189,10 @@ def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
 
 
 def _not_reached(run: RunFiles) -> list[Element]:
-    """Return a sentence on the zones that no rock reached, with the interval of this share; [] without such zones."""
+    """Return a sentence on the zones that no rock reached; [] if rocks reached all zones.
+
+    The sentence gives the intervals of the share of rocks that may still reach such a zone.
+    """
     places = {name: bench["reached"] for name, bench in run.summary["benches"].items() if not bench["reached"]["rocks"]}
     if not places:
         return []

@@ -56,7 +56,7 @@ class View(NamedTuple):
 
 
 class SignOff(NamedTuple):
-    """Empty fields to fill in by hand."""
+    """Empty fields of the report, to be filled in by hand; fields : their labels, such as "Checked by, date"."""
 
     fields: Sequence[str]
 

@@ -63,7 +63,7 @@ def _rows(run: RunFiles) -> Iterator[tuple[str, str, str]]:
 
 
 def _stated(run: RunFiles, *paths: str) -> str:
-    """Return STATED if the scene states a value at any of the key paths, else DEFAULT."""
+    """Return the origin of a value as text: STATED if the scene states it at any of the key paths, else DEFAULT."""
     return STATED if not set(paths).isdisjoint(run.inputs["given"]) else DEFAULT
 
 
@@ -115,7 +115,7 @@ def _rock(run: RunFiles, rock: dict[str, Any]) -> Iterator[tuple[str, str, str]]
 
 
 def _size(run: RunFiles, path: str, value: Any, unit: str) -> str:
-    """Return the size of rocks as text; of a list of measured sizes, their file, number and range.
+    """Return the size of rocks as text; for a list of measured sizes, the text has their file, number and range.
 
     path : key path of the size; value : its value in the scene; unit : such as m
     """

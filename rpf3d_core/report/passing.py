@@ -83,7 +83,7 @@ def places_for(beyond: BeyondToe) -> FloatArray:
 
 
 def places_beyond(run: RunFiles, beyond: BeyondToe, segments: Segments) -> list[FencePlace]:
-    """Return the rocks that pass each of the distances of `places_for`."""
+    """Return share, energies and heights of the rocks that pass each of the distances of `places_for`."""
     distances = places_for(beyond)
     passed = shares_beyond(beyond, run.sets, distances)
     return [

@@ -1,4 +1,4 @@
-"""Find where the barriers of a scene cross the critical section, to draw them in its picture."""
+"""Find where the barriers of a scene cross the critical section, to draw the barriers in the picture of the section."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -35,7 +35,7 @@ def fences_in(run: RunFiles, section: CriticalSection) -> tuple[list[FenceInSect
 
 
 def panels_of(run: RunFiles) -> list[dict[str, Any]]:
-    """Return the panels of the barriers of a run's scene, as values from summary.json; empty without barriers.
+    """Return the values of each barrier of a run's scene (name, height, ...), from summary.json; [] without barriers.
 
     summary.json states the full paths of the files with barrier lines; inputs.json states only the names of the files.
     """

@@ -72,7 +72,7 @@ class BeyondToe(NamedTuple):
 
     @property
     def enough(self) -> bool:
-        """True if enough rocks have a toe: distances beyond it then describe the rocks of the run."""
+        """True if enough rocks have a toe: distances beyond the toe then describe the rocks of the run."""
         return len(self.rows) >= max(1, min(FEWEST_WITH_TOE, self.of), LEAST_WITH_TOE * self.of)
 
     @property

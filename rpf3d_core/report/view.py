@@ -57,7 +57,7 @@ class Seen(NamedTuple):
 
     @property
     def terrain(self) -> Terrain:
-        """The part as a terrain of one zone."""
+        """This part of the terrain as a `Terrain` with a single zone."""
         return Terrain(self.vertices, self.triangles, np.zeros(len(self.triangles), np.int32), ("ground",))
 
 

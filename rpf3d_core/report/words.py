@@ -18,7 +18,7 @@ class Words(Protocol):
     """A function that turns a number into text with its unit, rounded to a side; UNKNOWN for None."""
 
     def __call__(self, value: float | None, side: Side = NEAREST) -> str:
-        """Return the number as text; side : which way it is rounded."""
+        """Return the number as text; side : direction of the rounding: NEAREST, LOW (down) or HIGH (up)."""
 
 
 def share(value: float | None) -> str:
@@ -34,7 +34,7 @@ def share_interval(ends: Ends) -> str:
 
 
 def metres(value: float | None, side: Side = NEAREST) -> str:
-    """Return a length (m) as text, rounded to a side; BEYOND_TERRAIN for FAR or more: those rocks did not stop."""
+    """Return a length (m) as text, rounded to a side; BEYOND_TERRAIN for FAR or more: rocks that did not stop."""
     if value is None:
         return UNKNOWN
     return BEYOND_TERRAIN if value >= FAR else f"{fixed(value, ONE_DECIMAL, side)} m"

@@ -32,7 +32,7 @@ def zones_of_facets(terrain: Terrain, facet: NDArray[np.integer]) -> NDArray[np.
 
 
 def struck_of(facet: NDArray[np.integer], obstacles: Obstacles) -> NDArray[np.integer]:
-    """Return (I,) what each impact struck, as a number: 0 for the ground, 1 for the first obstacle, and so on.
+    """Return the number (I,) of the thing that each impact struck: 0 for the ground, 1 for the first obstacle, etc.
 
     facet : (I,) struck facet of the terrain, or a negative number for a facet of an obstacle
     """

@@ -23,8 +23,8 @@ def read_summary(folder: str | Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        The folder has no summary, or its summary is damaged, is not rpf3d's, or does not have all keys of PARTS. The
-        message on the folder of a calibration names the command that makes a run of it.
+        The folder has no summary, or its summary is damaged, is not rpf3d's, or does not have all keys of PARTS. If
+        the folder is that of a calibration, the message names the command that runs the calibrated scene.
     """
     path = Path(folder) / SUMMARY
     try:

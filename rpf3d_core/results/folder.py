@@ -31,7 +31,7 @@ LEAST_ROOM = 20 * MEGABYTE
 """Free space (bytes) that the disk must have before a run: the size of a small result with pictures."""
 
 PRICE_LIST = ("cost.json", "cost.png", "cost.rrd")
-"""Files of the price list of accuracy, which are kept when a run replaces an earlier result in the same folder."""
+"""Files that `rpf3d cost` wrote; they are kept when a run replaces an earlier result in the same folder."""
 RESULT_NAMES = {
     SUMMARY, INPUTS, "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
     "profiles", "map.png", "hazard", "convergence.png", "run.rrd", "parameter_sets.parquet", *PRICE_LIST,
@@ -78,7 +78,7 @@ def _check_room(folder: str | Path, part: Path) -> None:
 
 
 def check_folder(folder: str | Path) -> Path:
-    """Return the absolute path of a folder after a check that results may be written there; call it before a long run.
+    """Check that results may be written to a folder, and return its absolute path; to be called before a long run.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def write_all_tables(folder: Path, findings: Run) -> None:
 
 
 def write_findings(folder: Path, findings: Run, record: Record | None = None, painting: Painting | None = None) -> None:
-    """Write all files of a result into an existing folder, except the tables of all rocks.
+    """Write all files of a result into an existing folder, except deposits.csv and impacts.parquet.
 
     The pictures are drawn first, because a second process may draw them while this process writes the other files. The
     summary is written last because it states how long the other files took.
@@ -187,7 +187,10 @@ def write_findings(folder: Path, findings: Run, record: Record | None = None, pa
 
 
 def _write_sets(folder: Path, figures: Any) -> None:
-    """Write parameter_sets.parquet; figures : figures over the sets, `hazard.sets.SetFigures`."""
+    """Write parameter_sets.parquet: the parameter sets of a run, and the number of rocks that flew with each set.
+
+    figures : `hazard.sets.SetFigures`
+    """
     from rpf3d_core.unknowns.parameter_sets import write_parameter_sets  # imported only if the scene has unknowns
 
     write_parameter_sets(folder / "parameter_sets.parquet", figures.sets, {"rocks": figures.rocks})

@@ -21,7 +21,7 @@ def write_hazard(folder: Path, terrain: Terrain, maps: HazardMaps, spec: HazardS
     Raises
     ------
     InputError
-        The reference system is unknown, or is in degrees.
+        The coordinate reference system is unknown, or its unit is degrees.
     OSError
         A file could not be written.
     """

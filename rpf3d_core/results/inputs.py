@@ -1,7 +1,7 @@
 """Write inputs.json of a result: the scene as it was run, the sources of its values, and the run's warnings.
 
-`rpf3d report` reads this file, so that a report needs the result folder only. The scene has its files by name; `files`
-has their paths and digests.
+`rpf3d report` reads this file, so that a report needs the result folder only. The key `scene` has the names of the
+scene's files, without folders; the key `files` has their full paths and digests.
 """
 
 import json
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 INPUTS = "inputs.json"
 ASSUMED, RANGES, PARTLY, CALIBRATED = "assumed", "ranges", "partly_calibrated", "calibrated"
 ELSEWHERE = "calibrated_elsewhere"
-"""Values of the key `ground`, which says where the coefficients of the ground are from.
+"""Values of the key `ground` of inputs.json: the origin of the coefficients of the ground.
 
 ASSUMED : single values; RANGES : ranges from books or estimates; CALIBRATED : only the sample of a calibration
 PARTLY : the sample of a calibration, and further ranges from books or estimates
@@ -34,16 +34,16 @@ ELSEWHERE : the sample of a calibration on another slope
 
 
 def write_inputs(folder: Path, run: Run) -> None:
-    """Write inputs.json into the result folder of a run."""
+    """Write inputs.json, the content of `inputs_section`, into the result folder of a run."""
     text = json.dumps(inputs_section(run), indent=2, allow_nan=False)
     (folder / INPUTS).write_text(text + "\n", encoding="utf-8")
 
 
 def inputs_section(run: Run) -> dict[str, Any]:
-    """Return the scene of a run, the sources of its values, and its warnings, as plain values for JSON.
+    """Return the content of inputs.json: the scene as it was run, the origin of its values, and the run's warnings.
 
-    The key `outlines` has the rings of the areas of interest, in plan coordinates of the input, because the scene may
-    only name their files.
+    All values are of types that JSON supports. The key `outlines` has the outline of each area of interest as closed
+    rings of points (x, y) m in the input's coordinates, because the key `scene` may only name the file of an outline.
     """
     return {
         "scene": _names_of_files(run.scene.model_dump(exclude={"path", "data_hint"})),
@@ -63,9 +63,10 @@ def inputs_section(run: Run) -> dict[str, Any]:
 
 
 def _measured(scene: Scene) -> dict[str, Any]:
-    """Return the key `measured`, number and range (m, kg or m3) of each list of sizes by key path; {} without any.
+    """Return the key `measured` of inputs.json: the number and the range of the sizes in each list of measured sizes.
 
-    The scene may only name the files of the sizes.
+    The lists are given by key path, such as `rock.diameter`; ranges are in m, kg or m3. The result is {} if the scene
+    has no list of sizes. The key `scene` may only name the file of a list.
     """
     sections = {"rock": scene.rock, **{f"sources.{number}": source for number, source in enumerate(scene.sources)}}
     lists = {(path, measure): size for path, section in sections.items() for measure in SIZES
@@ -83,7 +84,7 @@ def _ground(run: Run) -> str:
 
 
 def ground_known_by(scene: Scene) -> str:
-    """Return where the coefficients of a scene's ground come from, as one of four constants.
+    """Return the origin of the coefficients of a scene's ground, as one of four constants.
 
     ASSUMED : single values; RANGES : ranges from books or estimates; CALIBRATED : the sample of a calibration only
     PARTLY : the sample of a calibration, and further ranges

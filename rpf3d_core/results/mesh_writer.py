@@ -27,7 +27,7 @@ def write_mesh(path: Path, terrain: Terrain) -> None:
     Raises
     ------
     InputError
-        As `check_mesh_path`, or the file could not be written.
+        The path is refused (see `check_mesh_path`), or the file could not be written.
     """
     extension = check_mesh_path(path)
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
@@ -42,9 +42,9 @@ def write_mesh(path: Path, terrain: Terrain) -> None:
 
 
 def check_mesh_path(path: Path) -> str:
-    """Return the extension, in lower case, of a path after a check that a mesh may be written there.
+    """Check that a mesh may be written to a path, and return the extension of the path in lower case, such as ".stl".
 
-    Call it before long work.
+    Call this function before long work, so that a wrong path is refused at once.
 
     Raises
     ------

@@ -11,7 +11,8 @@ HEADER = ("outcome", "rocks", "share", "meaning")
 def outcome_rows(run: Run) -> list[tuple[str, ...]]:
     """Return a row with the cells of HEADER for each outcome that occurred.
 
-    Shares have intervals as in the bench table: `88.2 % (87-89)`, or with parameter sets `88.2 % (81-94; 87-89)`.
+    A share is shown with its sampling interval, such as `88.2 % (87-89)`. In a run over parameter sets, the predictive
+    interval comes first: `88.2 % (81-94; 87-89)`.
     """
     found = [(outcome, rocks) for outcome in Outcome if (rocks := run.totals.outcomes[outcome])]
     return [
@@ -21,7 +22,7 @@ def outcome_rows(run: Run) -> list[tuple[str, ...]]:
 
 
 def _share(run: Run, outcome: Outcome, rocks: int) -> str:
-    """Return the share of rocks with an outcome as text; rocks : number of rocks with it."""
+    """Return the share of rocks with an outcome, and its intervals, as text; rocks : number of these rocks."""
     share, sets = share_of(rocks, run.totals.rocks), run.maps.sets
     return share_text(share if sets is None else with_predictive(share, *sets.outcome(outcome)))
 

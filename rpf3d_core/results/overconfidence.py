@@ -170,7 +170,7 @@ def _of_paths(run: Run) -> Iterator[str]:
 
 
 def _of_releases(run: Run) -> Iterator[str]:
-    """Yield a sentence for each source with many rocks that hardly fell, for example because it lies behind a crest."""
+    """Yield a sentence for each source with many rocks that hardly fell, as from a source behind a crest."""
     yield from behind_a_crest(run.flights.deposits, [source.name for source in run.prepared.sources])
 
 

@@ -86,7 +86,7 @@ class Painting:
 
 @contextmanager
 def painting(threads: int | None = None) -> Iterator[Painting]:
-    """Yield the painting of a run; its second process starts at once, and ends with the `with` block.
+    """Yield the `Painting` of a run; its second process starts at once, and ends with the `with` block.
 
     There is no second process if no core is free, or if the run uses one thread.
 

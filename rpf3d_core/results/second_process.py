@@ -118,9 +118,10 @@ def second_process(module: str, name: str) -> Iterator[SecondProcess | None]:
 
 
 def _started(module: str, name: str) -> "subprocess.Popen[bytes] | None":
-    """Return the started process, None if it cannot be started.
+    """Start a process that runs this module, and return it; None if it cannot be started.
 
     The process has its own process group. Otherwise Ctrl-C at a terminal would end the process while it starts.
+    module, name : of the class whose object the process makes
     """
     own: dict[str, Any] = {"process_group": 0} if os.name == "posix" else {}
     if not sys.executable:  # Python is part of another program

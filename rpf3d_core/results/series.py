@@ -1,4 +1,4 @@
-"""Series of points that pictures and recordings draw: of a price list (error and time of each setting), of a sweep."""
+"""Series of points that pictures and recordings draw: error and computing time of settings, and results of a sweep."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -46,7 +46,8 @@ class Curve(NamedTuple):
 class Panel(NamedTuple):
     """One panel of the picture of a sweep.
 
-    title : of the panel; axis : label of the upright axis, with the unit; curves : one for each design
+    title : of the panel; axis : label of the upright axis, with the unit
+    curves : one for each combination of the values of all varied keys but the first
     unknown : text in place of the curves if no value is known
     """
 

@@ -242,7 +242,10 @@ def _pieces(findings: Run) -> dict[str, Any]:
 
 
 def _shapes(findings: Run) -> dict[str, Any]:
-    """Return the stop reasons, the share of rocks lifted at the release, and the shapes' names; {} without shapes."""
+    """Return the entries of the summary on rocks with a shape: stop reasons, lifted rocks, names; {} without shapes.
+
+    A rock is lifted at its release if its shape would overlap the ground there.
+    """
     blocks = blocks_of(findings.scene, findings.flights.deposits)
     if not blocks:
         return {}

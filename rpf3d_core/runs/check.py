@@ -242,7 +242,9 @@ def _with_pilot(report: Check, prepared: Prepared, releases: Releases) -> Check:
 
 
 def _pilots(source: IntArray) -> IntArray:
-    """Return the rows of the pilot rocks: evenly spread over all rocks, and a few of each source with fewer of them.
+    """Return the rows of the pilot rocks: some evenly spread over all rocks, and OF_A_SOURCE of each rare source.
+
+    A rare source has fewer than OF_A_SOURCE of the evenly spread rocks; at most PILOT_ROCKS rare sources count.
 
     source : (N,) number of the source of each checked rock
     """

@@ -117,7 +117,7 @@ def _plan(prepared: Prepared, first: int | None, sets: int) -> Sequence[AnyRound
 
 
 def _kept(prepared: Prepared, plan: Sequence[AnyRound], shown: int | None) -> Shown:
-    """Return the rocks to keep in memory, and the rocks whose paths are also kept, to draw them.
+    """Return the rocks to keep in memory, and the rocks whose paths are also kept, for the pictures.
 
     plan : rounds of the run; shown : number of rocks to keep, None for all
     """
@@ -219,7 +219,10 @@ def finished_run(
 
 
 def _check_known(prepared: Prepared, plan: Sequence[AnyRound]) -> None:
-    """Refuse sources with a bad release in a round that is certain to fly: with `rocks: auto` only the first round."""
+    """Refuse sources with a rock under the ground or off the terrain, in all rounds that are certain to fly.
+
+    With `rocks: auto`, only the first round is certain to fly.
+    """
     for each in plan[:1] if prepared.scene.rocks == "auto" else plan:
         _check_all(prepared, each)
 

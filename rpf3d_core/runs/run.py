@@ -1,4 +1,4 @@
-"""Run a scene: read it, fly its rocks, count them and write the result, as `rpf3d run` does."""
+"""Run a scene as `rpf3d run` does: read the scene, fly the rocks, count the rocks and write the result."""
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -67,9 +67,9 @@ def run_scene(
     control: RunControl = UNCONTROLLED,
     recording: bool = True,
 ) -> Run:
-    """Fly all rocks of a scene, any number in bounded memory, and write the result into a folder.
+    """Fly all rocks of a scene, and write the result into a folder.
 
-    The tables are written while the rocks fly.
+    The tables are written while the rocks fly, so a run of many rocks needs no more memory than a run of few.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def _painting(scene: Scene, control: RunControl) -> Iterator[Painting]:
 
 
 def fly_into(folder: Path, prepared: Prepared, control: RunControl = UNCONTROLLED) -> Run:
-    """Fly the rocks of a prepared scene, and write the tables of all rocks into an existing folder.
+    """Fly the rocks of a prepared scene, and write deposits.csv and impacts.parquet into an existing folder.
 
     `results.folder.write_findings` adds the other files of a result. After `control.stop`, the result contains the
     rocks flown so far.

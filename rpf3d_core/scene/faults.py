@@ -112,7 +112,7 @@ def _fault(path: KeyPath, detail: ErrorDetails, document: Document, root: Root) 
 def _told_in(message: str, path: KeyPath, root: Root) -> KeyPath:
     """Return the path of the key that an error message is about.
 
-    This is a key below `path` if the message names exactly one such key, else `path` itself.
+    The result is the path of a key below `path` if the message names exactly one such key, else `path` itself.
     message : from the check of the section at `path`
     """
     words = re.findall(r"\w+", message)

@@ -12,7 +12,8 @@ from rpf3d_core.scene.model import Scene
 def files_of(scene: Scene) -> Iterator[tuple[str, Path]]:
     """Yield all files that a scene names, such as terrain, zones, points, shapes, samples and own models.
 
-    Each file comes with the key path that names it, such as `terrain.files.0.path`. A companion follows its file.
+    Each file comes with the key path that names it, such as `terrain.files.0.path`. A Surpac .dtm file is followed by
+    its companion, the .str file with its points, under the same key path.
     """
     return _files("", scene.model_dump(exclude={"path", "data_hint"}))
 

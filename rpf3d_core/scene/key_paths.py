@@ -192,9 +192,9 @@ def _refusal(part: Any, key: str, path: str, keys: Mapping[str, Any]) -> str:
 
 
 def _put(changes: Any, steps: Steps, value: Any) -> bool:
-    """Add a new value of a scene to a tree of changes; return False if this is not possible.
+    """Add a new value of a scene to a tree of changes; return False if the value cannot be added.
 
-    It is not possible if the tree already has a new value for a section around this value, or for a part of this value.
+    The value cannot be added if the tree already has a new value for a section around it, or for a part of it.
 
     A tree of changes is nested dictionaries with the keys and indices of the scene, and with a `_Value` at each end.
     steps : the keys and indices that lead to the value

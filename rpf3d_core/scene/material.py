@@ -71,7 +71,10 @@ class Material(StrictModel):
         return {**values, "normal_restitution": 0.0, "tangential_restitution": 0.0}
 
     def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
-        """Yield the keys and values that affect the material's kind of rocks; recordings log these keys."""
+        """Yield the keys and values, except None, that apply to the material's kind of rocks; recordings log them.
+
+        The two kinds are points and spheres, and rocks with a shape.
+        """
         idle = POINT_KEYS if self.is_of_a_body else BODY_KEYS
         return ((key, value) for key, value in super().__repr_args__() if key not in idle and value is not None)
 

@@ -90,7 +90,7 @@ class MeasuredList(StrictModel):
                 f"{low:g} to {high:g}")  # fmt: skip
 
     def doubt(self, measure: str) -> str:
-        """Return a warning if the name of the column is perhaps read with a wrong unit; "" without doubt.
+        """Return a warning if the unit in the name of the column may be a misreading; "" if it is not in doubt.
 
         For example, the end of `mass_t` is read as tonnes, but may have another meaning.
 
@@ -103,7 +103,7 @@ class MeasuredList(StrictModel):
 
 
 def _quantity(measure: str) -> str:
-    """Return the quantity, a key of `SI`, of the sizes with a key such as `diameter`."""
+    """Return the quantity of sizes, a key of `SI`: "length" for `diameter`, else `measure` itself (mass, volume)."""
     return "length" if measure == "diameter" else measure
 
 

@@ -90,7 +90,9 @@ def check_unknowns(scene: Scene) -> None:
 
 
 def check_may_be_unknown(scene: Scene, path: str) -> None:
-    """Refuse a key path that no parameter set can change, because it changes the terrain, releases or obstacles.
+    """Refuse a key path that cannot be an unknown: it is not below a key in ROOTS, or it changes obstacles.
+
+    All parameter sets of a run share the terrain, the releases and the obstacles.
 
     Raises
     ------

@@ -250,6 +250,6 @@ def source_points(spec: SourceSpec, up: Up) -> FloatArray:
     Raises
     ------
     InputError
-        As `read_points`.
+        The file cannot be read as points (see `read_points`).
     """
     return read_points(cast(Path, spec.points_file), up, heights=spec.above_ground is None)

@@ -32,7 +32,7 @@ def name_of_material(scene: Scene, zone: str) -> str:
     Raises
     ------
     SceneError
-        As `material_of`.
+        No name or pattern in the scene's materials fits the zone.
     """
     whole = _whole(scene, zone)
     fitting = (pattern for each in (zone, whole) for pattern in scene.materials if fnmatchcase(each, pattern))
@@ -57,10 +57,12 @@ def _whole(scene: Scene, zone: str) -> str:
 def without_friction(scene: Scene, zones: Sequence[str]) -> tuple[str, ...]:
     """Return the names of the materials that use the default friction angle; () if no model needs the angle.
 
+    zones : names of the zones of the terrain; materials that no zone uses are left out
+
     Raises
     ------
     SceneError
-        As `material_of`.
+        No name or pattern in the scene's materials fits a zone.
     """
     if not _asks_friction(scene):
         return ()

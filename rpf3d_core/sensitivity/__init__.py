@@ -1,1 +1,1 @@
-"""Which unknown of a scene affects which result: screening by Morris, and shares of the variance by Sobol."""
+"""Measure how much each unknown of a scene affects each result, by the methods of Morris and of Sobol."""

@@ -26,7 +26,10 @@ def lies_off(terrain: Terrain, polygons: MultiPolygon) -> bool:
 
 
 def covered_share(terrain: Terrain, polygons: MultiPolygon) -> float:
-    """Return how much of the polygons' area lies on the terrain (-); polygons : in plan coordinates of the input."""
+    """Return the share (-) of the polygons' area that lies on the terrain; polygons : in plan coordinates of the input.
+
+    The share is measured with pixels, to within about 1 %. A part over a hole does not count.
+    """
     corners = local_plan(terrain.frame, np.reshape(polygons.bounds, (2, 2)))
     (left, bottom), (right, top) = corners.min(axis=0), corners.max(axis=0)
     ground = seen_from_above(terrain, Window(left=left, right=right, bottom=bottom, top=top), PIXELS).facet >= 0
@@ -48,7 +51,7 @@ def extents(terrain: Terrain, plan: FloatArray) -> str:
 
 
 def plain(number: float) -> str:
-    """Return a coordinate as a plain decimal: to the millimetre, or to six decimals where it may be in degrees."""
+    """Return a coordinate as a plain decimal: to the millimetre, or to six decimals if it may be in degrees."""
     text = f"{number:.{6 if abs(number) <= 180.0 else 3}f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
 

@@ -33,7 +33,7 @@ class Extent(NamedTuple):
     file : the file of the input; None if the scene has the coordinates
     crs : the input's own coordinate reference system; None if the input states none
     kind : of the input's geometries: "polygon", "line" or "point", as in `rpf3d import layer`
-    above_ground : height (m) over the ground at which rocks start, whatever their coordinates are; None for none
+    above_ground : height (m) over the ground at which rocks start, in place of heights in the input; None if not given
     up : the axis that points up in the input
     """
 

@@ -94,7 +94,7 @@ def _mostly_vertical(terrain: Extent, faults: FaultReport, up: str) -> Iterator[
 
 
 def is_misread(scene: Scene, faults: FaultReport) -> bool:
-    """True if the terrain is larger than any slope, or lies on its side: its unit or its axes are then misread.
+    """True if the terrain is larger than any slope, or lies on its side: the scene then states a wrong unit or axis.
 
     faults : the report on the mesh of the terrain
     """

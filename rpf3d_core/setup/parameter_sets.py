@@ -1,4 +1,7 @@
-"""The flight of a parameter set: other materials and models over the same terrain, with the same compiled loop."""
+"""Make the flight settings of a parameter set: materials and models with its values, for the same terrain.
+
+All parameter sets of a run use the same compiled loop.
+"""
 
 from typing import Any, Protocol
 
@@ -16,7 +19,7 @@ OF_THE_GROUND = ("materials", "stop_speed")
 
 
 class Ready(Protocol):
-    """The parts of a prepared scene that the flight of a parameter set needs (`setup.prepared.Prepared` has them)."""
+    """The parts of a prepared scene that `flight_of_set` needs; `setup.prepared.Prepared` has them."""
 
     @property
     def scene(self) -> Scene:
@@ -28,11 +31,11 @@ class Ready(Protocol):
 
     @property
     def flight(self) -> Flight:
-        """The flight with the values of the scene, without a parameter set."""
+        """The flight settings (materials, settings, models) with the values of the scene, without a parameter set."""
 
 
 def check_names(scene: Scene, names: tuple[str, ...]) -> None:
-    """Refuse key paths that a parameter set cannot change, because they change the terrain or the releases.
+    """Refuse key paths that a parameter set cannot change, such as those of the terrain, the releases or obstacles.
 
     Raises
     ------
@@ -44,7 +47,9 @@ def check_names(scene: Scene, names: tuple[str, ...]) -> None:
 
 
 def flight_of_set(prepared: Ready, values: dict[str, float], drawn: bool | None = None) -> Flight:
-    """Return the flight of one parameter set, without reading the terrain or compiling again.
+    """Return the flight settings of a parameter set: materials, settings and models with its values.
+
+    The terrain is not read again, and nothing is compiled again.
 
     values : values by key path, as from `ParameterSets.at`
     drawn : form of the materials, for which the loop is compiled: True for the form with random coefficients, even if

@@ -43,7 +43,7 @@ def some_releases(prepared: Prepared, most: int) -> Releases:
 
 
 def _step_over(places: int, every: int) -> int:
-    """Return the step with which some rocks of a source are chosen, so that they use all of its release points.
+    """Return the step with which some rocks of a source are chosen, so that these rocks use all release points.
 
     The rocks use the release points in turn: the step, at least `every`, therefore has no common divisor with `places`,
     the number of release points.

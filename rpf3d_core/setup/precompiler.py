@@ -35,7 +35,7 @@ class Precompiler:
         background.call(precompile_index, precompile_ground_below)
 
     def before_index(self, _: Terrain | None = None) -> None:
-        """Wait until the loops that build the search structure are compiled; `prepared.prepare` calls it."""
+        """Wait until the loops that build the search structure are compiled; `prepared.prepare` calls this method."""
         self._background.wait(precompile_index)
 
     def compile(self, prepared: Prepared, tallies: Tallies, check: Callable[[], None] = lambda: None) -> float:

@@ -64,8 +64,8 @@ class Prepared:
     read_s : wall time (s) to read and check the terrain; index_s : wall time (s) to build the engine's locator
     began : `time.perf_counter()` at the start of the preparation
     placing : sentences on inputs that look misplaced or in a wrong unit
-    doubts : warnings about the settings of the scene, taken before the rocks fly, because files of sizes may be edited
-        or removed while they do
+    doubts : warnings about the settings of the scene, made before the rocks fly, because files of sizes may be edited
+        or removed while the rocks fly
     """
 
     scene: Scene

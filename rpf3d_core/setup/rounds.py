@@ -96,8 +96,8 @@ def _shares_of_laps(rocks: int, first: int, most: int) -> list[Fraction]:
     """Return the shares (-) of the rocks of a round that have flown at the start and after each lap, from 0 to 1.
 
     Further laps have at most a quarter of the rocks that have flown before, or as many as the first lap if this is
-    more. So wherever a run is stopped, a set has flown at most 5/4 of the rocks of another set, or 2, 3/2 and 4/3 of
-    them in laps 2 to 4.
+    more. So whenever a run is stopped, a parameter set has flown at most 5/4 times as many rocks as another set; in
+    laps 2, 3 and 4, at most 2, 3/2 and 4/3 times as many.
 
     first : approximate number of rocks of the first lap; most : largest number of rocks of a further lap
     """
@@ -137,7 +137,10 @@ def _owners(rocks: IntArray, sets: int, source: int) -> IntArray:
 
 
 def rounds_up_to(totals: Sequence[Sequence[int]]) -> list[Round]:
-    """Return rounds from the totals after each round: after round i, each source has flown totals[i] rocks."""
+    """Return rounds from the numbers of rocks that have flown after each round.
+
+    totals : one entry for each round: for each source, the number of its rocks that have flown after this round
+    """
     return [Round(first, last) for first, last in pairwise([[0] * len(totals[0]), *totals])]
 
 

@@ -1,4 +1,4 @@
-"""The shapes of a scene's rocks: read from files or made from a family, and the rocks that have them."""
+"""Make the shapes of a scene's rocks, from files or from a family, and the rocks with these shapes."""
 
 import numpy as np
 
@@ -59,7 +59,7 @@ def table_of(scene: Scene) -> ShapeTable:
 
 
 def weights_of(scene: Scene, shapes: int) -> tuple[float, ...]:
-    """Return the weight of each of a scene's shapes: how often it is drawn, relative to the others.
+    """Return the weight of each of a scene's shapes: how often the shape is drawn, relative to the other shapes.
 
     shapes : number of shapes
     """

@@ -59,7 +59,7 @@ def displacements_of_scene(scene: Scene, sets: ParameterSets) -> FloatArray | No
 
 
 def sampled(scene: Scene) -> tuple[str, ...]:
-    """Return the key paths whose values a scene draws from its sample; none without a sample.
+    """Return the key paths whose values a scene draws from its sample; () for a scene without a sample.
 
     Raises
     ------

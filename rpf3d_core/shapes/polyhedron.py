@@ -63,7 +63,7 @@ def polyhedron_of(points: FloatArray, name: str) -> Polyhedron:
 
     Points nearer to each other than a millionth of the size of the body are one corner. Triangles that lie in the plane
     of a larger neighbour, within this distance, are part of its face. Volume and moments are those of the merged faces.
-    They are exact to rounding unless merged triangles are only nearly coplanar.
+    Volume and moments are exact to rounding unless merged triangles are only nearly coplanar.
 
     points : (P, 3) m; name : of the shape, for messages
 

@@ -25,9 +25,9 @@ APART = PieceNumbers(np.zeros(1, np.int32), np.zeros(1, np.uint8), False)
 
 
 def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> Engine:
-    """Return the engine `name` for a terrain, with its search structure built and all terrain gaps closed by caps.
+    """Return a new engine for a terrain, with its search structure built and all gaps of the terrain closed by caps.
 
-    name : "reference" or "compiled"; facets : facets of the terrain, if the caller has them already
+    name : of the engine, "reference" or "compiled"; facets : facets of the terrain, if the caller has them already
     Raises ValueError under the same conditions as `engine_of`.
     """
     facets = facets or facets_of(terrain)
@@ -35,7 +35,7 @@ def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> En
 
 
 def piece_numbers(terrain: Terrain) -> PieceNumbers | None:
-    """Return to which separate part (piece) of a terrain each facet belongs.
+    """Return the number of the separate part (piece) of the terrain that each facet belongs to.
 
     The result is None if no two parts can pass through each other, as in nearly all terrains.
     """
@@ -44,7 +44,7 @@ def piece_numbers(terrain: Terrain) -> PieceNumbers | None:
 
 
 def pieces_that_cross(terrain: Terrain) -> PieceNumbers:
-    """Return to which separate part (piece) of a terrain each facet belongs; APART if no two parts can cross."""
+    """Return the number of the separate part (piece) that each facet belongs to; APART if no two parts can cross."""
     number = pieces_of(terrain)
     return PieceNumbers(number, rims_of(terrain), True) if may_cross(terrain, number) else APART
 

@@ -1,4 +1,4 @@
-"""The two engines: one runs the physics in plain Python with VTK, the other runs it compiled, with a bucket grid."""
+"""The two engines: one runs the physics in plain Python with VTK, the other as compiled code with a bucket grid."""
 
 import math
 from copy import copy

@@ -65,7 +65,10 @@ BENDS = 1e-4
 It continues the same slide, as in `state.with_slide`.
 """
 SAME = math.cos(2.0 * CURVE)
-"""Least cosine of the angle between the normals at both ends of a segment; beyond it, the second is of other ground."""
+"""Least cosine of the angle between the normals at both ends of a segment on one and the same ground.
+
+If the angle is larger, the normal at the end is that of other ground near the sphere, and is not used.
+"""
 VANISHED = 1e-30
 """Speed (m/s) up to which a sphere on the ground is at rest; `quartic.first_fall` misses roots of 1e-40 s.
 
@@ -215,7 +218,8 @@ def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
 def _gripped(held: Held, motion: Motion, n: Vec, radius: float) -> tuple[Vec, Vec]:
     """Return velocity and spin of a sphere at the end of skidding: friction removes the slip that is left.
 
-    The slip turns while the sphere skids, so a little of it is left across its first direction (`_skids`).
+    The slip turns while the sphere skids, so a small component of the slip, across its first direction, is left at the
+    end (`kinetics.sphere_ground`).
 
     held : the contacts that carry the sphere; motion : just before; n, radius : as in `_slip`
     """

@@ -24,7 +24,7 @@ The normal of the ground turns by at most 1.8 degrees in such a segment.
 
 
 class Span(NamedTuple):
-    """The duration t (s) of a ground segment of a sphere; curved : True if it leads around an edge or a corner."""
+    """A ground segment of a sphere: its duration t (s); curved : True if it leads around an edge or a corner."""
 
     t: float
     curved: bool
@@ -32,7 +32,7 @@ class Span(NamedTuple):
 
 @kernel
 def span_of(facets: Facets, held: Held, course: Course, t: float) -> Span:
-    """Return the duration of a sphere's next ground segment: until it leaves its facet, but at most t (s).
+    """Return the duration of a sphere's next ground segment: until the sphere leaves its facet, but at most t (s).
 
     The sphere leaves the facet when the contact point passes the facet's border. Around an edge or a corner the segment
     also ends at its largest length, CURVE times the radius. held : contacts that carry the sphere; course : its motion
@@ -99,8 +99,8 @@ def put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turn
     Around an edge or a corner, the distance of the centre differs from R by at most length^2 / 2R after one segment; on
     a facet, only by rounding errors. If no ground lies within this difference, x and n are returned unchanged.
 
-    A sphere on an edge may be RIM tolerances too low, because edges are lowered. On a facet it must not be: the edges
-    of the facet would then stop it.
+    A sphere on an edge may be too low by RIM tolerances, because the search for contacts lowers edges by this depth. A
+    sphere on a facet must not be too low, because the edges of the facet would then stop the sphere.
     """
     near = NEAR * facets.tolerance
     gap = near + length * length / (2.0 * locator.radius) if turns else near

@@ -20,7 +20,8 @@ class RockTally(NamedTuple):
     contacts : number of impacts, meetings and slides; a slide that only bends counts once
     speed2 : largest squared speed (m^2/s^2)
     ground_speed : speed at the beginning of the first sustained contact (m/s), NaN before it
-    facet : of the last contact, -1 before the first contact; idle : number of last path segments without progress
+    facet : of the last contact, -1 before the first contact
+    idle : number of path segments without progress since the last segment with progress
     """
 
     path: float

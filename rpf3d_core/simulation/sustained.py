@@ -168,7 +168,7 @@ def _towards(motion: Motion, way: Vec) -> Motion:
 
 @kernel
 def obstacle_on(effects: Any, state: State, piece: SlideSegment, rock: RockContext) -> Meeting:
-    """Return the first obstacle on a ground segment; its t is the share (-) of the segment's chord up to there.
+    """Return the first obstacle on a ground segment; `t` of the result is a share (-) of the segment's chord.
 
     effects : parameters of all effects of the scene; piece : the ground segment
     """
@@ -239,7 +239,7 @@ def along_line(v: Vec, line: Vec) -> Vec:
 def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
     """Return the outcome of a rock after a ground segment `piece`, or MOVING if the rock continues.
 
-    idle : number of last segments without progress
+    idle : number of segments without progress since the last segment with progress
     """
     if piece.late:
         return MAX_TIME

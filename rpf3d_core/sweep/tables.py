@@ -136,7 +136,7 @@ def is_beyond_terrain(figure: Figure) -> bool:
 
 
 def place_name(place: Place) -> str:
-    """Return the name of a place as the tables show it, with its kind if it is not a zone."""
+    """Return the name of a place as the tables show it; the kind is added if the place is not a zone."""
     kind, name = place
     return name + SUFFIX[kind]
 

@@ -66,7 +66,7 @@ def _few_sets(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]
 
 
 def places_that_stay(cells: Sequence[Cell]) -> list[str]:
-    """Return a sentence that names places with fixed coordinates, if a varied key moves the slope below; else []."""
+    """Return a sentence on the places that keep their coordinates while a varied key moves the slope; [] if none."""
     scene = cells[0].scene
     moving = [key for key in cells[0].values if any(map(_moves_benches, steps_to(scene, key)))]
     if scene.terrain.benches is None or not moving or not (places := list(_places_of(scene))):

@@ -208,7 +208,7 @@ def _with_places_between(
     """Return a ring extended by all points that lie on its edges, in their order along the ring: no T-junctions remain.
 
     order : (P,) points sorted by x; x : (P,) m, their sorted coordinates
-    places : (P, 2) m, all points; ring : numbers of the points of the ring
+    places : (P, 3) m, all points; ring : numbers of the points of the ring
     """
     whole = []
     for a, b in zip(ring, np.roll(ring, -1), strict=True):

@@ -1,8 +1,9 @@
 """Make a mesh from one point in each cell of a square grid in plan, in time proportional to the number of points.
 
-The points of four cells around a common corner are the corners of a quadrilateral. It contains this common corner and
-is star-shaped around it, so one of its diagonals cuts it into two triangles that face up. All quadrilaterals together
-cover the plan once. A cell without a point leaves a hole; `cloud_holes.py` closes small holes.
+The points of four cells around a common corner are the corners of a quadrilateral. The quadrilateral contains the
+common corner and is star-shaped around this corner, so one of its diagonals cuts it into two triangles that face up.
+All quadrilaterals together cover the plan once. A cell without a point leaves a hole; `cloud_holes.py` closes small
+holes.
 """
 
 import numpy as np

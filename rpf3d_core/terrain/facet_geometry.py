@@ -72,8 +72,8 @@ def contains(facets: Facets, f: int, p: Vec, strictly: bool, slack: float) -> bo
 
     strictly : the point must lie inside by more than `slack` (m, above 0); otherwise it may lie up to `slack` outside
 
-    The box of the facet (`TIP`) decides nothing for a point that lies inside all edges by more than the slack. This
-    case is the most frequent, so it leaves out the box.
+    A point that is not inside all edges by more than `slack` must also lie near the facet's box (`TIP`). For all other
+    points, the most frequent case, the box is not tested.
     """
     deep = True
     for k in range(3):

@@ -144,7 +144,8 @@ def _cut(number: Any, begin: int, end: int, turned: bool, first: Any, triangles:
     """Write the two triangles of each square with four points, for the rows of squares from `begin` to `end` - 1.
 
     number : as in `_count_squares`; turned : true to make the triangles face the other side
-    first : number of squares with four points in all earlier rows, for each row; triangles : (F, 3), receives them
+    first : number of squares with four points in all earlier rows, for each row
+    triangles : (F, 3), receives the triangles
     """
     one, two = (2, 1) if turned else (1, 2)
     for r in range(begin, end):

@@ -64,7 +64,8 @@ def ground_class(classes: NDArray[np.uint8], wanted: tuple[int, ...] = ()) -> ND
 def default_cell(points: FloatArray) -> float:
     """Return the default side (m) of cells for points (N, 3) m.
 
-    It is the spacing of the points if they form a grid; else the side for POINTS_PER_CELL points in a cell on average.
+    The side is the spacing of the points if they form a grid; else a side that gives POINTS_PER_CELL points in a cell
+    on average.
 
     Raises
     ------

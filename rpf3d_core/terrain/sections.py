@@ -155,7 +155,7 @@ def _crossings(corners: FloatArray, begin: FloatArray, end: FloatArray, share: t
 
 
 def _facets_near(terrain: Terrain, begin: FloatArray, end: FloatArray) -> NDArray[np.int64]:
-    """Return the facets (N,) that a line may cross in plan, to test only these exactly.
+    """Return the facets (N,) that a line may cross in plan; only these facets then need the exact test.
 
     A facet cannot cross the line if their boxes do not overlap, or if the facet lies entirely on one side of the line.
 

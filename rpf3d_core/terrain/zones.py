@@ -16,7 +16,7 @@ Flags = NDArray[np.bool_]
 def in_plan(frame: Frame, points: FloatArray) -> FloatArray:
     """Return the plan coordinates (..., 2) m, in the input's coordinates, of points (..., 3) m in the local frame.
 
-    They are x and y, or x and z if y points up in the input. Polygons of zones have the same coordinates.
+    Plan coordinates are x and y, or x and z if y points up in the input. Polygons of zones have these coordinates.
     """
     there = frame.points_to_input(points)
     return there[..., :2] if frame.up == "z" else there[..., ::2]

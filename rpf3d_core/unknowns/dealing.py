@@ -1,4 +1,4 @@
-"""Which rocks fly with which parameter set: each set gets its share of the rocks of every source, and of all places."""
+"""Assign a parameter set to each rock, so that every set flies with rocks of all sources and release points."""
 
 import math
 

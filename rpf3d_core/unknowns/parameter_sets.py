@@ -137,7 +137,10 @@ def read_place(path: str | Path) -> Surroundings | None:
 
 
 def _place_of(note: str | None) -> Surroundings | None:
-    """Return the place from the metadata of a file of parameter sets; None if it is missing or cannot be read."""
+    """Return the place of a calibration from `note`, west, south, east and north (m) as text; None if there is none.
+
+    The result is also None if the text does not consist of four numbers.
+    """
     try:
         west, south, east, north = map(float, (note or "").split())
     except ValueError:

@@ -27,12 +27,15 @@ def place_around(points: ArrayLike) -> Surroundings:
 
 
 def share_away(place: Surroundings, points: ArrayLike) -> float:
-    """Return the share (-) of points (N, 2) m, N > 0, that lie farther from a place than the length of its diagonal."""
+    """Return the share (-) of points (N, 2) m, N > 0, that lie far from a place (see `are_away`)."""
     return float(are_away(place, points).mean())
 
 
 def are_away(place: Surroundings, points: ArrayLike) -> NDArray[np.bool_]:
-    """Return flags (N,): True for points (N, 2) m that lie farther from a place than the length of its diagonal."""
+    """Return (N,) True for each point that lies far from a place: outside it by more than the place's diagonal.
+
+    place : a rectangle in plan; points : (N, 2) m, in the same coordinates
+    """
     x, y = np.asarray(points, dtype=float).T
     away_x = np.maximum(np.maximum(place.west - x, x - place.east), 0.0)
     away_y = np.maximum(np.maximum(place.south - y, y - place.north), 0.0)

@@ -75,8 +75,8 @@ def predictive_shares(counts: FloatArray, totals: FloatArray, level: float = LEV
 def shares_of_site(counts: FloatArray, totals: FloatArray) -> Interval:
     """Return the predictive intervals (95 %) of N shares (-), at least as wide as `least_end` on both sides.
 
-    The live simulator takes `predictive_shares`, because alerts have their own limits on too few rocks. Map cells take
-    it too, because few sets reach a cell (`SetFigures.shares_of_cells`).
+    The live simulator uses `predictive_shares` instead, because alerts have their own limits for too few rocks. Cells
+    of maps use `predictive_shares` too, because few sets reach a cell (`SetFigures.shares_of_cells`).
 
     counts, totals : (S, N) as for `predictive_shares`
     """
@@ -108,7 +108,7 @@ def least_end(counts: FloatArray, totals: FloatArray) -> FloatArray:
 
 
 def holding(interval: Interval, counts: FloatArray, totals: FloatArray) -> Interval:
-    """Return N intervals (-), each widened to contain the sampling interval of a share that is counted here.
+    """Return N intervals (-), each widened so that it contains the sampling interval of the share counts / totals.
 
     Ends that are NaN stay NaN. An interval is not widened where `totals` is 0.
     counts : (N,) number of rocks that the share counts; totals : (N,) number of rocks in total

@@ -1,1 +1,1 @@
-"""Write the hazard maps as GeoTIFF, GeoJSON and CSV, with the sentences on them."""
+"""Write the hazard maps as GeoTIFF, GeoJSON and CSV, and make the sentences about the maps for the user."""

@@ -1,1 +1,1 @@
-"""Draw every picture of results: maps, profiles, sections, hazard, convergence, price list, calibration, sweep."""
+"""Draw every picture of results: maps, profiles, sections, hazard, convergence, cost, calibration, sweep."""

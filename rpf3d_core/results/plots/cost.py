@@ -1,4 +1,7 @@
-"""Draw cost.png, the picture of a scene's price list: error of each setting against seconds, both axes logarithmic."""
+"""Draw cost.png, the picture of `rpf3d cost`: the error of each setting against its computing time.
+
+Both axes are logarithmic.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -47,7 +50,7 @@ def write_cost(path: Path, name: str, series: Sequence[Series], target: float, u
 
 
 def _draw(axes: Axes, one: Series) -> None:
-    """Draw one series of the price list with labels; hollow markers show times with the compiled engine."""
+    """Draw one series of points with labels; hollow markers show the times of the compiled engine."""
     red, green, blue = one.colour
     colour = (red / 255.0, green / 255.0, blue / 255.0)
     marker, size = ("*", 14) if one.name == "events" else (MARKERS[one.kind], 5)

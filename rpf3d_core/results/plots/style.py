@@ -1,6 +1,7 @@
 """Define what all pictures share: resolution, colours, axis labels, and the writing of a PNG file.
 
-A picture of the price list or of a section needs only this module, and not the imports of the map and profile pictures.
+The pictures of `rpf3d cost` and of a section need only this module, and not the imports of the map and profile
+pictures.
 """
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Draw the picture of a sweep: a panel for each result, a curve with a band for each design."""
+"""Draw the picture of a sweep: a panel for each result, with a curve for each combination of values of further keys."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,7 +25,7 @@ CAP, BROAD = 6.0, 9.0
 
 
 def write_curves(path: Path, title: str, key: str, panels: Sequence[Panel]) -> None:
-    """Write sweep.png: the curves of all panels over the values of the varied key; key : its name with the unit."""
+    """Write sweep.png: the curves of all panels over the values of a varied key; key : name and unit of this key."""
     rows = -(-len(panels) // COLUMNS)
     figure = Figure(figsize=(13.0, 3.4 * rows + 1.0), layout="constrained")
     places = figure.subplots(rows, COLUMNS, squeeze=False).ravel()

@@ -55,7 +55,7 @@ class ModelSpec(StrictModel):
 
     @property
     def idle_keys(self) -> tuple[str, ...]:
-        """The coefficients of a material that this model ignores, although rebound models may use them."""
+        """The keys of a material's coefficients that this model ignores although other models use them; () for none."""
         return ()
 
     def physics(self) -> type:

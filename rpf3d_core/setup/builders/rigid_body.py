@@ -14,12 +14,12 @@ from rpf3d_core.terrain.facets import Terrain
 
 
 def rigid_body_of(spec: RigidSpec, scene: Scene, terrain: Terrain) -> RigidBody:
-    """Return the contact model with the shapes of the scene."""
+    """Return the contact model of rocks with a shape: the shapes, accuracy (m) and slip friction of the scene."""
     return RigidBody(shapes=table_of(scene), accuracy=spec.accuracy, slip=slip_friction_of(scene, terrain))
 
 
 def slip_friction_of(scene: Scene, terrain: Terrain) -> SlipFriction | None:
-    """Return the slip friction of each zone of a terrain; None if no zone has it."""
+    """Return the slip friction of each zone, NaN in zones without slip friction; None if no zone has slip friction."""
     found = [material_of(scene, zone).slip_friction for zone in terrain.zones]
     if not any(found):
         return None

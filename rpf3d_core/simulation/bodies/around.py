@@ -99,7 +99,7 @@ def entering_ground(physics: Physics, motion: BodyMotion, facet: int, n: Vec, ro
 
 @kernel
 def height_of(physics: Physics, locator: Any, motion: BodyMotion) -> float:
-    """Return the height (m) of the body's centre above the ground, inf over a hole; 0.0 if no effect needs it."""
+    """Return the height (m) of a body's centre above the ground, inf over a hole; 0.0 if no effect needs the height."""
     return height_for_effects(physics.effects, plain_locator(locator), physics.facets, motion.x)
 
 

@@ -2,10 +2,10 @@
 
 A step is a free flight, like all motion of a body, so positions and orientations stay exact. At the start of a step the
 body receives an impulse at each contact, such that the contact is at the same place again at the end of the step. In
-the step, gravity and spin accelerate the contact by a. So its velocity must be -a h / 2 at the start of a step of h
-seconds, and is a h / 2 at the end. The mean velocity of a contact at rest is then zero, the error of a step is of third
-order, and the contact keeps its gap, the distance from the ground. The length of the next step follows from the error
-of the gap.
+the step, gravity and spin accelerate the contact by a. So the velocity of the contact must be -a h / 2 at the start of
+a step of h seconds, and is a h / 2 at the end. The mean velocity of a contact at rest is then zero, the error of a step
+is of third order, and the contact keeps its gap, the distance from the ground. The length of the next step follows from
+the error of the gap.
 """
 
 import math

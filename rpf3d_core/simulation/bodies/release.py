@@ -1,4 +1,7 @@
-"""The release of a body: if it overlaps the ground, it is lifted straight up until it is clear, or not released."""
+"""The release of a body: a body that overlaps the ground is lifted straight up until it is clear of the ground.
+
+If the body is clear at none of the heights that are tried, its path ends at once as unresolved contact.
+"""
 
 from typing import Any, NamedTuple
 

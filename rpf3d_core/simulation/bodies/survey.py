@@ -83,7 +83,7 @@ def _note(room: Room, k: int, gap: float, n: Vec, offset: float) -> None:
 
 @kernel
 def look(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int, moved: float) -> None:
-    """Examine nearby facet k: write its gap, and a plane that separates it from the body, into `room.planes`.
+    """Examine nearby facet k: write its gap, and a plane that separates facet and body, into `room.planes`.
 
     k : index of the facet in `room.facets`; motion : present motion of the body; moved : its path bound, as in `Ride`
         (m)
@@ -204,7 +204,7 @@ def travelled(body: Body, flight: Flight, t: float) -> float:
 
 @kernel
 def _approaches(room: Room, motion: BodyMotion, k: int) -> bool:
-    """Return True if the body's point nearest to nearby facet k does not move away from it, or if the body overlaps it.
+    """Return True if the body's point nearest to facet k does not move away from facet k, or if the body overlaps it.
 
     k : index of the facet in `room.facets`; motion : present motion of the body
     """

@@ -1,4 +1,4 @@
-"""Test whether a received mesh needs repair, and repair it only then: most surveys are already welded and consistent.
+"""Test whether a received mesh needs repair, and repair only such a mesh: most surveys are welded and consistent.
 
 Where a mesh is not welded, neighbouring facets share no edge, so the vertices to be joined lie on borders. Therefore
 only border vertices are compared with each other. Exception: a facet with a side shorter than the tolerance that is

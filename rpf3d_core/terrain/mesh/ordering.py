@@ -37,7 +37,7 @@ def sort_keys(keys: Keys, bits: int) -> tuple[Keys, NDArray[np.int32]]:
 
 @loop
 def _pack(keys: Any, shift: int) -> None:
-    """Append its position to each key (N,), in the low bits, so that sorting the keys moves the positions too.
+    """Append to each key (N,) the key's position, in the low bits, so that sorting the keys moves the positions too.
 
     shift : number of bits of a position
     """

@@ -55,7 +55,7 @@ class Columns(NamedTuple):
     key_behind : (P,) sorting key of the point for the triangles between its column and the previous column
     row : (P,) index into `rows`, -1 off the wall ; ramp : (P,) turn of the ramp that the point is on, else -1
     at_foot, at_top : (P,) true if the point is on the first, or the last, line across the ramp
-    rows : of the wall ; wall : (W, N) m, offset of every row in every column, also of points that are left out
+    rows : the W rows of the wall ; wall : (W, N) m, offset of every row in every column, also of points left out
     around : number of columns N
     """
 
