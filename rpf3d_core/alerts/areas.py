@@ -56,7 +56,7 @@ def area_alerts(
     alerts = []
     for name in dict.fromkeys([*found, *thresholds.named_in_full, *left]):
         finding = found.get(name) or LimitFinding(
-            name=name, level=Level.NORMAL, why=_why_untold(name, worst is not None, thresholds)
+            name=name, level=Level.NORMAL, why=_why_no_finding(name, worst is not None, thresholds)
         )
         held = finding.level if steps_down else max(before.get(name, unknown), finding.level)
         level = Level.FAULT if is_faulty and held != Level.EVACUATE else held
@@ -137,7 +137,7 @@ def _origin_of(held: Level, finding: LimitFinding, before: AreaAlert | None) -> 
     return before.origin if before is not None and before.held == held else None
 
 
-def _why_untold(name: str, is_answered: bool, thresholds: Thresholds) -> str:
+def _why_no_finding(name: str, is_answered: bool, thresholds: Thresholds) -> str:
     if limits_of(thresholds, name) is None:
         return UNLIMITED
     return UNTOLD if is_answered else NO_ANSWER

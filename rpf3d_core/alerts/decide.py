@@ -161,12 +161,12 @@ def _held(
     evident : the level that the evidence gives by itself; findings : level and reason for each area
     void : why the acknowledgement has no effect, "" if it has an effect or there is none
     """
-    said = tuple(finding.sentence for finding in findings if finding.level == evident and evident > Level.NORMAL)
+    sentences = tuple(finding.sentence for finding in findings if finding.level == evident and evident > Level.NORMAL)
     before = Level.NORMAL if previous is None else previous.held
     if evident > before or previous is None:
-        return _Held(level=evident, by=said, since_ns=now_ns, void=void)
+        return _Held(level=evident, by=sentences, since_ns=now_ns, void=void)
     if acknowledgement is not None and not void:
-        return _Held(level=evident, by=said, since_ns=now_ns)
+        return _Held(level=evident, by=sentences, since_ns=now_ns)
     return _Held(level=before, by=previous.held_by, since_ns=min(previous.held_since_ns, now_ns), void=void)
 
 
@@ -258,7 +258,7 @@ def _reasons(
     evident : the level that the evidence gives by itself
     acknowledged : the acknowledgements after this decision
     """
-    said = tuple(finding.sentence for finding in sorted(findings, key=lambda finding: -finding.level))
+    sentences = tuple(finding.sentence for finding in sorted(findings, key=lambda finding: -finding.level))
     holding: tuple[str, ...] = ()
     if held.level > evident:
         since = f"{held.level.word} is held since {when(held.since_ns)} and needs an acknowledgement to step down"
@@ -270,5 +270,5 @@ def _reasons(
     unlimited = tuple(f"{name}: the site has no limits for this area" for name in unwatched)
     notes = unlimited if evidence is None else (*evidence.notes, *unlimited)
     if held.level == Level.EVACUATE:
-        return (*void, *holding, *said, *faults, *notes)
-    return (*faults, *void, *holding, *said, *notes)
+        return (*void, *holding, *sentences, *faults, *notes)
+    return (*faults, *void, *holding, *sentences, *notes)

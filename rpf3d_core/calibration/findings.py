@@ -161,7 +161,7 @@ def _columns(slope: Slope) -> int:
     return len(slope.field.stops) or sum(len(one.observed) for one in slope.field.values)
 
 
-def _counts_beside(slope: Slope) -> IntArray:
+def _counts_of_rocks(slope: Slope) -> IntArray:
     """Return the numbers (K,), from 0, of the observations that are counts of rocks; empty without end points.
 
     The numbers are in the order of `Flown.densities`. If there are end points, no fold uses these counts, because a
@@ -181,7 +181,7 @@ def _kept_out(slope: Slope, result: Result, book: Flown | None, seed: int) -> di
     field, post = slope.field, result.posterior
     count = _columns(slope)
     folds = folds_of(count, seed)
-    weights = weights_without(post.log_ratio, post.weighed, folds, _counts_beside(slope))[folds]
+    weights = weights_without(post.log_ratio, post.weighed, folds, _counts_of_rocks(slope))[folds]
     densities = np.stack([one.densities.mean(axis=0)[:, :count] for one in result.flown])
     stops = field.stops
     anywhere: Any = anywhere_density(slope) if len(stops) else np.concatenate(

@@ -105,8 +105,8 @@ def fly_rounds(
     pace = Pace(workers_of(slope, control.threads))
 
     def whole() -> Result:
-        said = posterior_of(proposed, rounds, observed, seed)
-        return Result(posterior=said, proposed=proposed, flown=flown, numbers=numbers, power=proposed.power)
+        so_far = posterior_of(proposed, rounds, observed, seed)
+        return Result(posterior=so_far, proposed=proposed, flown=flown, numbers=numbers, power=proposed.power)
 
     for number in range(MOST_ROUNDS):
         z = drawn_sets(proposed, number, seed)

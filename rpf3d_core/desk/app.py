@@ -85,20 +85,20 @@ class Desk:
     def _actions(self) -> Actions:
         """Return the functions that the page calls; an InputError becomes a message on the page."""
         return Actions(**{
-            name: self._told(getattr(self, f"_{name}")) for name in Actions._fields
+            name: self._with_message(getattr(self, f"_{name}")) for name in Actions._fields
         })  # fmt: skip
 
-    def _told(self, action: Callable[..., None]) -> Callable[..., None]:
+    def _with_message(self, action: Callable[..., None]) -> Callable[..., None]:
         """Return an action that shows the text of an InputError on the page instead of raising the error."""
 
-        def told(*values: Any, **_: Any) -> None:
+        def shown_on_page(*values: Any, **_: Any) -> None:
             self.state.messages = []
             try:
                 action(*values)
             except InputError as fault:
                 self._refused(str(fault))
 
-        return told
+        return shown_on_page
 
     # What the user does
 

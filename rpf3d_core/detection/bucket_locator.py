@@ -116,7 +116,7 @@ def first_contact_in_buckets(
 
 
 @notices_falls.rule(BucketLocator)
-def notices_them(locator: BucketLocator) -> bool:
+def checks_falls(locator: BucketLocator) -> bool:
     """Return True: with this locator, a rock that would leave the terrain is checked for a fall through the ground."""
     return True
 

@@ -127,7 +127,7 @@ def _meets(box: list[float], facets: Facets) -> bool:
 
 
 @notices_falls.rule(VtkLocator)
-def notices_them(locator: VtkLocator) -> bool:
+def checks_falls(locator: VtkLocator) -> bool:
     """Return True: with this locator, a rock that would leave the terrain is checked for a fall through the ground."""
     return True
 

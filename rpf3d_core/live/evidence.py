@@ -31,14 +31,14 @@ def together(parts: Sequence[Evidence]) -> Evidence:
         terrain_stamp_ns=min(part.terrain_stamp_ns for part in parts),
         sources_digest=digests,
         sources=sum(part.sources for part in parts),
-        areas=tuple(worst_of(list(_told(parts, area.name)), flown) for area in watched),
+        areas=tuple(worst_of(list(_evidence_on(parts, area.name)), flown) for area in watched),
         faults=tuple(dict.fromkeys(fault for part in parts for fault in part.faults)),
         notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
         unfinished=max(scaled(part.unfinished, _flown(part), flown) for part in parts),
     )
 
 
-def _told(parts: Sequence[Evidence], name: str) -> Iterator[AreaEvidence]:
+def _evidence_on(parts: Sequence[Evidence], name: str) -> Iterator[AreaEvidence]:
     """Return the evidence of the area `name` in each part; parts without this area are skipped."""
     return (area for part in parts for area in part.areas if area.name == name)
 
@@ -47,21 +47,21 @@ def _flown(part: Evidence) -> int:
     return max((area.flown for area in part.areas), default=0)
 
 
-def worst_of(said: list[AreaEvidence], flown: int) -> AreaEvidence:
+def worst_of(results: list[AreaEvidence], flown: int) -> AreaEvidence:
     """Return for one area the worst value of each figure in several results.
 
-    said : the results for the area, at least one; flown : number of rocks to which all numbers of rocks are scaled
+    results : the results for the area, at least one; flown : number of rocks to which all numbers of rocks are scaled
     """
-    reached = max(scaled(area.reached, area.flown, flown) for area in said)
-    left = max(scaled(area.left, area.flown, flown) for area in said)
+    reached = max(scaled(area.reached, area.flown, flown) for area in results)
+    left = max(scaled(area.left, area.flown, flown) for area in results)
     low, high = wilson_interval(reached, max(flown, 1))
-    p95 = [energy for area in said if (energy := area.pooled_energy) is not None]
-    largest = [area.largest_energy for area in said if area.largest_energy is not None]
-    first = [area.first_arrival_s for area in said if area.first_arrival_s is not None]
-    has_p95 = any(area.p95_energy is not None for area in said)
-    predictive_low, predictive_high = _predictive_of(said, low, high)
+    p95 = [energy for area in results if (energy := area.pooled_energy) is not None]
+    largest = [area.largest_energy for area in results if area.largest_energy is not None]
+    first = [area.first_arrival_s for area in results if area.first_arrival_s is not None]
+    has_p95 = any(area.p95_energy is not None for area in results)
+    predictive_low, predictive_high = _predictive_of(results, low, high)
     return AreaEvidence(
-        name=said[0].name,
+        name=results[0].name,
         flown=flown,
         reached=reached,
         low=low,
@@ -70,33 +70,33 @@ def worst_of(said: list[AreaEvidence], flown: int) -> AreaEvidence:
         largest_energy=max(largest, default=None),
         first_arrival_s=min(first, default=None),
         left=min(left, flown),
-        uncovered=max(area.uncovered for area in said),
-        clusters=sum(area.clusters for area in said),
-        pooled_flown=sum(area.pooled_flown for area in said),
-        pooled_reached=sum(area.pooled_reached for area in said),
-        sets=max(area.sets for area in said),
+        uncovered=max(area.uncovered for area in results),
+        clusters=sum(area.clusters for area in results),
+        pooled_flown=sum(area.pooled_flown for area in results),
+        pooled_reached=sum(area.pooled_reached for area in results),
+        sets=max(area.sets for area in results),
         predictive_low=predictive_low,
         predictive_high=predictive_high,
-        left_high=_left_high_of(said, predictive_high),
-        origins=_origins_of(said, flown),
-        outline=said[-1].outline,
-        **_ends_over_sets(said),
+        left_high=_left_high_of(results, predictive_high),
+        origins=_origins_of(results, flown),
+        outline=results[-1].outline,
+        **_ends_over_sets(results),
     )
 
 
-def _origins_of(said: list[AreaEvidence], flown: int) -> Origins | None:
+def _origins_of(results: list[AreaEvidence], flown: int) -> Origins | None:
     """Return the origin of each figure of the worst result: the cluster whose result has the worst figure.
 
     None if no result has origins. flown : number of rocks to which all numbers of rocks are scaled
     """
-    if all(area.origins is None for area in said):
+    if all(area.origins is None for area in results):
         return None
-    most = max(said, key=lambda area: scaled(area.reached, area.flown, flown))
-    widest = max(said, key=lambda area: -1.0 if area.predictive_high is None else area.predictive_high)
-    strongest = max(said, key=lambda area: -1.0 if area.pooled_energy is None else area.pooled_energy)
-    first = min(said, key=lambda area: math.inf if area.first_arrival_s is None else area.first_arrival_s)
+    most = max(results, key=lambda area: scaled(area.reached, area.flown, flown))
+    widest = max(results, key=lambda area: -1.0 if area.predictive_high is None else area.predictive_high)
+    strongest = max(results, key=lambda area: -1.0 if area.pooled_energy is None else area.pooled_energy)
+    first = min(results, key=lambda area: math.inf if area.first_arrival_s is None else area.first_arrival_s)
     energy, first_arrival = (strongest.origins or NOT_KNOWN).energy, (first.origins or NOT_KNOWN).first_arrival
-    high, low = max(said, key=_energy_high).origins, min(said, key=_arrival_low).origins
+    high, low = max(results, key=_energy_high).origins, min(results, key=_arrival_low).origins
     of_high = None if high is None else high.energy_high or high.energy
     of_low = None if low is None else low.first_arrival_low or low.first_arrival
     return Origins(
@@ -109,18 +109,18 @@ def _origins_of(said: list[AreaEvidence], flown: int) -> Origins | None:
     )
 
 
-def _ends_over_sets(said: list[AreaEvidence]) -> dict[str, Any]:
+def _ends_over_sets(results: list[AreaEvidence]) -> dict[str, Any]:
     """Return the fields `energy_high`, `energy_sets` and `first_arrival_low_s` of the worst result, by name.
 
     A field is missing if no result has this field. A result without the field takes part in the comparison with the
     figure of all its rocks, so the worst result is at least as bad as the figure of all rocks in each result.
     """
     ends: dict[str, Any] = {}
-    if any(area.energy_high is not None for area in said):
-        strongest = max(said, key=_energy_high)
+    if any(area.energy_high is not None for area in results):
+        strongest = max(results, key=_energy_high)
         ends |= {"energy_high": _energy_high(strongest), "energy_sets": strongest.energy_sets}
-    if any(area.first_arrival_low_s is not None for area in said):
-        ends |= {"first_arrival_low_s": min(map(_arrival_low, said))}
+    if any(area.first_arrival_low_s is not None for area in results):
+        ends |= {"first_arrival_low_s": min(map(_arrival_low, results))}
     return ends
 
 
@@ -139,27 +139,27 @@ def _arrival_low(area: AreaEvidence) -> float:
     return min(ends, default=math.inf)
 
 
-def _predictive_of(said: list[AreaEvidence], low: float, high: float) -> tuple[float | None, float | None]:
+def _predictive_of(results: list[AreaEvidence], low: float, high: float) -> tuple[float | None, float | None]:
     """Return the worst predictive interval of several results, widened to contain their worst sampling interval.
 
     low, high : ends (-) of this sampling interval
 
     Both ends are None if no result is from parameter sets, or if a result from parameter sets has no interval.
     """
-    over = [(area.predictive_low, area.predictive_high) for area in said if area.sets]
+    over = [(area.predictive_low, area.predictive_high) for area in results if area.sets]
     lows, highs = [end for end, _ in over if end is not None], [end for _, end in over if end is not None]
     if not over or len(lows) < len(over) or len(highs) < len(over):
         return None, None
     return min(low, max(lows)), max(high, *highs)
 
 
-def _left_high_of(said: list[AreaEvidence], predictive_high: float | None) -> float | None:
+def _left_high_of(results: list[AreaEvidence], predictive_high: float | None) -> float | None:
     """Return the largest `left_high` of several results, at least `predictive_high`, the worst upper end (-).
 
     `left_high` is the upper end (-) of a share if all rocks that left the terrain had reached the area ahead.
     None if no result is from parameter sets, or if a result from parameter sets lacks the value.
     """
-    ends = [area.left_high for area in said if area.sets]
+    ends = [area.left_high for area in results if area.sets]
     known = [end for end in ends if end is not None]
     if predictive_high is None or not ends or len(known) < len(ends):
         return None

@@ -56,7 +56,7 @@ def write_piece(path: Path, piece: StoredSurvey) -> None:
     beside = path.with_suffix(".part")
     arrays = _arrays(piece.survey)
     parts = [{"type": array.dtype.str, "shape": array.shape} for array in arrays]
-    header = json.dumps({"kind": type(piece.survey).__name__, "arrays": parts, **_told(piece)}).encode()
+    header = json.dumps({"kind": type(piece.survey).__name__, "arrays": parts, **_header_of(piece)}).encode()
     digest = hashlib.sha256()
     with beside.open("wb") as file:
         for part in (MAGIC, LENGTH.pack(len(header)), header, *(_bytes_of(array) for array in arrays)):
@@ -92,7 +92,7 @@ def sync_folder(folder: Path) -> None:
         os.close(handle)
 
 
-def _told(piece: StoredSurvey) -> dict[str, Any]:
+def _header_of(piece: StoredSurvey) -> dict[str, Any]:
     names = ("digest", "upon", "stamp_ns", "received_ns", "whole_ns", "patches", "whole_digest")
     return {name: getattr(piece, name) for name in names}
 

@@ -54,12 +54,12 @@ def idle_effects(prepared: Prepared, releases: Releases, flown: Flights) -> Iter
     """
     names, effects = list(prepared.scene.effects.named), links_of(prepared.flight.models.effects)
     for k, name in enumerate(names):
-        without = _without(prepared.flight, effects[:k] + effects[k + 1 :])
+        without = _with_only(prepared.flight, effects[:k] + effects[k + 1 :])
         if _same(fly_ensemble(prepared.engine, without, releases), flown):
             yield f"`effects.{name}` acted on none of the {len(releases.x)} pilot rocks"
 
 
-def _without(flight: Flight, effects: list[object]) -> Flight:
+def _with_only(flight: Flight, effects: list[object]) -> Flight:
     """Return a copy of the flight settings with only the given effects; effects : the effects that are kept."""
     return replace(flight, models=flight.models._replace(effects=chain_of(effects)))
 

@@ -274,8 +274,8 @@ def _within(limits: Mapping[str, float], unit: str, value: Any) -> Any:
     below = least is not None and (low < least or ("gt" in limits and low == least))
     above = most is not None and (high > most or ("lt" in limits and high == most))
     if below or above:
-        said = [f"{word} {limits[key]:g}" for key, word in WORDS.items() if key in limits]
-        raise refuse(f"may be drawn from {low:g} to {high:g}, but must be {' and '.join(said)} {unit}".rstrip())
+        bounds = [f"{word} {limits[key]:g}" for key, word in WORDS.items() if key in limits]
+        raise refuse(f"may be drawn from {low:g} to {high:g}, but must be {' and '.join(bounds)} {unit}".rstrip())
     return value
 
 

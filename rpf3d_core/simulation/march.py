@@ -61,7 +61,7 @@ def set_down(model: object, locator: Any, facets: Facets, motion: Motion) -> Mot
 
 
 @set_down.otherwise
-def as_told(model: object, locator: Any, facets: Facets, motion: Motion) -> Motion:
+def as_released(model: object, locator: Any, facets: Facets, motion: Motion) -> Motion:
     """Return the motion at the release unchanged: this rebound model releases a rock exactly as the source sets it."""
     return motion
 

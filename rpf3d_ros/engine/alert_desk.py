@@ -339,13 +339,13 @@ class AlertDesk:
 
     def _acknowledge(self, request: Request, now: int) -> None:
         """Decide with the acknowledgement of a request; if it has no name or reason, only log it. now : time (ns)."""
-        said = request.acknowledged or Acknowledgement(by="", why="", at_ns=now)
+        asked = request.acknowledged or Acknowledgement(by="", why="", at_ns=now)
         try:
-            given = acknowledgement(*said)
+            given = acknowledgement(*asked)
         except InputError as refusal:
             result = (False, str(refusal))
             if self._log is not None:
-                self._log_it(partial(self._log.refused, said._replace(at_ns=now), str(refusal)))
+                self._log_it(partial(self._log.refused, asked._replace(at_ns=now), str(refusal)))
         else:
             result = self._decide_with(given, now, request.shown)
             if set(request.shown) - set(self.standing.sentences):

@@ -68,7 +68,7 @@ def until(desk: Desk, done: Callable[[], Any]) -> list[dict[str, Any]]:
 
 def act(desk: Desk, name: str, *values: Any) -> list[str]:
     """Do an action of the page; return the messages that it leaves."""
-    desk._told(getattr(desk, f"_{name}"))(*values)
+    desk._with_message(getattr(desk, f"_{name}"))(*values)
     return [each["text"] for each in desk.state.messages]
 
 

@@ -106,7 +106,7 @@ def without_whole_ns(piece):
 @pytest.mark.parametrize(("most_patches", "expected"), [(64, (1, 3)), (2, (0, 1))], ids=["patches", "stored whole"])
 def test_a_store_of_an_older_version_makes_no_ground_younger(tmp_path, monkeypatch, most_patches, expected):
     """Where patches were stored in a whole mesh, the age of its survey is unknown, which is a stamp of 0."""
-    monkeypatch.setattr("rpf3d_core.live.stored._told", without_whole_ns)
+    monkeypatch.setattr("rpf3d_core.live.stored._header_of", without_whole_ns)
     ground = kept(tmp_path, mesh(grid()), *PATCHES, most_patches=most_patches)
     last = read_last(tmp_path)
     again = last.ground(Workshop())

@@ -136,7 +136,7 @@ GUARDS = (
     Guard("5.2", "two publishers of one topic are a fault", f"{ENGINE}/publisher_watch.py",
           "        if topic.is_single and len(fitting) > 1:\n", "        if False:\n", "two speakers"),
     Guard("6", "a level falls only by an acknowledgement", f"{ALERTS}/decide.py",
-          "    return _Held(level=before, by=previous.held_by, ", "    return _Held(level=evident, by=said, ",
+          "    return _Held(level=before, by=previous.held_by, ", "    return _Held(level=evident, by=sentences, ",
           "none"),
     Guard("7.1", "if the computation of an answer fails, the level is a fault", f"{ENGINE}/station.py",
           "            if trigger is None:\n                self.desk.lose(why)\n            else:\n",
