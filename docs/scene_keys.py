@@ -89,8 +89,9 @@ columns; a line that begins with `#` is a comment |
 - A first line without a number is a header. It names x, y and z in any order, in small letters or capitals; other
   columns are allowed.
 - Other names of x are `east`, `easting`, `e`; of y `north`, `northing`, `n`; of z `elevation`, `elev`, `height`,
-  `altitude`, `alt`, `rl`. Each may end in `_m`, `(m)` or `[m]`. With `up: y`, only the names
-  x, y and z are accepted.
+  `altitude`, `alt`, `rl`. With `up: y`, only the names x, y and z are accepted.
+- A name may state a unit of length: `E (mm)`, `N [ft]`, `z_m`. The numbers are converted to m. Without a unit they are
+  read in m. Other words in brackets are refused, as in `RL (AHD)`.
 - A cell must be a plain number. `1,234.5` and `1,5` are refused with line and column.
 - With `above_ground`, the height may be missing: no column for it, or `[x, y]` (with `up: y`, x and z).
 """
@@ -112,6 +113,7 @@ the place, the share that stopped there, and the p95 energy there (if at least 2
 MATERIALS = """\
 A zone has the material with its exact name; otherwise that of the first pattern that fits (`bench_*`); otherwise
 `default`. A material is refused if its name fits no zone of the terrain; this does not apply to `default`.
+Capitals count: the pattern of layers such as `FACES_NORTH` is `FACES_*`.
 `rpf3d materials` lists the entries of the `library`.
 """
 ROCK = """\
@@ -180,6 +182,8 @@ same probability; a file has a number on each line, and may have a header |
   the unit in brackets, as `mass (t)`. A word in brackets that is no known unit is warned of, too. A unit of another
   quantity, as in `width (m)` or `width_m` for masses, is refused. The letters in `Length (L)`, `mass (m)` and
   `thickness (t)` are symbols and no units of another quantity.
+- A column whose name states another quantity, such as `tonnage` for diameters, is refused; the message names the key
+  that the column belongs to.
 - A random number depends only on the seed, the source, the number of the rock and the purpose of the number. Therefore
   it is the same on both engines.
 - A coefficient of a material is drawn for each rock and zone; with `draw: per_impact`, for each impact. The last
