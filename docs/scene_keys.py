@@ -91,7 +91,7 @@ columns; a line that begins with `#` is a comment |
 - Other names of x are `east`, `easting`, `e`; of y `north`, `northing`, `n`; of z `elevation`, `elev`, `height`,
   `altitude`, `alt`, `rl`. With `up: y`, only the names x, y and z are accepted.
 - A name may state a unit of length: `E (mm)`, `N [ft]`, `z_m`. The numbers are converted to m. Without a unit they are
-  read in m. Other words in brackets are refused, as in `RL (AHD)`.
+  read in m. Other words in brackets are refused, as in `RL (UTM)`.
 - A cell must be a plain number. `1,234.5` and `1,5` are refused with line and column.
 - With `above_ground`, the height may be missing: no column for it, or `[x, y]` (with `up: y`, x and z).
 """

@@ -63,7 +63,7 @@ def test_coordinates_are_converted_from_the_unit_of_their_header(
     assert read_xyz(tmp_path / "a.csv").points.tolist() == expected
 
 
-@pytest.mark.parametrize("unknown", ["chains", "AHD"])
+@pytest.mark.parametrize("unknown", ["chains", "UTM"])
 def test_a_coordinate_with_an_unknown_unit_is_refused(tmp_path: Path, unknown: str) -> None:
     (tmp_path / "a.csv").write_text(f"E (m),N (m),RL ({unknown}),Dip (deg)\n1,2,3,4\n")
     with pytest.raises(InputError, match=rf"line 1: the column 'RL \({unknown}\)' has .* no known unit of length \(mm"):
