@@ -7,27 +7,25 @@ import numpy as np
 
 from rpf3d_core.hazard.benches import CAUGHT_COUNT, in_percent
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
-from rpf3d_core.report.barriers_part import barriers_part
 from rpf3d_core.report.changed_inputs import changed_inputs
 from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
+from rpf3d_core.report.fences_part import fences_part, too_few_toes
 from rpf3d_core.report.inputs_part import inputs_part
-from rpf3d_core.report.passing import FencePlace, places_beyond
+from rpf3d_core.report.passing import places_beyond
 from rpf3d_core.report.run_files import RunFiles, read_hazard
 from rpf3d_core.report.section import critical_section
 from rpf3d_core.report.section_part import section_part
-from rpf3d_core.report.segments import IMPACTS, KEPT, Segments, segments_of
+from rpf3d_core.report.segments import segments_of
 from rpf3d_core.report.toe import DESIGN, BeyondToe, beyond_toe, directions, held_beyond
 from rpf3d_core.report.view import MOST_TRIANGLES, terrain_seen, view_html
 from rpf3d_core.report.words import (
     UNKNOWN,
     figure_cells,
-    height,
     interval,
     kilojoules,
     metres,
     share,
     share_cells,
-    share_interval,
 )
 from rpf3d_core.results.inputs import ASSUMED
 from rpf3d_core.terrain.faces import LOWEST, STEEP
@@ -59,17 +57,6 @@ PICTURES = (
     ((ENERGY,), "95th percentile of the energy in each cell."),
 )  # fmt: skip
 """Pictures of the run that a report shows: file names and caption. The first of the files that exists is shown."""
-SLIDES = (
-    "A rock that slid before it left the ground counts with the larger speed of both ends of its way; its height is "
-    "not known and counts as larger than all others."
-)
-HEIGHTS_LEAVE_OUT = (
-    "The predictive intervals of heights leave out the misfit of the model; those of rocks that pass and of energies "
-    "hold it."
-)
-FROM_PATHS = (
-    "Fewer than all: `outputs.impacts` gives all rocks, unless air slows them; `outputs.trajectories` keeps more."
-)
 LIMITS = (
     "The results describe rocks after a release. They say nothing about how often rocks are released.",
     "No interval holds what the scene takes as known: the form of the models, the terrain, the sources, the sizes.",
@@ -109,7 +96,7 @@ def report_elements(run: RunFiles, site: str) -> list[Element]:
         *section_part(run, beyond, section),
         *_benches(run),
         *_distances(run, beyond),
-        *_fences(run, measured, segments, beyond),
+        *fences_part(run, measured, segments, beyond),
         *inputs_part(run),
         Heading("Limits of the answer"), Bullets(LIMITS),
         Heading("Sign-off"), SignOff(FIELDS),
@@ -281,7 +268,7 @@ def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Element]:
     """Yield the table of the distances beyond the toe within which 50, 75, 90 and 95 % of the rocks stop."""
     yield Heading("Distance from the toe")
     if not beyond.enough:
-        yield Text(_too_few_toes(beyond))
+        yield Text(too_few_toes(beyond))
         return
     yield Table(
         ("holds", *THREE),
@@ -292,39 +279,3 @@ def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Element]:
                f"the rock's way in plan. A face is steeper than {STEEP:g} degrees and at least {LOWEST:g} m high. "
                f"Of {len(beyond.rows):,} rocks.",
                quiet=True)  # fmt: skip
-
-
-def _too_few_toes(beyond: BeyondToe) -> str:
-    """Return a sentence that distances beyond the toe are not known, because no rock or only few have a toe."""
-    if len(beyond.rows) == 0:
-        return "Not known: no face lies below the releases."
-    return f"Not known: only {len(beyond.rows):,} of {beyond.of:,} rocks have a face below their release."
-
-
-def _fences(run: RunFiles, places: list[FencePlace], segments: Segments, beyond: BeyondToe) -> Iterator[Element]:
-    """Yield the tables of the rocks that pass places beyond the toe, for the design of fences, and of the barriers."""
-    yield Heading("Where a fence would stand")
-    if not places:
-        yield Text(_too_few_toes(beyond))
-    else:
-        yield from _fence_tables(run, places, segments)
-    if run.summary.get("barriers"):
-        yield from barriers_part(run.summary["barriers"])
-
-
-def _fence_tables(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iterator[Element]:
-    yield Table(("beyond the toe", "rocks that pass", *THREE[1:]), [
-        [metres(place.distance), share(place.passed.value), share_interval(place.passed.predictive),
-         share_interval(place.passed.sampling)] for place in places
-    ])  # fmt: skip
-    header = ("beyond the toe", "rocks", "p95 energy", *THREE[1:], "p95 height", *THREE[1:])
-    yield Table(header, [
-        [metres(place.distance), f"{place.crossed:,}", *figure_cells(place.energy, kilojoules),
-         *figure_cells(place.height, height)] for place in places
-    ])  # fmt: skip
-    notes = {IMPACTS: SLIDES, KEPT: FROM_PATHS if segments.rocks < run.summary["rocks"] else ""}
-    yield Text(f"Energies (translational) and heights (of the centre) at the first passage, from {segments.source}: "
-               f"{segments.rocks:,} of {run.summary['rocks']:,} rocks. Not known for fewer than 20 rocks. "
-               f"{notes[segments.source]}".rstrip(), quiet=True)  # fmt: skip
-    if run.moves is not None:
-        yield Text(HEIGHTS_LEAVE_OUT, quiet=True)

@@ -5,13 +5,18 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.polygons import local_plan
 from rpf3d_core.formats.polylines import lines_along
+from rpf3d_core.report.footing import Footing, footing_at
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.section import CriticalSection
 from rpf3d_core.terrain.frame import FloatArray
+
+SPACING = 1.0
+"""Distance (m) between the points of a barrier's line at which the ground is measured."""
 
 
 class FenceInSection(NamedTuple):
@@ -34,6 +39,21 @@ def fences_in(run: RunFiles, section: CriticalSection) -> tuple[list[FenceInSect
     return found, [panel["name"] for panel in panels if panel["name"] not in crossing]
 
 
+def footings_of_barriers(run: RunFiles) -> dict[str, Footing]:
+    """Return the ground along the line of each barrier of a scene, by name, measured about every SPACING metres.
+
+    Barriers whose file cannot be read are left out.
+    """
+    lines = {panel["name"]: barrier_lines(run, panel) for panel in panels_of(run)}
+    return {name: footing_at(run.terrain, _points_on(each)) for name, each in lines.items() if each}
+
+
+def _points_on(lines: list[FloatArray]) -> FloatArray:
+    """Return points (N, 2) m at most SPACING apart on lines (P, 2) m, with their corners."""
+    each = [shapely.LineString(line) for line in lines]
+    return np.asarray(shapely.get_coordinates(shapely.segmentize(each, SPACING)))
+
+
 def panels_of(run: RunFiles) -> list[dict[str, Any]]:
     """Return the panels of the barriers of a run's scene, as values from summary.json; empty without barriers.
 
@@ -51,7 +71,7 @@ def _crossings(run: RunFiles, section: CriticalSection, panel: dict[str, Any]) -
     east, north, _ = run.terrain.frame.origin
     azimuth = np.radians(section.azimuth)
     start, along = section.start - (east, north), np.array([np.sin(azimuth), np.cos(azimuth)])
-    for line in _lines(run, panel["along"]):
+    for line in barrier_lines(run, panel):
         for distance in _distances(line - start, along):
             if section.distance[0] <= distance <= section.distance[-1]:
                 foot = float(np.interp(distance, section.distance, section.ground))
@@ -61,11 +81,12 @@ def _crossings(run: RunFiles, section: CriticalSection, panel: dict[str, Any]) -
                     )
 
 
-def _lines(run: RunFiles, along: Any) -> list[FloatArray]:
+def barrier_lines(run: RunFiles, panel: dict[str, Any]) -> list[FloatArray]:
     """Return the lines (P, 2) m of a barrier in the local frame; [] if the file of its line cannot be read.
 
-    along : path of the file, or corners of the line
+    panel : values of the barrier, from `panels_of`
     """
+    along = panel["along"]
     try:
         lines = lines_along(Path(along) if isinstance(along, str) else tuple(map(tuple, along)))
     except InputError:

@@ -8,9 +8,10 @@ from terrain_files import with_models
 
 from rpf3d_core.report.content import report_elements
 from rpf3d_core.report.elements import Picture, Table, Text
+from rpf3d_core.report.footing import footing_at
 from rpf3d_core.report.run_files import RunFiles, read_hazard, read_run
 from rpf3d_core.report.section import critical_section
-from rpf3d_core.report.section_fences import fences_in
+from rpf3d_core.report.section_fences import fences_in, footings_of_barriers
 from rpf3d_core.report.toe import beyond_toe
 from rpf3d_core.runs.run import run_scene
 from rpf3d_core.scene.reading import read_scene
@@ -32,11 +33,11 @@ BERM, FLOOR = 6.0, 4.0
 RUN = 12.0 / np.tan(np.radians(70.0))
 
 
-def flown(folder: Path, number: int, in_a_file: bool = False) -> RunFiles:
-    x = float(number * RUN + (number - 1) * BERM + FLOOR)
+def flown(folder: Path, number: int, in_a_file: bool = False, berm: float = BERM) -> RunFiles:
+    x = float(number * RUN + (number - 1) * berm + FLOOR)
     line = [[x, -29.0], [x, 29.0]]
     folder.mkdir(exist_ok=True)
-    text = SCENE.replace("900", "28").replace("901", "29").format(number=number, berm=BERM, along=line, x=x + 3.0)
+    text = SCENE.replace("900", "28").replace("901", "29").format(number=number, berm=berm, along=line, x=x + 3.0)
     if in_a_file:
         (folder / "fence.geojson").write_text(f'{{"type": "LineString", "coordinates": {line}}}')
         text = text.replace(str(line), "fence.geojson")
@@ -73,6 +74,40 @@ def test_one_face_has_no_further_one(tmp_path: Path) -> None:
     run = flown(tmp_path / "one", 1)
     assert not beyond_toe(run).further.any()
     assert "further face" not in words(run)
+
+
+def test_a_place_of_a_fence_on_a_face_is_named_as_one(tmp_path: Path) -> None:
+    """From the first toe, the berm reaches to 8 m, the second face of 70 degrees to 8 m + RUN, and then the floor."""
+    run = flown(tmp_path / "site", 2, berm=8.0)
+    places = [footing_at(run.terrain, along_the_toe(run, distance)) for distance in (0.0, 4.0, 8.0 + 0.5 * RUN, 16.0)]
+    assert [footing.is_on_a_face for footing in places] == [False, False, True, False]
+    assert [footing.slope for footing in places] == pytest.approx([0.0, 0.0, 70.0, 0.0], abs=0.1)
+    elements = report_elements(run, "wall")
+    ground, figures = (
+        next(element for element in elements if isinstance(element, Table) and element.header[:2] == header)
+        for header in (("beyond the toe", "ground there"), ("beyond the toe", "rocks"))
+    )
+    assert [row[:2] for row in ground.rows][:4] == [
+        ["0.0 m", "0 degrees"], ["5.0 m", "0 degrees"], ["10.0 m", "face of 70 degrees"], ["15.0 m", "0 degrees"],
+    ]  # fmt: skip
+    assert [row[0] for row in figures.rows][:4] == ["0.0 m", "5.0 m", "10.0 m (on a face)", "15.0 m"]
+    assert "No fence can be built 10.0 m beyond the toe: the ground there is a face" in words(run)
+
+
+def along_the_toe(run: RunFiles, distance: float) -> np.ndarray:
+    """Return places (N, 2) m at a distance (m) beyond the first toe, in the local frame of the run."""
+    east, north, _ = run.terrain.frame.origin
+    return np.column_stack([np.full(20, RUN + distance - east), np.linspace(-20.0, 20.0, 20) - north])
+
+
+def test_a_fence_of_the_scene_on_a_face_is_named(tmp_path: Path, two_benches: RunFiles) -> None:
+    assert "is on a face for" not in words(two_benches)
+    run = flown(tmp_path / "site", 2)
+    panel = run.summary["scene"]["effects"]["barriers"]["panels"][0]
+    panel["along"] = [[0.5 * RUN, -20.0], [0.5 * RUN, 0.0], [RUN + 3.0, 0.0], [RUN + 3.0, 17.0]]
+    footing = footings_of_barriers(run)["fence"]
+    assert footing.steep == pytest.approx(0.5, abs=0.1)
+    assert "the barrier fence is on a face for" in words(run)
 
 
 @pytest.mark.parametrize("in_a_file", [False, True])
