@@ -1,5 +1,8 @@
 """A report of a wall with several benches and a fence says from which toe it counts, and draws what is in the scene."""
 
+import base64
+import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +16,7 @@ from rpf3d_core.report.run_files import RunFiles, read_hazard, read_run
 from rpf3d_core.report.section import critical_section
 from rpf3d_core.report.section_fences import fences_in, footings_of_barriers
 from rpf3d_core.report.toe import beyond_toe
+from rpf3d_core.report.view import terrain_seen, view_html
 from rpf3d_core.runs.run import run_scene
 from rpf3d_core.scene.reading import read_scene
 
@@ -122,6 +126,21 @@ def test_the_section_shows_the_fence_where_it_stands(two_benches: RunFiles, tmp_
     assert x == pytest.approx(2.0 * RUN + BERM + FLOOR, abs=1e-6)
     assert (fence.foot, fence.top) == pytest.approx((0.0, 3.0), abs=1e-6)
     assert "the picture leaves out: beside." in words(run)
+
+
+def test_the_view_shows_the_fence_as_a_wall_on_the_ground(two_benches: RunFiles) -> None:
+    html = view_html(two_benches, terrain_seen(two_benches), np.array([1.0, 0.0]))
+    figure = json.loads(re.search(r"Plotly\.newPlot\(\s*\S+,\s*(\[.*?\]),\s*\{\"", html, re.DOTALL)[1])
+    (top,) = [trace for trace in figure if trace.get("name") == "barrier fence (3 m high)"]
+    (panel,) = [trace for trace in figure if trace["type"] == "mesh3d" and trace.get("legendgroup") == "fence"]
+    assert "fence" in top["text"]
+    heights = decoded(panel["z"])
+    assert (heights.min(), heights.max()) == pytest.approx((0.0, 3.0), abs=1e-3)
+
+
+def decoded(values: dict[str, str]) -> np.ndarray:
+    """Return an array as plotly writes it into a page."""
+    return np.frombuffer(base64.b64decode(values["bdata"]), dtype=values["dtype"])
 
 
 def test_a_fence_whose_file_is_gone_is_named_and_not_drawn(tmp_path: Path) -> None:
