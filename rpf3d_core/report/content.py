@@ -13,7 +13,7 @@ from rpf3d_core.report.fences_part import fences_part, too_few_toes
 from rpf3d_core.report.inputs_part import inputs_part
 from rpf3d_core.report.passing import places_beyond
 from rpf3d_core.report.run_files import RunFiles, read_hazard
-from rpf3d_core.report.section import critical_section
+from rpf3d_core.report.section import CriticalSection, critical_section
 from rpf3d_core.report.section_part import section_part
 from rpf3d_core.report.segments import segments_of
 from rpf3d_core.report.toe import DESIGN, BeyondToe, beyond_toe, directions, held_beyond
@@ -92,7 +92,7 @@ def report_elements(run: RunFiles, site: str) -> list[Element]:
         *([Warnings("Read first", warnings)] if warnings else []),
         _run_facts(run, site),
         *_answer(run, beyond),
-        *_pictures(run),
+        *_pictures(run, section),
         *section_part(run, beyond, section),
         *_benches(run),
         *_distances(run, beyond),
@@ -199,15 +199,16 @@ def _further_faces(beyond: BeyondToe) -> list[Element]:
                  "upper bench, and not one from the toe of the wall.")]  # fmt: skip
 
 
-def _pictures(run: RunFiles) -> Iterator[Element]:
-    """Yield the 3D view, the map and the hazard map."""
+def _pictures(run: RunFiles, section: CriticalSection | None) -> Iterator[Element]:
+    """Yield the 3D view, the map and the hazard map; section : the critical section, None without one."""
     seen, along = terrain_seen(run), directions(run.ends).mean(axis=0)
     looking = along / max(float(np.linalg.norm(along)), 1e-9)
     small = f", reduced from {seen.of:,} triangles to {len(seen.triangles):,}" if seen.of > MOST_TRIANGLES else ""
     caption = (f"Terrain around the rocks{small}. Drag to turn, scroll to zoom; a click on the legend shows or hides "
                "maps and paths.")  # fmt: skip
     yield Heading("Terrain, paths and hazard")
-    yield View(view_html(run, seen, looking), caption, "The rotatable 3D view is in the HTML file of this report.")
+    view = view_html(run, seen, looking, None if section is None else section.key)
+    yield View(view, caption, "The rotatable 3D view is in the HTML file of this report.")
     for names, words in PICTURES:
         there = [run.folder / name for name in names if (run.folder / name).is_file()]
         if there:

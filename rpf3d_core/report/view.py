@@ -38,7 +38,9 @@ number of triangles. The first of the shares that gives at most MOST_DRAPED tria
 """
 ABOVE_MAPS = 1.3
 """Height of the outlines of areas above the ground, as a multiple of the distance of the hazard maps."""
-PATH, AREA, BARRIER = "#10203a", "#0059bf", "#008577"
+PATH, AREA, BARRIER, CRITICAL = "#10203a", "#0059bf", "#008577", "#d1480f"
+Key = tuple[str, int, int]
+"""A rock, as (source, rock, fragment)."""
 MAPS = (
     ("reach_probability_high", None, "reach probability, upper end of the predictive interval", 100.0, "%"),
     ("reach_probability", None, "reach probability", 100.0, "%"),
@@ -63,11 +65,12 @@ class Seen(NamedTuple):
         return Terrain(self.vertices, self.triangles, np.zeros(len(self.triangles), np.int32), ("ground",))
 
 
-def view_html(run: RunFiles, seen: Seen, looking: FloatArray) -> str:
+def view_html(run: RunFiles, seen: Seen, looking: FloatArray, critical: Key | None = None) -> str:
     """Return the view as an HTML fragment without the script of plotly.
 
     seen : the terrain of the view, as from `terrain_seen`
     looking : (2,) unit vector in plan, in which the rocks travel; the view looks in the opposite direction
+    critical : the rock of the critical section, as (source, rock, fragment); None if there is none
 
     Raises
     ------
@@ -76,7 +79,7 @@ def view_html(run: RunFiles, seen: Seen, looking: FloatArray) -> str:
     """
     go = needed("plotly.graph_objects")
     traces = [
-        _terrain(go, seen), *_hazard(go, run, seen), _paths(go, run), _releases(go, run),
+        _terrain(go, seen), *_hazard(go, run, seen), _paths(go, run), *_critical(go, run, critical), _releases(go, run),
         *_barriers(go, run, seen), *_areas(go, run, seen, looking),
     ]  # fmt: skip
     figure = go.Figure(data=traces, layout=_layout(run, looking))
@@ -211,6 +214,17 @@ def _paths(go: Any, run: RunFiles) -> Any:
         x=points[:, 0], y=points[:, 1], z=points[:, 2], mode="lines", line={"color": PATH, "width": 1.5},
         name=f"paths ({len(parts):,} of {run.summary['rocks']:,} rocks)", connectgaps=False, hoverinfo="skip",
     )  # fmt: skip
+
+
+def _critical(go: Any, run: RunFiles, critical: Key | None) -> Iterator[Any]:
+    """Yield the path of the rock of the critical section as a plotly line; nothing if its path is not known."""
+    path = None if critical is None else run.path_of(critical)
+    if path is not None and critical is not None:
+        x, y, z = path.T.astype(np.float32)
+        yield go.Scatter3d(
+            x=x, y=y, z=z, mode="lines", line={"color": CRITICAL, "width": 6}, hoverinfo="skip",
+            name=f"rock that stopped farthest away ({critical[0]}, {critical[1]})",
+        )  # fmt: skip
 
 
 def _releases(go: Any, run: RunFiles) -> Any:
