@@ -6,13 +6,14 @@ from pathlib import Path
 import numpy as np
 
 from rpf3d_core.hazard.benches import CAUGHT_COUNT, in_percent
+from rpf3d_core.hazard.filled_cells import ReachedCells, filling_cell, rocks_that_fill, share_of_cells
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.changed_inputs import changed_inputs
 from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
 from rpf3d_core.report.fences_part import fences_part, too_few_toes
 from rpf3d_core.report.inputs_part import inputs_part
 from rpf3d_core.report.passing import places_beyond
-from rpf3d_core.report.run_files import RunFiles, read_hazard
+from rpf3d_core.report.run_files import HazardGrid, RunFiles, read_hazard
 from rpf3d_core.report.section import CriticalSection, critical_section
 from rpf3d_core.report.section_part import section_part
 from rpf3d_core.report.segments import segments_of
@@ -229,7 +230,22 @@ def _cells_without_energy(run: RunFiles) -> str:
         return ""
     of = int(cells.sum())
     return (f" A cell needs {FEWEST_ROCKS} rocks: {without:,} of the {of:,} cells that rocks reached have no value. "
-            "That does not mean that they are safe; fly more rocks to fill them.")  # fmt: skip
+            "That does not mean that they are safe; fly more rocks to fill them."
+            f"{_filling(run, reached) if 2 * without > of else ''}")  # fmt: skip
+
+
+def _filling(run: RunFiles, reached: HazardGrid) -> str:
+    """Return a sentence on what would give half of the reached cells a value: more rocks, or a larger cell.
+
+    reached : the map of the reach probability
+    """
+    flown = int(run.summary["rocks"])
+    row, column = np.nonzero(np.isfinite(reached.values))
+    rocks = np.rint(reached.values[row, column] * flown).astype(np.int64)
+    cells = ReachedCells(column, row, rocks, cell=reached.cell, widest=reached.cell * max(reached.values.shape))
+    size = filling_cell(cells, share_of_cells)
+    larger = "a larger cell would not" if size is None else f"so would `hazard.cell: {size:g}`"
+    return f" About {rocks_that_fill(cells, flown):,} rocks would fill half of them; {larger}."
 
 
 def _trimmed(path: Path) -> bytes:

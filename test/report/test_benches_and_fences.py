@@ -159,4 +159,5 @@ def test_the_energy_map_says_how_many_cells_are_empty(two_benches: RunFiles) -> 
     assert energy is None or np.isfinite(energy.values).sum() == (rocks > 19.5).sum()
     (caption,) = [element.caption for element in report_elements(two_benches, "wall")
                   if isinstance(element, Picture) and "95th percentile of the energy" in element.caption]  # fmt: skip
+    assert re.search(r"About [\d,]+ rocks would fill half of them; (a larger cell would not|so would `haz)", caption)
     assert f"{few:,} of the {int((rocks > 0.5).sum()):,} cells that rocks reached have no value" in caption
