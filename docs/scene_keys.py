@@ -58,7 +58,8 @@ points in turn. They start evenly along a line, and evenly over the inclined sur
 area in plan). `rpf3d check` prints how much of a polygon is on the terrain, if part of it is not.
 
 With `above_ground`, points may be `[x, y]` (with `up: y`: `[x, z]`), and `line` may be a file with one or more lines
-(`.geojson .gpkg .shp .dxf .str`). Rocks are spread over the length of all lines of the file.
+(`.geojson .gpkg .shp .dxf .str`). Rocks are spread over the length of all lines of the file. The points of a line must
+be in their order along the crest; a line that turns back, and would be shorter in another order, is warned of.
 
 A source with `diameter`, `mass` or `volume` has rocks of this size; all other sources use the size in `rock`. All
 sources use the density and shape in `rock`. The live node refuses a scene in which a source has a size, because it

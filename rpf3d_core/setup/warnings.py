@@ -12,6 +12,7 @@ from rpf3d_core.scene.measured import MeasuredList
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.models.sphere import SPHERE_GROUND
 from rpf3d_core.scene.releases import SIZES
+from rpf3d_core.setup.line_order import warnings_of_lines
 from rpf3d_core.setup.shapes import rock_of_scene
 
 LEAST_FRICTION = 1.0
@@ -51,6 +52,7 @@ def warnings_of(scene: Scene) -> Iterator[str]:
     else:
         yield from _sizes(scene)
     yield from _doubtful_units(scene)
+    yield from warnings_of_lines(scene)
     for name, material in scene.materials.items():
         if material.is_of_a_body:
             continue
