@@ -61,7 +61,7 @@ def filling_cell(
 
     The result is None if there is no such size that leaves FEWEST_CELLS cells along the map.
 
-    share : what counts as the map, `share_of_cells` or `share_of_visits`
+    share : function of the rocks (S,) in each cell; it says what counts as the map, the cells or the visits
     """
     largest = reached.widest / FEWEST_CELLS
     sizes = takewhile(lambda size: size <= largest, (size for size in round_cells() if size > reached.cell))

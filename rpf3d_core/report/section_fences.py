@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import shapely
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.polygons import local_plan
@@ -13,10 +12,8 @@ from rpf3d_core.formats.polylines import lines_along
 from rpf3d_core.report.footing import Footing, footing_at
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.section import CriticalSection
+from rpf3d_core.terrain.draped_outlines import draped_lines
 from rpf3d_core.terrain.frame import FloatArray
-
-SPACING = 1.0
-"""Distance (m) between the points of a barrier's line at which the ground is measured."""
 
 
 class FenceInSection(NamedTuple):
@@ -40,18 +37,17 @@ def fences_in(run: RunFiles, section: CriticalSection) -> tuple[list[FenceInSect
 
 
 def footings_of_barriers(run: RunFiles) -> dict[str, Footing]:
-    """Return the ground along the line of each barrier of a scene, by name, measured about every SPACING metres.
+    """Return the ground along the line of each barrier of a scene, by name, measured about every metre.
 
     Barriers whose file cannot be read are left out.
     """
     lines = {panel["name"]: barrier_lines(run, panel) for panel in panels_of(run)}
-    return {name: footing_at(run.terrain, _points_on(each)) for name, each in lines.items() if each}
+    return {name: footing_at(run.terrain, _places_on(run, each)) for name, each in lines.items() if each}
 
 
-def _points_on(lines: list[FloatArray]) -> FloatArray:
-    """Return points (N, 2) m at most SPACING apart on lines (P, 2) m, with their corners."""
-    each = [shapely.LineString(line) for line in lines]
-    return np.asarray(shapely.get_coordinates(shapely.segmentize(each, SPACING)))
+def _places_on(run: RunFiles, lines: list[FloatArray]) -> FloatArray:
+    """Return places (N, 2) m in plan along lines (P, 2) m, where they lie on the terrain."""
+    return np.concatenate([np.empty((0, 2)), *(line[:, :2] for line in draped_lines(run.terrain, lines))])
 
 
 def panels_of(run: RunFiles) -> list[dict[str, Any]]:

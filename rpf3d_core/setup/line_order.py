@@ -1,7 +1,7 @@
 """Find lines of sources whose points are not in their order along the crest, as in an unsorted list of points.
 
 Rocks start along the straight lines between successive points. If the points are not in order, the line jumps to and
-fro, and rocks start beside the crest.
+fro, and rocks start next to the crest.
 """
 
 import math
