@@ -41,7 +41,8 @@ _SYMBOLS = (("length", "l"), ("mass", "m"), ("thickness", "t"))
 """Names of columns with the letter in brackets that is their symbol, and no unit of another quantity."""
 _WORDS = {
     "length": ("diameter", "dia", "length", "width", "thickness"),
-    "mass": ("mass", "weight", "tonnage", "ton", "tons", "tonne", "tonnes"), "volume": ("volume", "vol"),
+    "mass": ("mass", "weight", "tonnage", "ton", "tons", "tonne", "tonnes"),
+    "volume": ("volume", "vol"),
 }
 """Words in the names of columns that state the quantity of the numbers, by quantity."""
 _PERHAPS_TONNES = re.compile(r"\btonnage\b|\st$")

@@ -205,9 +205,7 @@ def _write_paths(folder: Path, findings: Run, samples: PathSamples) -> None:
     sources, terrain, flights = [s.name for s in findings.scene.sources], findings.terrain, findings.flights
     tables.write_trajectories(folder / "trajectories.parquet", sources, terrain, flights.deposits, samples)
     if (critical := findings.critical) is not None:
-        tables.write_trajectories(
-            folder / CRITICAL, sources, terrain, critical.deposits, _samples(findings, critical)
-        )
+        tables.write_trajectories(folder / CRITICAL, sources, terrain, critical.deposits, _samples(findings, critical))
     vtp.write_terrain(folder / "terrain.vtp", terrain, flights.impacts, findings.maps)
     vtp.write_trajectories(folder / "trajectories.vtp", sources, terrain, flights.deposits, samples)
 

@@ -32,9 +32,7 @@ from rpf3d_core.terrain.zones import centroids_in_plan, covered, with_zone
 BLOCK = 2**14
 """Number of points that are rotated at a time, so that they stay in the processor's cache."""
 
-IN_SMALL_UNITS = (
-    "is the file in millimetres or centimetres? Give it `unit: mm` or `unit: cm` (`rpf3d new`: --unit mm)"
-)
+IN_SMALL_UNITS = "is the file in millimetres or centimetres? Give it `unit: mm` or `unit: cm` (`rpf3d new`: --unit mm)"
 """Advice in the error about a terrain that is too far from the origin in metres."""
 
 
