@@ -58,7 +58,8 @@ points in turn. They start evenly along a line, and evenly over the inclined sur
 area in plan). `rpf3d check` prints how much of a polygon is on the terrain, if part of it is not.
 
 With `above_ground`, points may be `[x, y]` (with `up: y`: `[x, z]`), and `line` may be a file with one or more lines
-(`.geojson .gpkg .shp .dxf .str`). Rocks are spread over the length of all lines of the file.
+(`.geojson .gpkg .shp .dxf .str`). Rocks are spread over the length of all lines of the file. The points of a line must
+be in their order along the crest; a line that turns back, and would be shorter in another order, is warned of.
 
 A source with `diameter`, `mass` or `volume` has rocks of this size; all other sources use the size in `rock`. All
 sources use the density and shape in `rock`. The live node refuses a scene in which a source has a size, because it
@@ -89,8 +90,9 @@ columns; a line that begins with `#` is a comment |
 - A first line without a number is a header. It names x, y and z in any order, in small letters or capitals; other
   columns are allowed.
 - Other names of x are `east`, `easting`, `e`; of y `north`, `northing`, `n`; of z `elevation`, `elev`, `height`,
-  `altitude`, `alt`, `rl`. Each may end in `_m`, `(m)` or `[m]`. With `up: y`, only the names
-  x, y and z are accepted.
+  `altitude`, `alt`, `rl`. With `up: y`, only the names x, y and z are accepted.
+- A name may state a unit of length: `E (mm)`, `N [ft]`, `z_m`. The numbers are converted to m. Without a unit they are
+  read in m. Other words in brackets are refused, as in `RL (UTM)`.
 - A cell must be a plain number. `1,234.5` and `1,5` are refused with line and column.
 - With `above_ground`, the height may be missing: no column for it, or `[x, y]` (with `up: y`, x and z).
 """
@@ -112,6 +114,7 @@ the place, the share that stopped there, and the p95 energy there (if at least 2
 MATERIALS = """\
 A zone has the material with its exact name; otherwise that of the first pattern that fits (`bench_*`); otherwise
 `default`. A material is refused if its name fits no zone of the terrain; this does not apply to `default`.
+Capitals count: the pattern of layers such as `FACES_NORTH` is `FACES_*`.
 `rpf3d materials` lists the entries of the `library`.
 """
 ROCK = """\
@@ -182,6 +185,8 @@ same probability; a file has a number on each line, and may have a header |
   - `ton`: a ton is read as 1,000 kg, with a warning, because there are other tons.
   - An unknown word in brackets: rpf3d warns, and reads the sizes in m, kg or m3.
   - A unit of another quantity, such as `width (m)` or `width_m` for masses: the file is refused.
+  - A name of another quantity, such as `tonnage` for diameters: the file is refused, with the key that the column
+    belongs to.
   - `Length (L)`, `mass (m)` and `thickness (t)`: the letter in brackets is read as the symbol of the quantity, not as
     litres, metres or tonnes.
 - A random number depends only on the seed, the source, the number of the rock and the purpose of the number. Therefore

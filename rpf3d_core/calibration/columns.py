@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.features import features_of
-from rpf3d_core.formats.points import COLUMN_NAMES, GEOJSON, NUMBER, OTHERS, UNIT, Row, rows_of, text_of
+from rpf3d_core.formats.points import COLUMN_NAMES, GEOJSON, NUMBER, OTHERS, Row, rows_of, text_of
 from rpf3d_core.formats.polygons import geometries
-from rpf3d_core.formats.units import doubt_on_unit, other_quantity, unit_of_column
+from rpf3d_core.formats.units import doubt_on_unit, other_quantity, unit_of_column, unit_of_coordinate
 
 FloatArray = NDArray[np.float64]
 
@@ -127,7 +127,7 @@ def _place_of(path: Path, header: Row, column: int | str, key: str) -> int:
         raise InputError(f"{path}, line {header.line}: `calibration.{key}` is {column!r}, but the header {found}")
     place = names.index(column.lower()) if isinstance(column, str) else column - 1
     coordinates = {*COLUMN_NAMES, *(name for names in COLUMN_NAMES.values() for name in names)}
-    if place < len(names) and UNIT.sub("", names[place]) in coordinates:
+    if place < len(names) and unit_of_coordinate(names[place])[0] in coordinates:
         raise InputError(f"{path}, line {header.line}: `calibration.{key}` is {column!r}, but this column holds the "
                          f"coordinate {header.cells[place]!r}")  # fmt: skip
     return place

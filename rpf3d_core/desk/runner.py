@@ -211,6 +211,7 @@ class Runner:
         """Write the report of the last run; refuse it if the scene or one of its files has changed since the run."""
         from rpf3d_core.report.report import write_report
         from rpf3d_core.results.folder import SUMMARY, write_findings
+        from rpf3d_core.runs.critical_path import with_critical_path
 
         if self._flown is None or self._flown[0].written != written or self._folder is None:
             raise InputError("the rocks of this scene have not flown; press Run, then Report")
@@ -219,7 +220,7 @@ class Runner:
         check_unchanged(scene, ready.stamp)
         self._listener.busy("writing the report")
         if not summary.is_file():
-            write_findings(self._folder, run)
+            write_findings(self._folder, with_critical_path(run))
         try:
             with whole_file(path) as part:
                 write_report(self._folder, part)

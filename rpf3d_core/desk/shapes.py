@@ -19,6 +19,7 @@ from rpf3d_core.terrain.draped_outlines import MARGIN, draped_outlines
 from rpf3d_core.terrain.facets import Terrain, unit_normals
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.height_image import height_image, heights_at
+from rpf3d_core.terrain.obstacles import Obstacles
 
 REACH, ENERGY = "reach", "energy"
 """The two hazard maps that can be draped over the terrain: reach probability (%) and p95 energy (kJ)."""
@@ -27,6 +28,8 @@ DARK, LIGHT_COLOUR = np.array([62.0, 55.0, 44.0]), np.array([226.0, 219.0, 203.0
 RAMP = np.array([[255, 255, 178], [254, 204, 92], [253, 141, 60], [240, 59, 32], [189, 0, 38]], dtype=float)
 """Colours of a hazard map from 0 to its largest value: YlOrRd of ColorBrewer."""
 
+BARRIER_COLOUR = np.array([0, 133, 119], dtype=np.uint8)
+"""Colour (red, green, blue) of the panels of barriers."""
 NEARBY = 100.0
 """Smallest distance (m) around sources in which lower ground is searched."""
 MARKS_RAISED = 0.001
@@ -188,6 +191,19 @@ def area_lines(seen: Seen, areas: Mapping[str, Sequence[FloatArray]]) -> Lines:
     """Return the outlines of areas of interest as lines on the ground; areas : rings (N, 2) m in plan, by name."""
     ground = seen.terrain
     return lines_of([line for rings in areas.values() for line in draped_outlines(ground, rings)])
+
+
+def barrier_mesh(obstacles: Obstacles) -> Mesh | None:
+    """Return the panels of all barriers of a scene; None without barriers."""
+    walls = obstacles.walls
+    if not walls:
+        return None
+    firsts = np.cumsum([0, *(len(wall.vertices) for wall in walls[:-1])]).tolist()
+    triangles = np.concatenate([wall.triangles + first for wall, first in zip(walls, firsts, strict=True)])
+    return Mesh(
+        vertices=np.concatenate([wall.vertices for wall in walls]), triangles=triangles.astype(np.int32),
+        colours=np.tile(BARRIER_COLOUR, (len(triangles), 1)),
+    )  # fmt: skip
 
 
 def lifted(lines: Lines, height: float) -> Lines:

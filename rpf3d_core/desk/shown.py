@@ -12,6 +12,7 @@ from rpf3d_core.desk.shapes import (
     DrapedMap,
     Lines,
     area_lines,
+    barrier_mesh,
     downhill,
     ground_mesh,
     ground_seen,
@@ -21,7 +22,7 @@ from rpf3d_core.desk.shapes import (
     path_lines,
     release_lines,
 )
-from rpf3d_core.desk.window import AREAS, CRESTS, DRAWN, GROUND, MAP, PATHS, RELEASES, THIN, Window
+from rpf3d_core.desk.window import AREAS, BARRIERS, CRESTS, DRAWN, GROUND, MAP, PATHS, RELEASES, THIN, Window
 from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.report.view import ABOVE_MAPS, Seen
 from rpf3d_core.results.findings import Run
@@ -56,7 +57,7 @@ class SceneView:
         self._run = NO_RUN
 
     def show_scene(self, prepared: Prepared) -> bool:
-        """Show terrain, sources and areas of a scene, without results; return True if the terrain has changed."""
+        """Show terrain, sources, barriers and areas of a scene; return True if the terrain has changed."""
         new = self._seen is None or self.terrain is not prepared.terrain
         if self._seen is None or new:
             self.terrain, self._seen = prepared.terrain, ground_seen(prepared.terrain)
@@ -64,6 +65,7 @@ class SceneView:
         self._releases, lines = release_lines(prepared.sources, self._seen)
         self.window.show_points(RELEASES, self._releases)
         self.window.show_lines(CRESTS, lines)
+        self.window.show_mesh(BARRIERS, barrier_mesh(prepared.obstacles))
         self._areas = area_lines(self._seen, prepared.outlines)
         self.show_run(NO_RUN)
         self.drape("")

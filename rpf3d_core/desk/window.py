@@ -14,8 +14,8 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkGenericOpenGLRenderWindow
 from rpf3d_core.desk.shapes import Lines, Mesh
 from rpf3d_core.terrain.frame import FloatArray
 
-NAMES = GROUND, MAP, PATHS, RELEASES, CRESTS, AREAS, DRAWN = (
-    "ground", "map", "paths", "releases", "crests", "areas", "drawn",
+NAMES = GROUND, MAP, PATHS, RELEASES, CRESTS, AREAS, BARRIERS, DRAWN = (
+    "ground", "map", "paths", "releases", "crests", "areas", "barriers", "drawn",
 )  # fmt: skip
 """Names of the parts that the window shows; DRAWN is the drawing of the user."""
 COLOURS = {
@@ -100,10 +100,10 @@ class Window:
         if name in COLOURS:
             mapper.ScalarVisibilityOff()
             actor.GetProperty().SetColor(*COLOURS[name])
-            actor.PickableOff()
         else:
             mapper.SetColorModeToDirectScalars()
             mapper.SetScalarModeToUseCellData()
+        actor.SetPickable(name in (GROUND, MAP))
         actor.VisibilityOff()
         self.renderer.AddActor(actor)
         return actor

@@ -4,8 +4,10 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.bodies import WHY_STOPPED
 from rpf3d_core.ensemble.broken import DUST_UNITS
@@ -19,6 +21,18 @@ PATH_UNITS = 2**20
 
 Position = Callable[[FloatArray], FloatArray]
 """Function from points (N, 3) m, local frame, to coordinates (N,) m along the direction of the observed stops."""
+
+
+class FarthestRock(NamedTuple):
+    """The rock that stopped farthest from its release.
+
+    runout : m; source, rock, piece : numbers of the source, of the rock in its source, and of the fragment
+    """
+
+    runout: float
+    source: int
+    rock: int
+    piece: int
 
 
 @dataclass(eq=False)
@@ -36,6 +50,7 @@ class Totals:
     outcomes : number of rocks by outcome; impacts : number of impacts of all rocks
     path : length of all paths together, in PATH_UNITS
     runout : sample of runouts (m); stops : sample of the results of `position` (m)
+    farthest : the first of the rocks that stopped with the largest runout; None if none stopped away from its release
     max_speed, max_energy, max_height, ground_speed, max_rotational_energy, max_total_energy : samples of the columns of
         `Deposits`
     """
@@ -58,6 +73,7 @@ class Totals:
     why: Counter[str] = field(default_factory=Counter)
     lifted: int = 0
     most_lifted: float = 0.0
+    farthest: FarthestRock | None = None
 
     @property
     def rocks(self) -> int:
@@ -89,6 +105,7 @@ class Totals:
         self.path += sum(np.rint(deposits.path[sound] * PATH_UNITS).astype(np.int64).tolist())
         at_rest = np.isin(deposits.outcome, DEPOSITED)
         self.runout.add(runout(deposits)[at_rest])
+        self.farthest = _farther(self.farthest, _farthest_of(deposits, at_rest))
         for name in ("max_speed", "max_energy", "max_height", "ground_speed", *(SPIN_FINALS if self.spins else ())):
             getattr(self, name).add(getattr(deposits, name)[sound])
         if self.position is not None:
@@ -104,8 +121,26 @@ class Totals:
         self.path += other.path
         self.pieces += other.pieces
         self.dust += other.dust
+        self.farthest = _farther(self.farthest, other.farthest)
         for name in ("runout", "max_speed", "max_energy", "max_height", "ground_speed", "stops", *SPIN_FINALS):
             getattr(self, name).join(getattr(other, name))
+
+
+def _farthest_of(deposits: Deposits, at_rest: NDArray[np.bool_]) -> FarthestRock | None:
+    """Return the first rock with the largest runout above 0; at_rest : (R,) True for the rocks that stopped."""
+    length = np.where(at_rest, runout(deposits), 0.0)
+    if not len(length) or not length.max() > 0.0:
+        return None
+    row = int(length.argmax())
+    key = (int(column[row]) for column in (deposits.source, deposits.rock, deposits.piece))
+    return FarthestRock(float(length[row]), *key)
+
+
+def _farther(first: FarthestRock | None, second: FarthestRock | None) -> FarthestRock | None:
+    """Return the rock with the larger runout, the first if both are equal; None if there is neither."""
+    if first is None or second is None:
+        return first or second
+    return second if second.runout > first.runout else first
 
 
 def runout(deposits: Deposits) -> FloatArray:

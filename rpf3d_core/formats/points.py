@@ -18,6 +18,7 @@ import numpy as np
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.features import features_of
 from rpf3d_core.formats.polygons import geometries
+from rpf3d_core.formats.units import LENGTHS, unit_of_coordinate
 from rpf3d_core.terrain.frame import FloatArray, Up
 
 GEOJSON = (".geojson", ".json")
@@ -35,7 +36,6 @@ COLUMN_NAMES = {
 }
 """Names that a coordinate's column may have in survey files in addition to x, y or z."""
 
-UNIT = re.compile(r"(_m|\s*\(m\)|\s*\[m\])$")
 QUOTED = re.compile(r'"[^"]*"')
 REMARK = re.compile(r"\s#.*")
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
@@ -43,6 +43,13 @@ NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 SPREADSHEETS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 """First bytes of .xlsx and .ods files (a zip archive), and of .xls files."""
+
+
+class AxisColumn(NamedTuple):
+    """The column of a coordinate: its place in a row, from 0, and the length (m) of the unit that its header states."""
+
+    place: int
+    unit: float = 1.0
 
 
 class Row(NamedTuple):
@@ -58,7 +65,8 @@ def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
     In a text, numbers are separated by blanks, and `#` starts a comment. If the first line has a comma, semicolon or
     tab, the file is a CSV: this character separates cells, and a line that begins with `#` is a comment. Empty lines
     are skipped. A first line without any number is a header that names the columns (`COLUMN_NAMES`); without a header,
-    the coordinates are the first three columns. A file with the extension .geojson or .json is GeoJSON with Points or
+    the coordinates are the first three columns. Coordinates are converted to m if the header states another unit of
+    length, such as `E (mm)`. A file with the extension .geojson or .json is GeoJSON with Points or
     MultiPoints; GeoPackages, Shapefiles, DXF and Surpac strings are read as `features.py` describes.
 
     Parameters
@@ -118,9 +126,8 @@ def _text_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[flo
     if not any(NUMBER.fullmatch(cell) for cell in first.cells):
         columns = _named_columns(path, first, up, heights)
         return [_point(path, row, columns, first.cells) for row in rows[1:]]
-    columns = {axis: place for place, axis in enumerate(AXES)}
-    if not heights and len(first.cells) == 2:
-        columns = {axis: place for place, axis in enumerate(_plan_axes(up))}
+    axes = _plan_axes(up) if not heights and len(first.cells) == 2 else AXES
+    columns = {axis: AxisColumn(place) for place, axis in enumerate(axes)}
     return [_point(path, row, columns, None) for row in rows]
 
 
@@ -131,7 +138,7 @@ def rows_of(path: Path, text: str) -> Iterator[Row]:
     return (row for row in rows if any(row.cells) and not row.cells[0].startswith("#"))
 
 
-def columns_of(path: Path, text: str) -> tuple[str | None, int, tuple[int, ...]]:
+def columns_of(path: Path, text: str) -> tuple[str | None, int, tuple[AxisColumn, ...]]:
     """Return the layout of a text or CSV file: separator of cells, number of lines to skip, and columns of x, y and z.
 
     The separator is None for blanks. The lines to skip are those up to and including the header; 0 without a header.
@@ -141,11 +148,11 @@ def columns_of(path: Path, text: str) -> tuple[str | None, int, tuple[int, ...]]
     Raises
     ------
     InputError
-        A header does not name x, y and z.
+        A header does not name x, y and z, or states an unknown unit.
     """
     first = next(iter(rows_of(path, text)), None)
     if first is None or any(NUMBER.fullmatch(cell) for cell in first.cells):
-        return _separator(text), 0, (0, 1, 2)
+        return _separator(text), 0, (AxisColumn(0), AxisColumn(1), AxisColumn(2))
     columns = _named_columns(path, first, "z", True)
     return _separator(text), first.line, tuple(columns[axis] for axis in AXES)
 
@@ -175,15 +182,15 @@ def _plan_axes(up: Up) -> str:
     return "xy" if up == "z" else "xz"
 
 
-def _named_columns(path: Path, header: Row, up: Up, heights: bool) -> dict[str, int]:
+def _named_columns(path: Path, header: Row, up: Up, heights: bool) -> dict[str, AxisColumn]:
     """Return the column of each axis, found by the names in a header; an optional height may have no column.
 
     Raises
     ------
     InputError
-        A coordinate has no column, or more than one; the message lists the known names.
+        A coordinate has no column, or more than one; the message lists the known names. Or its unit is not known.
     """
-    names = [UNIT.sub("", cell.lower()) for cell in header.cells]
+    names = [unit_of_coordinate(cell)[0] for cell in header.cells]
     columns = {}
     for axis in AXES:
         # A file with z may also have a column height, such as the height of a tree.
@@ -191,13 +198,28 @@ def _named_columns(path: Path, header: Row, up: Up, heights: bool) -> dict[str, 
             i for i, name in enumerate(names) if up == "z" and name in COLUMN_NAMES[axis]
         ]
         if len(found) == 1:
-            columns[axis] = found[0]
+            columns[axis] = AxisColumn(found[0], _unit_of(path, header, found[0]))
         elif found or heights or axis in _plan_axes(up):
             raise InputError(
                 f"{path}, line {header.line}: a header must name {_listed(AXES if heights else _plan_axes(up))} once "
                 f"each, but is {', '.join(header.cells)!r}; known are {_known(up)}"
             )
     return columns
+
+
+def _unit_of(path: Path, header: Row, place: int) -> float:
+    """Return the length (m) of the unit that the header of a coordinate states; 1 without one.
+
+    place : number of the column, from 0; an unknown unit raises an `InputError`
+    """
+    _, unit, length = unit_of_coordinate(header.cells[place])
+    if length is None:
+        raise InputError(
+            f"{path}, line {header.line}: the column {header.cells[place]!r} has {unit!r} in brackets, which is no "
+            f"known unit of length ({', '.join(LENGTHS)}); convert its numbers to one of them, or take the brackets "
+            "away if they name no unit: numbers without a unit are read in m"
+        )
+    return length
 
 
 def _listed(axes: Sequence[str]) -> str:
@@ -207,10 +229,10 @@ def _listed(axes: Sequence[str]) -> str:
 def _known(up: Up) -> str:
     """Return the names that coordinate columns may have, for messages."""
     names = [", ".join((axis, *(COLUMN_NAMES[axis] if up == "z" else ()))) for axis in AXES]
-    return "; ".join(names) + ", in capitals too, with or without _m, (m) or [m]"
+    return "; ".join(names) + ", in capitals too, with or without a unit, such as x_m, E (m), N (mm) or z [ft]"
 
 
-def _point(path: Path, row: Row, columns: dict[str, int], header: Sequence[str] | None) -> tuple[float, ...]:
+def _point(path: Path, row: Row, columns: dict[str, AxisColumn], header: Sequence[str] | None) -> tuple[float, ...]:
     """Return the point (3,) m in one line of a file; a coordinate without a column is 0.
 
     Raises
@@ -219,7 +241,7 @@ def _point(path: Path, row: Row, columns: dict[str, int], header: Sequence[str] 
         A cell is missing or not a plain, finite number.
     """
     point = dict.fromkeys(AXES, 0.0)
-    for axis, column in columns.items():
+    for axis, (column, unit) in columns.items():
         cell = row.cells[column] if column < len(row.cells) else ""
         if not NUMBER.fullmatch(cell) or not math.isfinite(float(cell)):
             named = f" ({header[column]})" if header else ""
@@ -229,7 +251,7 @@ def _point(path: Path, row: Row, columns: dict[str, int], header: Sequence[str] 
                 f"{path}, line {row.line}, column {column + 1}{named}: {axis} must be a plain, finite number, but "
                 f"{found}{must}{decimal_comma(cell)}"
             )
-        point[axis] = float(cell)
+        point[axis] = float(cell) * unit
     return tuple(point.values())
 
 

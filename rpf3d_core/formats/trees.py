@@ -1,14 +1,17 @@
 """Read trees from a file: a CSV with a header, or lines of x, y, dbh_cm, height and kind."""
 
 import math
-from collections.abc import Sequence
+import re
 from pathlib import Path
 from typing import NamedTuple
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.formats.points import COLUMN_NAMES, NUMBER, UNIT, Row, rows_of, text_of
+from rpf3d_core.formats.points import COLUMN_NAMES, NUMBER, Row, rows_of, text_of
+from rpf3d_core.formats.words import either
 from rpf3d_core.terrain.frame import Up
 
+UNIT = re.compile(r"(_m|\s*\(m\)|\s*\[m\])$")
+"""Unit at the end of the name of a column; coordinates and heights of trees are in m."""
 KINDS = ("conifer", "broadleaved", "silver_fir")
 NAMES = {
     "dbh": ("dbh_cm", "dbh", "diameter_cm"),
@@ -89,7 +92,7 @@ def _tree(path: Path, row: Row, columns: dict[str, int]) -> Tree:
     place = columns.get("kind", len(row.cells))
     kind = (row.cells[place] if place < len(row.cells) else "") or KINDS[0]
     if kind.lower() not in KINDS:
-        raise InputError(f"{path}, line {row.line}: kind is {kind!r}, but must be {_listed(KINDS)}")
+        raise InputError(f"{path}, line {row.line}: kind is {kind!r}, but must be {either(KINDS)}")
     return Tree(
         line=row.line,
         east=numbers["east"] or 0.0,
@@ -123,7 +126,3 @@ def _check(path: Path, row: Row, what: str, value: float, most: float, unit: str
     if not 0.0 < value <= most:
         must = f"above 0 and up to {most:g} ({unit})"
         raise InputError(f"{path}, line {row.line}: {what} is {value:g}, but must be {must}")
-
-
-def _listed(words: Sequence[str]) -> str:
-    return f"{', '.join(words[:-1])} or {words[-1]}"

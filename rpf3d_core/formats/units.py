@@ -24,7 +24,9 @@ _SPELT_OUT = {
     "metre": "m", "meter": "m", "millimetre": "mm", "millimeter": "mm", "centimetre": "cm", "centimeter": "cm",
     "inch": "in", "inche": "in", "foot": "ft", "feet": "ft", "kilogram": "kg", "kg": "kg", "gram": "g", "tonne": "t",
     "ton": "t", "kilotonne": "kt", "pound": "lb", "lb": "lb", "litre": "l", "liter": "l", "cubic metre": "m3",
-    "cubic meter": "m3", "cubic feet": "ft3", "cubic foot": "ft3",
+    "cubic meter": "m3", "cubic feet": "ft3", "cubic foot": "ft3", "kilometre": "km", "kilometer": "km", "yard": "yd",
+    "metric ton": "t", "us ft": "us_ft", "usft": "us_ft", "ftus": "us_ft", "us survey feet": "us_ft",
+    "us survey foot": "us_ft",
 }  # fmt: skip
 """Key of each unit that is written as a word, in the singular; most may also end with s."""
 _IN_BRACKETS = re.compile(r"[(\[]\s*([^()\[\]]+?)\s*[)\]]\s*$")
@@ -37,6 +39,18 @@ _TONS = ("ton", "tons")
 """Words that are always uncertain: a ton is read as 1,000 kg, but may also be 907 or 1,016 kg."""
 _SYMBOLS = (("length", "l"), ("mass", "m"), ("thickness", "t"))
 """Names of columns with a letter in brackets that is the symbol of the quantity, not a unit: (L) is not litres."""
+_WORDS = {
+    "length": ("diameter", "dia", "length", "width", "thickness"),
+    "mass": ("mass", "weight", "tonnage", "ton", "tons", "tonne", "tonnes"),
+    "volume": ("volume", "vol"),
+}
+"""Words in the names of columns that state the quantity of the numbers, by quantity."""
+_PERHAPS_TONNES = re.compile(r"\btonnage\b|\st$")
+"""Names of columns without a unit whose numbers may be in tonnes, in small letters."""
+_UNIT_OF_A_COORDINATE = re.compile(
+    r"(.*?)(?:\s*[(\[]\s*(?P<bracket>[^()\[\]]*?)\s*[)\]]|(?:_|,\s*|\s)(?P<suffix>mm|cm|dm|m|km|ft|us_ft))"
+)
+"""Name of a coordinate's column, and its unit in brackets or as a suffix such as `_m`; `in` is no suffix."""
 
 
 class TableUnit(NamedTuple):
@@ -70,6 +84,32 @@ def unit_of_column(header: str, quantity: str) -> TableUnit | None:
     return TableUnit(unit, found, _TABLE_UNITS[found][unit], is_certain)
 
 
+def unit_of_coordinate(header: str) -> tuple[str, str, float | None]:
+    """Split the name of a coordinate's column, such as `E (mm)`: return its name, its unit, and the unit's length (m).
+
+    The name is in small letters. The unit is the text in brackets, or a suffix such as `_m`; without one it is "", and
+    the length is 1. The length is None if the text in brackets is not a known unit of length.
+    """
+    lower = header.strip().lower()
+    found = _UNIT_OF_A_COORDINATE.fullmatch(lower)
+    if found is None:
+        return lower, "", 1.0
+    unit: str = found["suffix"] or found["bracket"]
+    return found[1].strip(), unit, LENGTHS.get(_key_of(unit), ("", None))[1]
+
+
+def other_quantity_named(header: str, quantity: str) -> str | None:
+    """Return the quantity, a key of `SI`, that the name of a column states instead of the wanted one; None if it fits.
+
+    `tonnage` states a mass. A name with a word of the wanted quantity fits, such as `diameter of equal volume`.
+
+    header : name of the column; quantity : key of `SI`, the wanted quantity
+    """
+    words = set(re.split(r"[^a-z]+", header.lower()))
+    named = [each for each, known in _WORDS.items() if not words.isdisjoint(known)]
+    return None if not named or quantity in named else named[0]
+
+
 def _parts_of(header: str) -> tuple[str, str, str]:
     """Split a header: return the name of the column, the words in brackets at its end, and its last word.
 
@@ -98,6 +138,9 @@ def doubt_on_unit(header: str, quantity: str) -> str:
     if unit is None and len(bracket) > 1:
         return (f"the name of the column {header!r} has no known unit in brackets: its numbers are read in {wanted}; "
                 f"give them in {wanted} or another unit of {quantity}")  # fmt: skip
+    if unit is None and quantity == "mass" and _PERHAPS_TONNES.search(header.strip().lower()):
+        return (f"the name of the column {header!r} may mean tonnes, but its numbers are read in kg; write their unit "
+                "in brackets: 'mass (t)' or 'mass (kg)'")  # fmt: skip
     if unit is None or unit.is_certain or unit.factor == 1.0:
         return ""
     return (f"the name of the column {header!r} is read as a unit: its numbers are converted from {unit.name} to "
@@ -112,4 +155,9 @@ def other_quantity(header: str, unit: TableUnit, quantity: str) -> str:
     wanted = SI[quantity]
     advice = "" if unit.is_certain else f"; if {unit.name!r} is no unit there, name the column '{header} ({wanted})'"
     return (f"in {unit.name}, by the name of the column {header!r}, but must be in {wanted} or another unit of "
-            f"{quantity}{advice}")  # fmt: skip
+            f"{quantity}; sizes in {unit.name} belong to the key `{key_of_sizes(unit.quantity)}`{advice}")  # fmt: skip
+
+
+def key_of_sizes(quantity: str) -> str:
+    """Return the key of a rock's size in a scene for a quantity, a key of `SI`: `diameter`, `mass` or `volume`."""
+    return "diameter" if quantity == "length" else quantity

@@ -5,6 +5,8 @@ from typing import Any
 from rpf3d_core.terrain.obstacles import Obstacles
 
 BARRIER_COLOUR, TREE_COLOUR = (30, 60, 200), (30, 120, 50)
+PANEL_COLOUR = (30, 60, 200, 150)
+"""Colour of the panels of barriers: red, green, blue, and how opaque they are."""
 BARRIER_PIXELS, TREE_PIXELS = 1.5, 2.0
 """Widths of barriers and sizes of trees in the viewer in pixels: in metres, a stem could not be seen in a pit of 1 km.
 
@@ -13,7 +15,9 @@ rerun interprets negative radii as sizes on the screen.
 
 
 def log_obstacles(recording: Any, obstacles: Obstacles) -> None:
-    """Write barriers as named lines, `world/barriers`, and trees as points, `world/trees`; both lie on the ground.
+    """Write barriers as named lines on the ground, `world/barriers`, and trees as points, `world/trees`.
+
+    The panels of the barriers are walls, `world/barriers/panels`.
 
     Nothing is logged for a kind of obstacle that the scene does not have.
     """
@@ -23,6 +27,9 @@ def log_obstacles(recording: Any, obstacles: Obstacles) -> None:
         names, lines = zip(*obstacles.lines, strict=True)
         strips = rr.LineStrips3D(lines, colors=[BARRIER_COLOUR], radii=[-BARRIER_PIXELS], labels=names)
         recording.log("world/barriers", strips, static=True)
+    for number, wall in enumerate(obstacles.walls):
+        mesh = rr.Mesh3D(vertex_positions=wall.vertices, triangle_indices=wall.triangles, albedo_factor=PANEL_COLOUR)
+        recording.log(f"world/barriers/panels/{number}", mesh, static=True)
     if len(obstacles.stems):
         feet = rr.Points3D(obstacles.stems[:, :3], colors=[TREE_COLOUR], radii=[-TREE_PIXELS])
         recording.log("world/trees", feet, static=True)

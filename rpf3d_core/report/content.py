@@ -6,28 +6,27 @@ from pathlib import Path
 import numpy as np
 
 from rpf3d_core.hazard.benches import CAUGHT_COUNT, in_percent
+from rpf3d_core.hazard.filled_cells import ReachedCells, filling_cell, rocks_that_fill, share_of_cells
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
-from rpf3d_core.report.barriers_part import barriers_part
 from rpf3d_core.report.changed_inputs import changed_inputs
 from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
+from rpf3d_core.report.fences_part import fences_part, too_few_toes
 from rpf3d_core.report.inputs_part import inputs_part
-from rpf3d_core.report.passing import FencePlace, places_beyond
-from rpf3d_core.report.run_files import RunFiles, read_hazard
-from rpf3d_core.report.section import critical_section
+from rpf3d_core.report.passing import places_beyond
+from rpf3d_core.report.run_files import HazardGrid, RunFiles, read_hazard
+from rpf3d_core.report.section import CriticalSection, critical_section
 from rpf3d_core.report.section_part import section_part
-from rpf3d_core.report.segments import IMPACTS, KEPT, Segments, segments_of
+from rpf3d_core.report.segments import segments_of
 from rpf3d_core.report.toe import DESIGN, BeyondToe, beyond_toe, directions, held_beyond
 from rpf3d_core.report.view import MOST_TRIANGLES, terrain_seen, view_html
 from rpf3d_core.report.words import (
     UNKNOWN,
     figure_cells,
-    height,
     interval,
     kilojoules,
     metres,
     share,
     share_cells,
-    share_interval,
 )
 from rpf3d_core.results.inputs import ASSUMED
 from rpf3d_core.terrain.faces import LOWEST, STEEP
@@ -59,17 +58,6 @@ PICTURES = (
     ((ENERGY,), "95th percentile of the energy in each cell."),
 )  # fmt: skip
 """Pictures of the run that a report shows: file names and caption. The first of the files that exists is shown."""
-SLIDES = (
-    "A rock that slid before it left the ground counts with the larger speed of both ends of its way; its height is "
-    "not known and counts as larger than all others."
-)
-HEIGHTS_LEAVE_OUT = (
-    "The predictive intervals of heights leave out the misfit of the model; those of rocks that pass and of energies "
-    "hold it."
-)
-FROM_PATHS = (
-    "Fewer than all: `outputs.impacts` gives all rocks, unless air slows them; `outputs.trajectories` keeps more."
-)
 LIMITS = (
     "The results describe rocks after a release. They say nothing about how often rocks are released.",
     "No interval holds what the scene takes as known: the form of the models, the terrain, the sources, the sizes.",
@@ -105,11 +93,11 @@ def report_elements(run: RunFiles, site: str) -> list[Element]:
         *([Warnings("Read first", warnings)] if warnings else []),
         _run_facts(run, site),
         *_answer(run, beyond),
-        *_pictures(run),
+        *_pictures(run, section),
         *section_part(run, beyond, section),
         *_benches(run),
         *_distances(run, beyond),
-        *_fences(run, measured, segments, beyond),
+        *fences_part(run, measured, segments, beyond),
         *inputs_part(run),
         Heading("Limits of the answer"), Bullets(LIMITS),
         Heading("Sign-off"), SignOff(FIELDS),
@@ -215,15 +203,16 @@ def _further_faces(beyond: BeyondToe) -> list[Element]:
                  "upper bench, and not one from the toe of the wall.")]  # fmt: skip
 
 
-def _pictures(run: RunFiles) -> Iterator[Element]:
-    """Yield the 3D view, the map and the hazard map."""
+def _pictures(run: RunFiles, section: CriticalSection | None) -> Iterator[Element]:
+    """Yield the 3D view, the map and the hazard map; section : the critical section, None without one."""
     seen, along = terrain_seen(run), directions(run.ends).mean(axis=0)
     looking = along / max(float(np.linalg.norm(along)), 1e-9)
     small = f", reduced from {seen.of:,} triangles to {len(seen.triangles):,}" if seen.of > MOST_TRIANGLES else ""
     caption = (f"Terrain around the rocks{small}. Drag to turn, scroll to zoom; a click on the legend shows or hides "
                "maps and paths.")  # fmt: skip
     yield Heading("Terrain, paths and hazard")
-    yield View(view_html(run, seen, looking), caption, "The rotatable 3D view is in the HTML file of this report.")
+    view = view_html(run, seen, looking, None if section is None else section.key)
+    yield View(view, caption, "The rotatable 3D view is in the HTML file of this report.")
     for names, words in PICTURES:
         there = [run.folder / name for name in names if (run.folder / name).is_file()]
         if there:
@@ -244,7 +233,22 @@ def _cells_without_energy(run: RunFiles) -> str:
         return ""
     of = int(cells.sum())
     return (f" A cell needs {FEWEST_ROCKS} rocks: {without:,} of the {of:,} cells that rocks reached have no value. "
-            "That does not mean that they are safe; fly more rocks to fill them.")  # fmt: skip
+            "That does not mean that they are safe; fly more rocks to fill them."
+            f"{_filling(run, reached) if 2 * without > of else ''}")  # fmt: skip
+
+
+def _filling(run: RunFiles, reached: HazardGrid) -> str:
+    """Return a sentence on what would give half of the reached cells a value: more rocks, or a larger cell.
+
+    reached : the map of the reach probability
+    """
+    flown = int(run.summary["rocks"])
+    row, column = np.nonzero(np.isfinite(reached.values))
+    rocks = np.rint(reached.values[row, column] * flown).astype(np.int64)
+    cells = ReachedCells(column, row, rocks, cell=reached.cell, widest=reached.cell * max(reached.values.shape))
+    size = filling_cell(cells, share_of_cells)
+    larger = "a larger cell would not" if size is None else f"so would `hazard.cell: {size:g}`"
+    return f" About {rocks_that_fill(cells, flown):,} rocks would fill half of them; {larger}."
 
 
 def _trimmed(path: Path) -> bytes:
@@ -284,7 +288,7 @@ def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Element]:
     """Yield the table of the distances beyond the toe within which 50, 75, 90 and 95 % of the rocks stop."""
     yield Heading("Distance from the toe")
     if not beyond.enough:
-        yield Text(_too_few_toes(beyond))
+        yield Text(too_few_toes(beyond))
         return
     yield Table(
         ("holds", *THREE),
@@ -295,39 +299,3 @@ def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Element]:
                f"the rock's way in plan. A face is steeper than {STEEP:g} degrees and at least {LOWEST:g} m high. "
                f"Of {len(beyond.rows):,} rocks.",
                quiet=True)  # fmt: skip
-
-
-def _too_few_toes(beyond: BeyondToe) -> str:
-    """Return a sentence that distances beyond the toe are not known, because no rock or only few have a toe."""
-    if len(beyond.rows) == 0:
-        return "Not known: no face lies below the releases."
-    return f"Not known: only {len(beyond.rows):,} of {beyond.of:,} rocks have a face below their release."
-
-
-def _fences(run: RunFiles, places: list[FencePlace], segments: Segments, beyond: BeyondToe) -> Iterator[Element]:
-    """Yield the tables of the rocks that pass places beyond the toe, for the design of fences, and of the barriers."""
-    yield Heading("Where a fence would stand")
-    if not places:
-        yield Text(_too_few_toes(beyond))
-    else:
-        yield from _fence_tables(run, places, segments)
-    if run.summary.get("barriers"):
-        yield from barriers_part(run.summary["barriers"])
-
-
-def _fence_tables(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iterator[Element]:
-    yield Table(("beyond the toe", "rocks that pass", *THREE[1:]), [
-        [metres(place.distance), share(place.passed.value), share_interval(place.passed.predictive),
-         share_interval(place.passed.sampling)] for place in places
-    ])  # fmt: skip
-    header = ("beyond the toe", "rocks", "p95 energy", *THREE[1:], "p95 height", *THREE[1:])
-    yield Table(header, [
-        [metres(place.distance), f"{place.crossed:,}", *figure_cells(place.energy, kilojoules),
-         *figure_cells(place.height, height)] for place in places
-    ])  # fmt: skip
-    notes = {IMPACTS: SLIDES, KEPT: FROM_PATHS if segments.rocks < run.summary["rocks"] else ""}
-    yield Text(f"Energies (translational) and heights (of the centre) at the first passage, from {segments.source}: "
-               f"{segments.rocks:,} of {run.summary['rocks']:,} rocks. Not known for fewer than 20 rocks. "
-               f"{notes[segments.source]}".rstrip(), quiet=True)  # fmt: skip
-    if run.moves is not None:
-        yield Text(HEIGHTS_LEAVE_OUT, quiet=True)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
+from rpf3d_core.report.footing import Footing, footing_at
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.segments import Segments, first_passages
 from rpf3d_core.report.toe import BEYOND, FAR, BeyondToe, Figure, SetValues, percentile_of
@@ -26,12 +27,14 @@ class FencePlace(NamedTuple):
     """The rocks that pass a place beyond the toe: their share, energies and heights.
 
     distance : m beyond the toe; passed : share (-) of all rocks that pass the place
+    footing : the ground where the lines of the rocks have this distance from the toe
     energy, height : 95th percentiles (J, m) over the rocks that pass
     crossed : number of rocks whose known paths pass the place, which energy and height are computed from
     """
 
     distance: float
     passed: Figure
+    footing: Footing
     energy: Figure
     height: Figure
     crossed: int
@@ -100,10 +103,16 @@ def _place(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float
     unknown = Figure(value=None, sampling=None, predictive=None)
     enough = len(rows) >= FEWEST_ROCKS
     return FencePlace(
-        distance=distance, passed=passed, crossed=len(rows),
+        distance=distance, passed=passed, crossed=len(rows), footing=_footing(run, beyond, distance),
         energy=percentile_of(energy, P95, _displaced(run, beyond, segments, distance)) if enough else unknown,
         height=percentile_of(height, P95, _with_sets(run, rows, height)) if enough else unknown,
     )  # fmt: skip
+
+
+def _footing(run: RunFiles, beyond: BeyondToe, distance: float) -> Footing:
+    """Return the ground at a distance (m) beyond the toe, on the lines of all rocks."""
+    away = np.maximum(beyond.toe + distance, NEAREST)[:, None] * beyond.along
+    return footing_at(run.terrain, run.ends.release[beyond.rows, :2] + away)
 
 
 def _with_sets(run: RunFiles, rows: NDArray[np.int64], values: FloatArray) -> SetValues | None:

@@ -15,6 +15,7 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.formats.meshes import MESH_READERS
 from rpf3d_core.formats.polygons import local_plan
 from rpf3d_core.results.earlier_results import DEPOSITS, read_summary
+from rpf3d_core.results.folder import CRITICAL
 from rpf3d_core.results.inputs import INPUTS
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray, Frame
@@ -74,6 +75,8 @@ class RunFiles(NamedTuple):
 
     summary, inputs : content of summary.json and inputs.json; terrain : without zones, in the local frame
     moves : (S, 2) m, displacement in plan of the paths of each parameter set; None if the scene states no misfit
+    critical : path of the rock that stopped farthest from its release, if it is not among `paths`; None in results of
+        earlier versions
     """
 
     folder: Path
@@ -83,6 +86,18 @@ class RunFiles(NamedTuple):
     ends: Ends
     paths: KeptPaths
     moves: FloatArray | None = None
+    critical: KeptPaths | None = None
+
+    def path_of(self, key: tuple[str, int, int]) -> FloatArray | None:
+        """Return the path (P, 3) m of a rock, local frame; None if the result does not have it.
+
+        key : the rock, as (source, rock, fragment)
+        """
+        for paths in (self.paths, self.critical):
+            if paths is not None and key in paths.key:
+                number = paths.key.index(key)
+                return paths.x[paths.starts[number] : paths.starts[number + 1]]
+        return None
 
     @property
     def areas(self) -> dict[str, list[FloatArray]]:
@@ -119,11 +134,13 @@ def read_run(folder: Path) -> RunFiles:
         ground = _terrain(folder / "terrain.vtp", frame)
         ends = _ends(folder / DEPOSITS, frame, sources, sets)
         paths = _paths(folder / "trajectories.parquet", frame)
+        critical = _paths(folder / CRITICAL, frame) if (folder / CRITICAL).is_file() else None
         moves = _moves(folder, inputs["scene"]) if sets else None
     except (OSError, KeyError, pa.ArrowInvalid) as fault:
         raise InputError(f"{folder}: is damaged ({fault}); run its scene again") from fault
     return RunFiles(
-        folder=folder, summary=summary, inputs=inputs, terrain=ground, ends=ends, paths=paths, moves=moves
+        folder=folder, summary=summary, inputs=inputs, terrain=ground, ends=ends, paths=paths, moves=moves,
+        critical=critical,
     )  # fmt: skip
 
 

@@ -24,24 +24,25 @@ BEHIND, AHEAD = 0.15, 0.1
 
 
 class CriticalSection(NamedTuple):
-    """The critical section; distances (m) are measured in plan, along the section, from the release of `source, rock`.
+    """The critical section; distances (m) are measured in plan, along the section, from the release of its rock.
 
-    source, rock : source and number of the section's rock, which stopped farthest from its release; runout : m
+    key : the section's rock, which stopped farthest from its release, as (source, rock, fragment); runout : m
     toe : distance (m) of the foot of the first face; NaN without a face below the release
     distance, ground : (S,) m, the terrain's profile, elevations in the input's vertical coordinate
     paths : (P, 2) m for each kept path in a strip along the section: distance and elevation of its points, NaN for
         points outside the strip; width : m, width of the strip
+    path : (P, 2) m, the path of the section's rock, distance and elevation; None if the result does not have it
     start : (2,) m, the release in z-up input coordinates; azimuth : direction of the section, degrees clockwise from
         north
     """
 
-    source: str
-    rock: int
+    key: tuple[str, int, int]
     runout: float
     toe: float
     distance: FloatArray
     ground: FloatArray
     paths: list[FloatArray]
+    path: FloatArray | None
     width: float
     start: FloatArray
     azimuth: float
@@ -66,11 +67,22 @@ def critical_section(run: RunFiles) -> CriticalSection | None:
     ahead = distance >= 0.0
     east, north, up = run.terrain.frame.origin
     return CriticalSection(
-        source=ends.key[row][0], rock=ends.key[row][1], runout=runout,
+        key=ends.key[row], runout=runout,
         toe=foot_of_face(distance[ahead], ground[ahead]), distance=distance, ground=ground + up,
-        paths=_in_strip(run, start, along, width), width=width, start=start + np.array([east, north]),
+        paths=_in_strip(run, start, along, width), path=_onto(run, run.path_of(ends.key[row]), start, along),
+        width=width, start=start + np.array([east, north]),
         azimuth=float(np.degrees(np.arctan2(along[0], along[1])) % 360.0),
     )  # fmt: skip
+
+
+def _onto(run: RunFiles, path: FloatArray | None, start: FloatArray, along: FloatArray) -> FloatArray | None:
+    """Return a path (P, 3) m seen across a line, as distances along it and elevations (P, 2) m; None for no path.
+
+    start, along : as in `_in_strip`
+    """
+    if path is None:
+        return None
+    return np.column_stack([(path[:, :2] - start) @ along, path[:, 2] + run.terrain.frame.origin[2]])
 
 
 def _in_strip(run: RunFiles, start: FloatArray, along: FloatArray, width: float) -> list[FloatArray]:

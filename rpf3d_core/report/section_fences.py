@@ -9,8 +9,10 @@ import numpy as np
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.polygons import local_plan
 from rpf3d_core.formats.polylines import lines_along
+from rpf3d_core.report.footing import Footing, footing_at
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.section import CriticalSection
+from rpf3d_core.terrain.draped_outlines import draped_lines
 from rpf3d_core.terrain.frame import FloatArray
 
 
@@ -34,6 +36,20 @@ def fences_in(run: RunFiles, section: CriticalSection) -> tuple[list[FenceInSect
     return found, [panel["name"] for panel in panels if panel["name"] not in crossing]
 
 
+def footings_of_barriers(run: RunFiles) -> dict[str, Footing]:
+    """Return the ground along the line of each barrier of a scene, by name, measured about every metre.
+
+    Barriers whose file cannot be read are left out.
+    """
+    lines = {panel["name"]: barrier_lines(run, panel) for panel in panels_of(run)}
+    return {name: footing_at(run.terrain, _places_on(run, each)) for name, each in lines.items() if each}
+
+
+def _places_on(run: RunFiles, lines: list[FloatArray]) -> FloatArray:
+    """Return places (N, 2) m in plan along lines (P, 2) m, where they lie on the terrain."""
+    return np.concatenate([np.empty((0, 2)), *(line[:, :2] for line in draped_lines(run.terrain, lines))])
+
+
 def panels_of(run: RunFiles) -> list[dict[str, Any]]:
     """Return the values of each barrier of a run's scene (name, height, ...), from summary.json; [] without barriers.
 
@@ -51,7 +67,7 @@ def _crossings(run: RunFiles, section: CriticalSection, panel: dict[str, Any]) -
     east, north, _ = run.terrain.frame.origin
     azimuth = np.radians(section.azimuth)
     start, along = section.start - (east, north), np.array([np.sin(azimuth), np.cos(azimuth)])
-    for line in _lines(run, panel["along"]):
+    for line in barrier_lines(run, panel):
         for distance in _distances(line - start, along):
             if section.distance[0] <= distance <= section.distance[-1]:
                 foot = float(np.interp(distance, section.distance, section.ground))
@@ -61,11 +77,12 @@ def _crossings(run: RunFiles, section: CriticalSection, panel: dict[str, Any]) -
                     )
 
 
-def _lines(run: RunFiles, along: Any) -> list[FloatArray]:
+def barrier_lines(run: RunFiles, panel: dict[str, Any]) -> list[FloatArray]:
     """Return the lines (P, 2) m of a barrier in the local frame; [] if the file of its line cannot be read.
 
-    along : path of the file, or corners of the line
+    panel : values of the barrier, from `panels_of`
     """
+    along = panel["along"]
     try:
         lines = lines_along(Path(along) if isinstance(along, str) else tuple(map(tuple, along)))
     except InputError:

@@ -16,6 +16,8 @@ from rpf3d_core.report.section import CriticalSection
 from rpf3d_core.report.section_fences import fences_in
 from rpf3d_core.report.toe import DESIGN, FAR, BeyondToe, held_beyond
 
+UNKNOWN_PATH = " The result does not have the path of this rock: run the scene again to draw it."
+
 
 def section_part(run: RunFiles, beyond: BeyondToe, section: CriticalSection | None) -> Iterator[Element]:
     """Yield the elements on the critical section: its place, its picture, and the names of barriers not in the picture.
@@ -26,11 +28,12 @@ def section_part(run: RunFiles, beyond: BeyondToe, section: CriticalSection | No
     if section is None:
         yield Text("Not known: no rock stopped away from its release.")
         return
-    east, north = section.start.tolist()
+    (east, north), (source, rock, _) = section.start.tolist(), section.key
+    known = ", and the path of this rock" if section.path is not None else ""
     yield Text(f"The section goes through E {east:,.1f}, N {north:,.1f}, where the rock started that stopped farthest "
-               f"from its release (rock {section.rock} of source {section.source}, runout {section.runout:.1f} m). Its "
+               f"from its release (rock {rock} of source {source}, runout {section.runout:.1f} m). Its "
                f"azimuth, {section.azimuth:.0f} degrees, is the mean of the rocks that start there. It shows the paths "
-               f"in a strip of {section.width:.0f} m.")  # fmt: skip
+               f"in a strip of {section.width:.0f} m{known}.{'' if known else UNKNOWN_PATH}")  # fmt: skip
     yield Picture(_section_png(run, beyond, section),
                   "Above: the ground, the paths and the barriers in the section. Below: rocks of all sections that "
                   "pass a distance, with both intervals.")  # fmt: skip
@@ -50,6 +53,7 @@ def _section_png(run: RunFiles, beyond: BeyondToe, section: CriticalSection) -> 
     held = held_beyond(beyond, run.sets, DESIGN).value
     figure = section_figure(SectionDrawing(
         distance=section.distance - zero, ground=section.ground, paths=[path - (zero, 0.0) for path in section.paths],
+        path=None if section.path is None else section.path - (zero, 0.0),
         held=held if held is not None and held < FAR else None, at=at if shares else np.empty(0),
         passed=np.array([figure.value for figure in shares], dtype=float),
         sampling=np.array([figure.sampling for figure in shares], dtype=float).reshape(-1, 2).T,

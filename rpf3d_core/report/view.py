@@ -1,4 +1,4 @@
-"""Make the 3D view of a report with plotly: terrain, kept paths, hazard maps and areas of interest.
+"""Make the 3D view of a report with plotly: terrain, kept paths, hazard maps, barriers and areas of interest.
 
 The HTML file of the report contains the script of plotly (4.8 MB), so that a report needs no network. The script is
 part of plotly's wheel.
@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from rpf3d_core.accuracy.decimated import decimated_mesh
 from rpf3d_core.report.need import needed
 from rpf3d_core.report.run_files import HazardGrid, RunFiles, read_hazard
-from rpf3d_core.terrain.draped_outlines import draped_outlines
+from rpf3d_core.report.section_fences import barrier_lines, panels_of
+from rpf3d_core.terrain.draped_outlines import draped_lines, draped_outlines
 from rpf3d_core.terrain.facets import Terrain, unit_normals
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.obstacles import Wall, standing_wall
 
 MOST_TRIANGLES = 300_000
 """Largest number of triangles of the terrain in a report; browsers cannot turn more of them smoothly."""
@@ -36,7 +38,9 @@ number of triangles. The first of the shares that gives at most MOST_DRAPED tria
 """
 ABOVE_MAPS = 1.3
 """Height of the outlines of areas above the ground, as a multiple of the distance of the hazard maps."""
-PATH, AREA = "#10203a", "#0059bf"
+PATH, AREA, BARRIER, CRITICAL = "#10203a", "#0059bf", "#008577", "#d1480f"
+Key = tuple[str, int, int]
+"""A rock, as (source, rock, fragment)."""
 MAPS = (
     ("reach_probability_high", None, "reach probability, upper end of the predictive interval", 100.0, "%"),
     ("reach_probability", None, "reach probability", 100.0, "%"),
@@ -61,11 +65,12 @@ class Seen(NamedTuple):
         return Terrain(self.vertices, self.triangles, np.zeros(len(self.triangles), np.int32), ("ground",))
 
 
-def view_html(run: RunFiles, seen: Seen, looking: FloatArray) -> str:
+def view_html(run: RunFiles, seen: Seen, looking: FloatArray, critical: Key | None = None) -> str:
     """Return the view as an HTML fragment without the script of plotly.
 
     seen : the terrain of the view, as from `terrain_seen`
     looking : (2,) unit vector in plan, in which the rocks travel; the view looks in the opposite direction
+    critical : the rock of the critical section, as (source, rock, fragment); None if there is none
 
     Raises
     ------
@@ -74,8 +79,8 @@ def view_html(run: RunFiles, seen: Seen, looking: FloatArray) -> str:
     """
     go = needed("plotly.graph_objects")
     traces = [
-        _terrain(go, seen), *_hazard(go, run, seen), _paths(go, run), _releases(go, run),
-        *_areas(go, run, seen, looking),
+        _terrain(go, seen), *_hazard(go, run, seen), _paths(go, run), *_critical(go, run, critical), _releases(go, run),
+        *_barriers(go, run, seen), *_areas(go, run, seen, looking),
     ]  # fmt: skip
     figure = go.Figure(data=traces, layout=_layout(run, looking))
     html: str = figure.to_html(full_html=False, include_plotlyjs=False, default_height="640px", config={
@@ -211,11 +216,53 @@ def _paths(go: Any, run: RunFiles) -> Any:
     )  # fmt: skip
 
 
+def _critical(go: Any, run: RunFiles, critical: Key | None) -> Iterator[Any]:
+    """Yield the path of the rock of the critical section as a plotly line; nothing if its path is not known."""
+    path = None if critical is None else run.path_of(critical)
+    if path is not None and critical is not None:
+        x, y, z = path.T.astype(np.float32)
+        yield go.Scatter3d(
+            x=x, y=y, z=z, mode="lines", line={"color": CRITICAL, "width": 6}, hoverinfo="skip",
+            name=f"rock that stopped farthest away ({critical[0]}, {critical[1]})",
+        )  # fmt: skip
+
+
 def _releases(go: Any, run: RunFiles) -> Any:
     some = np.unique(np.linspace(0, len(run.ends.release) - 1, 500).astype(np.int64))
     x, y, z = run.ends.release[some].T.astype(np.float32)
     marker = {"size": 2.5, "color": "#b3007a"}
     return go.Scatter3d(x=x, y=y, z=z, mode="markers", marker=marker, name="releases", hoverinfo="skip")
+
+
+def _barriers(go: Any, run: RunFiles, seen: Seen) -> Iterator[Any]:
+    """Yield the barriers of the scene: the panel of each as a wall on the ground, and its upper edge with its name.
+
+    Barriers far from the rocks are left out.
+    """
+    gap = np.full((1, 3), np.nan)
+    for panel in panels_of(run):
+        height = float(panel["height"]) * float(panel.get("residual_height", 1.0))
+        walls = [standing_wall(foot, height) for foot in draped_lines(seen.terrain, barrier_lines(run, panel))]
+        for vertices, triangles in walls:
+            (x, y, z), (i, j, k) = vertices.T.astype(np.float32), triangles.T
+            yield go.Mesh3d(
+                x=x, y=y, z=z, i=i, j=j, k=k, color=BARRIER, opacity=0.55, lighting=UNLIT, hoverinfo="skip",
+                legendgroup=panel["name"],
+            )  # fmt: skip
+        if not walls:
+            continue
+        x, y, z = np.concatenate([part for wall in walls for part in (_top(wall), gap)]).T.astype(np.float32)
+        names = [panel["name"], *[""] * (len(x) - 1)]
+        yield go.Scatter3d(
+            x=x, y=y, z=z, mode="lines+text", line={"color": BARRIER, "width": 5}, text=names,
+            textposition="top center", textfont={"color": BARRIER, "size": 13}, legendgroup=panel["name"],
+            name=f"barrier {panel['name']} ({height:g} m high)", connectgaps=False, hoverinfo="skip",
+        )  # fmt: skip
+
+
+def _top(wall: Wall) -> FloatArray:
+    """Return the upper edge (P, 3) m of a wall."""
+    return wall.vertices[len(wall.vertices) // 2 :]
 
 
 def _areas(go: Any, run: RunFiles, seen: Seen, looking: FloatArray) -> Iterator[Any]:

@@ -28,6 +28,8 @@ class Run:
         an evenly spread selection of the rocks, for the pictures
     totals, maps : figures and hazard maps of all rocks flown
     planned : number of rocks that were to fly; larger than the number of rocks flown if the run was interrupted
+    critical : flight of the rock that stopped farthest from its release, with its path only; None if `flights` has this
+        path, or if no such rock is known
     steps : convergence after each doubling if the scene has `rocks: auto`, else empty
     wall_s : wall seconds from the start of the preparation until the last rock has flown
     """
@@ -39,6 +41,7 @@ class Run:
     planned: int
     wall_s: float
     steps: tuple[Step, ...] = ()
+    critical: Flights | None = None
 
     @property
     def scene(self) -> Scene:

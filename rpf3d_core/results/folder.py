@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from rpf3d_core.ensemble.flights import Flights, IntArray
 from rpf3d_core.ensemble.paths import PathSamples, displayed_rows, sample_paths
 from rpf3d_core.errors import InputError
 from rpf3d_core.results import tables
@@ -26,6 +27,8 @@ Record = Callable[[Path, dict[str, Any]], None]
 """A function that writes a recording, given its path and the summary of the run."""
 
 SUMMARY = "summary.json"
+CRITICAL = "critical_rock.parquet"
+"""The path of the rock that stopped farthest from its release, if it is not among the kept paths."""
 MEGABYTE = 1_000_000
 LEAST_ROOM = 20 * MEGABYTE
 """Free space (bytes) that the disk must have before a run: the size of a small result with pictures."""
@@ -34,7 +37,7 @@ PRICE_LIST = ("cost.json", "cost.png", "cost.rrd")
 """Files that `rpf3d cost` wrote; they are kept when a run replaces an earlier result in the same folder."""
 RESULT_NAMES = {
     SUMMARY, INPUTS, "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
-    "profiles", "map.png", "hazard", "convergence.png", "run.rrd", "parameter_sets.parquet", *PRICE_LIST,
+    CRITICAL, "profiles", "map.png", "hazard", "convergence.png", "run.rrd", "parameter_sets.parquet", *PRICE_LIST,
 }  # fmt: skip
 """Names of the files of a result folder; a folder that contains any other file is never replaced."""
 
@@ -165,9 +168,7 @@ def write_findings(folder: Path, findings: Run, record: Record | None = None, pa
     """
     start = time.perf_counter()
     paths, scene = findings.flights.paths, findings.scene
-    rows, deposits = displayed_rows(paths, scene.outputs.trajectories), findings.flights.deposits
-    moments = moments_of(blocks_of(scene, deposits), deposits)
-    samples = sample_paths(paths, rows, gravity=scene.gravity, moments=moments)
+    samples = _samples(findings, findings.flights, displayed_rows(paths, scene.outputs.trajectories))
     painting = painting or Painting()
     (folder / "hazard").mkdir()
     if scene.outputs.pictures:
@@ -186,6 +187,13 @@ def write_findings(folder: Path, findings: Run, record: Record | None = None, pa
     (folder / SUMMARY).write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
+def _samples(findings: Run, flights: Flights, rows: IntArray | None = None) -> PathSamples:
+    """Return points along the paths of some rocks of a run; rows : of the rocks in `flights`, None for all."""
+    scene, deposits = findings.scene, flights.deposits
+    moments = moments_of(blocks_of(scene, deposits), deposits)
+    return sample_paths(flights.paths, rows, gravity=scene.gravity, moments=moments)
+
+
 def _write_sets(folder: Path, figures: Any) -> None:
     """Write parameter_sets.parquet: the parameter sets of a run, and the number of rocks that flew with each set.
 
@@ -199,6 +207,8 @@ def _write_sets(folder: Path, figures: Any) -> None:
 def _write_paths(folder: Path, findings: Run, samples: PathSamples) -> None:
     sources, terrain, flights = [s.name for s in findings.scene.sources], findings.terrain, findings.flights
     tables.write_trajectories(folder / "trajectories.parquet", sources, terrain, flights.deposits, samples)
+    if (critical := findings.critical) is not None:
+        tables.write_trajectories(folder / CRITICAL, sources, terrain, critical.deposits, _samples(findings, critical))
     vtp.write_terrain(folder / "terrain.vtp", terrain, flights.impacts, findings.maps)
     vtp.write_trajectories(folder / "trajectories.vtp", sources, terrain, flights.deposits, samples)
 

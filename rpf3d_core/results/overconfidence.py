@@ -8,6 +8,7 @@ import numpy as np
 
 from rpf3d_core.ensemble.flights import Deposits
 from rpf3d_core.hazard.benches import AREA, bench_table
+from rpf3d_core.hazard.filled_cells import filling_cell, reached_cells
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.results.calibration_folder import FOUND
 from rpf3d_core.results.findings import Run
@@ -216,8 +217,10 @@ def _of_cells(run: Run) -> Iterator[str]:
     visits = int(cells.rocks.sum(dtype=np.int64))
     thin = int(cells.rocks[cells.rocks < FEWEST_ROCKS].sum(dtype=np.int64))
     if visits and thin > MOSTLY_THIN * visits:
+        size = filling_cell(reached_cells(run.maps))
+        advice = "fly more rocks" if size is None else f"fly more rocks or set `hazard.cell: {size:g}`"
         yield (f"cells of {run.maps.raster.cell:g} m are finer than the rocks fill: fewer than {FEWEST_ROCKS} rocks "
-               "came to most; fly more rocks or set a larger `hazard.cell`")  # fmt: skip
+               f"came to most; {advice}")  # fmt: skip
 
 
 def _of_energies(run: Run) -> Iterator[str]:

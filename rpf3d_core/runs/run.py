@@ -12,6 +12,7 @@ from rpf3d_core.results.findings import Run
 from rpf3d_core.results.folder import result_folder, write_all_tables, write_findings
 from rpf3d_core.results.painting import Painting, painting
 from rpf3d_core.results.tables import open_tables
+from rpf3d_core.runs.critical_path import fly_one, with_critical_path
 from rpf3d_core.runs.fly_scene import UNCONTROLLED, RunControl, fly_scene
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.choices import Rocks, chosen_scene
@@ -20,7 +21,6 @@ from rpf3d_core.setup.prepared import (
     Prepared,
     prepare,
 )
-from rpf3d_core.setup.rounds import Round
 from rpf3d_core.simulation.engines import spins_of
 from rpf3d_core.terrain.facets import Terrain
 
@@ -96,6 +96,7 @@ def run_scene(
             run = fly_scene(prepared, precompiler, SHOWN, sink, control)
         if control.writing:
             control.writing()
+        run = with_critical_path(run, control.threads)
         write_findings(part, run, _recorder(run) if recording and run.scene.outputs.recording else None, drawn)
     return run
 
@@ -154,9 +155,7 @@ def replay(
         raise InputError(f"{chosen.path}: there is no source {source!r}; the sources are {', '.join(names)}")
     if rock < 0:
         raise InputError(f"{chosen.path}: the rock is {rock}; rocks are numbered from 0")
-    first = [rock if i == place else 0 for i in range(len(names))]
-    one_rock = Round(first, [n + (i == place) for i, n in enumerate(first)])
-    return fly_scene(prepare(chosen), Precompiler(), None, rounds=[one_rock])
+    return fly_one(prepare(chosen), place, rock)
 
 
 def write_run(run: Run, folder: str | Path, recording: bool = True) -> Path:
@@ -169,6 +168,7 @@ def write_run(run: Run, folder: str | Path, recording: bool = True) -> Path:
     InputError
         The folder contains other files than a result, or cannot be written to.
     """
+    run = with_critical_path(run)
     with result_folder(folder) as part:
         write_all_tables(part, run)
         write_findings(part, run, _recorder(run) if recording and run.scene.outputs.recording else None)

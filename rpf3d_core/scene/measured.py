@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Discriminator, Field, SerializerFunctionWrapHandler, Tag, model_serializer, model_validator
 
 from rpf3d_core.formats.numbers import NumberColumn, read_column
-from rpf3d_core.formats.units import SI, doubt_on_unit, other_quantity
+from rpf3d_core.formats.units import SI, doubt_on_unit, key_of_sizes, other_quantity, other_quantity_named
 from rpf3d_core.materials.distributions import Distribution, Measured
 from rpf3d_core.scene.draws import MEASURED, Draw, distribution_of, drawn
 from rpf3d_core.scene.values import InputFile, Name, Number, StrictModel, refuse
@@ -60,19 +60,31 @@ class MeasuredList(StrictModel):
         return read_column(file, self.column, _quantity(measure))
 
     def check_sizes(self, measure: str) -> None:
-        """Refuse sizes that are not above 0, and a column whose header states the unit of another quantity.
+        """Refuse sizes that are not above 0, and a column whose name states another quantity, such as `tonnage`.
 
         measure : the key of the sizes: `diameter`, `mass` or `volume`
         """
         quantity = _quantity(measure)
         if isinstance(self.measured, Path):
-            found = self._column(self.measured, measure)
-            if found.unit is not None and found.unit.quantity != quantity:
-                raise refuse(f"has sizes {other_quantity(found.name or '', found.unit, quantity)}", measure)
+            self._check_quantity(self.measured, measure)
         sizes = self.sizes(measure)
         if sizes.low <= 0.0:
             drawn_from = f"from {sizes.low:g} to {sizes.high:g} {SI[quantity]}"
             raise refuse(f"may be drawn {drawn_from}, but must be above 0", measure)
+
+    def _check_quantity(self, file: Path, measure: str) -> None:
+        """Refuse a column whose name states another quantity than the key of the sizes, by its unit or by a word."""
+        found, quantity = self._column(file, measure), _quantity(measure)
+        name = found.name or ""
+        if found.unit is not None and found.unit.quantity != quantity:
+            raise refuse(f"has sizes {other_quantity(name, found.unit, quantity)}", measure)
+        other = other_quantity_named(name, quantity) if found.unit is None else None
+        if other is not None:
+            raise refuse(
+                f"is a {quantity} ({SI[quantity]}), but the name of the column {name!r} states a {other}; give the "
+                f"column to the key `{key_of_sizes(other)}`, with its unit in brackets if it is not {SI[other]}, or "
+                f"rename it if it holds a {quantity}", measure,
+            )  # fmt: skip
 
     def describe(self, measure: str, unit: str) -> str:
         """Return a sentence with file, column, unit, number and range of the sizes; "" if the sizes are not in a file.

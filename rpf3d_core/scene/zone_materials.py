@@ -1,5 +1,6 @@
 """Find the material of each zone of the terrain: by the zone's name, by a pattern, or by default."""
 
+import re
 from collections.abc import Sequence
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
@@ -9,6 +10,8 @@ from rpf3d_core.formats.yaml import place_in_file
 from rpf3d_core.scene.material import POINT_KEYS, Material
 from rpf3d_core.scene.model import Scene
 
+BEGIN = re.compile(r"([^\W\d_]+)_?")
+"""First word of the name of a zone, in letters, and the underscore that follows it."""
 MOST_NAMED = 12
 """Largest number of zones that a message lists, because a pit has dozens of zones."""
 
@@ -94,6 +97,34 @@ def words_on_friction(materials: Sequence[str]) -> str:
     return f"`friction_angle_deg` is not given for {', '.join(materials)}: the default of {default:g} degrees is used"
 
 
+def zone_meant(name: str, zones: Sequence[str]) -> str | None:
+    """Return the zone, or the pattern of zones, that a name in a scene probably means; None if none is similar.
+
+    Capitals do not count, nor does the plural of the first word: `face_*` probably means `FACES_*`, the layers of many
+    drawings. If several zones begin with the only word of the name, the result is a pattern.
+
+    name : name or pattern that fits no zone
+    """
+    word = BEGIN.fullmatch(name.rstrip("*"))
+    same = [] if word is None else [zone for zone in zones if _kind(zone) == _kind(name)]
+    if len(same) > 1:
+        return f"{min(map(_begin, same), key=len)}*"
+    lower = {zone.lower(): zone for zone in zones}
+    near = get_close_matches(name.lower(), lower, n=1)
+    return same[0] if same else lower[near[0]] if near else None
+
+
+def _kind(name: str) -> str:
+    """Return the first word of a zone's name in small letters and in the singular, such as "face" of `FACES_N`."""
+    return _begin(name).rstrip("_").lower().removesuffix("s")
+
+
+def _begin(name: str) -> str:
+    """Return the first word of a zone's name with the underscore that follows it; "" if it begins with no letter."""
+    found = BEGIN.match(name)
+    return "" if found is None else found[0]
+
+
 def check_materials(scene: Scene, zones: Sequence[str]) -> None:
     """Raise an error for a material that fits no zone of the terrain, because its name is wrong or a zone is missing.
 
@@ -106,8 +137,8 @@ def check_materials(scene: Scene, zones: Sequence[str]) -> None:
         known = (*zones, *(scene.terrain.split or ()))
         if name == "default" or any(zone == name or fnmatchcase(zone, name) for zone in known):
             continue
-        near = get_close_matches(name, zones, n=1)
+        near = zone_meant(name, zones)
         shown = ", ".join(zones[:MOST_NAMED]) + (", ..." if len(zones) > MOST_NAMED else "")
-        advice = f"did you mean {near[0]!r}?" if near else f"the zones are {shown}; correct it, or remove it"
+        advice = f"did you mean {near!r}?" if near else f"the zones are {shown}; correct it, or remove it"
         place = place_in_file(scene.path, ("materials", name))
         raise SceneError(f"{place}: `materials.{name}` fits no zone of the terrain; {advice}")

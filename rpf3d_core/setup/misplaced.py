@@ -9,6 +9,8 @@ import numpy as np
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.reference_system import are_same, is_in_degrees
 from rpf3d_core.formats.transformation import transformed_places
+from rpf3d_core.formats.units import LENGTHS
+from rpf3d_core.formats.words import either
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.coverage import plain
 from rpf3d_core.setup.extents import TERRAIN, Extent, terrain_extent
@@ -19,6 +21,8 @@ SCALES = {
     0.001: "in millimetres", 0.01: "in centimetres", 0.3048: "in feet", 1000.0: "in kilometres",
 }  # fmt: skip
 """Units that are tried, by their length in metres."""
+UNITS_OF_TERRAIN = ("mm", "cm", "ft")
+"""Units that are tried for a terrain that is too large in metres, by key."""
 SURVEY = 10_000.0
 """Coordinate (m) above which coordinates are in a national or UTM system, not in a local grid."""
 MOST_RELIEF, MOST_WIDTH = 4_000.0, 100_000.0
@@ -152,13 +156,31 @@ def _terrain_hints(terrain: Extent, crs: str | None, up: str) -> Iterator[str]:
         yield "the terrain looks as if it were in degrees (longitude, latitude); export it in metres, such as in UTM"
     elif _is_too_large(terrain, up):
         yield (
-            f"the terrain is larger than any slope, {plain(round(width))} m wide and {plain(round(relief))} m high: is "
-            "it in mm or feet? Give its file `unit: mm` or `unit: ft` (`rpf3d new`: --unit mm)"
+            f"the terrain is larger than any slope, {plain(round(width))} m wide and {plain(round(relief))} m high: "
+            f"{_units_in_words(width, relief)}"
         )
     if up == "z" and _is_northing_first((low, high)):
         yield "x of the terrain looks like a northing and y like an easting: are x and y swapped?"
     if crs is None and terrain.file is not None and max(abs(low).max(), abs(high).max()) > SURVEY:
         yield "the terrain states no coordinate reference system; name it as `terrain.crs`, such as EPSG:32719"
+
+
+def _units_in_words(width: float, relief: float) -> str:
+    """Return a question for the unit of a terrain that is too large in metres, with the widths that units would give.
+
+    width, relief : m, as the scene reads the terrain; units in which the terrain is still too large are left out
+    """
+    fitting = {
+        unit: LENGTHS[unit] for unit in UNITS_OF_TERRAIN
+        if width * LENGTHS[unit][1] <= MOST_WIDTH and relief * LENGTHS[unit][1] <= MOST_RELIEF
+    }  # fmt: skip
+    if not fitting:
+        return "compare its unit with your survey, and give its file the key `unit`"
+    names = either([name for name, _ in fitting.values()])
+    widths = either([f"{plain(round(width * length, 1))} m" for _, length in fitting.values()])
+    keys = either([f"`unit: {unit}`" for unit in fitting])
+    return (f"is it in {names}? It would be {widths} wide. Give its file {keys} (`rpf3d new`: "
+            f"--unit {next(iter(fitting))})")  # fmt: skip
 
 
 def _size(terrain: Extent, up: str) -> tuple[float, float]:

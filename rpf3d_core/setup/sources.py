@@ -21,6 +21,7 @@ from rpf3d_core.scene.draws import distribution_of
 from rpf3d_core.scene.measured import sizes_from
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.releases import SIZES, RockSpec, SourceSpec, source_points
+from rpf3d_core.scene.zone_materials import zone_meant
 from rpf3d_core.setup.coverage import extents
 from rpf3d_core.setup.file_keys import named_by_key
 from rpf3d_core.terrain.benches.parameters import Benches
@@ -210,7 +211,9 @@ def _steep_facets(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangl
     fits = np.array([name == pattern or fnmatchcase(name, pattern) for name in terrain.zones])
     corners = terrain.vertices[terrain.triangles[fits[terrain.zone]]]
     if not len(corners):
-        raise _refused(scene, number, "zone", f"is {pattern!r}, but the zones are {', '.join(terrain.zones)}")
+        near = zone_meant(pattern, terrain.zones)
+        meant = f"; did you mean {near!r}?" if near else ""
+        raise _refused(scene, number, "zone", f"is {pattern!r}, but the zones are {', '.join(terrain.zones)}{meant}")
     corners = corners[areas_of(corners) > 0.0]
     slopes = _slopes(corners)
     if least is not None and not (slopes > least).any():

@@ -32,7 +32,7 @@ from rpf3d_core.terrain.zones import centroids_in_plan, covered, with_zone
 BLOCK = 2**14
 """Number of points that are rotated at a time, so that they stay in the processor's cache."""
 
-IN_MILLIMETRES = "is the file in millimetres? Give it `unit: mm` (`rpf3d new`: --unit mm)"
+IN_SMALL_UNITS = "is the file in millimetres or centimetres? Give it `unit: mm` or `unit: cm` (`rpf3d new`: --unit mm)"
 """Advice in the error about a terrain that is too far from the origin in metres."""
 
 
@@ -91,7 +91,7 @@ def _remedy_of_distance(surface: FileMesh, unit: str) -> str:
     if surface.unit and surface.unit != unit:
         name, key = LENGTHS[surface.unit][0], surface.unit
         return f"the file states that it is in {name}: give it `unit: {key}` (`rpf3d new`: --unit {key})"
-    return IN_MILLIMETRES if unit == METRE else f"the file is read in {LENGTHS[unit][0]}: is this its unit?"
+    return IN_SMALL_UNITS if unit == METRE else f"the file is read in {LENGTHS[unit][0]}: is this its unit?"
 
 
 def _extension(path: Path) -> str:

@@ -4,12 +4,15 @@ from collections.abc import Iterator
 
 from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.ensemble.sizes import diameter_of, mass_range
+from rpf3d_core.formats.units import LENGTHS
+from rpf3d_core.formats.words import either
 from rpf3d_core.scene.draws import distribution_of
 from rpf3d_core.scene.material import Material
 from rpf3d_core.scene.measured import MeasuredList
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.models.sphere import SPHERE_GROUND
 from rpf3d_core.scene.releases import SIZES
+from rpf3d_core.setup.line_order import warnings_of_lines
 from rpf3d_core.setup.shapes import rock_of_scene
 
 LEAST_FRICTION = 1.0
@@ -24,6 +27,8 @@ A thinner stem would stop no rock.
 """
 LARGEST_ROCK, SMALLEST_ROCK = 25.0, 0.005
 """Largest and smallest plausible diameter (m) of a rock: 8,000 m^3 fall as a mass, not as a rock."""
+UNITS_OF_SIZES = ("cm", "mm")
+"""Units in which the size of a rock may be given by mistake."""
 MOST_SPEED = 150.0
 """Largest plausible speed (m/s) of a rock, that of a free fall of 1,150 m; no rockfall was measured faster."""
 LEAST_DENSITY = 100.0
@@ -47,6 +52,7 @@ def warnings_of(scene: Scene) -> Iterator[str]:
     else:
         yield from _sizes(scene)
     yield from _doubtful_units(scene)
+    yield from warnings_of_lines(scene)
     for name, material in scene.materials.items():
         if material.is_of_a_body:
             continue
@@ -88,11 +94,22 @@ def _sizes(scene: Scene) -> Iterator[str]:
     smallest, largest = (diameter_of(mass, scene.rock.density) for mass in mass_range(rock_of_scene(scene)))
     if largest > LARGEST_ROCK:
         yield (
-            f"`rock` reaches {three_figures(largest)} m in diameter, more than any rock of a rockfall; is its size in "
-            "mm, or its mass in g?"
+            f"`rock` reaches {three_figures(largest)} m in diameter, more than any rock of a rockfall; is "
+            f"{_units_in_words(largest)}its mass in g?"
         )
     elif smallest < SMALLEST_ROCK:
         yield f"`rock` has {three_figures(smallest)} m in diameter, less than gravel; is its mass in t?"
+
+
+def _units_in_words(diameter: float) -> str:
+    """Return the first part of a question: the units in which a number would be a plausible diameter of a rock.
+
+    diameter : in m, as the scene reads it; the result is "" if no unit fits
+    """
+    sizes = {unit: diameter * LENGTHS[unit][1] for unit in UNITS_OF_SIZES}
+    fitting = [f"in {unit} ({three_figures(size)} m)" for unit, size in sizes.items()
+               if SMALLEST_ROCK <= size <= LARGEST_ROCK]  # fmt: skip
+    return f"its size {either(fitting)}, or " if fitting else ""
 
 
 def _doubtful_units(scene: Scene) -> Iterator[str]:

@@ -38,6 +38,18 @@ def draped_outlines(terrain: Terrain, rings: Sequence[FloatArray], raised: float
     return [line + np.array([0.0, 0.0, raised]) for line in lines]
 
 
+def draped_lines(terrain: Terrain, lines: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return open lines (P, 2) m in plan as lines (N, 3) m on the ground, with points at most STEP apart.
+
+    Parts off the terrain and over holes are left out.
+    """
+    if not lines:
+        return []
+    image = height_image(terrain, np.concatenate(lines), MARGIN)
+    fine = [shapely.get_coordinates(shapely.segmentize(shapely.LineString(line), STEP)) for line in lines]
+    return [part for line in fine for part in _on_ground(image, line)]
+
+
 def _with_normals(ring: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return points (M, 2) m along a ring, at most STEP apart, and a unit normal (M, 2) of the ring at each point.
 

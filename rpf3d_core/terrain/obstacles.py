@@ -2,11 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.terrain.frame import FloatArray
+
+
+class Wall(NamedTuple):
+    """The upright surface of a barrier, for views; vertices : (V, 3) m, local frame; triangles : (F, 3)."""
+
+    vertices: FloatArray
+    triangles: NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,6 +24,7 @@ class Obstacles:
     names : such as "barriers.fence_1" or "forest"; owner : (N,) for each obstacle, the index of its name in `names`
     lines : name and points (P, 3) m along the foot of each obstacle that is a line
     stems : (T, 4) m, foot (x, y, z) and diameter of each tree
+    heights : m, height of the panel on each of the lines
 
     Coordinates are in the terrain's local frame.
     """
@@ -24,6 +33,25 @@ class Obstacles:
     owner: NDArray[np.int64]
     lines: tuple[tuple[str, FloatArray], ...]
     stems: FloatArray
+    heights: tuple[float, ...] = ()
+
+    @property
+    def walls(self) -> list[Wall]:
+        """The surfaces of all obstacles that are lines with a height above 0."""
+        return [
+            standing_wall(foot, height)
+            for (_, foot), height in zip(self.lines, self.heights, strict=False) if height > 0.0
+        ]  # fmt: skip
+
+
+def standing_wall(foot: FloatArray, height: float) -> Wall:
+    """Return the surface of a wall of a height (m) on a line (P, 3) m, P >= 2."""
+    points = len(foot)
+    first = np.arange(points - 1)
+    lower = np.stack([first, first + 1, first + points], axis=1)
+    upper = np.stack([first + 1, first + points + 1, first + points], axis=1)
+    vertices = np.concatenate([foot, foot + np.array([0.0, 0.0, height])])
+    return Wall(vertices=vertices, triangles=np.concatenate([lower, upper]).astype(np.int32))
 
 
 def all_of(parts: Sequence[Obstacles]) -> Obstacles:
@@ -35,6 +63,7 @@ def all_of(parts: Sequence[Obstacles]) -> Obstacles:
     return Obstacles(
         names, np.concatenate([NO_OBSTACLES.owner, *owners]), lines,
         np.concatenate([NO_OBSTACLES.stems, *(part.stems for part in parts)]),
+        tuple(height for part in parts for height in part.heights),
     )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from rpf3d_core.report.report import write_report
 from rpf3d_core.sweep.sweep import sweep
 from rpf3d_core.sweep.warnings import warnings_of_cells
 
-NOTE = "the terrain is larger than any slope, 10000 m wide and 5000 m high: is it in mm or feet?"
+NOTE = "the terrain is larger than any slope, 10000 m wide and 5000 m high: is it in millimetres, centimetres or "
 SCENE = """\
 terrain: {files: [{path: pit.stl}]}
 materials: {default: {normal_restitution: 0.4, tangential_restitution: 0.8, friction_angle_deg: 35}}

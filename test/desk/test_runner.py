@@ -12,13 +12,24 @@ from waiting import wait_for
 import rpf3d_core as rpf3d
 from rpf3d_core.desk import compiling
 from rpf3d_core.desk.runner import Listener, Runner, Written
-from rpf3d_core.desk.shapes import ENERGY, REACH, area_lines, ground_seen, hazard_map, lifted, on_ground, path_lines
+from rpf3d_core.desk.shapes import (
+    ENERGY,
+    REACH,
+    area_lines,
+    barrier_mesh,
+    ground_seen,
+    hazard_map,
+    lifted,
+    on_ground,
+    path_lines,
+)
 from rpf3d_core.desk.tables import bench_section, progress_words
 from rpf3d_core.desk.whole_files import whole_file
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.benches import Bench, bench_table, text_rows
 from rpf3d_core.report.view import Seen
 from rpf3d_core.results.findings import Run
+from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 
 LONGEST = 300.0
 """Seconds for what takes some on an idle machine."""
@@ -238,6 +249,18 @@ def test_marks_and_outlines_have_the_height_of_their_own_place(tmp_path: Path) -
     lines = area_lines(seen, {"floor": [np.array([[0.0, -40.0], [20.0, -40.0], [20.0, 40.0], [0.0, -40.0]])]})
     assert np.abs(lines.points[:, 2]).max() < 0.01
     assert np.allclose(lifted(lines, 2.0).points - lines.points, [0.0, 0.0, 2.0])
+
+
+def test_the_panels_of_barriers_stand_on_their_lines() -> None:
+    foot = np.array([[0.0, 0.0, 1.0], [4.0, 0.0, 2.0], [4.0, 3.0, 2.0]])
+    lines = (("fence", foot), ("net", foot[:2]), ("broken", foot))
+    obstacles = Obstacles(tuple(name for name, _ in lines), np.arange(3), lines, np.empty((0, 4)), (3.0, 2.0, 0.0))
+    mesh = barrier_mesh(obstacles)
+    assert mesh is not None and len(mesh.triangles) == len(mesh.colours) == 4 + 2
+    corners = mesh.vertices[mesh.triangles]
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
+    assert area == pytest.approx(3.0 * (4.0 + 3.0) + 2.0 * 4.0), "no panel of a height of 0"
+    assert barrier_mesh(NO_OBSTACLES) is None
 
 
 def _benches(run: Run) -> list[Bench]:

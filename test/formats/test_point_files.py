@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.formats.mine.xyz import read_xyz
 from rpf3d_core.formats.points import read_points
 
 TWO = [[1.0, 2.0, 3.0], [4.0, -5.5, 6e3]]
@@ -41,6 +42,32 @@ TWO = [[1.0, 2.0, 3.0], [4.0, -5.5, 6e3]]
 def test_points_are_read_from_text_and_csv(tmp_path: Path, name: str, text: str) -> None:
     (tmp_path / name).write_bytes(text.encode())
     assert read_points(tmp_path / name).tolist() == TWO
+
+
+@pytest.mark.parametrize(
+    ("header", "metres"),
+    [
+        ("E (mm),N (mm),RL (mm)", [0.001] * 3), ("E (m),N (m),Z (m)", [1.0] * 3),
+        ("x [cm],y [cm],z", [0.01, 0.01, 1.0]),
+        ("Easting (ft),Northing (feet),Elev (m)", [0.3048, 0.3048, 1.0]), ("x_mm,y_mm,z_mm", [0.001] * 3),
+        ("E (US ft),N (US ft),Z (US ft)", [1200.0 / 3937.0] * 3), ("E m,N m,Z m", [1.0] * 3),
+    ],
+)  # fmt: skip
+def test_coordinates_are_converted_from_the_unit_of_their_header(
+    tmp_path: Path, header: str, metres: list[float]
+) -> None:
+    (tmp_path / "a.csv").write_text(f"{header}\n1,2,3\n400,500,600\n")
+    points = [[1.0, 2.0, 3.0], [400.0, 500.0, 600.0]]
+    expected = [[value * unit for value, unit in zip(point, metres, strict=True)] for point in points]
+    assert read_points(tmp_path / "a.csv").tolist() == expected
+    assert read_xyz(tmp_path / "a.csv").points.tolist() == expected
+
+
+@pytest.mark.parametrize("unknown", ["chains", "UTM"])
+def test_a_coordinate_with_an_unknown_unit_is_refused(tmp_path: Path, unknown: str) -> None:
+    (tmp_path / "a.csv").write_text(f"E (m),N (m),RL ({unknown}),Dip (deg)\n1,2,3,4\n")
+    with pytest.raises(InputError, match=rf"line 1: the column 'RL \({unknown}\)' has .* no known unit of length \(mm"):
+        read_points(tmp_path / "a.csv")
 
 
 @pytest.mark.parametrize(

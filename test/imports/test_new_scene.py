@@ -188,8 +188,9 @@ def test_a_drawing_that_is_too_far_away_is_refused_with_the_unit_that_it_states(
     with pytest.raises(InputError) as refused:
         write_new_scene(tmp_path / "new", pit, FileChoice())
     count = f"({len(triangles):,} of {len(triangles):,} facets have one)"
-    told = {4: "the file states that it is in millimetres: give", 6: "is the file in millimetres? Give"}[units]
-    assert f"or more from the origin {count}; {told} it `unit: mm` (`rpf3d new`: --unit mm)" in str(refused.value)
+    told = {4: "the file states that it is in millimetres: give it `unit: mm`",
+            6: "is the file in millimetres or centimetres? Give it `unit: mm` or `unit: cm`"}[units]  # fmt: skip
+    assert f"or more from the origin {count}; {told} (`rpf3d new`: --unit mm)" in str(refused.value)
     with pytest.raises(InputError, match="the file is read in kilometres: is this its unit"):
         write_new_scene(tmp_path / "new", write_obj(tmp_path / "a.obj", at_site(vertices), triangles),
                         FileChoice(unit="km"))  # fmt: skip

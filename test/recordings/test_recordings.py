@@ -146,12 +146,14 @@ def test_a_run_of_no_rocks_can_be_recorded(tmp_path):
 def test_barriers_are_recorded_with_their_names_and_trees_at_their_feet(tmp_path):
     foot = np.array([[0.0, 0.0, 1.0], [4.0, 0.0, 2.0]])
     stems = np.array([[3.0, 2.0, 1.0, 0.4]])
-    obstacles = Obstacles(("barriers.fence", "forest"), np.array([0, 1]), (("fence", foot),), stems)
+    obstacles = Obstacles(("barriers.fence", "forest"), np.array([0, 1]), (("fence", foot),), stems, (3.0,))
     write_recording(tmp_path / "run.rrd", scene(tmp_path), floor(), none_thrown(), obstacles=obstacles)
     entities = read_back(tmp_path / "run.rrd")
     barriers, trees = entities["/world/barriers"], entities["/world/trees"]
     assert barriers["LineStrips3D:labels"] == [["fence"]]
     np.testing.assert_array_equal(barriers["LineStrips3D:strips"][0][0], foot)
+    panel = entities["/world/barriers/panels/0"]["Mesh3D:vertex_positions"][0]
+    np.testing.assert_array_equal(panel, np.concatenate([foot, foot + np.array([0.0, 0.0, 3.0])]))
     np.testing.assert_array_equal(trees["Points3D:positions"][0], [[3.0, 2.0, 1.0]])
 
 

@@ -1,5 +1,8 @@
 """A report of a wall with several benches and a fence says from which toe it counts, and draws what is in the scene."""
 
+import base64
+import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -8,10 +11,12 @@ from terrain_files import with_models
 
 from rpf3d_core.report.content import report_elements
 from rpf3d_core.report.elements import Picture, Table, Text
+from rpf3d_core.report.footing import footing_at
 from rpf3d_core.report.run_files import RunFiles, read_hazard, read_run
 from rpf3d_core.report.section import critical_section
-from rpf3d_core.report.section_fences import fences_in
+from rpf3d_core.report.section_fences import fences_in, footings_of_barriers
 from rpf3d_core.report.toe import beyond_toe
+from rpf3d_core.report.view import terrain_seen, view_html
 from rpf3d_core.runs.run import run_scene
 from rpf3d_core.scene.reading import read_scene
 
@@ -32,11 +37,11 @@ BERM, FLOOR = 6.0, 4.0
 RUN = 12.0 / np.tan(np.radians(70.0))
 
 
-def flown(folder: Path, number: int, in_a_file: bool = False) -> RunFiles:
-    x = float(number * RUN + (number - 1) * BERM + FLOOR)
+def flown(folder: Path, number: int, in_a_file: bool = False, berm: float = BERM) -> RunFiles:
+    x = float(number * RUN + (number - 1) * berm + FLOOR)
     line = [[x, -29.0], [x, 29.0]]
     folder.mkdir(exist_ok=True)
-    text = SCENE.replace("900", "28").replace("901", "29").format(number=number, berm=BERM, along=line, x=x + 3.0)
+    text = SCENE.replace("900", "28").replace("901", "29").format(number=number, berm=berm, along=line, x=x + 3.0)
     if in_a_file:
         (folder / "fence.geojson").write_text(f'{{"type": "LineString", "coordinates": {line}}}')
         text = text.replace(str(line), "fence.geojson")
@@ -75,6 +80,40 @@ def test_one_face_has_no_further_one(tmp_path: Path) -> None:
     assert "further face" not in words(run)
 
 
+def test_a_place_of_a_fence_on_a_face_is_named_as_one(tmp_path: Path) -> None:
+    """From the first toe, the berm reaches to 8 m, the second face of 70 degrees to 8 m + RUN, and then the floor."""
+    run = flown(tmp_path / "site", 2, berm=8.0)
+    places = [footing_at(run.terrain, along_the_toe(run, distance)) for distance in (0.0, 4.0, 8.0 + 0.5 * RUN, 16.0)]
+    assert [footing.is_on_a_face for footing in places] == [False, False, True, False]
+    assert [footing.slope for footing in places] == pytest.approx([0.0, 0.0, 70.0, 0.0], abs=0.1)
+    elements = report_elements(run, "wall")
+    ground, figures = (
+        next(element for element in elements if isinstance(element, Table) and element.header[:2] == header)
+        for header in (("beyond the toe", "ground there"), ("beyond the toe", "rocks"))
+    )
+    assert [row[:2] for row in ground.rows][:4] == [
+        ["0.0 m", "0 degrees"], ["5.0 m", "0 degrees"], ["10.0 m", "face of 70 degrees"], ["15.0 m", "0 degrees"],
+    ]  # fmt: skip
+    assert [row[0] for row in figures.rows][:4] == ["0.0 m", "5.0 m", "10.0 m (on a face)", "15.0 m"]
+    assert "No fence can be built 10.0 m beyond the toe: the ground there is a face" in words(run)
+
+
+def along_the_toe(run: RunFiles, distance: float) -> np.ndarray:
+    """Return places (N, 2) m at a distance (m) beyond the first toe, in the local frame of the run."""
+    east, north, _ = run.terrain.frame.origin
+    return np.column_stack([np.full(20, RUN + distance - east), np.linspace(-20.0, 20.0, 20) - north])
+
+
+def test_a_fence_of_the_scene_on_a_face_is_named(tmp_path: Path, two_benches: RunFiles) -> None:
+    assert "is on a face for" not in words(two_benches)
+    run = flown(tmp_path / "site", 2)
+    panel = run.summary["scene"]["effects"]["barriers"]["panels"][0]
+    panel["along"] = [[0.5 * RUN, -20.0], [0.5 * RUN, 0.0], [RUN + 3.0, 0.0], [RUN + 3.0, 17.0]]
+    footing = footings_of_barriers(run)["fence"]
+    assert footing.steep == pytest.approx(0.5, abs=0.1)
+    assert "the barrier fence is on a face for" in words(run)
+
+
 @pytest.mark.parametrize("in_a_file", [False, True])
 def test_the_section_shows_the_fence_where_it_stands(two_benches: RunFiles, tmp_path: Path, in_a_file: bool) -> None:
     run = flown(tmp_path / "site", 2, in_a_file) if in_a_file else two_benches
@@ -87,6 +126,21 @@ def test_the_section_shows_the_fence_where_it_stands(two_benches: RunFiles, tmp_
     assert x == pytest.approx(2.0 * RUN + BERM + FLOOR, abs=1e-6)
     assert (fence.foot, fence.top) == pytest.approx((0.0, 3.0), abs=1e-6)
     assert "the picture leaves out: beside." in words(run)
+
+
+def test_the_view_shows_the_fence_as_a_wall_on_the_ground(two_benches: RunFiles) -> None:
+    html = view_html(two_benches, terrain_seen(two_benches), np.array([1.0, 0.0]))
+    figure = json.loads(re.search(r"Plotly\.newPlot\(\s*\S+,\s*(\[.*?\]),\s*\{\"", html, re.DOTALL)[1])
+    (top,) = [trace for trace in figure if trace.get("name") == "barrier fence (3 m high)"]
+    (panel,) = [trace for trace in figure if trace["type"] == "mesh3d" and trace.get("legendgroup") == "fence"]
+    assert "fence" in top["text"]
+    heights = decoded(panel["z"])
+    assert (heights.min(), heights.max()) == pytest.approx((0.0, 3.0), abs=1e-3)
+
+
+def decoded(values: dict[str, str]) -> np.ndarray:
+    """Return an array as plotly writes it into a page."""
+    return np.frombuffer(base64.b64decode(values["bdata"]), dtype=values["dtype"])
 
 
 def test_a_fence_whose_file_is_gone_is_named_and_not_drawn(tmp_path: Path) -> None:
@@ -105,4 +159,5 @@ def test_the_energy_map_says_how_many_cells_are_empty(two_benches: RunFiles) -> 
     assert energy is None or np.isfinite(energy.values).sum() == (rocks > 19.5).sum()
     (caption,) = [element.caption for element in report_elements(two_benches, "wall")
                   if isinstance(element, Picture) and "95th percentile of the energy" in element.caption]  # fmt: skip
+    assert re.search(r"About [\d,]+ rocks would fill half of them; (a larger cell would not|so would `haz)", caption)
     assert f"{few:,} of the {int((rocks > 0.5).sum()):,} cells that rocks reached have no value" in caption

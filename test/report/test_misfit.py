@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from benches_fallen_from import TOE, fallen, thrown
 
-from rpf3d_core.report.content import HEIGHTS_LEAVE_OUT, report_elements
+from rpf3d_core.report.content import report_elements
+from rpf3d_core.report.fences_part import HEIGHTS_LEAVE_OUT
 from rpf3d_core.report.passing import places_beyond, shares_beyond
 from rpf3d_core.report.run_files import read_run
 from rpf3d_core.report.segments import segments_of

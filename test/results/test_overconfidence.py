@@ -1,5 +1,6 @@
 """The lines of a run's table on where its answer is surer than it may be."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -119,6 +120,14 @@ def test_a_map_that_rocks_do_not_fill_is_named(tmp_path: Path) -> None:
     coarse = ("stop_speed: 0.4", "stop_speed: 0.4\nhazard: {cell: 50}")
     assert has(sentences(tmp_path, SPREAD, fine), "cells of 0.01 m are finer than the rocks fill")
     assert not has(sentences(tmp_path, SPREAD, coarse), "finer than")
+
+
+def test_the_cell_that_is_named_is_one_that_the_rocks_fill(tmp_path: Path) -> None:
+    fine = ("stop_speed: 0.4", "stop_speed: 0.4\nhazard: {cell: 0.01}")
+    (found,) = [each for each in sentences(tmp_path, SPREAD, fine) if "finer than the rocks fill" in each]
+    size = re.search(r"set `hazard\.cell: ([\d.]+)`", found)
+    assert size is not None
+    assert not has(sentences(tmp_path, SPREAD, (fine[0], fine[1].replace("0.01", size[1]))), "finer than")
 
 
 @pytest.mark.parametrize(("height", "stayed"), [(0.5, True), (9.0, False)])

@@ -226,7 +226,8 @@ def test_a_missing_reference_system_warns_and_never_refuses(folder):
 def test_a_model_in_millimetres_is_noticed_by_its_relief_and_by_the_speed_of_its_rocks(folder):
     write_binary_stl(folder / "mm.stl", 5000.0 * VERTICES[TRIANGLES])
     _, hints, refusal, report = seen(folder, "mm.stl", [50_000.0, 40_000.0, 0.0])
-    assert refusal == "" and "is it in mm or feet? Give its file `unit: mm`" in hints[0]
+    assert refusal == "" and "is it in millimetres or centimetres? It would be 100 m or 1000 m wide. " in hints[0]
+    assert "Give its file `unit: mm` or `unit: cm`" in hints[0], "in feet it is still too high"
     assert not any("faster" in told for told in report.warnings)
     high = (folder / "scene.yaml").read_text().replace("above_ground: 1.0", "above_ground: 4000.0")
     (folder / "scene.yaml").write_text(high)

@@ -153,8 +153,41 @@ def test_a_unit_of_another_quantity_is_refused(tmp_path: Path, measure: str, hea
 
 
 @pytest.mark.parametrize(
+    ("measure", "header", "key"),
+    [("diameter", "Tonnage", "mass"), ("diameter", "mass", "mass"), ("diameter", "Weight t", "mass"),
+     ("diameter", "mass (metric ton)", "mass"), ("diameter", "ton", "mass"), ("diameter", "mass (t)", "mass"),
+     ("mass", "Volume", "volume"), ("volume", "mean diameter", "diameter")],
+)  # fmt: skip
+def test_a_column_that_names_another_quantity_is_refused_with_the_key_it_belongs_to(
+    tmp_path: Path, measure: str, header: str, key: str
+) -> None:
+    """2 t must not be read as 2 m, even if the name of the column states no unit."""
+    (tmp_path / "blocks.csv").write_text(f'number;"{header}"\n1;2\n')
+    with pytest.raises(InputError, match=rf"line 3: `rock\.{measure}` .*the key `{key}`"):
+        read_scene(written(tmp_path, f'{measure}: {{measured: blocks.csv, column: "{header}"}}'))
+
+
+@pytest.mark.parametrize("header", ["size", "diameter of equal mass", "tonnage-weighted diameter", "weighted"])
+def test_a_name_that_may_state_a_length_is_a_diameter(tmp_path: Path, header: str) -> None:
+    (tmp_path / "blocks.csv").write_text(f"{header}\n2\n")
+    assert read_scene(written(tmp_path, "diameter: {measured: blocks.csv}")).rock.diameter
+
+
+@pytest.mark.parametrize(
+    ("size", "units"),
+    [("80", "in cm (0.8 m) or in mm (0.08 m), or its mass"), ("{measured: [400, 12000]}", "in mm (12 m), or its mass"),
+     ("{measured: [40, 120]}", "in cm (1.2 m) or in mm (0.12 m), or"), ("90000", "is its mass in g?")],
+)  # fmt: skip
+def test_a_size_in_centimetres_is_asked_for(tmp_path: Path, size: str, units: str) -> None:
+    (told,) = (told for told in warnings_of(read_scene(written(tmp_path, f"diameter: {size}"))) if "`rock`" in told)
+    assert f"more than any rock of a rockfall; is {'' if units.startswith('is') else 'its size '}"[:-3] in told
+    assert units in told
+
+
+@pytest.mark.parametrize(
     ("measure", "header", "doubt"),
-    [("mass", "mass_t", "converted from t to kg;"), ("diameter", "d_in", "converted from in to m;"),
+    [("mass", "Tonnage", "may mean tonnes"), ("mass", "weight t", "may mean tonnes"),
+     ("mass", "mass_t", "converted from t to kg;"), ("diameter", "d_in", "converted from in to m;"),
      ("mass", "mass (ton)", "converted from t to kg;"), ("mass", "t", "converted from t to kg;"),
      ("mass", "mass (stone)", "has no known unit in brackets: its numbers are read in kg;"),
      ("mass", "mass (mg)", "has no known unit in brackets"), ("mass", "mass (t)", None), ("diameter", "d_mm", None),

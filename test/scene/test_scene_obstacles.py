@@ -45,6 +45,10 @@ def test_lines_come_from_geojson_as_well(tmp_path):
     assert np.hypot(models.effects.head.panel.dx, models.effects.head.panel.dy).sum() == pytest.approx(40.0)
     named = obstacles_of(scene, models)
     assert named.names == ("barriers.net",) and len(named.lines) == 2 and not named.owner.any()
+    height = scene.effects.barriers.panels[0].height
+    assert named.heights == (height, height)
+    tops = [wall.vertices[len(wall.vertices) // 2, 2] - wall.vertices[0, 2] for wall in named.walls]
+    assert tops == pytest.approx([height, height])
 
 
 @pytest.mark.parametrize(

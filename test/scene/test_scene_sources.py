@@ -110,7 +110,8 @@ def test_the_steep_facets_of_a_zone_are_a_source(tmp_path: Path) -> None:
     [
         ("polygon: [[100, 0], [110, 0], [110, 10]]",
          "`sources[1].polygon` lies off the terrain: it goes from (100, 0) to (110, 10), the terrain from (-10, -8)"),
-        ("zone: fase", "`sources[1].zone` is 'fase', but the zones are berm_1, face_1"),
+        ("zone: fase", "`sources[1].zone` is 'fase', but the zones are berm_1, face_1; did you mean 'face_1'?"),
+        ("zone: FACES_*", "`sources[1].zone` is 'FACES_*', but the zones are berm_1, face_1; did you mean 'face_1'?"),
         (f"zone: '*', steeper_than_deg: {STEEP + 0.1}",
          "`sources[1].steeper_than_deg` is 63.5349, but the steepest facet of '*' has 63.4 degrees"),
         ("polygon: empty.geojson", "`sources[1].polygon` names a file that cannot be used: empty.geojson: holds"),

@@ -48,8 +48,10 @@ def _all_at_once(path: Path) -> FloatArray | None:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # the warning about a file without numbers
             points = np.loadtxt(
-                path, delimiter=separator, usecols=columns, skiprows=named, ndmin=2, encoding="utf-8-sig"
-            )
+                path, delimiter=separator, usecols=[column.place for column in columns], skiprows=named, ndmin=2,
+                encoding="utf-8-sig",
+            )  # fmt: skip
     except (ValueError, IndexError, UnicodeDecodeError, UserWarning):
         return None
+    points *= [column.unit for column in columns]
     return points if len(points) and np.isfinite(points).all() else None

@@ -19,13 +19,14 @@ LOWEST, HIGHEST = 1.8, 4.4
 scale. A section that is higher than HIGHEST has narrower panels instead."""
 TOP, BETWEEN, BELOW, LEFT, RIGHT = 0.35, 0.75, 0.6, 0.75, 0.15
 """Sizes (inches) of the title, of the labels between, below and left of the panels, and of the margin on the right."""
-LIMIT, BAND, FENCE = "#b3007a", "#9bb8e0", "#111111"
+LIMIT, BAND, FENCE, CRITICAL = "#b3007a", "#9bb8e0", "#111111", "#d1480f"
 
 
 class SectionDrawing(NamedTuple):
     """The content of the picture of a critical section; distances (m) are horizontal and start at `origin`.
 
     distance, ground : (S,) m, distance and elevation of the terrain; paths : each (P, 2) m, distance and elevation
+    path : (P, 2) m, the path of the section's rock; None if it is not known
     held : distance (m) within which 90 % of the rocks stop, drawn as a line; None to draw no line
     at : (D,) m, distances; passed : (D,) share (-) of the rocks that pass each distance
     sampling, predictive : (2, D) lower and upper ends of the intervals of `passed`; predictive is None if unknown
@@ -43,6 +44,7 @@ class SectionDrawing(NamedTuple):
     predictive: FloatArray | None
     origin: str
     fences: Sequence[tuple[str, float, float, float]] = ()
+    path: FloatArray | None = None
 
 
 def section_figure(drawing: SectionDrawing) -> Figure:
@@ -73,10 +75,15 @@ def section_figure(drawing: SectionDrawing) -> Figure:
 def _heights(drawing: SectionDrawing) -> tuple[float, float]:
     """Return the lowest and the highest elevation (m) of the picture."""
     tops = np.array([top for _, _, _, top in drawing.fences])
-    heights = np.concatenate([drawing.ground, tops, *(path[:, 1] for path in drawing.paths)])
+    heights = np.concatenate([drawing.ground, tops, *(path[:, 1] for path in _paths(drawing))])
     low, high = float(np.nanmin(heights)), float(np.nanmax(heights))
     room = 0.08 * (high - low) + 0.5
     return low - room, high + room
+
+
+def _paths(drawing: SectionDrawing) -> list[FloatArray]:
+    """Return all paths of the picture, each (P, 2) m."""
+    return [*drawing.paths, *([] if drawing.path is None else [drawing.path])]
 
 
 def _draw_section(axes: Axes, drawing: SectionDrawing, floor: float, exaggerated: float) -> None:
@@ -90,6 +97,8 @@ def _draw_section(axes: Axes, drawing: SectionDrawing, floor: float, exaggerated
     axes.plot(drawing.distance, ground, color=GROUND, linewidth=1.8, label="terrain")
     axes.add_collection(LineCollection(list(drawing.paths), colors=PATH, linewidths=0.6, alpha=0.5))
     axes.plot([], [], color=PATH, linewidth=0.8, label=f"kept paths in the strip ({len(drawing.paths):,})")
+    if drawing.path is not None:
+        axes.plot(*drawing.path.T, color=CRITICAL, linewidth=1.6, zorder=3, label="rock that stopped farthest away")
     for name, distance, foot, top in drawing.fences:
         axes.plot([distance, distance], [foot, top], color=FENCE, linewidth=3.0, solid_capstyle="butt", zorder=4,
                   label=f"barrier {name}: {top - foot:g} m high")  # fmt: skip

@@ -58,17 +58,20 @@ def barriers_of(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Bar
 
 
 def barriers_as_obstacles(name: str, model_spec: BarriersSpec, barriers: Barriers) -> Obstacles:
-    """Return the barriers of a scene for pictures and recordings: names, and lines along their feet (P, 3) m."""
+    """Return the barriers of a scene for pictures and recordings: names, heights, and lines along their feet (P, 3) m.
+
+    The height is that of the panel that still stands.
+    """
     panel = barriers.panel
     names = tuple(f"{name}.{spec.name}" for spec in model_spec.panels)
     begin = np.stack([panel.x, panel.y, panel.z], axis=1)
     end = begin + np.stack([panel.dx, panel.dy, panel.dz], axis=1)
-    lines = tuple(
-        (names[panel.barrier[its][0]], np.concatenate([begin[its], end[its][-1:]]))
-        for number in range(int(panel.line.max()) + 1)
-        if (its := panel.line == number).any()
-    )
-    return Obstacles(names=names, owner=panel.barrier, lines=lines, stems=NO_OBSTACLES.stems)
+    parts = [its for number in range(int(panel.line.max()) + 1) if (its := panel.line == number).any()]
+    owners = [int(panel.barrier[its][0]) for its in parts]
+    lines = tuple((names[owner], np.concatenate([begin[its], end[its][-1:]]))
+                  for owner, its in zip(owners, parts, strict=True))  # fmt: skip
+    heights = tuple(spec.height * spec.residual_height for spec in (model_spec.panels[owner] for owner in owners))
+    return Obstacles(names=names, owner=panel.barrier, lines=lines, stems=NO_OBSTACLES.stems, heights=heights)
 
 
 def _pieces(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Iterator[_Piece]:

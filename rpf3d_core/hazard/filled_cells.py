@@ -1,0 +1,86 @@
+"""Find from the counts of a map which larger cell, or how many rocks, would give most cells a percentile.
+
+A percentile needs FEWEST_ROCKS rocks. The rocks of a larger cell are not counted, but estimated: a rock that crosses a
+square of k x k cells on a straight line visits 4 k / pi of them on average, so the larger cell has about the sum of the
+visits divided by 4 k / pi, and at least as many rocks as any of its cells.
+"""
+
+import math
+from collections.abc import Callable
+from itertools import takewhile
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.hazard.maps import FEWEST_ROCKS, CountArray, HazardMaps
+from rpf3d_core.hazard.raster import round_cells
+from rpf3d_core.terrain.frame import FloatArray
+
+FEWEST_CELLS = 5
+"""Smallest number of cells along the longer side of a map whose cell is advised."""
+MOST = 0.5
+"""Share (-) of the cells, or of the visits, that must have enough rocks."""
+
+
+class ReachedCells(NamedTuple):
+    """The S cells of a map that rocks reached.
+
+    column, row : (S,) place of each cell, from 0; rocks : (S,) distinct rocks that reached it
+    cell : m, side of a cell; widest : m, longer side of the whole map
+    """
+
+    column: CountArray
+    row: CountArray
+    rocks: CountArray
+    cell: float
+    widest: float
+
+
+def reached_cells(maps: HazardMaps) -> ReachedCells:
+    """Return the cells of a run's map that rocks reached."""
+    raster = maps.raster
+    row, column = np.divmod(maps.cells.cell, raster.nx)
+    widest = raster.cell * max(raster.nx, raster.ny)
+    return ReachedCells(column=column, row=row, rocks=maps.cells.rocks, cell=raster.cell, widest=widest)
+
+
+def share_of_cells(rocks: FloatArray | CountArray) -> float:
+    """Return the share (-) of the cells with enough rocks for a percentile; rocks : (S,) in each cell, S >= 1."""
+    return float((rocks >= FEWEST_ROCKS).mean())
+
+
+def share_of_visits(rocks: FloatArray | CountArray) -> float:
+    """Return the share (-) of the visits in cells with enough rocks; rocks : (S,) in each cell, S >= 1."""
+    return float(rocks[rocks >= FEWEST_ROCKS].sum() / rocks.sum())
+
+
+def filling_cell(
+    reached: ReachedCells, share: Callable[[FloatArray | CountArray], float] = share_of_visits
+) -> float | None:
+    """Return the smallest larger round cell size (m) at which at least MOST of the map has enough rocks.
+
+    The result is None if there is no such size that leaves FEWEST_CELLS cells along the map.
+
+    share : function of the rocks (S,) in each cell; it says what counts as the map, the cells or the visits
+    """
+    largest = reached.widest / FEWEST_CELLS
+    sizes = takewhile(lambda size: size <= largest, (size for size in round_cells() if size > reached.cell))
+    return next((size for size in sizes if share(_rocks_in(reached, size)) >= MOST), None)
+
+
+def rocks_that_fill(reached: ReachedCells, flown: int) -> int:
+    """Return about how many rocks give MOST of the reached cells enough rocks, to two digits; flown : rocks flown."""
+    needed = flown * FEWEST_ROCKS / float(np.quantile(reached.rocks, 1.0 - MOST))
+    step = int(10 ** max(math.floor(math.log10(needed)) - 1, 0))
+    return math.ceil(needed / step) * step
+
+
+def _rocks_in(reached: ReachedCells, size: float) -> FloatArray:
+    """Return the estimated number of rocks in each larger cell that rocks reached; size : m, its side."""
+    times = size / reached.cell
+    places = (np.floor((place + 0.5) / times).astype(np.int64) for place in (reached.row, reached.column))
+    row, column = places
+    number = np.unique(row * (int(column.max()) + 1) + column, return_inverse=True)[1]
+    most = np.zeros(int(number.max()) + 1)
+    np.maximum.at(most, number, reached.rocks)
+    return np.maximum(most, np.bincount(number, weights=reached.rocks) / (4.0 * times / math.pi))

@@ -1,0 +1,98 @@
+"""The part of a report on places where a fence would stand: the rocks that pass, and the ground at each place."""
+
+from collections.abc import Iterator
+
+from rpf3d_core.hazard.benches import in_percent
+from rpf3d_core.report.barriers_part import BOTH, barriers_part
+from rpf3d_core.report.elements import Element, Heading, Table, Text
+from rpf3d_core.report.footing import BUILDABLE, Footing
+from rpf3d_core.report.passing import FencePlace
+from rpf3d_core.report.run_files import RunFiles
+from rpf3d_core.report.section_fences import footings_of_barriers
+from rpf3d_core.report.segments import IMPACTS, KEPT, Segments
+from rpf3d_core.report.toe import BeyondToe
+from rpf3d_core.report.words import (
+    UNKNOWN,
+    figure_cells,
+    height,
+    kilojoules,
+    metres,
+    share,
+    share_interval,
+)
+
+SLIDES = (
+    "A rock that slid before it left the ground counts with the larger speed of both ends of its way; its height is "
+    "not known and counts as larger than all others."
+)
+HEIGHTS_LEAVE_OUT = (
+    "The predictive intervals of heights leave out the misfit of the model; those of rocks that pass and of energies "
+    "hold it."
+)
+FROM_PATHS = (
+    "Fewer than all: `outputs.impacts` gives all rocks, unless air slows them; `outputs.trajectories` keeps more."
+)
+SLIGHT = 0.05
+"""Smallest share (-) of a fence's line on a face that the tables state."""
+
+
+def too_few_toes(beyond: BeyondToe) -> str:
+    """Return a sentence that distances beyond the toe are not known, because no rock or only few have a toe."""
+    if len(beyond.rows) == 0:
+        return "Not known: no face lies below the releases."
+    return f"Not known: only {len(beyond.rows):,} of {beyond.of:,} rocks have a face below their release."
+
+
+def fences_part(run: RunFiles, places: list[FencePlace], segments: Segments, beyond: BeyondToe) -> Iterator[Element]:
+    """Yield the tables of the rocks that pass places beyond the toe, for the design of fences, and of the barriers."""
+    yield Heading("Where a fence would stand")
+    if not places:
+        yield Text(too_few_toes(beyond))
+    else:
+        yield from _fence_tables(run, places, segments)
+    if run.summary.get("barriers"):
+        yield from barriers_part(run.summary["barriers"])
+    if steep := _on_faces(footings_of_barriers(run)):
+        yield Text(f"No fence can be built where the ground is steeper than {BUILDABLE:g} degrees: {'; '.join(steep)}.")
+
+
+def _fence_tables(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iterator[Element]:
+    yield Table(("beyond the toe", "ground there", "rocks that pass", *BOTH), [
+        [metres(place.distance), _ground(place.footing), share(place.passed.value),
+         share_interval(place.passed.predictive), share_interval(place.passed.sampling)] for place in places
+    ])  # fmt: skip
+    if faces := [metres(place.distance) for place in places if place.footing.is_on_a_face]:
+        yield Text(f"No fence can be built {', '.join(faces)} beyond the toe: the ground there is a face, steeper than "
+                   f"{BUILDABLE:g} degrees. Figures of these places only show how the rocks go on.")  # fmt: skip
+    header = ("beyond the toe", "rocks", "p95 energy", *BOTH, "p95 height", *BOTH)
+    yield Table(header, [
+        [_place(place), f"{place.crossed:,}", *figure_cells(place.energy, kilojoules),
+         *figure_cells(place.height, height)] for place in places
+    ])  # fmt: skip
+    notes = {IMPACTS: SLIDES, KEPT: FROM_PATHS if segments.rocks < run.summary["rocks"] else ""}
+    yield Text(f"Energies (translational) and heights (of the centre) at the first passage, from {segments.source}: "
+               f"{segments.rocks:,} of {run.summary['rocks']:,} rocks. Not known for fewer than 20 rocks. "
+               f"{notes[segments.source]}".rstrip(), quiet=True)  # fmt: skip
+    if run.moves is not None:
+        yield Text(HEIGHTS_LEAVE_OUT, quiet=True)
+
+
+def _place(place: FencePlace) -> str:
+    """Return the distance of a place beyond the toe as text, with a mark if no fence can be built there."""
+    return f"{metres(place.distance)}{' (on a face)' if place.footing.is_on_a_face else ''}"
+
+
+def _ground(footing: Footing) -> str:
+    """Return the slope of the ground where a fence would stand as text, and the share of its line on a face."""
+    if footing.steep is None or footing.slope is None:
+        return UNKNOWN
+    slope = f"{footing.slope:.0f} degrees"
+    if footing.is_on_a_face:
+        return f"face of {slope}"
+    return slope if footing.steep < SLIGHT else f"{slope}; {in_percent(footing.steep, 0)} % on a face"
+
+
+def _on_faces(footings: dict[str, Footing]) -> list[str]:
+    """Return words on the barriers of the scene of which a part is on a face; footings : by name of the barrier."""
+    return [f"the barrier {name} is on a face for {in_percent(footing.steep, 0)} % of its line"
+            for name, footing in footings.items() if footing.steep is not None and footing.steep >= SLIGHT]  # fmt: skip

@@ -1,0 +1,94 @@
+"""Find lines of sources whose points are not in their order along the crest, as in an unsorted list of points.
+
+Rocks start along the straight lines between successive points. If the points are not in order, the line jumps to and
+fro, and rocks start next to the crest.
+"""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from rpf3d_core.ensemble.flights import IntArray
+from rpf3d_core.formats.polylines import read_lines
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.coverage import plain
+from rpf3d_core.terrain.frame import FloatArray, Up
+
+SHARP = 135.0
+"""Change of direction (degrees) at a point from which a line turns back; crests and ramps turn less at a point."""
+LONGER = 1.05
+"""Ratio (-) of the length of a line to the length in another order above which its points are probably unordered."""
+MOST_POINTS = 5_000
+"""Largest number of points of a line that is compared; every further point takes longer."""
+
+
+def warnings_of_lines(scene: Scene) -> Iterator[str]:
+    """Yield a warning for each source whose line turns back, and would be shorter with its points in another order."""
+    for number, spec in enumerate(scene.sources):
+        if spec.line is None:
+            continue
+        lines = read_lines(spec.line) if isinstance(spec.line, Path) else [_in_plan(spec.line, scene.terrain.up)]
+        for line in lines:
+            if (ordered := shorter_order(line)) is not None:
+                yield f"`sources[{number}].line` of {spec.name!r} {_in_words(line, line[ordered])}"
+
+
+def _in_words(line: FloatArray, ordered: FloatArray) -> str:
+    """Return the end of a warning on a line (P, 2) m; ordered : (P, 2) m, its points in another order."""
+    turns = sharp_turns(line)
+    return (
+        f"turns back at {len(turns):,} of its {len(line):,} points, first at {_place(line, int(turns[0]))}: are the "
+        "points in their order along the crest? Rocks start on the straight lines between successive points. The "
+        f"line is {_length(line):,.0f} m long; in another order it would be {_length(ordered):,.0f} m"
+    )
+
+
+def shorter_order(line: FloatArray) -> IntArray | None:
+    """Return an order (P,) of the points of a line (P, 2) m in which the line is much shorter; None if there is none.
+
+    Only lines with a sharp turn are compared. The order goes on to the nearest point that is left, from the point that
+    lies farthest from the middle.
+    """
+    if not 4 <= len(line) <= MOST_POINTS or not len(sharp_turns(line)):
+        return None
+    order = _by_neighbours(line)
+    closing = float(np.linalg.norm(line[order[0]] - line[order[-1]])) if np.array_equal(line[0], line[-1]) else 0.0
+    return order if _length(line) > LONGER * (_length(line[order]) + closing) else None
+
+
+def sharp_turns(line: FloatArray) -> IntArray:
+    """Return the indices (T,) of the points at which a line (P, 2) m turns back."""
+    heading = np.arctan2(*np.diff(line, axis=0).T[::-1])
+    turn = np.abs((np.diff(heading) + math.pi) % (2.0 * math.pi) - math.pi)
+    return np.asarray(np.flatnonzero(np.degrees(turn) > SHARP) + 1)
+
+
+def _by_neighbours(line: FloatArray) -> IntArray:
+    """Return the order (P,) of points (P, 2) m that goes from each point to the nearest one that is left."""
+    left = np.ones(len(line), dtype=bool)
+    at = int(np.argmax(np.linalg.norm(line - line.mean(axis=0), axis=1)))
+    order = [at]
+    for _ in range(len(line) - 1):
+        left[at] = False
+        away = np.where(left, np.hypot(*(line - line[at]).T), np.inf)
+        at = int(np.argmin(away))
+        order.append(at)
+    return np.array(order)
+
+
+def _length(line: FloatArray) -> float:
+    """Return the length (m) of a line (P, 2) m."""
+    return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
+
+
+def _in_plan(line: tuple[tuple[float, float, float], ...], up: Up) -> FloatArray:
+    """Return the corners (P, 2) m of a line of the scene in plan; up : the axis that points up."""
+    return np.array(line, dtype=float)[:, [0, 1] if up == "z" else [0, 2]]
+
+
+def _place(line: FloatArray, number: int) -> str:
+    """Return the number, from 1, and the coordinates (m) of a point of a line as text; number : from 0."""
+    x, y = line[number].tolist()
+    return f"point {number + 1} ({plain(x)}, {plain(y)})"
