@@ -1,4 +1,7 @@
-"""Faults of topics that defined an area of interest before a restart: until they publish again, the area is unknown."""
+"""Faults of topics that defined an area of interest before a restart or a pause of the node.
+
+Until such a topic publishes again, its area is unknown.
+"""
 
 from collections.abc import Callable, Iterable
 
@@ -7,10 +10,10 @@ CAUSE = "area: {}"
 
 
 class AreasBefore:
-    """The topics with an area now, and the topics that had an area before the restart and have not published since.
+    """The topics with an area now, and those that had an area before the restart or pause and have not published since.
 
     report : called with the cause and the sentence of each fault; an empty sentence ends the fault. Only one thread may
-        call `announce` and `received`.
+        call `announce`, `interrupted` and `received`.
     """
 
     def __init__(self, report: Callable[[str, str], None], before: Iterable[str]) -> None:
@@ -24,14 +27,22 @@ class AreasBefore:
         for topic in sorted(self._missing):
             self._report(
                 CAUSE.format(topic),
-                f"{topic} has published nothing since the start, and its areas were watched before: publish them again "
-                "(an empty message if there are none)",
+                f"{topic} has published nothing since the start of the node or its last activation, and its areas were "
+                "watched before: publish them again (an empty message if there are none)",
             )
 
     @property
     def topics(self) -> tuple[str, ...]:
         """The topics that must publish their areas again after the next restart, sorted. Any thread may call."""
         return tuple(sorted(self._missing | self._defined))
+
+    def interrupted(self, watched: Iterable[str]) -> None:
+        """Report that messages may have been missed: topics with an area must publish again.
+
+        watched : topics whose areas have limits; the areas of other topics are not watched
+        """
+        self._missing |= self._defined & frozenset(watched)
+        self.repeat()
 
     def announce(self, topic: str) -> None:
         """Note that a topic defines an area; call this before the area is used, so that `topics` contains the topic."""

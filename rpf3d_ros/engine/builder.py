@@ -4,6 +4,7 @@ The thread also passes each new terrain to the store.
 """
 
 import threading
+from collections import deque
 from typing import NamedTuple, Protocol
 
 from rpf3d_core.errors import InputError, TerrainError
@@ -16,6 +17,14 @@ from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.survey_in_use import Arrival, SurveyInUse
 from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
 from rpf3d_ros.messages.refusals import MessageRefused, report_error
+
+REMEMBERED = 1000
+"""Number of former surveys whose digests are remembered."""
+
+OLD_MESH = (
+    "this mesh is older than the terrain in use, because it was in use before: end the program that repeats it, or "
+    "publish it on terrain/points, with the time of its measurement as its stamp"
+)
 
 
 class Built(NamedTuple):
@@ -61,6 +70,7 @@ class Builder:
         self._scene, self._workshop, self._waiting, self._flyer = scene, workshop, waiting, flyer
         self._listener, self._store = listener, store
         self._in_use = in_use
+        self._replaced: deque[str] = deque(maxlen=REMEMBERED)  # digests of surveys that were in use before
         self._thread = threading.Thread(target=self._run, name="rpf3d builder", daemon=True)
         self._thread.start()
 
@@ -115,12 +125,16 @@ class Builder:
         survey = arrival.convert()
         ground = self._workshop.whole(survey, arrival.stamp_ns)
         repeats = in_use.is_repeated(arrival, ground.digest)
+        if arrival.is_mesh and not repeats and ground.digest in self._replaced:
+            raise MessageRefused(OLD_MESH)
         if stays is not None and repeats:  # for example after a restart with the terrain from the store
             self._in_use = in_use._replace(mesh=arrival.mesh)
             return Built(stays, None, repeats=True)
         standing = stand_on(ground, self._scene)
         _ = standing.cells  # computed here, so that the first answer need not wait
         self._flyer.hand_over(ready=standing)
+        if in_use.digest and not repeats:
+            self._replaced.append(in_use.digest)
         self._in_use = SurveyInUse(digest=ground.digest, stamp_ns=arrival.stamp_ns, mesh=arrival.mesh)
         return Built(ground, survey, repeats, lost=in_use.patches if repeats else 0)
 

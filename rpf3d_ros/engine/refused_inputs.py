@@ -1,9 +1,10 @@
 """Remember the topics of sources and areas with a refused message: a fault, because the message may report danger.
 
-The fault of a topic stands until a later message of the topic is understood. While a topic has several publishers, the
-fault stays, because it is unknown which publisher sent the understood message. If the last refused message of a topic
-is longer ago than sources may be old, an acknowledgement ends the fault of the topic. Neither a restart nor a node that
-is not active for some time ends it.
+The fault of a topic stands until a later message of the topic is understood. A message of sources reports only some
+regions, and the refused message may have reported others: so the fault of such a topic stands at least until the
+refused sources would be too old. While a topic has several publishers, the fault stays, because it is unknown which
+publisher sent the understood message. If the last refused message of a topic is longer ago than sources may be old, an
+acknowledgement ends the fault of the topic. Neither a restart nor a node that is not active for some time ends it.
 """
 
 from collections.abc import Callable
@@ -37,7 +38,8 @@ class RefusedInputs:
     ) -> None:
         """Begin without refusals.
 
-        silence_s : time (s) after the last refused message of a topic, from which on a person may end the fault
+        silence_s : time (s) for which sources count; longer after the last refused message of a topic, an understood
+            message or a person ends the fault
         terms : how many persons must acknowledge to end the fault, whatever level is held; None for one person
         """
         self._report, self._silence, self._terms = report, silence_s, terms or AcknowledgeSpec()
@@ -56,12 +58,17 @@ class RefusedInputs:
         for topic, why in self.reasons.items():
             self._tell(topic, why)
 
-    def understood(self, topic: str, speakers: Callable[[], int]) -> None:
-        """End the fault of a topic, because a message of the topic was understood and the topic has one publisher.
+    def understood(self, topic: str, speakers: Callable[[], int], now: float, is_whole: bool) -> None:
+        """End the fault of a topic if the topic has one publisher, because a message of the topic was understood.
 
-        speakers : returns the number of publishers of the topic; with several publishers, the fault stays
+        speakers : returns the number of publishers of the topic; now : time (s, steady clock)
+        is_whole : True if the message replaces all earlier messages of the topic, as a message of areas does; if
+            False, the fault ends only if the last refused message is longer than `silence_s` ago
         """
-        if topic in self._refused and speakers() <= 1:
+        refusal = self._refused.get(topic)
+        if refusal is None or not (is_whole or now - refusal.at > self._silence):
+            return
+        if speakers() <= 1:
             self._end(topic)
 
     def acknowledged(self, by: str, now: float) -> tuple[str, ...]:

@@ -86,7 +86,7 @@ class Station:
 
     def __init__(self, configuration: StationConfiguration, outlets: Outlets) -> None:
         """Start the threads; no sources are answered before `activate`."""
-        self._closing = False
+        self._closing = self._was_deactivated = False
         self._configuration, self._outlets = configuration, outlets
         parameters, scene = configuration.parameters, configuration.scene
         self.sources = WaitingSources(parameters.region_size, parameters.waiting_sources)
@@ -144,11 +144,15 @@ class Station:
 
     def _areas_before(self) -> list[str]:
         """Return the topics that had an area with limits before the start."""
+        watched = self._watched_area_topics()
+        return [topic for topic in self._memory.get("areas", ()) if topic in watched]
+
+    def _watched_area_topics(self) -> list[str]:
+        """Return the topics of areas that have limits in the site file."""
         thresholds = self._configuration.thresholds
         if thresholds is None:
             return []
-        watched = [topic for topic, name in AREA_TOPICS.items() if limits_of(thresholds, name) is not None]
-        return [topic for topic in self._memory.get("areas", ()) if topic in watched]
+        return [topic for topic, name in AREA_TOPICS.items() if limits_of(thresholds, name) is not None]
 
     def _remember_refusals(self) -> None:
         """Set the faults of messages that were refused before the start, for topics that the node still has."""
@@ -186,7 +190,16 @@ class Station:
         self.terrain.holds(before.patches_ns)
 
     def activate(self) -> None:
-        """Begin to answer sources and to decide on alerts."""
+        """Begin to answer sources and to decide on alerts.
+
+        After an earlier activation, messages may have been missed while the node was not active: areas must be
+        published again, and if patches are in use, the whole terrain.
+        """
+        if self._was_deactivated:
+            self._areas.interrupted(self._watched_area_topics())
+            if self.terrain.has_patches:
+                self.terrain.refuse("patch", time.time_ns(), stamp_ns=self._outlets.now() or None)
+                self._report_terrain()
         self.decisions.resume()
         self._outlets.alerts.forget()
         self.flyer.activate()
@@ -200,7 +213,8 @@ class Station:
         The last published alert is a fault, because a subscriber of the latched alarm must not take silence for safety.
         """
         self.flyer.deactivate()
-        self.terrain.forget_received()
+        self.terrain.forget_received(is_clock_back=False)
+        self._was_deactivated = True
         if self.desk is not None:
             replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
             self.desk.forget("the node is not active: it receives and decides nothing", replies.put)
@@ -246,7 +260,7 @@ class Station:
 
         why : sentence of the fault that lasts until every topic of sources has published again
         """
-        self.terrain.forget_received()
+        self.terrain.forget_received(is_clock_back=True)
         self.flyer.forget()
         if self.desk is not None:
             self.desk.forget(why)
@@ -394,7 +408,7 @@ class Station:
 
     def input_understood(self, topic: str, speakers: Callable[[], int]) -> None:
         """End the fault of a topic, unless several publishers use the topic; speakers : returns their number."""
-        self._refused_inputs.understood(topic, speakers)
+        self._refused_inputs.understood(topic, speakers, time.monotonic(), is_whole=topic in AREA_TOPICS)
 
     def report_fault(self, cause: str, sentence: str) -> None:
         """Add a fault to all decisions until it ends; do nothing without a site file.

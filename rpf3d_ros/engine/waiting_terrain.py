@@ -45,7 +45,8 @@ class Moment(NamedTuple):
         """True if a patch of this moment changes the terrain of a whole survey of the moment `whole`.
 
         The stamps decide, because a survey may be published long after it was made, or published again. If they are
-        equal, or the survey has no stamp, the times of publication decide.
+        equal, or one of both has no stamp, the times of publication decide. The same holds for a refused whole survey
+        in place of the patch.
         """
         if self.stamp_ns is None or whole.stamp_ns is None or self.stamp_ns == whole.stamp_ns:
             return self.published_ns > whole.published_ns
@@ -53,12 +54,9 @@ class Moment(NamedTuple):
 
 
 class RefusedSurvey(NamedTuple):
-    """A whole survey that was refused.
+    """A whole survey that was refused; moment : when it was published; why : reason of the refusal."""
 
-    published_ns : time of publication (ns), 0 if it is not known; why : reason of the refusal
-    """
-
-    published_ns: int
+    moment: Moment
     why: str
 
 
@@ -120,7 +118,9 @@ class WaitingTerrain(Generic[M]):
         self._patched = self._chapters[0]
         self._received: deque[ReceivedPatch[M]] = deque(maxlen=REMEMBERED)
         self._kept: deque[ReceivedPatch[M]] = deque()
-        self._before: list[Moment] = []  # patches from before a restart; an earlier whole survey lacks them
+        # patches from before a restart or a forgotten clock; an earlier whole survey lacks them
+        self._before: deque[Moment] = deque(maxlen=REMEMBERED)
+        self._replaced: deque[Moment] = deque(maxlen=REMEMBERED)  # surveys that a later survey in use has replaced
         self._changed = threading.Condition()
         self._closed = False
         self.overtaken = 0
@@ -144,19 +144,23 @@ class WaitingTerrain(Generic[M]):
             whys = (each.refused[-1].why or NO_REASON for each in reversed(self._chapters) if each.refused)
             return next(whys, "")
 
-    def refuse(self, kind: str, published_ns: int = 0, why: str = "", count: int = 1) -> None:
+    def refuse(
+        self, kind: str, published_ns: int = 0, why: str = "", count: int = 1, stamp_ns: int | None = None
+    ) -> None:
         """Note that messages were refused, or lost, before they were queued.
 
         kind : "whole" or "patch"; published_ns : time of publication of the message (ns), 0 if it is not known; of lost
             patches, a time after their publication
         why : the reason, for a whole survey; count : number of patches
+        stamp_ns : stamp of the message (ns), or a later time; None for a message without a stamp
         """
+        moment = Moment(published_ns, stamp_ns)
         with self._changed:
             if kind == "whole":
-                self._chapters[-1].refused.append(RefusedSurvey(published_ns=published_ns, why=why))
+                self._chapters[-1].refused.append(RefusedSurvey(moment=moment, why=why))
                 return
             self._chapters[-1].lost += count
-            moment = Moment(published_ns)  # a survey that was published before, and arrives later, lacks the patch, too
+            # an earlier survey that arrives later lacks the patch, too
             missing = ReceivedPatch[M](patch=None, moment=moment, at=time.monotonic())
             self._received.extend([missing] * min(count, REMEMBERED))
 
@@ -168,9 +172,9 @@ class WaitingTerrain(Generic[M]):
         """
         with self._changed:
             self._chapters[0].lost += patches
-            self._before += [Moment(known_ns)] * patches
+            self._before.extend([Moment(known_ns)] * min(patches, REMEMBERED))
             if why_refused:
-                self._chapters[0].refused.append(RefusedSurvey(published_ns=known_ns, why=why_refused))
+                self._chapters[0].refused.append(RefusedSurvey(moment=Moment(known_ns), why=why_refused))
 
     def holds(self, patches_ns: Iterable[int]) -> None:
         """Note the patches from before a restart that the terrain in use contains.
@@ -178,16 +182,17 @@ class WaitingTerrain(Generic[M]):
         patches_ns : when each patch was received (ns); a whole survey published earlier lacks the patch
         """
         with self._changed:
-            self._before += [Moment(published_ns) for published_ns in patches_ns]
+            self._before.extend(Moment(published_ns) for published_ns in patches_ns)
 
     def put_whole(self, survey: M, moment: Moment | None = None) -> None:
         """Queue a whole survey; if too many wait, drop the oldest that has not been built.
 
-        A latched survey may be received again. The repetition is ignored if the survey is already in the queue or in
-        use, because patches may have been applied to the survey.
+        A latched survey may be received again. It is ignored if it is already in the queue or in use, because patches
+        may have been applied to it, and if a later survey has replaced it.
         """
         with self._changed:
-            if moment is not None and moment.published_ns and any(moment == each.moment for each in self._chapters):
+            known = (*(each.moment for each in self._chapters), *self._replaced)
+            if moment is not None and moment.published_ns and moment in known:
                 return
             self._drop_old_patches()
             following = [each.patch for each in self._received if moment is not None and each.moment.follows(moment)]
@@ -236,7 +241,9 @@ class WaitingTerrain(Generic[M]):
             tried = self._tried
             assert tried is not None
             tried.refused[:0] = self._refused_after(tried)
-            self._chapters = self._chapters[self._chapters.index(tried) :]
+            place = self._chapters.index(tried)
+            self._replaced.extend(each.moment for each in self._chapters[:place] if each.moment is not None)
+            self._chapters = self._chapters[place:]
             tried.patches[:0] = tried.early
             tried.lost += tried.missing
             tried.whole, tried.early, tried.missing, self._tried = None, (), 0, None
@@ -244,19 +251,20 @@ class WaitingTerrain(Generic[M]):
     def repeated(self, lost: int = 0) -> None:
         """Note that the last taken whole survey is the survey of the terrain in use, which was published again.
 
-        The patches since this survey still belong on top of it, and those that the terrain lacks are still missing. As
-        in `accepted`, other surveys that waited are dropped.
+        The patches since this survey still belong on top of it, and patches and surveys that the terrain lacks are
+        still missing. As in `accepted`, other surveys that waited are dropped.
 
         lost : number of patches that were in the terrain, and are not any more
         """
         with self._changed:
             tried = self._tried
             assert tried is not None
-            later = self._refused_after(tried)
             place, first = self._chapters.index(tried), self._chapters[0]
             for chapter in self._chapters[1 : place + 1]:
                 first.take_over(chapter)
-            first.refused, first.moment, self._tried = [*later, *tried.refused], tried.moment, None
+            if first.moment is not None:
+                self._replaced.append(first.moment)
+            first.moment, self._tried = tried.moment, None
             first.lost += lost
             del self._chapters[1 : place + 1]
 
@@ -268,8 +276,7 @@ class WaitingTerrain(Generic[M]):
         with self._changed:
             tried = self._tried
             assert tried is not None
-            published = 0 if tried.moment is None else tried.moment.published_ns
-            tried.refused.append(RefusedSurvey(published_ns=published, why=why))
+            tried.refused.append(RefusedSurvey(moment=tried.moment or Moment(0), why=why))
             self._remove(tried)
             self._tried = None
 
@@ -288,14 +295,25 @@ class WaitingTerrain(Generic[M]):
         with self._changed:
             return self._length()
 
-    def forget_received(self) -> None:
+    def forget_received(self, is_clock_back: bool) -> None:
         """Forget the received patches, because the clock went back or the node unsubscribes: none is applied again.
 
-        Patches from before a restart are remembered: a latched survey that lacks them may still arrive.
+        That they were received is remembered, also of patches from before a restart: an earlier survey that lacks them
+        may still arrive.
+
+        is_clock_back : True if the clock went back, so that the stamps of the patches mean nothing any more
         """
         with self._changed:
+            moments = [each.moment for each in self._received]
+            self._before.extend(Moment(each.published_ns) if is_clock_back else each for each in moments)
             self._received.clear()
             self._kept.clear()
+
+    @property
+    def has_patches(self) -> bool:
+        """True if patches are known: received, or from before a restart."""
+        with self._changed:
+            return bool(self._received or self._before)
 
     def drop_old_patches(self) -> None:
         """Free the memory of patches that are too old for a late whole survey; call this regularly."""
@@ -307,10 +325,9 @@ class WaitingTerrain(Generic[M]):
             self._kept.popleft().patch = None
 
     def _refused_after(self, tried: Chapter[M]) -> list[RefusedSurvey]:
-        """Return the refused surveys that were published after a survey, but received before it."""
-        published = 0 if tried.moment is None else tried.moment.published_ns
+        """Return the refused surveys that are newer than a survey, but were received before it."""
         before = [survey for chapter in self._chapters[: self._chapters.index(tried)] for survey in chapter.refused]
-        return [survey for survey in before if published and survey.published_ns > published]
+        return [survey for survey in before if tried.moment is not None and survey.moment.follows(tried.moment)]
 
     def _remove(self, chapter: Chapter[M]) -> None:
         place = self._chapters.index(chapter)

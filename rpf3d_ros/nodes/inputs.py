@@ -127,7 +127,7 @@ class Inputs:
         if why:
             self._health.set("terrain", ERROR, why)
         else:
-            self._station.terrain.refuse("whole", at_ns, self._middleware)
+            self._station.terrain.refuse("whole", at_ns, self._middleware, stamp_ns=self._now() or None)
             self._station.terrain_refused(self._middleware)
         self._station.report_fault("middleware", f"terrain cannot be received: {why}" if why else "")
         self._middleware = why
@@ -137,7 +137,7 @@ class Inputs:
 
         count : number of patches; before_ns : when a later patch was published (ns)
         """
-        self._station.terrain.refuse("patch", before_ns, count=count)
+        self._station.terrain.refuse("patch", before_ns, count=count, stamp_ns=self._now() or None)
         self._report_lost("terrain/update", count)
         self._station.terrain_refused(f"{count} patches were lost before they could be read")
 
@@ -174,8 +174,19 @@ class Inputs:
                 moved_by=frame.other,
             )
             self._station.terrain.put_whole(arrival, Moment(published_ns))
+            self._note_mesh(published_ns, now)
 
         self._try("terrain/mesh", take, published_ns)
+
+    def _note_mesh(self, published_ns: int, now_ns: int) -> None:
+        """Refuse clouds and patches from now on whose stamps are older than the publication of a mesh.
+
+        published_ns : when the mesh was published, by the machine's clock (ns), 0 if it is not known; now_ns : present
+            time of the node (ns)
+        """
+        age = max(time.time_ns() - published_ns, 0) if published_ns else 0
+        for topic in ("terrain/points", "terrain/update"):
+            self.guards.note(topic, now_ns - age)
 
     def on_update(self, data: Buffer, published_ns: int) -> None:
         """Take a point cloud (CDR bytes) as a patch, which replaces a part of the terrain."""
@@ -297,24 +308,27 @@ class Inputs:
             take()
             self.guards.note(topic, stamp)
 
-        self._try(topic, guarded, published_ns)
+        self._try(topic, guarded, published_ns, stamp)
 
-    def _try(self, topic: str, take: Callable[[], None], published_ns: int) -> None:
+    def _try(self, topic: str, take: Callable[[], None], published_ns: int, stamp_ns: int | None = None) -> None:
         try:
             take()
         except QueueFull as refusal:
             self._refuse(topic, str(refusal), published_ns, is_counted=True)
         except InputError as refusal:
-            self._refuse(topic, str(refusal), published_ns)
+            self._refuse(topic, str(refusal), published_ns, stamp_ns=stamp_ns)
         else:
             if topic not in TERRAIN_KINDS:
                 self.publishers.understood(topic)
                 self._station.input_understood(topic, lambda: len(self.publishers.of(topic)))
 
-    def _refuse(self, topic: str, why: str, published_ns: int, is_counted: bool = False) -> None:
+    def _refuse(
+        self, topic: str, why: str, published_ns: int, is_counted: bool = False, stamp_ns: int | None = None
+    ) -> None:
         """Report a refused message: a fault of the alert, because the message may report danger or changed terrain.
 
         is_counted : True if the queue of terrain already counts the message as missing
+        stamp_ns : stamp of the message (ns), None if it has none, or if it cannot be read
         """
         with self._counting:  # two threads may refuse at once
             self._refused += 1
@@ -323,6 +337,8 @@ class Inputs:
             self._station.input_refused(topic, why)
         else:
             if not is_counted:
-                self._station.terrain.refuse(TERRAIN_KINDS[topic], published_ns, why)
+                # A stamp from the future would make every later survey look older than the refused message.
+                stamp = None if stamp_ns is None else min(stamp_ns, self._now())
+                self._station.terrain.refuse(TERRAIN_KINDS[topic], published_ns, why, stamp_ns=stamp)
             self._station.terrain_refused(why)
         self._health.set(part_of(topic), WARN, f"message refused: {why}", {"refused": str(count)})

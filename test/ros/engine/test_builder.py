@@ -173,9 +173,22 @@ def test_a_survey_that_is_published_again_after_a_patch_takes_nothing_away(made,
         assert waiting.lost_patches == 1
     waiting.put_whole(Arrival(partial(hill, 1.0), 5, b"another mesh" if data else b""))
     wait(lambda: len(reports.grounds) == 5 and waiting.lost_patches == 0)
-    waiting.put_whole(Arrival(hill, 6, data))
-    wait(lambda: len(reports.grounds) == 6)
-    assert reports.grounds[-1] == reports.grounds[0], "it is not the survey in use any more"
+
+
+def test_a_mesh_that_was_in_use_before_a_newer_survey_is_refused(made):
+    """A server may repeat its mesh for ever, while a newer survey came on another topic."""
+    waiting, flyer, reports = made()
+    waiting.put_whole(Arrival(hill, 1, b"mesh"))
+    wait(lambda: len(reports.grounds) == 1)
+    waiting.put_whole(Arrival(partial(hill, 1.0), 2))
+    wait(lambda: len(reports.grounds) == 2)
+    waiting.put_whole(Arrival(hill, 3, b"mesh"))
+    wait(lambda: reports.refused)
+    assert "older than the terrain in use" in reports.refused[0] and waiting.refused_surveys == 1
+    assert flyer.standing.ground.digest == reports.grounds[1]
+    waiting.put_whole(Arrival(partial(hill, 1.0), 4))
+    wait(lambda: len(reports.grounds) == 3)
+    assert waiting.refused_surveys == 0
 
 
 def test_a_cloud_of_a_newer_stamp_is_a_new_survey_though_its_points_are_the_same(made):

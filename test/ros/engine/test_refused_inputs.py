@@ -46,9 +46,29 @@ def test_a_refusal_stands_until_a_message_of_the_same_topic_is_understood(refuse
     inputs, faults = refused
     inputs.refused(RADAR, "frame_id is 'radar'", at=0.0)
     assert "sources was refused (frame_id is 'radar')" in faults.sentences[0]
-    inputs.understood(OTHER, lambda: 1)
+    inputs.understood(OTHER, lambda: 1, SILENCE + 1.0, is_whole=False)
     assert len(faults.sentences) == 1
-    inputs.understood(RADAR, lambda: 1)
+    inputs.understood(RADAR, lambda: 1, SILENCE + 1.0, is_whole=False)
+    assert faults.sentences == ()
+
+
+def test_a_message_about_another_wall_does_not_make_good_a_refused_one(refused):
+    """A radar may report its walls in turn; the refused message may be the only one on a dangerous wall."""
+    inputs, faults = refused
+    for at in range(0, 60, 2):
+        inputs.refused(RADAR, "pose 0 is not finite", at=at)
+        inputs.understood(RADAR, lambda: 1, at + 1.0, is_whole=False)
+        assert len(faults.sentences) == 1
+    inputs.understood(RADAR, lambda: 1, 58.0 + SILENCE, is_whole=False)
+    assert len(faults.sentences) == 1
+    inputs.understood(RADAR, lambda: 1, 58.1 + SILENCE, is_whole=False)
+    assert faults.sentences == ()
+
+
+def test_a_message_of_areas_is_complete_and_ends_a_refusal_at_once(refused):
+    inputs, faults = refused
+    inputs.refused("areas/polygon", "two corners", at=0.0)
+    inputs.understood("areas/polygon", lambda: 1, 0.1, is_whole=True)
     assert faults.sentences == ()
 
 
@@ -63,9 +83,9 @@ def test_a_flood_of_refused_messages_changes_what_must_be_remembered_once(refuse
 def test_where_two_speak_on_a_topic_no_message_of_it_ends_a_refusal(refused):
     inputs, faults = refused
     inputs.refused(RADAR, "its stamp goes back by 0.300 s", at=0.0)
-    inputs.understood(RADAR, lambda: 2)
+    inputs.understood(RADAR, lambda: 2, SILENCE + 1.0, is_whole=False)
     assert len(faults.sentences) == 1
-    inputs.understood(RADAR, lambda: 1)
+    inputs.understood(RADAR, lambda: 1, SILENCE + 1.0, is_whole=False)
     assert faults.sentences == ()
 
 

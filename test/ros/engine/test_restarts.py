@@ -179,7 +179,31 @@ def test_a_refused_message_is_a_fault_after_a_restart_too(mine, bad):
     others = [send for send in (ROAD, QUIET) if send.topic != bad.topic]
     assert any(f"a message on {bad.topic} was refused" in fault for fault in mine.send(*others).faults)
     good = QUIET._replace(topic=bad.topic) if bad.kind == "poses" else ROAD
+    if bad.kind == "poses":
+        assert any("was refused" in fault for fault in mine.send(good, QUIET).faults), "another wall may be meant"
+        mine.stay_quiet(MAX_AGE)
     assert mine.send(good, QUIET).faults == ()
+
+
+def test_after_a_pause_areas_and_if_patches_are_in_use_the_whole_terrain_must_be_published_again(mine):
+    assert mine.send(ROAD, QUIET, PATCH, QUIET).faults == ()
+    mine.run.node.station.deactivate()
+    mine.run.node.station.activate()
+    mine.run.node.settle()
+    faults = mine.send(QUIET).faults
+    assert any("1 patches are not in" in fault for fault in faults)
+    assert any(fault.startswith("areas/polygon") for fault in faults)
+    assert mine.send(ROAD, WHOLE, QUIET).faults == ()
+
+
+def test_after_a_pause_without_patches_only_the_areas_must_be_published_again(mine):
+    assert mine.send(ROAD, QUIET).faults == ()
+    mine.run.node.station.deactivate()
+    mine.run.node.station.activate()
+    mine.run.node.settle()
+    (fault,) = mine.send(QUIET).faults
+    assert fault.startswith("areas/polygon")
+    assert mine.send(ROAD, QUIET).faults == ()
 
 
 def test_a_refused_message_stays_a_fault_while_the_node_is_not_active(mine):

@@ -25,7 +25,7 @@ from rpf3d_ros.engine.terrain_faults import (
 from rpf3d_ros.nodes import inputs
 
 TRUTH = Truth(sources=(), bank_until=np.inf, areas=(pit.outline(pit.ROAD),) * 2, area_since=0.0)
-TOPICS = (RADAR_A, "terrain/points", "terrain/update", "areas/polygon")
+TOPICS = (RADAR_A, "terrain/points", "terrain/mesh", "terrain/update", "areas/polygon")
 PLAN = Plan(
     truth=TRUTH, sends=(), speakers=tuple(Speaker(topic=topic, number=0) for topic in TOPICS), sensors=(RADAR_A,),
     limits="restrict", expects=False,
@@ -114,6 +114,35 @@ def test_a_survey_that_is_published_again_hides_neither_a_patch_nor_that_one_is_
     assert run.node.station.flyer.standing.ground.digest == patched
     faults = faults_after(run, PATCH._replace(sent=0.6, frame="drone"), again(WHOLE, 0.7))
     assert "1 patches are not in" in faults[0]
+
+
+def test_patches_and_clouds_from_before_a_mesh_do_not_replace_it(started):
+    """A mesh has no stamp, so it counts as measured when it was published."""
+    run = started()
+    mesh = at(WHOLE, 0.5)._replace(topic="terrain/mesh", kind="mesh")
+    assert faults_after(run, mesh, at(AREA, 0.6), at(NOTHING, 0.7)) == ()
+    digest = run.node.station.flyer.standing.ground.digest
+    assert "1 patches are not in" in faults_after(run, again(PATCH, 0.8))[0]
+    assert "was refused (its stamp goes back" in "".join(faults_after(run, again(WHOLE, 0.9)))
+    assert run.node.station.flyer.standing.ground.digest == digest
+    assert faults_after(run, at(WHOLE, 1.0)) == ()
+
+
+@pytest.mark.parametrize("late", [WHOLE, EARLIER], ids=["the survey in use", "another one"])
+def test_a_survey_from_before_a_refused_one_does_not_make_it_good(started, late):
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING) == ()
+    assert "was refused" in faults_after(run, at(WHOLE, 0.5)._replace(frame="drone"))[0]
+    assert "was refused" in faults_after(run, again(late, 0.6))[0]
+    assert faults_after(run, at(WHOLE, 0.7)) == ()
+
+
+def test_a_survey_from_before_a_refused_patch_lacks_it(started):
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING) == ()
+    assert "1 patches are not in" in faults_after(run, PATCH._replace(frame="drone"))[0]
+    assert "1 patches are not in" in faults_after(run, again(EARLIER, 0.6))[0]
+    assert faults_after(run, at(WHOLE, 0.7)) == ()
 
 
 def test_without_a_store_a_survey_that_is_published_again_after_a_restart_lacks_the_patches(started):

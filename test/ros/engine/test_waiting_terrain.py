@@ -136,7 +136,7 @@ def test_a_survey_that_is_repeated_is_later_than_those_that_waited():
     waiting.refuse("whole", 7, "bad, too")
     waiting.take()
     waiting.repeated(lost=2)
-    assert (waiting.lost_patches, waiting.refused_surveys, waiting.why_refused) == (2, 1, "bad, too")
+    assert (waiting.lost_patches, waiting.refused_surveys, waiting.why_refused) == (2, 2, "bad, too")
     assert waiting.take() == ("patch", "of the other")
     waiting.put_whole("mesh again", Moment(6))
     assert len(waiting) == 0, "the same publication, latched"
@@ -262,18 +262,53 @@ def test_a_survey_that_is_in_use_and_comes_again_is_none():
     assert len(waiting) == 0
 
 
-def test_what_was_heard_before_the_clock_went_back_is_not_laid_again():
+@pytest.mark.parametrize("is_clock_back", [True, False])
+def test_patches_received_before_a_pause_are_not_applied_again_but_an_earlier_survey_lacks_them(is_clock_back):
     waiting = late("early")
-    waiting.forget_received()
+    waiting.forget_received(is_clock_back)
     waiting.put_whole("late", Moment(0))
     assert laid(waiting) == ["late"]
+    assert waiting.lost_patches == 1
+    waiting.put_whole("later", Moment(5))
+    assert laid(waiting) == ["later"]
     assert waiting.lost_patches == 0
+
+
+def test_a_survey_that_was_measured_before_a_patch_lacks_it_after_a_pause_though_it_is_published_later():
+    waiting = WaitingTerrain(5)
+    waiting.put_patch("patch", Moment(1, 50))
+    waiting.take()
+    waiting.forget_received(is_clock_back=False)
+    for stamp, missing in ((40, 1), (60, 0)):
+        waiting.put_whole("whole", Moment(stamp, stamp))
+        assert laid(waiting) == ["whole"]
+        assert waiting.lost_patches == missing
+
+
+@pytest.mark.parametrize("kind", ["whole", "patch"])
+def test_a_survey_that_was_measured_before_what_was_refused_does_not_make_it_good(kind):
+    waiting = WaitingTerrain(5)
+    waiting.refuse(kind, 20, "in a foreign frame", stamp_ns=200)
+    for published, stamp, faults in ((30, 100, 1), (40, 300, 0)):
+        waiting.put_whole("whole", Moment(published, stamp))
+        assert laid(waiting) == ["whole"]
+        assert waiting.lost_patches + waiting.refused_surveys == faults
+
+
+def test_a_latched_survey_that_another_has_replaced_is_ignored_when_it_comes_again():
+    waiting = surveys()
+    for published in (1, 2):
+        waiting.put_whole("survey", Moment(published))
+        assert laid(waiting) == ["survey"]
+    for published in (2, 1):
+        waiting.put_whole("survey, latched", Moment(published))
+    assert len(waiting) == 0
 
 
 def test_a_latched_survey_that_comes_again_after_a_restart_lacks_the_patches_that_the_terrain_had():
     waiting = WaitingTerrain(5)
     waiting.holds((20, 30))
-    waiting.forget_received()  # the node is deactivated and activated before the survey arrives
+    waiting.forget_received(is_clock_back=False)  # the node is deactivated and activated before the survey arrives
     for published, missing in ((10, 2), (25, 1), (40, 0)):
         waiting.put_whole("latched", Moment(published))
         waiting.take()

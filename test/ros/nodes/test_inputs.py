@@ -49,7 +49,7 @@ class DryInputs(Inputs):
         self.publishers = SimpleNamespace(understood=self.understood.append)
         self._station = SimpleNamespace(input_understood=lambda topic, count: None)
 
-    def _refuse(self, topic, why, published_ns, is_counted=False):
+    def _refuse(self, topic, why, published_ns, is_counted=False, stamp_ns=None):
         self.refusals.append(why)
 
 
