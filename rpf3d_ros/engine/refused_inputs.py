@@ -1,10 +1,11 @@
 """Remember the topics of sources and areas with a refused message: a fault, because the message may report danger.
 
 The fault of a topic stands until a later message of the topic is understood. A message of sources reports only some
-regions, and the refused message may have reported others: so the fault of such a topic stands at least until the
-refused sources would be too old. While a topic has several publishers, the fault stays, because it is unknown which
-publisher sent the understood message. If the last refused message of a topic is longer ago than sources may be old, an
-acknowledgement ends the fault of the topic. Neither a restart nor a node that is not active for some time ends it.
+regions, and the refused message may have reported others: so the fault of such a topic stands until the refused sources
+would be too old, or until a person acknowledges after a message was understood. While a topic has several publishers,
+the fault stays, because it is unknown which publisher sent the understood message. If the last refused message of a
+topic is longer ago than sources may be old, an acknowledgement ends the fault of the topic without an understood
+message. Neither a restart nor a node that is not active for some time ends it.
 """
 
 from collections.abc import Callable
@@ -21,10 +22,12 @@ class Refusal(NamedTuple):
     """The refused messages of a topic since the last one that was understood.
 
     why : why the first was refused, also before a restart; at : when the last was refused (s, by a steady clock)
+    is_followed : True if a later message of the topic was understood
     """
 
     why: str
     at: float
+    is_followed: bool = False
 
 
 class RefusedInputs:
@@ -63,16 +66,25 @@ class RefusedInputs:
 
         speakers : returns the number of publishers of the topic; now : time (s, steady clock)
         is_whole : True if the message replaces all earlier messages of the topic, as a message of areas does; if
-            False, the fault ends only if the last refused message is longer than `silence_s` ago
+            False, the fault stays until the last refused message is longer than `silence_s` ago
         """
         refusal = self._refused.get(topic)
-        if refusal is None or not (is_whole or now - refusal.at > self._silence):
+        if refusal is None or speakers() > 1:
             return
-        if speakers() <= 1:
+        if is_whole or now - refusal.at > self._silence:
             self._end(topic)
+        elif not refusal.is_followed:
+            self._refused = {**self._refused, topic: refusal._replace(is_followed=True)}
+            self._report(
+                CAUSE.format(topic),
+                f"a message on {topic} was refused ({refusal.why}), and may have reported other sources than those "
+                f"understood since: look at the slope and acknowledge, or wait for {self._silence:g} s",
+            )
 
     def acknowledged(self, by: str, now: float) -> tuple[str, ...]:
-        """End the faults of topics whose last refused message is longer than `silence_s` ago; return these topics.
+        """End the faults of topics whose last refused message is followed by an understood one, or is too long ago.
+
+        Return these topics. Too long ago means longer than `silence_s`.
 
         Until enough persons have acknowledged, no fault ends and the result is empty. An acknowledgement counts only
         for topics that met this condition when the person acknowledged. A message that is refused later, on any topic,
@@ -80,7 +92,9 @@ class RefusedInputs:
 
         by : name of the person; now : time (s, steady clock)
         """
-        silent = tuple(topic for topic, refusal in self._refused.items() if now - refusal.at > self._silence)
+        silent = tuple(
+            topic for topic, refusal in self._refused.items() if refusal.is_followed or now - refusal.at > self._silence
+        )
         recent = {each: told for each, told in self._persons.items() if now - told[0] <= self._terms.within_s}
         self._persons = {**recent, person_of(by): (now, frozenset(silent))}
         if len(self._persons) < self._terms.persons:

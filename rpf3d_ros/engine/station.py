@@ -307,7 +307,7 @@ class Station:
         # The desk is asked before the acknowledgement ends any fault: a fault that is shown now makes it void.
         self.desk.acknowledge(by, why, replies.put, client)
         silent = self._refused_inputs.acknowledged(by, time.monotonic()) if is_named else ()
-        ended = f"; no longer a fault, because silent since: {', '.join(silent)}" if silent else ""
+        ended = f"; no longer a fault because of a refused message: {', '.join(silent)}" if silent else ""
         try:
             acknowledgement(by, why, self._outlets.now())
             lowered, answer = replies.get(timeout=ANSWER_WITHIN)

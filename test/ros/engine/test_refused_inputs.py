@@ -65,6 +65,20 @@ def test_a_message_about_another_wall_does_not_make_good_a_refused_one(refused):
     assert faults.sentences == ()
 
 
+def test_a_person_who_looked_ends_a_refusal_after_a_message_was_understood(refused):
+    inputs, faults = refused
+    inputs.refused(RADAR, "pose 0 is not finite", at=0.0)
+    assert inputs.acknowledged("A. Shift", now=1.0) == ()
+    inputs.understood(RADAR, lambda: 2, 2.0, is_whole=False)
+    assert inputs.acknowledged("A. Shift", now=3.0) == (), "another program may have sent the understood message"
+    inputs.understood(RADAR, lambda: 1, 4.0, is_whole=False)
+    assert "may have reported other sources" in faults.sentences[0]
+    assert inputs.acknowledged("A. Shift", now=5.0) == (RADAR,)
+    assert faults.sentences == ()
+    inputs.refused(RADAR, "pose 0 is not finite", at=6.0)
+    assert inputs.acknowledged("A. Shift", now=7.0) == (), "nothing was understood since"
+
+
 def test_a_message_of_areas_is_complete_and_ends_a_refusal_at_once(refused):
     inputs, faults = refused
     inputs.refused("areas/polygon", "two corners", at=0.0)
