@@ -75,6 +75,16 @@ class StationConfiguration:
     compile_s: float
     before: TerrainBefore = field(default_factory=TerrainBefore)
 
+    @property
+    def most_ahead(self) -> float:
+        """Time (s) that stamps may be ahead of the clock: `most_ahead`, and at most `clock_tolerance_s` of a site file.
+
+        A stamp further ahead must be refused here, because the evidence of several regions has the oldest stamp only.
+        """
+        if self.thresholds is None:
+            return self.parameters.most_ahead
+        return min(self.parameters.most_ahead, self.thresholds.evidence.clock_tolerance_s)
+
 
 def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_ns: int) -> StationConfiguration:
     """Read and prepare everything for a configured simulator; call this on a thread, because it takes seconds.

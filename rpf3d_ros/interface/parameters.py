@@ -159,7 +159,8 @@ class SimulatorParameters(InputParameters):
     waiting_patches: int = parameter(32, "patches of terrain that may wait", 1, 10_000)
     most_ahead: float = parameter(
         10.0,
-        "time (s) by which a stamp may be ahead of the node's clock; messages with later stamps are refused",
+        "time (s) by which a stamp may be ahead of the node's clock; messages with later stamps are refused. With a "
+        "site file, the smaller of this time and clock_tolerance_s counts",
         0.0, 1e9,
     )  # fmt: skip
     most_points: int = parameter(MOST_POINTS, "largest number of points or vertices of a terrain", 4, LARGEST_COUNT)

@@ -82,10 +82,10 @@ def test_the_time_of_an_area_that_is_removed_and_set_again_counts_from_its_first
 def test_of_removed_areas_the_first_is_forgotten_first(monkeypatch):
     monkeypatch.setattr(outlines, "FORMER_AREAS", 2)
     watched = WatchedOutlines()
-    watched.watch({name: A for name in ("ramp", "road", "shop")}, NOW)
+    watched.watch(dict.fromkeys(("ramp", "road", "shop"), A), NOW)
     for second, names in enumerate((("road", "shop"), ("shop",), ()), 1):
-        watched.watch({name: A for name in names}, NOW + second * S)
-    watched.watch({name: B for name in ("ramp", "road", "shop")}, NOW + 9 * S)
+        watched.watch(dict.fromkeys(names, A), NOW + second * S)
+    watched.watch(dict.fromkeys(("ramp", "road", "shop"), B), NOW + 9 * S)
     part = evidence()._replace(areas=tuple(area(name=name, outline=A) for name in ("ramp", "road", "shop")))
     since = {each.name: each.since_ns for each in watched.outdated([part._replace(at_ns=NOW)])}
     assert since == {"ramp": NOW + 9 * S, "road": NOW + 2 * S, "shop": NOW + 3 * S}

@@ -24,6 +24,16 @@ areas_of_interest:
     polygons: [[482000, 7401000], [482100, 7401000], [482100, 7401100]]
 """
 
+SITE = """
+site: pit
+valid_s: 2
+alarm_from: restrict
+evidence:
+  {sources_max_age_s: 20, terrain_max_age_s: 3600, clock_tolerance_s: 1, fewest_rocks: 400, most_unfinished: 0.02}
+areas:
+  live_area*: {watch: {reach_probability: 0.02}, restrict: {reach_probability: 0.1}}
+"""
+
 
 @pytest.fixture
 def restored(tmp_path):
@@ -66,6 +76,30 @@ def test_configuring_that_fails_leaves_the_store_free_for_the_next_time(tmp_path
     with pytest.raises(RuntimeError, match="broken"):
         configuration_of(SimulatorParameters(store=str(tmp_path)), {}, 0)
     Store(tmp_path).close(20.0)
+
+
+@pytest.fixture
+def configured(tmp_path, monkeypatch):
+    """A function that returns what configuring makes of a site file, without compiling; of no site file if not `site`.
+
+    given : values of the scene, by name; parameters : of the node
+    """
+    monkeypatch.setattr(configuration, "warm", lambda scene, parameters: 0.0)
+    path = tmp_path / "site.yaml"
+    path.write_text(SITE)
+
+    def configured(given=(), site=True, **parameters):
+        of_node = SimulatorParameters(site_file=str(path) if site else "", **parameters)
+        return configuration_of(of_node, dict(given), 0)
+
+    return configured
+
+
+def test_with_a_site_file_stamps_may_be_ahead_by_no_more_than_its_tolerance(configured):
+    """Formerly 10 s: the evidence of several regions has the oldest stamp, so a later one was no fault."""
+    assert configured().most_ahead == 1.0
+    assert configured(most_ahead=0.5).most_ahead == 0.5
+    assert configured(site=False).most_ahead == 10.0
 
 
 def test_an_area_in_survey_coordinates_is_refused_when_configuring_with_the_frame_that_it_must_have(tmp_path):
