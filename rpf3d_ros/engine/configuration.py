@@ -100,6 +100,7 @@ def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], 
     thresholds = read_site(parameters.site_file) if parameters.site_file else None
     if thresholds is not None:
         _check_rocks(scene, thresholds)
+        _check_no_fragments(scene)
         _check_areas(scene, thresholds)
     store = _store_of(parameters)
     try:
@@ -125,6 +126,16 @@ def _check_rocks(scene: Scene, thresholds: Thresholds) -> None:
         raise InputError(
             f"target.most_rocks is {most}, so no answer has the {fewest} rocks that the site file wants before anything"
             " is cleared (evidence.fewest_rocks): every level would be fault"
+        )
+
+
+def _check_no_fragments(scene: Scene) -> None:
+    """Raise InputError if rocks of a scene may break: each fragment would count as a rock in the shares of an area."""
+    if scene.effects.fragmentation is not None:
+        raise InputError(
+            "effects.fragmentation of the scene does not go with a site file: each fragment counts as a rock, so many "
+            "fragments that stop early would hide the rocks that reach an area. Leave fragmentation out of the live "
+            "scene"
         )
 
 
