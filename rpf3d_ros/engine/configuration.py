@@ -207,7 +207,8 @@ def warm(scene: Scene, parameters: SimulatorParameters) -> float:
 
 def _workshop_of(scene: Scene, parameters: SimulatorParameters) -> Workshop:
     reference = scene.engine == Reference.name or not HAS_NUMBA
-    return Workshop(scene.terrain.weld, parameters.most_points, reference=reference, must_face_up=True)
+    longest = parameters.longest_edge or None  # 0 m, the default: the limit follows from the cloud
+    return Workshop(scene.terrain.weld, parameters.most_points, longest, reference=reference, must_face_up=True)
 
 
 def _store_of(parameters: SimulatorParameters) -> Store | None:

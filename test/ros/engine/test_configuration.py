@@ -1,15 +1,17 @@
 """What configuring makes ready."""
 
+import numpy as np
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from live_ground import pit_scene
-from surveyed_hills import grid
+from surveyed_hills import cloud, grid
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.store import WHOLE, Store
+from rpf3d_core.live.survey import CloudSurvey
 from rpf3d_ros.engine import configuration
 from rpf3d_ros.engine.configuration import _restored, configuration_of
 from rpf3d_ros.interface.parameters import SimulatorParameters
@@ -116,6 +118,20 @@ def test_with_a_site_file_rocks_must_not_break_because_shares_of_fragments_are_n
     with pytest.raises(InputError, match=r"Leave fragmentation out of the live scene"):
         configured({"scene": str(tmp_path / "scene.yaml")})
     assert configured({"scene": str(tmp_path / "scene.yaml")}, site=False).scene.effects.fragmentation is not None
+
+
+def test_a_gap_of_scattered_points_is_a_hole_if_the_parameter_says_how_long_a_triangle_may_be(configured):
+    """By default a triangle may be ten times as long as the median: a gap of 6 m between points 1 m apart is ground."""
+    points = cloud(1600, 0.0, 0.0, 40.0).points
+    middle = np.abs(points[:, :2] - points[:, :2].mean(axis=0)).max(axis=1) < 3.0
+    gap, centre = CloudSurvey(points[~middle]), np.array([[0.0, 0.0, 1e3]])
+
+    def has_ground(**parameters):
+        workshop = configured({"engine": "reference"}, **parameters).workshop
+        return bool(workshop.whole(gap).engine.ground_below(centre)[0, 1] >= 0)
+
+    assert has_ground() and has_ground(longest_edge=20.0)
+    assert not has_ground(longest_edge=4.0)
 
 
 def test_an_area_in_survey_coordinates_is_refused_when_configuring_with_the_frame_that_it_must_have(tmp_path):
