@@ -115,7 +115,7 @@ class EvidenceSpec(StrictModel):
     )
     most_left: Annotated[Number, Field(ge=0, le=1)] = Field(
         0.01,
-        description="a share from 0 to 1 (-), of rocks that left the terrain with an area ahead; more are a fault",
+        description="a share from 0 to 1 (-), of rocks that left the terrain and may reach an area; more are a fault",
     )
     most_uncovered: Annotated[Number, Field(ge=0, le=1)] = Field(
         0.05, description="a share from 0 to 1 (-), of an area without terrain below it; more is a fault"

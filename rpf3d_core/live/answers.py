@@ -34,7 +34,8 @@ from rpf3d_core.live.clusters import (
     pooled,
     worst_evidence,
 )
-from rpf3d_core.live.coverage import uncovered_shares
+from rpf3d_core.live.coverage import grounds_of
+from rpf3d_core.live.leaving import LeavingTally
 from rpf3d_core.live.released import Released, ReleaseSpread, released_over, releases_of
 from rpf3d_core.live.standing import Outlines, PreparedTerrain
 from rpf3d_core.live.triggers import Trigger
@@ -197,10 +198,14 @@ def _clusters(
     if not len(released.places):
         return []
     places, groups = outlines_for_places(outlines), clusters_of(released.places, released.sound, side)
+    lowest = [ground.lowest for ground in grounds_of(standing, outlines).values()]
     clusters = [
-        ClusterTally(sources, tallies, places, _origin(standing, trigger, released.places[sources]))
+        ClusterTally(
+            sources, tallies, LeavingTally(places, lowest, standing.scene.gravity),
+            _origin(standing, trigger, released.places[sources]),
+        )
         for sources in groups
-    ]
+    ]  # fmt: skip
     if standing.sets is not None:
         displaced = tallies_of_displaced(standing.sets, tallies)
         for one in clusters:
@@ -233,7 +238,7 @@ def _fly(
     """
     sources = cluster.sources
     first, last = ([column[i] for i in sources.tolist()] for column in numbers)
-    stream.watch, stream.sink = cluster.tallies, cluster.count
+    stream.watch, stream.sink = cluster.watching(cluster.tallies), cluster.count
     if standing.sets is not None and cluster.over_sets is not None:
         return _fly_sets(stream, standing, released, cluster, (first, last))
     blocks, seed = blocks_of(first, last, size), standing.scene.seed
@@ -259,7 +264,8 @@ def _fly_sets(
             for source, first, last in zip(sources.tolist(), *numbers, strict=True)
         ]
         releases = releases_of(standing, released, dealt, standing.scene.seed, sources)
-        stream.flight, stream.watch = flight, over.watch_of(number)
+        stream.flight = flight
+        stream.watch = cluster.watching(over.watch_of(number), over.displacement_of(number))
         flown, left = cluster.flown, cluster.left
         if len(releases.x) and not stream.fly([releases]):
             return False
@@ -282,8 +288,9 @@ def _evidence(
     """
     names = tuple(outlines)
     areas, unfinished = worst_evidence(clusters, names) if clusters else (untouched(names), 0)
-    shares = uncovered_shares(standing, outlines)
-    return tuple(area._replace(uncovered=shares[area.name], outline=digests[area.name]) for area in areas), unfinished
+    grounds = grounds_of(standing, outlines)
+    described = (area._replace(uncovered=grounds[area.name].uncovered, outline=digests[area.name]) for area in areas)
+    return tuple(described), unfinished
 
 
 def no_flights(standing: PreparedTerrain) -> Flights:

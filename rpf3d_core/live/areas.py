@@ -2,14 +2,17 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property, reduce
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
 from rpf3d_core.formats.polygons import polygon_of
-from rpf3d_core.terrain.facets import IntArray
 from rpf3d_core.terrain.frame import FloatArray
+
+Indices = NDArray[np.integer[Any]]
 
 CORNERS_A_QUARTER = 8
 """Corners per quarter of a circle drawn as a polygon, which differs by at most 0.5 % of the radius from the circle."""
@@ -48,7 +51,7 @@ FEWEST_CORNERS = 3
 
 @dataclass(frozen=True, eq=False)
 class AreaOutline:
-    """An area of interest, prepared for many tests whether a place is inside.
+    """An area of interest, prepared for many tests whether a place is inside; for one thread at a time.
 
     rings : rings of the area as polygons; a place inside an odd number of rings is inside the area
     hull : (H, 2) m, corners of the convex hull of the area
@@ -64,15 +67,41 @@ class AreaOutline:
             inside ^= shapely.contains_xy(ring, places[:, 0], places[:, 1])
         return inside
 
-    def is_ahead(self, places: FloatArray, ways: FloatArray) -> NDArray[np.bool_]:
-        """Return flags (N,), True if a part of the area is ahead of a rock.
+    @property
+    def corners(self) -> FloatArray:
+        """The corners (C, 2) m of all rings."""
+        return np.concatenate([shapely.get_coordinates(ring) for ring in self.rings])
 
-        places : (N, 2) m, places of the rocks in plan; ways : (N, 2) m, from the release of each rock to its place
+    def is_crossed_by(self, points: FloatArray, begins: Indices) -> NDArray[np.bool_]:
+        """Return flags (R,), True for paths in plan with a part inside the area; a hole is outside the area.
 
-        A rock straight below its release has no direction: every area is ahead of this rock.
+        points : (N, 2) m, the points of all paths, path after path; paths are straight between two points
+        begins : (R,) index of the first point of each path
         """
-        farthest = (ways @ self.hull.T).max(axis=1)
-        return np.asarray((farthest > (places * ways).sum(axis=1)) | (ways == 0.0).all(axis=1))
+        if not len(begins):
+            return np.zeros(0, dtype=bool)
+        lines = _lines(points, begins)
+        crossed: NDArray[np.bool_] = shapely.intersects(self._surface, lines)
+        crossed[crossed] = ~shapely.touches(self._surface, lines[crossed])
+        return crossed
+
+    @cached_property
+    def _surface(self) -> shapely.Geometry:
+        """The area as one polygon with holes."""
+        surface = reduce(shapely.symmetric_difference, (shapely.make_valid(ring) for ring in self.rings))
+        shapely.prepare(surface)
+        return surface
+
+
+class AreaGround(NamedTuple):
+    """The terrain below an area of interest (`live.coverage`).
+
+    uncovered : share (-) of the area in plan that has no terrain below it
+    lowest : lower bound of the height (m, local frame) of the ground in the area; -infinite if it is not known
+    """
+
+    uncovered: float
+    lowest: float
 
 
 def outlines_for_places(areas: Mapping[str, Sequence[FloatArray]]) -> list[AreaOutline]:
@@ -83,7 +112,7 @@ def outlines_for_places(areas: Mapping[str, Sequence[FloatArray]]) -> list[AreaO
     ]
 
 
-def reached_by(areas: Iterable[Sequence[FloatArray]], points: FloatArray, begins: IntArray) -> NDArray[np.bool_]:
+def reached_by(areas: Iterable[Sequence[FloatArray]], points: FloatArray, begins: Indices) -> NDArray[np.bool_]:
     """Return flags (R,), True for paths that cross or touch an area of interest in plan.
 
     areas : rings (P, 2) or (P, 3) m of each area; a hole of an area counts as a part of the area
@@ -93,12 +122,17 @@ def reached_by(areas: Iterable[Sequence[FloatArray]], points: FloatArray, begins
     rings = [ring[:, :2] for rings in areas for ring in rings if len(ring) >= FEWEST_CORNERS]
     if not rings or not len(begins):
         return np.zeros(len(begins), dtype=bool)
-    # The first point of each path is repeated, because a line needs two points.
-    plan = np.insert(points[:, :2], begins, points[begins, :2], axis=0)
-    path = np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(points))) + 1)
     area = shapely.union_all(shapely.make_valid([shapely.Polygon(ring) for ring in rings]))
     shapely.prepare(area)
-    return np.asarray(shapely.intersects(shapely.linestrings(plan, indices=path), area))
+    return np.asarray(shapely.intersects(_lines(points[:, :2], begins), area))
+
+
+def _lines(points: FloatArray, begins: Indices) -> NDArray[np.object_]:
+    """Return paths as lines (R,); points, begins : as in `AreaOutline.is_crossed_by`."""
+    # The first point of each path is repeated, because a line needs two points.
+    plan = np.insert(points, begins, points[begins], axis=0)
+    path = np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(points))) + 1)
+    return np.asarray(shapely.linestrings(plan, indices=path))
 
 
 def _hull(corners: FloatArray) -> FloatArray:

@@ -5,7 +5,9 @@ depends on its number and source alone. The predictive interval of an area follo
 that reach the area. The upper end of the energy in the area follows from the p95 energy of each set.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -87,7 +89,8 @@ class SafeEnds(NamedTuple):
     """The figures of a cluster in A areas, from all parameter sets, to compare with the site's limits; NaN if unknown.
 
     share : predictive intervals, two arrays (A,), of the share (-) of rocks that reach each area
-    left_high : (A,) upper ends (-) of these intervals if every rock that left the terrain had reached the areas ahead
+    left_high : (A,) upper ends (-) of these intervals if every rock that left the terrain had reached all areas that it
+        may have reached
     energy_high : (A,) J, upper ends of the p95 energy; energy_sets : (A,) number of sets that have a p95 energy
     first_arrival : (A,) s, of the fastest rock of all sets, on displaced paths if the scene states a misfit
     """
@@ -151,21 +154,29 @@ class ClusterSets:
 
     def watch_of(self, number: int) -> Watch:
         """Return the function that counts each batch of a parameter set while its rocks fly; number : of the set."""
-        moves = self._sets.moves
-        if moves is None:
+        displace = self.displacement_of(number)
+        if displace is None:
             return self._tallies
 
         def both(batch: Batch, releases: Releases) -> FloatArray:
-            self._places(displaced_batch(batch, moves[number], self._engine), releases)
+            self._places(displace(batch), releases)
             return self._tallies(batch, releases)
 
         return both
+
+    def displacement_of(self, number: int) -> Callable[[Batch], Batch] | None:
+        """Return the function that displaces the paths of a batch of a parameter set; None without displacements.
+
+        number : of the set
+        """
+        moves = self._sets.moves
+        return None if moves is None else partial(displaced_batch, move=moves[number], engine=self._engine)
 
     def end(self, number: int, flown: int, left: IntArray) -> None:
         """Assign all rocks counted since the last call to a parameter set; number : of the set.
 
         flown : number of these rocks, including fragments
-        left : (A,) number of these rocks that left the terrain with each area ahead of them
+        left : (A,) number of these rocks that left the terrain and may have reached each area
         """
         self._flown[number] += flown
         self._left[number] += left
@@ -201,7 +212,7 @@ class ClusterSets:
     def _left_high(self, found: Interval) -> FloatArray:
         """Return the upper ends (A,) of the predictive intervals if rocks that left the terrain are counted, too.
 
-        A rock that left the terrain with an area ahead counts as a rock that reached this area.
+        A rock that left the terrain and may have reached an area counts as a rock that reached this area.
 
         found : result of `_share`, whose upper ends are lower bounds of the returned ends
         """

@@ -13,18 +13,19 @@ import numpy as np
 
 from rpf3d_core.alerts.evidence import AreaEvidence, areas_in, unfinished_of
 from rpf3d_core.alerts.origins import Origin, all_from
-from rpf3d_core.ensemble.flights import Deposits, Impacts, IntArray
+from rpf3d_core.ensemble.batch import Batch
+from rpf3d_core.ensemble.batches import Watch
+from rpf3d_core.ensemble.flights import Deposits, FloatArray, Impacts, IntArray
+from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.hazard.layers import layers_of
 from rpf3d_core.hazard.maps import Layers
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.tally import CellTally
-from rpf3d_core.live.areas import AreaOutline
 from rpf3d_core.live.cluster_sets import ClusterSets, LiveSets
 from rpf3d_core.live.evidence import scaled, worst_of
-from rpf3d_core.live.leaving import left_ahead_of
+from rpf3d_core.live.leaving import Displace, LeavingTally
 from rpf3d_core.live.released import Flags
 from rpf3d_core.results.overconfidence import OF_ANOTHER_SLOPE, SOME_ELSEWHERE
-from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.unknowns.places import are_away
 from rpf3d_core.values import Outcome
 
@@ -95,30 +96,45 @@ def calibrated_elsewhere(
 class ClusterTally:
     """The counts of the rocks of one cluster: outcomes, visits of areas, and rocks that left the terrain.
 
-    left : (A,) number of rocks that left the terrain with each area ahead of them
     over_sets : counts for each parameter set of a scene with unknowns; None without unknowns
     """
 
-    def __init__(self, sources: IntArray, tallies: Tallies, areas: Sequence[AreaOutline], origin: Origin) -> None:
+    def __init__(self, sources: IntArray, tallies: Tallies, leaving: LeavingTally, origin: Origin) -> None:
         """Create the counts of a cluster, empty.
 
-        sources : (N,) source numbers of the cluster; areas : the areas of interest; origin : of the cluster
+        sources : (N,) source numbers of the cluster; origin : of the cluster
+        leaving : the empty count of the rocks of the cluster that left the terrain
         tallies : the empty counts of the answer. All clusters share the counts of map cells; each cluster has its own
             counts of areas
         """
         inside = tallies.inside
-        self.sources, self._areas, self._origins = sources, areas, all_from(origin)
+        self.sources, self._leaving, self._origins = sources, leaving, all_from(origin)
         self.inside = CellTally(len(inside.slot), inside.scales, inside.limit, inside.compiled)
         self.tallies = replace(tallies, inside=self.inside)
         self.outcomes: Counter[Outcome] = Counter()
-        self.left = np.zeros(len(areas), dtype=np.int64)
         self.over_sets: ClusterSets | None = None
 
     def count(self, deposits: Deposits, impacts: Impacts) -> None:
-        """Count the outcomes of the rocks of a block, and the rocks that left the terrain with an area ahead."""
+        """Count the outcomes of the rocks of a block."""
         codes, counts = np.unique(deposits.outcome, return_counts=True)
         self.outcomes.update({Outcome(code): int(n) for code, n in zip(codes, counts, strict=True)})
-        self.left = self.left + left_ahead_of(deposits, self._areas)
+
+    def watching(self, watch: Watch, displace: Displace | None = None) -> Watch:
+        """Return a function that counts the rocks of each batch that left the terrain, and calls `watch`.
+
+        displace : returns displaced paths, if `watch` counts the arrivals in areas with displaced paths
+        """
+
+        def both(batch: Batch, releases: Releases) -> FloatArray:
+            self._leaving.count(batch, releases.radius[batch.rows], displace)
+            return watch(batch, releases)
+
+        return both
+
+    @property
+    def left(self) -> IntArray:
+        """Number (A,) of rocks that left the terrain and may have reached each area."""
+        return self._leaving.counts
 
     @property
     def flown(self) -> int:

@@ -1,29 +1,76 @@
-"""Find which rocks left the terrain while an area of interest was still ahead of them: such rocks may have reached it.
+"""Count the rocks that left the terrain and may have reached an area of interest over unknown ground.
 
-A rock that leaves over the boundary of the survey, or into a hole, moves on over unknown ground. The area counts as
-ahead of the rock, unless the rock left inside the area, or the whole area lies behind the rock. To decide what is
-behind, a line in plan is drawn through the place where the rock left, perpendicular to the direction from the release
-to this place: everything on the side of the release is behind.
+A rock that leaves over the boundary of the survey, or into a hole, moves on over unknown ground, in any direction: a
+ditch may lead the rock round a dump. Such a rock counts for an area, unless one of these is true:
+
+- Its path had a part inside the area before the rock left, so the rock is counted as arrived.
+- Its energy does not suffice to climb to the lowest ground of the area.
 """
 
-from collections.abc import Sequence
+import threading
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from rpf3d_core.alerts.evidence import LEFT
-from rpf3d_core.ensemble.flights import Deposits, IntArray
+from rpf3d_core.ensemble.batch import Batch, only
+from rpf3d_core.ensemble.flights import FloatArray, IntArray
+from rpf3d_core.ensemble.spin import spins_squared
 from rpf3d_core.live.areas import AreaOutline
 
 CODES = [int(outcome) for outcome in LEFT]
 
+Displace = Callable[[Batch], Batch]
+"""A function that returns a batch with displaced paths."""
 
-def left_ahead_of(deposits: Deposits, areas: Sequence[AreaOutline]) -> IntArray:
-    """Return for each area (A,) how many rocks left the terrain with the area still ahead of them.
 
-    deposits : where and how the rocks ended
+class LeavingTally:
+    """Counts for each area of interest the rocks that left the terrain and may have reached it; any thread may call."""
+
+    def __init__(self, areas: Sequence[AreaOutline], lowest: Sequence[float], gravity: float) -> None:
+        """Begin without rocks.
+
+        lowest : height (m, local frame) of the lowest ground of each area, -infinite if unknown
+        gravity : of the scene, m/s^2
+        """
+        self._areas, self._lowest, self._gravity = areas, lowest, gravity
+        self._lock = threading.Lock()
+        self.counts: IntArray = np.zeros(len(areas), dtype=np.int64)
+
+    def count(self, batch: Batch, radius: FloatArray, displace: Displace | None = None) -> None:
+        """Count the rocks of a batch, with all records; radius : (N,) m.
+
+        displace : returns displaced paths, if the arrivals are counted with them; a rock then counts as arrived before
+            it left only if both of its paths had a part inside the area
+        """
+        left = np.isin(batch.counts[:, 0], CODES)
+        if not left.any() or not self._areas:
+            return
+        gone = only(batch, left)
+        heads = energy_heads(gone, radius[left], self._gravity)
+        paths = [gone] if displace is None else [gone, displace(gone)]
+        with self._lock:  # an `AreaOutline` is for one thread at a time
+            found = [
+                (~_arrived(area, paths) & (heads >= low)).sum()
+                for area, low in zip(self._areas, self._lowest, strict=True)
+            ]
+            self.counts = self.counts + np.array(found, dtype=np.int64)
+
+
+def energy_heads(batch: Batch, radius: FloatArray, gravity: float) -> FloatArray:
+    """Return the heights (N,) m, local frame, to which the energies of rocks suffice at the ends of their paths.
+
+    The energy includes the rotation of rocks that spin.
+
+    batch : N rocks with their paths; radius : (N,) m; gravity : m/s^2
     """
-    left = np.isin(deposits.outcome, CODES)
-    if not left.any():
-        return np.zeros(len(areas), dtype=np.int64)
-    places, ways = deposits.x[left, :2], (deposits.x - deposits.release)[left, :2]
-    return np.array([(each.is_ahead(places, ways) & ~each.contains(places)).sum() for each in areas], dtype=np.int64)
+    end = batch.first[1:, 1] - 1
+    last = batch.pieces[end]
+    speed2 = (last[:, 4:7] ** 2).sum(axis=1) + spins_squared(batch, radius).pieces[end, 0]
+    return np.asarray(last[:, 3] + speed2 / (2.0 * gravity))
+
+
+def _arrived(area: AreaOutline, paths: Sequence[Batch]) -> np.ndarray:
+    """Return flags (N,), True for rocks whose paths all had a part inside the area; paths : batches of N rocks."""
+    crossed = [area.is_crossed_by(np.ascontiguousarray(each.pieces[:, 1:3]), each.first[:-1, 1]) for each in paths]
+    return np.asarray(np.logical_and.reduce(crossed))

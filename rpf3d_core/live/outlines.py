@@ -19,6 +19,12 @@ A digest that is no longer remembered counts as replaced when the watch began: e
 fault at once, which is safer than no fault.
 """
 
+FORMER_AREAS = 1000
+"""Largest number of removed areas whose outlines are remembered; the area that was removed first is forgotten first."""
+
+REMOVED = ""
+"""Digest of an area that is not watched, as in evidence without this area."""
+
 
 def outline_digest(rings: Iterable[FloatArray]) -> str:
     """Return a digest (SHA-256, hex) that identifies the outline of an area by its rings (P, 2) m, map frame."""
@@ -85,23 +91,33 @@ class WatchedOutlines:
 
     def __init__(self) -> None:
         self._known: dict[str, DigestHistory] = {}
+        self._removed: dict[str, DigestHistory] = {}
         self._lock = threading.Lock()
 
     def watch(self, digests: Mapping[str, str], now_ns: int) -> None:
         """Watch these areas, and no others, from now (ns) on; an outline that is watched already keeps its time.
 
+        The former outlines of a removed area are still known when it is set again. So the time of an area that is
+        removed and set again and again counts from its first change that is not answered.
+
         digests : for each area, by name, the digest of its outline
         """
         with self._lock:
-            self._known = {
-                name: self._known.get(name) or DigestHistory(digest, now_ns) for name, digest in digests.items()
-            }
+            before, self._known = self._known, {}
             for name, digest in digests.items():
-                self._known[name].watch(digest, now_ns)
+                known = before.pop(name, None) or self._removed.pop(name, None) or DigestHistory(REMOVED, now_ns)
+                known.watch(digest, now_ns)
+                self._known[name] = known
+            for name, known in before.items():
+                known.watch(REMOVED, now_ns)
+                self._removed[name] = known
+            while len(self._removed) > FORMER_AREAS:
+                del self._removed[next(iter(self._removed))]
 
     def restart(self, now_ns: int) -> None:
         """Forget all former outlines, and watch the present outlines from now (ns) on: earlier times are not valid."""
         with self._lock:
+            self._removed = {}
             self._known = {name: DigestHistory(known.present, now_ns) for name, known in self._known.items()}
 
     def described(self, evidence: Evidence) -> Evidence:
@@ -123,7 +139,7 @@ class WatchedOutlines:
             for part in parts:
                 shown = {area.name: area.outline for area in part.areas}
                 for name, known in self._known.items() if shown else ():
-                    since_ns = known.replaced_ns(shown.get(name, ""), part.at_ns)
+                    since_ns = known.replaced_ns(shown.get(name, REMOVED), part.at_ns)
                     if since_ns is not None:
                         found[name] = min(since_ns, found.get(name, since_ns))
         return tuple(Outdated(name=name, since_ns=since_ns) for name, since_ns in found.items())

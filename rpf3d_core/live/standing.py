@@ -22,6 +22,7 @@ from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Binning
 from rpf3d_core.hazard.tallies import Tallies, tallies_over
 from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.hazard.walks.ground import ground_after, ground_over
+from rpf3d_core.live.areas import AreaGround
 from rpf3d_core.live.cells import TerrainCells, cells_after, cells_over
 from rpf3d_core.live.cluster_sets import LiveSets, live_sets
 from rpf3d_core.live.ground import Changed
@@ -72,6 +73,9 @@ class Surveyed(Protocol):
         """Where the last patch changed the terrain; None if the terrain was built from a whole survey."""
 
 
+NEXT_FACET = 0.01
+"""Depth (m) below a facet from which the search for the next facet below begins."""
+
 OF_THE_MAP = "the map frame (x y): map_origin is not applied to areas_of_interest of a live scene"
 """Coordinates of the scene's areas of interest over live terrain, for messages."""
 
@@ -84,7 +88,7 @@ class PreparedTerrain:
     areas : rings of the scene's own areas of interest, local frame
     tallies : counts for the maps of the current answer, emptied for the next answer
     before : map cells of the terrain before the last patch; None without a patch, and after `cells` has been computed
-    uncovered : share of an area without terrain; the key is its outline as bytes (`live.coverage`)
+    area_grounds : the terrain below areas of interest; the key is the outline as bytes (`live.coverage`)
     sets : parameter sets of a scene with unknowns; None without unknowns
     area_digests : digest of the outline of each of the scene's own areas, by name
     """
@@ -96,14 +100,33 @@ class PreparedTerrain:
     areas: Outlines
     tallies: Tallies
     before: TerrainCells | None = None
-    uncovered: dict[bytes, float] = field(default_factory=dict)
+    area_grounds: dict[bytes, AreaGround] = field(default_factory=dict)
     sets: LiveSets | None = None
     area_digests: Mapping[str, str] = field(default_factory=dict)
 
     def has_ground(self, places: FloatArray) -> NDArray[np.bool_]:
         """Return flags (N,), True for places (N, 2) m in plan, local frame, with ground above or below them."""
-        top = np.column_stack([places, np.full(len(places), self.ground.facets.high[2] + ABOVE_EVERYTHING)])
-        return np.asarray(self.ground.engine.ground_below(top)[:, 1] >= 0)
+        return np.asarray(self.ground.engine.ground_below(self._above(places))[:, 1] >= 0)
+
+    def lowest_ground(self, places: FloatArray) -> FloatArray:
+        """Return the height (N,) m of the lowest corner of all facets at each of N places; infinite without a facet.
+
+        places : (N, 2) m in plan, local frame
+        """
+        lowest, x = np.full(len(places), np.inf), self._above(places)
+        facets, at = self.ground.facets, np.arange(len(places))
+        while len(at):  # one facet of each place after another, from the top down
+            below = self.ground.engine.ground_below(x)
+            there = (below[:, 1] >= 0) & (x[:, 2] > facets.low[2])
+            at, x, below = at[there], x[there], below[there]
+            corners = np.asarray(facets.corners)[below[:, 1].astype(np.int64), 2::3]
+            lowest[at] = np.minimum(lowest[at], corners.min(axis=1, initial=np.inf))
+            x[:, 2] -= np.maximum(below[:, 0], 0.0) + NEXT_FACET
+        return lowest
+
+    def _above(self, places: FloatArray) -> FloatArray:
+        """Return points (N, 3) m above the whole terrain, over places (N, 2) m."""
+        return np.column_stack([places, np.full(len(places), self.ground.facets.high[2] + ABOVE_EVERYTHING)])
 
     def areas_with(self, live_areas: Outlines) -> Outlines:
         """Return the outlines of all areas of interest, (P, 2) m, local frame: the scene's, then the live ones.
@@ -221,7 +244,9 @@ def stand_after(before: PreparedTerrain, ground: Surveyed) -> PreparedTerrain:
         return stand_on(ground, scene)
     tallies = before.tallies.after(ground_after(before.tallies.ground, facets, engine.locator, changed.block))
     flight, sets = _flights(scene, terrain)
-    return replace(before, ground=ground, flight=flight, tallies=tallies, before=before.cells, uncovered={}, sets=sets)
+    return replace(
+        before, ground=ground, flight=flight, tallies=tallies, before=before.cells, area_grounds={}, sets=sets
+    )
 
 
 def mass_of(diameter: FloatArray, density: float) -> FloatArray:

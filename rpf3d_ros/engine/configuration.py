@@ -75,6 +75,16 @@ class StationConfiguration:
     compile_s: float
     before: TerrainBefore = field(default_factory=TerrainBefore)
 
+    @property
+    def most_ahead(self) -> float:
+        """Time (s) that stamps may be ahead of the clock: `most_ahead`, and at most `clock_tolerance_s` of a site file.
+
+        A stamp further ahead must be refused here, because the evidence of several regions has the oldest stamp only.
+        """
+        if self.thresholds is None:
+            return self.parameters.most_ahead
+        return min(self.parameters.most_ahead, self.thresholds.evidence.clock_tolerance_s)
+
 
 def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_ns: int) -> StationConfiguration:
     """Read and prepare everything for a configured simulator; call this on a thread, because it takes seconds.
@@ -90,6 +100,7 @@ def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], 
     thresholds = read_site(parameters.site_file) if parameters.site_file else None
     if thresholds is not None:
         _check_rocks(scene, thresholds)
+        _check_no_fragments(scene)
         _check_areas(scene, thresholds)
     store = _store_of(parameters)
     try:
@@ -115,6 +126,16 @@ def _check_rocks(scene: Scene, thresholds: Thresholds) -> None:
         raise InputError(
             f"target.most_rocks is {most}, so no answer has the {fewest} rocks that the site file wants before anything"
             " is cleared (evidence.fewest_rocks): every level would be fault"
+        )
+
+
+def _check_no_fragments(scene: Scene) -> None:
+    """Raise InputError if rocks of a scene may break: each fragment would count as a rock in the shares of an area."""
+    if scene.effects.fragmentation is not None:
+        raise InputError(
+            "effects.fragmentation of the scene does not go with a site file: each fragment counts as a rock, so many "
+            "fragments that stop early would hide the rocks that reach an area. Leave fragmentation out of the live "
+            "scene"
         )
 
 
@@ -186,7 +207,8 @@ def warm(scene: Scene, parameters: SimulatorParameters) -> float:
 
 def _workshop_of(scene: Scene, parameters: SimulatorParameters) -> Workshop:
     reference = scene.engine == Reference.name or not HAS_NUMBA
-    return Workshop(scene.terrain.weld, parameters.most_points, reference=reference, must_face_up=True)
+    longest = parameters.longest_edge or None  # 0 m, the default: the limit follows from the cloud
+    return Workshop(scene.terrain.weld, parameters.most_points, longest, reference=reference, must_face_up=True)
 
 
 def _store_of(parameters: SimulatorParameters) -> Store | None:

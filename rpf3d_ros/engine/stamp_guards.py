@@ -27,7 +27,7 @@ class StampGuards:
         if now_ns > 0 and ahead > self._most_ahead:
             raise MessageRefused(
                 f"its stamp is from the future, {ahead:.3f} s ahead of this clock; {self._most_ahead:g} s are allowed "
-                f"(most_ahead)"
+                "(most_ahead, clock_tolerance_s)"
             )
         last = self._last.get(topic, stamp_ns)
         if stamp_ns < last:

@@ -89,6 +89,7 @@ class Station:
         self._closing = self._was_deactivated = False
         self._configuration, self._outlets = configuration, outlets
         parameters, scene = configuration.parameters, configuration.scene
+        self.most_ahead = configuration.most_ahead
         self.sources = WaitingSources(parameters.region_size, parameters.waiting_sources)
         self.terrain: WaitingTerrain[Arrival] = WaitingTerrain(parameters.waiting_patches)
         terms = configuration.thresholds.evidence if configuration.thresholds is not None else None

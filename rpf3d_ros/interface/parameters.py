@@ -159,10 +159,17 @@ class SimulatorParameters(InputParameters):
     waiting_patches: int = parameter(32, "patches of terrain that may wait", 1, 10_000)
     most_ahead: float = parameter(
         10.0,
-        "time (s) by which a stamp may be ahead of the node's clock; messages with later stamps are refused",
+        "time (s) by which a stamp may be ahead of the node's clock; messages with later stamps are refused. With a "
+        "site file, the smaller of this time and clock_tolerance_s counts",
         0.0, 1e9,
     )  # fmt: skip
     most_points: int = parameter(MOST_POINTS, "largest number of points or vertices of a terrain", 4, LARGEST_COUNT)
+    longest_edge: float = parameter(
+        0.0,
+        "longest side in plan (m) of a triangle between scattered points; longer triangles are gaps without ground. "
+        "0: 10 times the median of the triangles' longest sides",
+        0.0, 1e6,
+    )  # fmt: skip
     equipment_radius: float = parameter(
         15.0, "radius (m) of the circle around each machine of areas/equipment", 0.1, 1e3
     )

@@ -75,7 +75,7 @@ class Inputs:
         self._node, self._parameters, self._station, self._health = node, parameters, station, health
         frames = InputFrames(parameters.frame, transforms, parameters.transforms_max_age_s)
         self._frames = FramesOnArrival(frames, is_patient=transforms is not None)
-        self.guards = StampGuards(parameters.most_ahead)
+        self.guards = StampGuards(station.most_ahead)
         self._refused, self._lost, self._counting = 0, 0, threading.Lock()
         self._middleware = ""
         self._gaps: dict[str, MessageGaps] = {}

@@ -61,6 +61,36 @@ def test_evidence_for_a_former_place_grows_old_however_often_the_area_moves():
     assert watched.outdated([answered]) == (Outdated("ramp", NOW + S // 100),)
 
 
+def test_the_time_of_an_area_that_is_removed_and_set_again_counts_from_its_first_change():
+    """Formerly each removal began the time again: an area that flapped was never out of date."""
+    watched, answered = WatchedOutlines(), of_ramp(A)
+    watched.watch({"ramp": A}, NOW)
+    for second in range(1, 100):
+        watched.watch({"ramp": B} if second % 2 else {}, NOW + second * S)
+    assert watched.outdated([answered]) == (Outdated("ramp", NOW + S),)
+    assert watched.outdated([of_ramp(B)._replace(at_ns=NOW + 98 * S)]) == (), "answered for the new place"
+    since_removed = of_ramp("")._replace(at_ns=NOW + 98 * S)
+    assert watched.outdated([since_removed]) == (Outdated("ramp", NOW + 99 * S),), "answered while there was no area"
+    before = of_ramp("")._replace(at_ns=NOW - S)
+    assert watched.outdated([before]) == (Outdated("ramp", NOW),), "answered before there was an area"
+    watched.watch({}, NOW + 100 * S)
+    assert watched.outdated([answered]) == (), "no area, no outline"
+    watched.watch({"ramp": A}, NOW + 101 * S)
+    assert watched.outdated([answered._replace(at_ns=NOW + 101 * S)]) == ()
+
+
+def test_of_removed_areas_the_first_is_forgotten_first(monkeypatch):
+    monkeypatch.setattr(outlines, "FORMER_AREAS", 2)
+    watched = WatchedOutlines()
+    watched.watch(dict.fromkeys(("ramp", "road", "shop"), A), NOW)
+    for second, names in enumerate((("road", "shop"), ("shop",), ()), 1):
+        watched.watch(dict.fromkeys(names, A), NOW + second * S)
+    watched.watch(dict.fromkeys(("ramp", "road", "shop"), B), NOW + 9 * S)
+    part = evidence()._replace(areas=tuple(area(name=name, outline=A) for name in ("ramp", "road", "shop")))
+    since = {each.name: each.since_ns for each in watched.outdated([part._replace(at_ns=NOW)])}
+    assert since == {"ramp": NOW + 9 * S, "road": NOW + 2 * S, "shop": NOW + 3 * S}
+
+
 def test_an_outline_that_is_forgotten_was_replaced_when_the_watch_began_and_a_new_clock_begins_again(monkeypatch):
     monkeypatch.setattr(outlines, "REMEMBERED", 10)
     watched = WatchedOutlines()

@@ -1,14 +1,16 @@
 """Rocks that leave the survey before a road, and a road without survey: the level is a fault, not normal."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from watched_road import ON_THE_SLOPE, ROAD, decided_on, last_answer, road_site, slope, standing_over
 
 from rpf3d_core.alerts.levels import Level
-from rpf3d_core.ensemble.flights import Deposits
+from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.live.areas import outlines_for_places
-from rpf3d_core.live.coverage import uncovered_shares
-from rpf3d_core.live.leaving import left_ahead_of
+from rpf3d_core.live.coverage import grounds_of
+from rpf3d_core.live.leaving import LeavingTally
 from rpf3d_core.values import Outcome
 
 
@@ -72,29 +74,94 @@ def test_few_rocks_that_left_are_a_fault_where_they_would_raise_the_level():
     assert level_with(left=20) == Level.FAULT, "25 of 1,000 would be watch"
 
 
-def ended(release, end, outcome=Outcome.LEFT_TERRAIN):
-    """A rock that was released and ended at places in plan."""
-    one, x = np.zeros(1), np.array([[*end, 0.0]])
-    whole = np.zeros(1, dtype=np.int64)
-    return Deposits(
-        source=whole, rock=whole, outcome=np.array([outcome]), facet=whole, release=np.array([[*release, 0.0]]), x=x,
-        t=one, path=one, impacts=whole, max_speed=one, max_energy=one, max_height=one, ground_speed=one, mass=one,
+def gone(*path, v=(0.0, 0.0, 0.0), outcome=Outcome.LEFT_TERRAIN, spin=None):
+    """A rock with a path over points (x, y, z) m that ended with a velocity v (m/s), and perhaps a spin (rad/s)."""
+    points, none = np.array(path, dtype=float), np.empty(0, dtype=np.int64)
+    spins = np.zeros((len(path), 0)) if spin is None else np.full((len(path), 2), spin)
+    pieces = np.hstack([np.zeros((len(path), 1)), points, np.tile(v, (len(path), 2)), spins])
+    return Batch(
+        rows=np.zeros(1, dtype=np.int64), impacts=np.empty((0, 9 if spin is None else 10)), facets=none, pieces=pieces,
+        modes=np.zeros(len(path), dtype=np.int64), first=np.array([[0, 0], [0, len(path)]]),
+        finals=np.zeros((1, 8)), counts=np.array([[outcome, 0, 0, 0]]),
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(("release", "end", "counts"), [
-    ((0.0, 50.0), (40.0, 50.0), 1),
-    ((0.0, 50.0), (48.0, 50.0), 0),
-    ((0.0, 50.0), (60.0, 50.0), 0),
-    ((60.0, 50.0), (70.0, 50.0), 0),
-    ((60.0, 50.0), (60.0, 50.0), 1),
-    ((20.0, 50.0), (20.0, 170.0), 0),
-    ((20.0, 50.0), (21.0, 5.0), 1),
-])  # fmt: skip
-def test_a_rock_that_left_counts_unless_it_was_in_the_road_or_had_it_behind(release, end, counts):
-    areas = outlines_for_places({"road": [ROAD]})
-    assert left_ahead_of(ended(release, end), areas).tolist() == [counts]
-    assert left_ahead_of(ended(release, end, Outcome.STOPPED), areas).tolist() == [0]
+def counted(rock, lowest=0.0, rings=(ROAD,), displace=None, radius=0.5):
+    tally = LeavingTally(outlines_for_places({"road": rings}), [lowest], 9.81)
+    tally.count(rock, np.array([radius]), displace)
+    return tally.counts.tolist()[0]
+
+
+@pytest.mark.parametrize(("path", "counts"), [
+    ([(0.0, 50.0, 40.0), (40.0, 50.0, 0.0)], 1),
+    ([(60.0, 50.0, 9.0), (70.0, 50.0, 0.0)], 1),
+    ([(60.0, 50.0, 9.0), (60.0, 50.0, 0.0)], 1),
+    ([(60.0, 50.0, 9.0)], 1),
+    ([(20.0, 50.0, 9.0), (20.0, 170.0, 0.0)], 1),
+    ([(0.0, 50.0, 40.0), (48.0, 50.0, 0.0)], 0),
+    ([(0.0, 50.0, 40.0), (60.0, 50.0, 0.0)], 0),
+    ([(0.0, 50.0, 40.0), (48.0, 50.0, 0.0), (40.0, 50.0, 0.0)], 0),
+    ([(40.0, 50.0, 40.0), (44.0, 50.0, 0.0)], 1),
+], ids=["before", "away", "down", "at once", "along", "inside", "beyond", "out of it", "at the rim"])  # fmt: skip
+def test_a_rock_that_left_counts_in_whatever_direction_unless_it_was_in_the_area(path, counts):
+    assert counted(gone(*path)) == counts
+    assert counted(gone(*path, outcome=Outcome.LOST_TO_HOLE)) == counts
+    assert counted(gone(*path, outcome=Outcome.STOPPED)) == 0
+
+
+def test_a_rock_that_left_counts_unless_its_energy_does_not_lift_it_to_the_lowest_ground_of_the_area():
+    low = ((0.0, 50.0, 0.0), (40.0, 50.0, -20.0))
+    assert counted(gone(*low)) == 0
+    assert counted(gone(*low, v=(0.0, -15.0, -12.0))) == 0, "369 / (2 g) is 18.8 m"
+    assert counted(gone(*low, v=(0.0, -15.0, -13.0))) == 1, "394 / (2 g) is 20.1 m"
+    assert counted(gone(*low, v=(0.0, -15.0, -12.0), spin=20.0)) == 1, "the spin adds 2 m"
+    assert counted(gone(*low), lowest=-np.inf) == 1, "the ground of the area is not known"
+
+
+def test_a_hole_of_an_area_is_not_the_area_and_a_displaced_path_must_have_reached_it_too():
+    hole = np.array([[46.0, 40.0], [50.0, 40.0], [50.0, 60.0], [46.0, 60.0]])
+    inside = gone((47.0, 50.0, 9.0), (49.0, 50.0, 0.0))
+    assert (counted(inside), counted(inside, rings=(ROAD, hole))) == (0, 1)
+    away = lambda batch: replace(batch, pieces=batch.pieces + 30.0)  # noqa: E731
+    assert counted(inside, displace=away) == 1
+    assert counted(gone((5.0, 50.0, 9.0), (9.0, 50.0, 0.0)), displace=away) == 1
+
+
+def dump(is_cut):
+    """A dump of 40 m in a ring-shaped ditch that falls to a road in the west; the survey may end east of the dump."""
+    y, x = np.mgrid[-60:61, -60:61].astype(float)
+    r, ditch = np.hypot(x, y), -25.0 * np.abs(np.arctan2(y, x))
+    walls = [40.0 - r, 10.0 + (ditch - 10.0) * (r - 30.0) / 3.0, ditch, ditch + (20.0 - ditch) * (r - 37.0) / 4.0]
+    points = np.stack([x, y, np.select([r < 30.0, r < 33.0, r < 37.0, r < 41.0], walls, 20.0)], axis=-1)
+    if is_cut:
+        points[(r > 29.5) & (x > 12.0)] = np.nan
+    return points
+
+
+SMOOTH = {"materials.default.friction_angle_deg": 10.0, "materials.default.tangential_restitution": 0.95}
+WEST = np.array([[-44.0, -14.0], [-31.0, -14.0], [-31.0, 14.0], [-44.0, 14.0]])
+
+
+def test_rocks_that_left_behind_a_dump_may_run_round_it_to_the_road():
+    whole, cut = (
+        last_answer(standing_over(dump(is_cut), **SMOOTH), [(18.0, 0.0, 22.5)], road=WEST) for is_cut in (False, True)
+    )
+    assert decided_on(whole).level > Level.NORMAL, "the ditch leads the rocks to the road"
+    alert = decided_on(cut)
+    assert cut.evidence[0].reached == 0 < cut.evidence[0].left
+    assert alert.level == Level.FAULT
+    assert any("left the terrain" in fault for fault in alert.faults), alert.faults
+
+
+def test_the_lowest_ground_of_an_area_is_a_lower_bound_below_all_of_it():
+    standing = standing_over(slope())
+    across = np.array([[20.0, 20.0], [30.0, 20.0], [30.0, 30.0], [20.0, 30.0]])
+    grounds = grounds_of(standing, standing.areas_with({"slope": [across], "road": [ROAD], "off": [across + 60.0]}))
+    floor = -standing.ground.terrain.frame.origin[2]
+    assert grounds["slope"].lowest == pytest.approx(10.0 + floor, abs=2.0)
+    assert grounds["slope"].lowest <= 10.0 + floor
+    assert floor - 2.0 < grounds["road"].lowest <= floor
+    assert grounds["off"].lowest == -np.inf
 
 
 def test_the_share_of_an_area_without_ground_is_that_of_its_surface_and_follows_the_ground():
@@ -102,8 +169,8 @@ def test_the_share_of_an_area_without_ground_is_that_of_its_surface_and_follows_
     hole = np.array([[45.0, 50.0], [51.0, 50.0], [51.0, 90.0], [45.0, 90.0]])
     thin = np.array([[47.0, 5.0], [47.001, 90.0], [47.0, 90.0]])
     areas = {"road": [ROAD], "ring": [ROAD, hole], "thin": [thin]}
-    assert set(uncovered_shares(whole, whole.areas_with(areas)).values()) == {0.0}
-    shares = uncovered_shares(cut, cut.areas_with(areas))
+    assert {ground.uncovered for ground in grounds_of(whole, whole.areas_with(areas)).values()} == {0.0}
+    shares = {name: ground.uncovered for name, ground in grounds_of(cut, cut.areas_with(areas)).items()}
     assert shares["road"] == pytest.approx(6.0 / 8.0, abs=0.06)
     assert shares["ring"] == pytest.approx((6.0 * 156.0 - 5.0 * 40.0) / (8.0 * 156.0 - 6.0 * 40.0), abs=0.06)
     assert shares["thin"] == 1.0

@@ -12,6 +12,7 @@ from geometry_msgs.msg import Point, Point32, Polygon, PolygonStamped, Pose, Pos
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from nav_msgs.msg import OccupancyGrid
+from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -28,6 +29,9 @@ from rpf3d_ros.messages.cloud_messages import cloud_of_columns
 
 NODE = "rpf3d_simulator"
 CONFIGURE, SHUT_DOWN = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_UNCONFIGURED_SHUTDOWN
+FOLLOWED = "may have reported other sources"
+"""Part of the fault of a refused message after which another message of its topic was understood."""
+
 PATIENCE = 600.0
 """Longest wait for an expected event (s). Nodes compile before they subscribe: with an empty cache this takes 40 s of
 one core, and 210 s of wall time if five other programs share the core."""
@@ -266,6 +270,25 @@ class LivePeer:
 
         what = f"an alert of level {level} {reason}".rstrip()
         return self.wait(found, f"{what}, not {[a.status[0].message for a in self.alerts[-3:]]}")
+
+    def acknowledge_as(self, words):
+        """Acknowledge as a person; words : name, colon and reason. Return the response of the service."""
+        parameter = Parameter("acknowledged_by", value=words).to_parameter_msg()
+        self.call(SetParameters, f"{NODE}/set_parameters", SetParameters.Request(parameters=[parameter]))
+        return self.acknowledge()
+
+    def acknowledge_refusals(self, after=0):
+        """Wait for a normal alert or the fault of a refused message that an understood one followed; acknowledge it.
+
+        after : number of earlier alerts to skip
+        """
+
+        def found():
+            told = [status.message for array in self.alerts[after:] for status in array.status if status.name == ALERT]
+            return next((each for each in told if each.startswith("normal: ") or FOLLOWED in each), None)
+
+        if FOLLOWED in self.wait(found, "normal, or a refused message to acknowledge"):
+            self.acknowledge_as("A. Shift: looked at the slope")
 
     def state(self):
         """Return the name of the simulator's lifecycle state."""

@@ -49,9 +49,12 @@ def road_site(**terms):
     return site({"road": LIMITS}, fewest_rocks=WANTED, **terms)
 
 
-def standing_over(points):
-    """Return the prepared terrain of a survey with points in rows, (rows, columns, 3) m."""
-    scene = live_scene({"ground": "sliding", "target.most_rocks": 1000})
+def standing_over(points, **fields):
+    """Return the prepared terrain of a survey with points in rows, (rows, columns, 3) m.
+
+    fields : further fields of the scene, by key path
+    """
+    scene = live_scene({"ground": "sliding", "target.most_rocks": 1000, **fields})
     return stand_on(Workshop().whole(GridSurvey(points)), scene)
 
 

@@ -1,15 +1,17 @@
 """What configuring makes ready."""
 
+import numpy as np
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from live_ground import pit_scene
-from surveyed_hills import grid
+from surveyed_hills import cloud, grid
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.store import WHOLE, Store
+from rpf3d_core.live.survey import CloudSurvey
 from rpf3d_ros.engine import configuration
 from rpf3d_ros.engine.configuration import _restored, configuration_of
 from rpf3d_ros.interface.parameters import SimulatorParameters
@@ -22,6 +24,16 @@ materials: {default: {normal_restitution: 0.5, tangential_restitution: 0.8, fric
 areas_of_interest:
   - name: ramp
     polygons: [[482000, 7401000], [482100, 7401000], [482100, 7401100]]
+"""
+
+SITE = """
+site: pit
+valid_s: 2
+alarm_from: restrict
+evidence:
+  {sources_max_age_s: 20, terrain_max_age_s: 3600, clock_tolerance_s: 1, fewest_rocks: 400, most_unfinished: 0.02}
+areas:
+  live_area*: {watch: {reach_probability: 0.02}, restrict: {reach_probability: 0.1}}
 """
 
 
@@ -66,6 +78,60 @@ def test_configuring_that_fails_leaves_the_store_free_for_the_next_time(tmp_path
     with pytest.raises(RuntimeError, match="broken"):
         configuration_of(SimulatorParameters(store=str(tmp_path)), {}, 0)
     Store(tmp_path).close(20.0)
+
+
+@pytest.fixture
+def configured(tmp_path, monkeypatch):
+    """A function that returns what configuring makes of a site file, without compiling; of no site file if not `site`.
+
+    given : values of the scene, by name; parameters : of the node
+    """
+    monkeypatch.setattr(configuration, "warm", lambda scene, parameters: 0.0)
+    path = tmp_path / "site.yaml"
+    path.write_text(SITE)
+
+    def configured(given=(), site=True, **parameters):
+        of_node = SimulatorParameters(site_file=str(path) if site else "", **parameters)
+        return configuration_of(of_node, dict(given), 0)
+
+    return configured
+
+
+def test_with_a_site_file_stamps_may_be_ahead_by_no_more_than_its_tolerance(configured):
+    """Formerly 10 s: the evidence of several regions has the oldest stamp, so a later one was no fault."""
+    assert configured().most_ahead == 1.0
+    assert configured(most_ahead=0.5).most_ahead == 0.5
+    assert configured(site=False).most_ahead == 10.0
+
+
+FRAGMENTS = """
+terrain: {pit: {}}
+sources: [{name: crest, points: [[0, 0, 0]]}]
+materials: {default: {normal_restitution: 0.5, tangential_restitution: 0.8, friction_angle_deg: 30}}
+effects: {fragmentation: {least_ratio: 0.4, least_volume: 0.02, generations: 1}}
+"""
+
+
+def test_with_a_site_file_rocks_must_not_break_because_shares_of_fragments_are_no_shares_of_rocks(configured, tmp_path):
+    """Formerly 35,000 fragments of 200 rocks diluted the rocks that reached the area below each limit."""
+    (tmp_path / "scene.yaml").write_text(FRAGMENTS)
+    with pytest.raises(InputError, match=r"Leave fragmentation out of the live scene"):
+        configured({"scene": str(tmp_path / "scene.yaml")})
+    assert configured({"scene": str(tmp_path / "scene.yaml")}, site=False).scene.effects.fragmentation is not None
+
+
+def test_a_gap_of_scattered_points_is_a_hole_if_the_parameter_says_how_long_a_triangle_may_be(configured):
+    """By default a triangle may be ten times as long as the median: a gap of 6 m between points 1 m apart is ground."""
+    points = cloud(1600, 0.0, 0.0, 40.0).points
+    middle = np.abs(points[:, :2] - points[:, :2].mean(axis=0)).max(axis=1) < 3.0
+    gap, centre = CloudSurvey(points[~middle]), np.array([[0.0, 0.0, 1e3]])
+
+    def has_ground(**parameters):
+        workshop = configured({"engine": "reference"}, **parameters).workshop
+        return bool(workshop.whole(gap).engine.ground_below(centre)[0, 1] >= 0)
+
+    assert has_ground() and has_ground(longest_edge=20.0)
+    assert not has_ground(longest_edge=4.0)
 
 
 def test_an_area_in_survey_coordinates_is_refused_when_configuring_with_the_frame_that_it_must_have(tmp_path):

@@ -32,6 +32,7 @@ def calm(peer):
     peer.stand_on_ramp()
     peer.watch_toe()
     peer.send("sources", poses([], peer.now()))
+    peer.acknowledge_refusals(before)
     peer.wait_for_alert("normal", before)
     return len(peer.alerts)
 

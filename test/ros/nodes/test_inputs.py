@@ -1,6 +1,7 @@
 """What an input does with a message before and after it is understood, without a network."""
 
 from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import pytest
 
@@ -9,9 +10,11 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from live_peer import header
 from rclpy.time import Time
 
+from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.interface.transforms import FoundTransform, InputFrames
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.refusals import MessageRefused
+from rpf3d_ros.nodes import inputs as inputs_module
 from rpf3d_ros.nodes import recorder
 from rpf3d_ros.nodes.frames_on_arrival import FramesOnArrival
 from rpf3d_ros.nodes.inputs import Inputs
@@ -51,6 +54,16 @@ class DryInputs(Inputs):
 
     def _refuse(self, topic, why, published_ns, is_counted=False, stamp_ns=None):
         self.refusals.append(why)
+
+
+def test_the_stamps_of_inputs_may_be_ahead_by_what_the_station_allows(monkeypatch):
+    for name in ("LargeMessages", "PublisherReports", "SubscriptionEventCallbacks", "MessageGaps", "depth_of"):
+        monkeypatch.setattr(inputs_module, name, MagicMock())
+    station = SimpleNamespace(most_ahead=1.0)
+    inputs = Inputs(MagicMock(), SimulatorParameters(most_ahead=10.0), station, None, lambda: None)
+    inputs.guards.check("sources", NOW + S, NOW)
+    with pytest.raises(MessageRefused, match="1 s are allowed"):
+        inputs.guards.check("sources", NOW + 8 * S, NOW)
 
 
 def test_an_area_in_a_moving_frame_is_refused_after_the_clock_was_checked():

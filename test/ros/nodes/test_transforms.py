@@ -152,7 +152,9 @@ def test_a_frame_that_tf_does_not_know_is_a_fault_until_it_does(mine):
     see(peer, "lidar", (0.0, 0.0, 0.0))
     wait_for_fault(peer, "frame_id is 'lidar', and there is no transform to 'map'")
     surveyor.survey("lidar", STILL, HARMLESS)
+    before = len(peer.alerts)
     seen_until_received(peer, "lidar", (0.0, 0.0, 0.0))
+    peer.acknowledge_refusals(before)
     wait_for_level(peer, "normal")
 
 
@@ -161,7 +163,9 @@ def test_a_transform_that_is_too_old_at_the_stamp_is_a_fault_until_a_younger_one
     surveyor.drive("truck", STILL, HARMLESS, peer.now() - round(2 * OLDEST * SECOND))
     see_until_fault(peer, "truck", "is more than 2 s older than the message (transforms_max_age_s)")
     drive = lambda: surveyor.drive("truck", STILL, HARMLESS, peer.now())  # noqa: E731
+    before = len(peer.alerts)
     seen_until_received(peer, "truck", (0.0, 0.0, 0.0), before_each=drive)
+    peer.acknowledge_refusals(before)
     wait_for_level(peer, "normal")
 
 
@@ -169,7 +173,9 @@ def test_a_transform_that_is_no_rotation_is_a_fault(mine):
     peer, surveyor = mine
     surveyor.survey("bent", (0.0, 0.0, 0.0, 0.5), HARMLESS)
     see_until_fault(peer, "bent", "is not a rotation: its quaternion has length 0.5, not 1")
+    before = len(peer.alerts)
     see(peer, "radar", seen_by_radar(HARMLESS))
+    peer.acknowledge_refusals(before)
     wait_for_level(peer, "normal")
 
 
