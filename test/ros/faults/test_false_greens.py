@@ -6,7 +6,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from geometry_msgs.msg import PoseArray
-from live_peer import ON_THE_SLOPE, SECOND, cloud, polygon, poses, ramp, with_alerts
+from live_peer import ON_THE_SLOPE, SECOND, cloud, long_ramp, polygon, poses, ramp, with_alerts
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Bool
@@ -62,12 +62,6 @@ def strip_of_holes():
     points = ramp()
     points[:, 40:42] = np.nan
     return points
-
-
-def long_ramp():
-    """The ramp with a floor on which all rocks stop: none leaves the survey."""
-    y, x = np.mgrid[0:61, 0:241].astype(float)
-    return np.stack([x, y, np.maximum(40.0 - x, 0.0)], axis=-1)
 
 
 def upside_down():
