@@ -90,7 +90,7 @@ def mine(shared_stage, with_stand_in):
     peer.wait_for_simulator()
     peer.wait_for_sentence("active")
     surveyor.wait_until_received()
-    peer.send("terrain/points", cloud(long_ramp() + (0.0, 0.0, 100.0), peer.now(), "drone"))
+    peer.send("terrain/points", cloud(long_ramp() + np.array([0.0, 0.0, 100.0]), peer.now(), "drone"))
     peer.send("areas/polygon", polygon(BESIDE, peer.now()))
     yield peer, surveyor
     assert process.poll() is None, "the simulator has died"
