@@ -171,8 +171,8 @@ def _unknown_faults(area: AreaEvidence, thresholds: Thresholds) -> Iterator[str]
     is_hidden = hidden is not None and hidden > level_of(area, thresholds)
     if is_hidden or (area.left and area.left / area.flown > terms.most_left):
         yield (
-            f"{area.left:,} of {area.flown:,} rocks left the terrain on the way to it, over the rim or into a hole: "
-            "publish a survey that covers the way"
+            f"{area.left:,} of {area.flown:,} rocks left the terrain, over the rim or into a hole, and may reach it: "
+            "publish a survey on which the rocks stop"
         )
 
 

@@ -71,6 +71,12 @@ def ramp(lowered=0.0):
     return np.stack([x, y, np.maximum(DROP - x, 0.0) - lowered], axis=-1)
 
 
+def long_ramp():
+    """Return points (61, 241, 3) m of the ramp with a floor on which all rocks stop: none leaves the survey."""
+    y, x = np.mgrid[0 : SIDE + 1, 0 : 4 * SIDE + 1].astype(float) * SPACING
+    return np.stack([x, y, np.maximum(DROP - x, 0.0)], axis=-1)
+
+
 def ramp_of(side):
     """Return points (side, side, 3) m of the slope and floor of `ramp` at another resolution."""
     y, x = np.mgrid[0:side, 0:side] * (SIDE / (side - 1))

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from live_peer import ON_THE_SLOPE, cloud, polygon, poses, with_alerts
+from live_peer import ON_THE_SLOPE, cloud, long_ramp, polygon, poses, with_alerts
 
 from rpf3d_ros.messages.health import ERROR, OK
 
@@ -47,7 +47,7 @@ def mine(stage):
     peer = stage.live_peer()
     peer.wait_for_simulator()
     peer.wait_for_sentence("active")
-    peer.stand_on_ramp()
+    peer.send("terrain/points", cloud(long_ramp(), peer.now()))
     peer.send("areas/polygon", polygon(BESIDE, peer.now()))
     return peer
 

@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
-from live_peer import ON_THE_SLOPE, SECOND, TOE, cloud, header, polygon, poses, ramp, with_alerts
+from live_peer import ON_THE_SLOPE, SECOND, TOE, cloud, header, long_ramp, polygon, poses, ramp, with_alerts
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from rpf3d_ros.messages.health import ERROR
@@ -90,7 +90,7 @@ def mine(shared_stage, with_stand_in):
     peer.wait_for_simulator()
     peer.wait_for_sentence("active")
     surveyor.wait_until_received()
-    peer.send("terrain/points", cloud(ramp(-100.0), peer.now(), "drone"))
+    peer.send("terrain/points", cloud(long_ramp() + np.array([0.0, 0.0, 100.0]), peer.now(), "drone"))
     peer.send("areas/polygon", polygon(BESIDE, peer.now()))
     yield peer, surveyor
     assert process.poll() is None, "the simulator has died"

@@ -92,7 +92,7 @@ GUARDS = (
           "wrong heights of a patch"),
     Guard("2.2", "a source far above the ground is a fault", f"{ENGINE}/answer_evidence.py",
           "(answer.left_out, answer.doubtful)", "(answer.left_out,)", "mirrored survey"),
-    Guard("2.3", "rocks that left the terrain on the way to an area are a fault", f"{ALERTS}/evidence_faults.py",
+    Guard("2.3", "rocks that left the terrain and may reach an area are a fault", f"{ALERTS}/evidence_faults.py",
           "    if is_hidden or (area.left and area.left / area.flown > terms.most_left):\n", "    if False:\n",
           "strip of holes"),
     Guard("2.4", "an area without terrain is a fault", f"{ALERTS}/evidence_faults.py",
