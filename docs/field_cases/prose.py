@@ -80,7 +80,8 @@ writes the page from the last measurement.
   independent samples that would be as certain as the sample of the calibration.
 - **Other columns**: *sd* is the standard deviation; *p5*, *p50* and *p95* are percentiles; *rms* is the root mean
   square; *not at rest* is the share of rocks that did not stop. *Correlation over runs* is the correlation of simulated
-  and observed runouts. Angles are in degrees.
+  and observed runouts. *Error of velocity* is the root mean square of the difference between simulated and observed
+  velocity, as vectors, so it includes wrong directions. Angles are in degrees.
 """
 
 COEFFICIENTS = "Calibrated coefficients:\n"
@@ -180,9 +181,9 @@ energy before it.
 - **Six impacts** (2.1 to 4.3 in the tables) of a block of 780 kg, with speeds along and into the ground. These two
   speeds were computed from the height of the jump, not measured by a survey.
 - **Eleven contacts** of five other runs with blocks of 210, 250 and 780 kg. The velocities before and after each
-  contact are known, but the slope of the ground is not. After six contacts the block moves downwards, so the ground is
-  not level. The tables assume slopes of 0, 15 and 30 degrees, falling in the direction of motion. In the calibration
-  the slope is one more parameter.
+  contact are known, but the slope of the ground is not. After six of the contacts the block moves downwards, so the
+  ground there is not level. The tables assume slopes of 0, 15 and 30 degrees, falling in the direction of motion. In
+  the calibration the slope is one more parameter.
 - **The spin before an impact is unknown.** The tables assume 0 and, for the six impacts, also 27 rad/s forwards. This
   is the mean of four values of Lu et al. 2019 for such a block. A point has no spin.
 

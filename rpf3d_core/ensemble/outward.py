@@ -59,7 +59,7 @@ def interval_as(
 ) -> str:
     """Return an interval as text: its lower end is rounded down, its upper end up.
 
-    ends : lower and upper end; text : function that turns an end into text, rounded to the given side (LOW or HIGH)
+    ends : lower and upper end; text : function that turns an end into text, rounded down (LOW) or up (HIGH)
     unknown : text of an end that is None
     between : text between both ends
     """

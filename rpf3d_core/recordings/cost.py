@@ -39,7 +39,7 @@ def write_cost_recording(path: Path, series: Sequence[Series], picture: Path, do
 
 
 def _log_series(recording: Any, one: Series) -> None:
-    """Write one series of the price list to the recording: a line, and points with labels."""
+    """Write one series of the price list (error against computing time) as a line with labelled points."""
     rr = import_rerun()
     places = places_of(one)
     line, dots = (rr.new_entity_path(["cost", one.name, part]) for part in ("line", "points"))

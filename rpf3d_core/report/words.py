@@ -15,7 +15,7 @@ Ends = Sequence[float | None] | None
 
 
 class Words(Protocol):
-    """A function that turns a number into text with its unit, rounded to a side; UNKNOWN for None."""
+    """A function that turns a number into text with its unit, rounded up, down or to the nearest; UNKNOWN for None."""
 
     def __call__(self, value: float | None, side: Side = NEAREST) -> str:
         """Return the number as text; side : direction of the rounding: NEAREST, LOW (down) or HIGH (up)."""
@@ -34,19 +34,28 @@ def share_interval(ends: Ends) -> str:
 
 
 def metres(value: float | None, side: Side = NEAREST) -> str:
-    """Return a length (m) as text, rounded to a side; BEYOND_TERRAIN for FAR or more: rocks that did not stop."""
+    """Return a length (m) as text; BEYOND_TERRAIN for FAR or more, that is for rocks that did not stop.
+
+    side : rounding: NEAREST, LOW (down) or HIGH (up)
+    """
     if value is None:
         return UNKNOWN
     return BEYOND_TERRAIN if value >= FAR else f"{fixed(value, ONE_DECIMAL, side)} m"
 
 
 def height(value: float | None, side: Side = NEAREST) -> str:
-    """Return a height (m) over the ground as text, rounded to a side; UNKNOWN for None and for FAR or more."""
+    """Return a height (m) over the ground as text; UNKNOWN for None and for FAR or more.
+
+    side : rounding: NEAREST, LOW (down) or HIGH (up)
+    """
     return UNKNOWN if value is None or value >= FAR else f"{fixed(value, ONE_DECIMAL, side)} m"
 
 
 def kilojoules(value: float | None, side: Side = NEAREST) -> str:
-    """Return an energy (J) in kJ as text, rounded to a side."""
+    """Return an energy (J) as text in kJ, with three significant digits; UNKNOWN for None.
+
+    side : rounding: NEAREST, LOW (down) or HIGH (up)
+    """
     return UNKNOWN if value is None else f"{three_figures(value / 1000.0, side)} kJ"
 
 

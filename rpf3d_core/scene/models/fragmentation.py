@@ -31,8 +31,8 @@ class FragmentationSpec(ModelSpec):
         0.7562, "a number from 0 to 2, the exponent e in A = a E^e", "-", GIS, "CC", ge=0, le=2
     )
     least_ratio: Number = parameter(
-        0.7, "a number >= 0, ratio of new surface to total surface above which a rock breaks; 0.25 to 0.7 are usual in "
-        "RockGIS; the default is the upper end of this range and unconfirmed; from 2 on, no rock breaks", "-",
+        0.7, "a number >= 0; a rock breaks if new surface / (new surface + surface of the rock before) is above this; "
+        "0.25 to 0.7 are usual in RockGIS; the default is the upper end of this range and unconfirmed", "-",
         "RockGIS", "UNCONFIRMED", ge=0,
     )  # fmt: skip
     spread: Number = parameter(

@@ -52,7 +52,7 @@ GUARDS = (
           "never understood"),
     Guard("1.1", "the fault of a refused message lasts while its topic has two publishers",
           f"{ENGINE}/refused_inputs.py",
-          "if topic in self._refused and speakers() <= 1:", "if topic in self._refused:",
+          "if refusal is None or speakers() > 1:", "if refusal is None:",
           "two speakers,alternately understood", also="two publishers of one topic are a fault"),
     Guard("1.2", "a message without sources removes only sources of its own topic", f"{ENGINE}/region_evidence.py",
           "return other.topic == self.topic and other.stamp_ns < self.stamp_ns",
