@@ -174,19 +174,8 @@ class Inputs:
                 moved_by=frame.other,
             )
             self._station.terrain.put_whole(arrival, Moment(published_ns))
-            self._note_mesh(published_ns, now)
 
         self._try("terrain/mesh", take, published_ns)
-
-    def _note_mesh(self, published_ns: int, now_ns: int) -> None:
-        """Refuse clouds and patches from now on whose stamps are older than the publication of a mesh.
-
-        published_ns : when the mesh was published, by the machine's clock (ns), 0 if it is not known; now_ns : present
-            time of the node (ns)
-        """
-        age = max(time.time_ns() - published_ns, 0) if published_ns else 0
-        for topic in ("terrain/points", "terrain/update"):
-            self.guards.note(topic, now_ns - age)
 
     def on_update(self, data: Buffer, published_ns: int) -> None:
         """Take a point cloud (CDR bytes) as a patch, which replaces a part of the terrain."""

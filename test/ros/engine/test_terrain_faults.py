@@ -116,18 +116,6 @@ def test_a_survey_that_is_published_again_hides_neither_a_patch_nor_that_one_is_
     assert "1 patches are not in" in faults[0]
 
 
-def test_patches_and_clouds_from_before_a_mesh_do_not_replace_it(started):
-    """A mesh has no stamp, so it counts as measured when it was published."""
-    run = started()
-    mesh = at(WHOLE, 0.5)._replace(topic="terrain/mesh", kind="mesh")
-    assert faults_after(run, mesh, at(AREA, 0.6), at(NOTHING, 0.7)) == ()
-    digest = run.node.station.flyer.standing.ground.digest
-    assert "1 patches are not in" in faults_after(run, again(PATCH, 0.8))[0]
-    assert "was refused (its stamp goes back" in "".join(faults_after(run, again(WHOLE, 0.9)))
-    assert run.node.station.flyer.standing.ground.digest == digest
-    assert faults_after(run, at(WHOLE, 1.0)) == ()
-
-
 @pytest.mark.parametrize("late", [WHOLE, EARLIER], ids=["the survey in use", "another one"])
 def test_a_survey_from_before_a_refused_one_does_not_make_it_good(started, late):
     run = started()
