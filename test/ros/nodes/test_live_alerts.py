@@ -17,7 +17,10 @@ from geometry_msgs.msg import Point, Point32, Polygon, PolygonStamped, Pose, Pos
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from live_peer import PATIENCE
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
 from std_msgs.msg import Header
+from std_srvs.srv import Trigger
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.live.survey import GridSurvey
@@ -87,7 +90,9 @@ def wait_for_alarm(peer, sounds):
 
 
 def acknowledge(peer, said):
-    return peer.acknowledge_as(said)
+    parameter = Parameter("acknowledged_by", value=said).to_parameter_msg()
+    peer.call(SetParameters, f"{NODE}/set_parameters", SetParameters.Request(parameters=[parameter]))
+    return peer.call(Trigger, f"{NODE}/acknowledge", Trigger.Request())
 
 
 def acknowledge_by_program(*words, meanwhile=lambda until: until()):
