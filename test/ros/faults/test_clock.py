@@ -31,6 +31,7 @@ def test_after_the_clock_went_back_there_is_a_fault_until_all_is_heard_anew_and_
     peer.watch_toe()
     before = len(peer.alerts)
     peer.answered([])
+    peer.acknowledge_refusals(before)
     peer.wait_for_alert("normal", before)
     assert process.poll() is None
 
