@@ -126,7 +126,7 @@ def end_recording(recording: Any, stream: Any, path: Path) -> None:
     """
     content = stream.read()
     recording.disconnect()
-    Path(path).write_bytes(content)
+    path.write_bytes(content)
 
 
 def import_rerun() -> Any:

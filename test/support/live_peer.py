@@ -277,12 +277,6 @@ class LivePeer:
         what = f"an alert of level {level} {reason}".rstrip()
         return self.wait(found, f"{what}, not {[a.status[0].message for a in self.alerts[-3:]]}")
 
-    def acknowledge_as(self, words):
-        """Acknowledge as a person; words : name, colon and reason. Return the response of the service."""
-        parameter = Parameter("acknowledged_by", value=words).to_parameter_msg()
-        self.call(SetParameters, f"{NODE}/set_parameters", SetParameters.Request(parameters=[parameter]))
-        return self.acknowledge()
-
     def acknowledge_refusals(self, after=0):
         """Wait for a normal alert or the fault of a refused message that an understood one followed; acknowledge it.
 
@@ -294,7 +288,7 @@ class LivePeer:
             return next((each for each in told if each.startswith("normal: ") or FOLLOWED in each), None)
 
         if FOLLOWED in self.wait(found, "normal, or a refused message to acknowledge"):
-            self.acknowledge_as("A. Shift: looked at the slope")
+            acknowledge_as(self, "A. Shift: looked at the slope")
 
     def state(self):
         """Return the name of the simulator's lifecycle state."""
@@ -323,6 +317,16 @@ class LivePeer:
         self.executor.shutdown()
         self.node.destroy_node()
         self.context.try_shutdown()
+
+
+def acknowledge_as(peer, words):
+    """Acknowledge as a person, and return the response of the service.
+
+    peer : has the method `call`; words : name, colon and reason
+    """
+    parameter = Parameter("acknowledged_by", value=words).to_parameter_msg()
+    peer.call(SetParameters, f"{NODE}/set_parameters", SetParameters.Request(parameters=[parameter]))
+    return peer.call(Trigger, f"{NODE}/acknowledge", Trigger.Request())
 
 
 SITE = """site: test pit

@@ -16,11 +16,8 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Point32, Polygon, PolygonStamped, Pose, PoseArray, Quaternion
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from live_peer import PATIENCE
-from rcl_interfaces.srv import SetParameters
-from rclpy.parameter import Parameter
+from live_peer import PATIENCE, acknowledge_as
 from std_msgs.msg import Header
-from std_srvs.srv import Trigger
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.live.survey import GridSurvey
@@ -89,12 +86,6 @@ def wait_for_alarm(peer, sounds):
     peer.wait(lambda: peer.received["alarm"] and peer.received["alarm"][-1].data is sounds, f"the alarm to be {sounds}")
 
 
-def acknowledge(peer, said):
-    parameter = Parameter("acknowledged_by", value=said).to_parameter_msg()
-    peer.call(SetParameters, f"{NODE}/set_parameters", SetParameters.Request(parameters=[parameter]))
-    return peer.call(Trigger, f"{NODE}/acknowledge", Trigger.Request())
-
-
 def acknowledge_by_program(*words, meanwhile=lambda until: until()):
     """What a person does at a terminal: the exit code, and what was printed.
 
@@ -145,7 +136,7 @@ def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reprodu
     wait_for_alarm(peer, True)
     keep_saying(peer, poses, lambda: len(peer.received["alerts"]) > 20 or time.sleep(0.05), "more decisions")
     assert level(peer) == "evacuate", "nobody has acknowledged"
-    nobody = acknowledge(peer, "")
+    nobody = acknowledge_as(peer, "")
     assert not nobody.success and "name" in nobody.message and "NAME: REASON" in nobody.message
     keep_saying(peer, poses, lambda: evident(peer) == "normal", "a decision on the evidence that nothing is seen")
     code, said = acknowledge_by_program(
@@ -209,7 +200,7 @@ def test_without_a_site_file_there_are_no_alerts_and_acknowledging_says_so(stage
     stage.node("simulator_node", **{**FLIGHT, "engine": "reference"})
     peer = stage.peer(subscribes=("alerts",))
     peer.wait_for_health(f"{NODE}: lifecycle", "active")
-    answer = acknowledge(peer, "A. Foreman: inspected")
+    answer = acknowledge_as(peer, "A. Foreman: inspected")
     assert not answer.success and "site_file" in answer.message
     code, said = acknowledge_by_program("A. Foreman", "inspected", "--patience", "60")
     assert code == 1 and said.startswith("not lowered: no site_file is set"), said
