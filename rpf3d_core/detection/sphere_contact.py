@@ -6,12 +6,15 @@ from the line of an edge, or from a corner, is a quartic (`quartic.py`). The sph
 falls through the radius R while the foot lies on the feature. The normal of the contact points from the foot to the
 centre. So rough ground deflects small spheres, and large spheres roll over its roughness.
 
-If the sphere touches or overlaps a feature at the start, two rules replace the search for a root:
+If the sphere touches or overlaps a feature at the start, three rules replace the search for a root:
 
 - If the sphere approaches the feature, it hits the feature at once. If the sphere moves along the feature, it hits the
   feature at once when the acceleration presses it against the feature.
 - If the sphere moves away from the feature, the root at the start is divided out: the sphere hits the feature when it
   returns to the same distance.
+- If the sphere moves along, or away from, a nearer feature of the same facet, an edge or a corner does not stop it at
+  once, but only where the sphere sinks into the edge or corner. So the end of an edge does not stop a sphere that rolls
+  along this edge.
 
 The result depends neither on the facet that the sphere has left nor on the order in which facets are tested.
 """
@@ -20,6 +23,7 @@ import math
 from typing import NamedTuple
 
 from rpf3d_core.arc import falling_time
+from rpf3d_core.detection.closest import foot_on
 from rpf3d_core.detection.contact import GRAZING
 from rpf3d_core.detection.quartic import Quartic, first_fall
 from rpf3d_core.jit.dispatch import kernel
@@ -91,6 +95,8 @@ ON_RIM = 0.75 * RIM
 
 The depth is smaller than RIM to allow for rounding.
 """
+DEEP = 2.0 * RIM
+"""Depth, in tolerances, in which an edge or corner stops a sphere that moves along a nearer feature of the facet."""
 POLISHED = 1e3
 """Largest distance, in tolerances, by which the final Newton step may move a contact of a sphere."""
 
@@ -255,19 +261,67 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
     )  # fmt: skip
     if distance <= course.radius - ON_RIM * facets.tolerance and (k >= 3 or 0.0 <= foot <= length):
         t = _time_from_rim(course, p, v, a, distance, q, end)
+        if t == 0.0 and _lies_behind(facets, f, course, add(at, scale(foot, along))):
+            t = _time_into_rim(facets, course, rim, q, end)
         if q.c0 < 0.0 and q.c1 > 0.0 and t > 0.0:
             t = min(t, first_fall(q, 0.0, end))
         if 0.0 < t < math.inf and not _is_on(course, rim, t):
             t = _time_on_rim(facets, course, rim, q, t, end)
     else:
         t = _time_on_rim(facets, course, rim, q, 0.0, end)
-    if not t <= best.t or t == math.inf:
+    return _sooner_on_rim(best, f, course, rim, t) if t < math.inf else best
+
+
+@kernel
+def _sooner_on_rim(best: Touch, f: int, course: Course, rim: Rim, t: float) -> Touch:
+    """Return the earlier of two contacts of a sphere: `best`, or the contact with a rim of facet f at time t (s)."""
+    if t > best.t:
         return best
-    gap = without(subtract(course_position(course, t), at), along)
-    n = scale(1.0 / norm(gap), gap)
-    return _sooner(
-        best, Touch(t=t, facet=f, approach=max(-dot(n, course_velocity(course, t)), 0.0), n=n, along=along, face=False)
-    )
+    gap = without(subtract(course_position(course, t), rim.at), rim.along)
+    n, v = scale(1.0 / norm(gap), gap), course_velocity(course, t)
+    return _sooner(best, Touch(t=t, facet=f, approach=max(-dot(n, v), 0.0), n=n, along=rim.along, face=False))
+
+
+@kernel
+def _lies_behind(facets: Facets, f: int, course: Course, foot: Vec) -> bool:
+    """True if a sphere that touches a rim of facet f moves along, or away from, a nearer feature of facet f.
+
+    foot : m, the foot of the sphere on the rim
+
+    Such a rim is the end of an edge on which the sphere rolls, or another edge of a narrow facet. It does not stop the
+    sphere at once: the search for the contacts that carry the sphere (`touching.against`) does not find this rim.
+    """
+    near = foot_on(facets, f, course.x)
+    gap = subtract(course.x, near)
+    across = subtract(foot, near)
+    if dot(across, across) <= facets.tolerance * facets.tolerance:
+        return False
+    return dot(gap, course.v) >= -GRAZING * norm(gap) * norm(course.v)
+
+
+@kernel
+def _time_into_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, until: float) -> float:
+    """Return the time when a sphere hits a rim that it touches at the start, but that lies behind a nearer feature.
+
+    The sphere hits the rim when it overlaps the rim by DEEP tolerances, or when it returns to the rim after it has left
+    it. The result is inf if neither happens. q, until : as in `_time_from_rim`
+    """
+    deep = _at_depth(q, course.radius, DEEP * facets.tolerance, RIM * facets.tolerance)
+    if deep.c0 <= 0.0:
+        return 0.0
+    again = _at_depth(q, course.radius, ON_RIM * facets.tolerance, RIM * facets.tolerance)
+    t = first_fall(deep, 0.0, until)
+    back = _time_on_rim(facets, course, rim, again, 0.0, until)
+    return min(back, t) if t < math.inf and _is_on(course, rim, t) else back
+
+
+@kernel
+def _at_depth(q: Quartic, radius: float, depth: float, before: float) -> Quartic:
+    """Return the polynomial q, the squared distance minus the squared lowered radius, for another depth of the rim.
+
+    radius : of the sphere (m); depth, before : depth of the rim (m) for the result, and for q
+    """
+    return Quartic(c0=q.c0 + (depth - before) * (2.0 * radius - depth - before), c1=q.c1, c2=q.c2, c3=q.c3, c4=q.c4)
 
 
 @kernel

@@ -13,7 +13,7 @@ from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.terrain.facet_geometry import NEAR, corner, edge_distance, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import ZERO, Vec
-from rpf3d_core.vectors import dot, norm, scale, subtract, without
+from rpf3d_core.vectors import add, dot, norm, scale, subtract, without
 
 
 class Sweep(NamedTuple):
@@ -104,6 +104,8 @@ def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
     `Touch.t` is the component of `way` along the normal of the contact, below zero. The interior of a facet takes
     precedence over an edge with almost the same component: for the interior, the component is lowered by |way| times
     the largest angle between the normal of the interior and the normal of an edge within tolerance of the sphere.
+
+    An edge takes precedence over its end: where a sphere rolls along the edge over the end, both oppose `way` equally.
     """
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
@@ -127,6 +129,10 @@ def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
         return best
     if face:
         opposed -= 2.0 * math.sqrt(2.0 * NEAR * facets.tolerance / quest.radius) * norm(quest.way)
+    else:
+        along = _along_at_end(facets, f, p, gap, quest.v, along)
+        if along[0] != 0.0 or along[1] != 0.0 or along[2] != 0.0:
+            opposed -= 2.0 * (GRAZING + facets.tolerance / quest.radius) * norm(quest.way)
     return lesser(best, Touch(t=opposed, facet=f, approach=0.0, n=m, along=along, face=face))
 
 
@@ -152,16 +158,45 @@ def _on_face(quest: Against, facets: Facets, f: int, p: Vec) -> bool:
 
 @kernel
 def _rim_of(facets: Facets, f: int, p: Vec) -> Vec:
-    """Return the direction (3,) unit of the edge of facet f on which point p (m) lies; zero if p is a corner."""
+    """Return the direction (3,) unit of the edge of facet f on which point p (m) lies; zero if p is a corner.
+
+    Near a corner, p lies within tolerance of two edges; the nearer edge counts.
+    """
     for k in range(3):
         begin = corner(facets, f, k)
         if norm(subtract(p, begin)) <= facets.tolerance:
             return ZERO
+    along, least = ZERO, 4.0 * facets.tolerance * facets.tolerance
     for k in range(3):
         squared, distance = edge_distance(facets, f, k, p)
-        if distance * distance <= 4.0 * facets.tolerance * facets.tolerance * squared:
-            edge = subtract(corner(facets, f, (k + 1) % 3), corner(facets, f, k))
-            return scale(1.0 / math.sqrt(squared), edge)
+        if distance * distance <= least * squared:
+            along = scale(1.0 / math.sqrt(squared), subtract(corner(facets, f, (k + 1) % 3), corner(facets, f, k)))
+            least = distance * distance / squared
+    return along
+
+
+@kernel
+def _along_at_end(facets: Facets, f: int, p: Vec, gap: Vec, v: Vec, along: Vec) -> Vec:
+    """Return the direction (3,) unit of the edge that carries a sphere near a corner; zero if the corner carries it.
+
+    p : m, the point of facet f that the sphere touches; gap : (3,) m, from p to the centre
+    v : (3,) m/s, velocity; along : (3,) unit, as from `_rim_of`; returned if it is not zero
+
+    An edge carries the sphere if the sphere's foot on the line of the edge lies on the edge, within tolerance of its
+    end; or if the foot lies within tolerance before the edge, and the sphere moves onto the edge.
+    """
+    if along[0] != 0.0 or along[1] != 0.0 or along[2] != 0.0:
+        return along
+    for k in range(3):
+        for at, other in ((k, (k + 1) % 3), ((k + 1) % 3, k)):
+            end = corner(facets, f, at)
+            if norm(subtract(p, end)) <= facets.tolerance:
+                edge = subtract(corner(facets, f, other), end)
+                length = norm(edge)
+                foot = dot(add(gap, subtract(p, end)), edge)
+                least = -facets.tolerance * length if dot(v, edge) > 0.0 else 0.0
+                if least <= foot <= facets.tolerance * length:
+                    return scale(1.0 / length, edge)
     return ZERO
 
 

@@ -1,0 +1,64 @@
+"""Spheres that roll along a convex edge pass its end, or take off there; they do not end there as unresolved contacts.
+
+A sphere sinks into an edge by two tolerances. Near the end of the edge it touches the corner, the next edge and other
+edges of narrow facets as well, all at almost the same depth.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from on_both_engines import BOTH
+from rolling_spheres import roll, spheres
+from scenes_of_facets import engine_over, grid_triangles, terrain_of
+
+from rpf3d_core.detection.sphere_contact import NO_TOUCH, Course, earlier_touch
+from rpf3d_core.materials.library import Surface
+from rpf3d_core.values import Outcome
+
+GROUND = Surface(0.3, 0.8, 0.5, 0.0, 0.3)
+STEP, LENGTH = 0.5, 20.0
+"""Distance between the vertices of the crest, and its length (m)."""
+OFF = np.geomspace(1e-14, 1e-5, 73)
+"""Distances of a sphere from a vertex along the crest (m); the contact tolerance is 2e-11 m."""
+
+
+def roof():
+    """Return a level crest along x at y = 0, with a slope to both sides."""
+    x, y = np.meshgrid(np.arange(0.0, LENGTH + 1e-9, STEP), [-5.0, 0.0, 5.0], indexing="ij")
+    return terrain_of(np.stack([x, y, -0.5 * np.abs(y)], -1).reshape(-1, 3), grid_triangles(x.shape[0], 3))
+
+
+@pytest.mark.parametrize("radius", [0.05, 0.5])
+@pytest.mark.parametrize("speed", [3.0, 10.0])
+def test_no_sphere_is_caught_at_a_vertex_of_a_level_crest(radius, speed):
+    engine = engine_over("compiled", roof())
+    along, deep = np.meshgrid([*-OFF, 0.0, *OFF], [0.0, 1.0, 2.0])
+    heights = radius - deep.ravel() * engine.facets.tolerance
+    x = np.column_stack([3.0 * STEP + along.ravel(), np.zeros(along.size), heights])
+    flights = roll(engine, spheres(GROUND, max_time=3.0), radius, x, (speed, 0.0, 0.0), threads=1)
+    assert np.isin(flights.deposits.outcome, [Outcome.MAX_TIME, Outcome.STOPPED]).all()
+    np.testing.assert_allclose(flights.deposits.x[:, 1:], [[0.0, radius]] * len(x), rtol=0.0, atol=1e-9)
+    assert np.ptp(flights.deposits.x[:, 0] - x[:, 0]) < 0.02, "all roll almost equally far"
+
+
+@BOTH
+def test_a_sphere_rolls_over_the_vertices_of_a_crest_for_ten_metres(engine):
+    """The release and the speed of a sphere that ended on the vertex at x = 9 m, at 0.7 m/s, as unresolved contact."""
+    over, radius, physics = engine_over(engine, roof()), 0.05, spheres(GROUND._replace(mu_r=0.0), max_time=14.0)
+    flights = roll(over, physics, radius, (0.185, 0.0, radius), (1.0, 0.0, 0.0))
+    assert flights.deposits.outcome[0] == Outcome.MAX_TIME
+    assert flights.deposits.x[0, 0] == pytest.approx(0.185 + 14.0 * 5.0 / 7.0, abs=0.1)
+
+
+@pytest.mark.parametrize("off", [1e-8, 1e-7, 1e-6])
+@pytest.mark.parametrize("deep", [1.6, 2.0, 3.0])
+def test_the_end_of_an_edge_does_not_stop_a_sphere_that_rolls_on_the_edge(off, deep):
+    """Just before the end of the edge, the sphere touches the corner, too, and approaches it slowly."""
+    one = terrain_of([[0, 0, 0], [LENGTH, 0, 0], [0, 10, 0]], [[0, 1, 2]])
+    facets, radius = engine_over("compiled", one).facets, 0.5
+    x = LENGTH - off, 0.0, radius - deep * facets.tolerance
+    course = Course(x=x, v=(3.0, 0.0, 0.0), a=(-1.0, 0.0, 0.0), radius=radius, gravity=9.81)
+    assert earlier_touch(facets, 0, course, 0.1, 0.1, NO_TOUCH).t == math.inf
+    sinking = course._replace(v=(3.0, 0.0, -1e-3))
+    assert earlier_touch(facets, 0, sinking, 0.1, 0.1, NO_TOUCH).t == 0.0, "the edge stops it"
