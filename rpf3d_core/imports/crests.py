@@ -73,10 +73,12 @@ def crests_of(terrain: Terrain) -> list[Crest]:
     image = height_image(terrain, terrain.vertices[:, :2], 2.0 * COARSE, COARSE)
     lowest = float(np.percentile(terrain.vertices[:, 2], LOW, method="lower"))
     lines = [part for line in upper_borders(image, SHORTEST) for part in _stretches(line)]
-    rough = [(_with_fall(image, crest, lowest), line) for line in lines for crest in _on_the_brow(image, line)]
+    rough = [
+        (_with_fall(image, crest, lowest), k) for k, line in enumerate(lines) for crest in _on_the_brow(image, line)
+    ]
     kept = _in_order([crest for crest, _ in rough], MOST_CRESTS)
-    lines = [rough[i][1] for i in kept]
-    found = (crest for line in lines for crest in _on_the_brow(height_image(terrain, line, HIGHEST, PIXEL), line))
+    used = [lines[k] for k in dict.fromkeys(rough[i][1] for i in kept)]  # a line may have several crests
+    found = (crest for line in used for crest in _on_the_brow(height_image(terrain, line, HIGHEST, PIXEL), line))
     exact = [_with_fall(image, crest, lowest) for crest in found]
     return [exact[i] for i in _in_order(exact, len(exact))]
 
