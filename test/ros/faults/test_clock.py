@@ -50,7 +50,7 @@ def test_before_the_first_clock_the_alarm_is_on_without_a_decision_and_the_first
     peer.wait_for_alert("fault")
     first = {pair.key: pair.value for pair in peer.alerts[0].status[0].values}
     assert LATE <= int(first["decided_at_ns"]) < LATE + 10 * SECOND
-    peer.wait_for_sentence("it runs", len(peer.said))
+    peer.wait_for_sentence("the clock runs", len(peer.said))
     peer.stand_on_ramp()
     peer.watch_toe()
     peer.answered([])

@@ -128,7 +128,7 @@ def test_while_the_terrain_cannot_be_kept_it_is_flown_over_all_the_same_and_kept
     full_disk(process.pid, None)
     said = len(peer.said)
     peer.stand_on_ramp()
-    peer.wait_for_sentence("is kept", said)
+    peer.wait_for_sentence("is stored", said)
     decided(peer)
 
 
@@ -154,5 +154,5 @@ def test_a_second_simulator_on_the_same_store_is_not_configured_and_takes_nothin
     second.send_signal(signal.SIGTERM)
     assert second.wait(PATIENCE) == 0
     peer.stand_on_ramp()
-    peer.wait_for_sentence("is kept", len(peer.said))
+    peer.wait_for_sentence("is stored", len(peer.said))
     decided(peer)
