@@ -16,8 +16,8 @@ from rpf3d_core.alerts.since import shown_by, since_of
 from rpf3d_core.alerts.site_model import Thresholds
 
 NO_ANSWER = "there is no answer"
-UNTOLD = "the answer says nothing of it"
-UNLIMITED = "the site has no limits for it any more"
+UNTOLD = "the answer does not contain this area"
+UNLIMITED = "the site file no longer has limits for this area"
 
 
 def area_alerts(
@@ -117,7 +117,8 @@ def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
     """Return the held levels of the previous decision: of each area, by name, and one level for all other areas.
 
     A decision in the log of an older version contains no areas. Then the held level of the site counts for every area,
-    and the names in the result are those of the areas that raised this level, from the sentences in `held_by`.
+    and the names in the result are those of the areas that raised this level, from the sentences in `held_by`, in the
+    words of that version.
     """
     if previous is None:
         return {}, Level.NORMAL

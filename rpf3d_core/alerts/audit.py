@@ -104,11 +104,9 @@ def audit_log(path: str | Path, head: str | None = None) -> Audit:
         raise InputError(f"{path}: the log cannot be read: {error.strerror}") from None
     if reading.last is None and reading.audit.lines:
         count = f"{reading.audit.lines:,}"
-        raise InputError(f"{path}: is not a log of decisions: none of its {count} lines is a line of such a log")
+        raise InputError(f"{path}: is not a decision log: none of its {count} lines is a line of a decision log")
     if head is not None and not reading.found:
-        reading.blame(
-            f"no line of the log has the hash {head}: lines were removed, or the whole log was written again"
-        )
+        reading.blame(f"no line of the log has the hash {head}: lines were removed, or the whole log was written again")
     return reading.audit
 
 
@@ -118,7 +116,7 @@ def _files(path: Path) -> list[tuple[int, Path]]:
         return [(0, path)]
     files = files_in(path) if path.is_dir() else []
     if not files:
-        what = "the folder has no log of decisions" if path.is_dir() else "there is no such log"
+        what = "the folder has no decision log" if path.is_dir() else "there is no such log"
         raise InputError(f"{path}: {what}")
     return files
 

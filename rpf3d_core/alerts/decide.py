@@ -140,12 +140,12 @@ def _too_small(
         return ()
     areas = () if evidence is None else evidence.areas
     flown = min((area.flown for area in areas), default=0)
-    few, wanted = f"{flown:,} rocks flown are too few to clear", f"the site wants {thresholds.evidence.fewest_rocks:,}"
+    few = f"only {flown:,} rocks have flown (evidence.fewest_rocks: {thresholds.evidence.fewest_rocks:,})"
     if any(lacks_predictive(area, thresholds.evidence) for area in areas):
-        few, wanted = "too few rocks of each parameter set have flown to clear", "there is no predictive interval yet"
+        few = "too few rocks of each parameter set have flown for a predictive interval"
     if stands:
-        return tuple(f"{name}: {few} it ({wanted}), and no decision on it stands" for name in new)
-    return (f"{few} anything ({wanted}), and no decision stands",)
+        return tuple(f"{name}: {few}, and no earlier decision on this area is valid" for name in new)
+    return (f"{few}, and no earlier decision is valid",)
 
 
 def _held(
@@ -184,17 +184,17 @@ def _why_void(
     trusted : True if the evidence is believed and enough rocks flew; is_worse : True if the evidence got worse
     """
     if previous is None or previous.held == Level.NORMAL:
-        return "no level is held that could be lowered"
+        return "no level above normal is held, so there is nothing to lower"
     if not acknowledgement.by.strip() or not acknowledgement.why.strip():
-        return "it does not say who acknowledges, or why"
+        return "it has no name or no reason"
     if not trusted:
-        return "the evidence is faulty, or of too few rocks, and nothing is lowered on that; acknowledge again"
+        return "the evidence has a fault or too few rocks; acknowledge again when this has ended"
     if acknowledgement.at_ns > now_ns:
-        return "it was given later than now"
+        return "its time is in the future"
     if is_worse or acknowledgement.at_ns < previous.worse_ns:
-        return "the evidence got worse since it was given; look again"
+        return "the evidence has become worse since it was given; look at the alert, then acknowledge again"
     if evident >= previous.held:
-        return f"the evidence still says {evident.word}; acknowledge when it says less"
+        return f"the evidence still gives {evident.word}; acknowledge again when it gives a lower level"
     return ""
 
 
@@ -261,13 +261,13 @@ def _reasons(
     sentences = tuple(finding.sentence for finding in sorted(findings, key=lambda finding: -finding.level))
     holding: tuple[str, ...] = ()
     if held.level > evident:
-        since = f"{held.level.word} is held since {when(held.since_ns)} and needs an acknowledgement to step down"
+        since = f"{held.level.word} has been held since {when(held.since_ns)} and falls only after an acknowledgement"
         holding = (f"{since}: {', '.join(held.by)}",)
     counts = "does not count alone" if acknowledged.lacking else "does not count"
     void = (f"the acknowledgement {counts}: {held.void}",) if held.void else ()
     void = (*void, *waiting_sentences(acknowledged))
     unwatched = () if evidence is None else without_limits(evidence, thresholds)
-    unlimited = tuple(f"{name}: the site has no limits for this area" for name in unwatched)
+    unlimited = tuple(f"{name}: the site file has no limits for this area" for name in unwatched)
     notes = unlimited if evidence is None else (*evidence.notes, *unlimited)
     if held.level == Level.EVACUATE:
         return (*void, *holding, *sentences, *faults, *notes)

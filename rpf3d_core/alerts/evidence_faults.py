@@ -31,20 +31,20 @@ def went_back(previous: Alert | None, now_ns: int) -> bool:
 
 def _clock_faults(previous: Alert | None, now_ns: int) -> Iterator[str]:
     if previous is not None and went_back(previous, now_ns):
-        yield f"the clock went back by {span(previous.at_ns - now_ns)} since the decision before"
+        yield f"the clock went back by {span(previous.at_ns - now_ns)} since the previous decision"
 
 
 def _evidence_faults(
     previous: Alert | None, evidence: Evidence | None, thresholds: Thresholds, now_ns: int
 ) -> Iterator[str]:
     if evidence is None:
-        yield "there is no evidence: nothing has been heard of sources and terrain, or nothing could be flown"
+        yield "there is no evidence: no sources or no terrain have been received, or no rock could fly"
         return
     yield from evidence.faults
     yield from _stamp_faults(evidence, thresholds, now_ns)
     newest = previous.evidence_at_ns if previous is not None else None
     if newest is not None and evidence.at_ns < newest:
-        yield f"the answer is {span(newest - evidence.at_ns)} older than one that was decided on before"
+        yield f"the answer is {span(newest - evidence.at_ns)} older than the answer of an earlier decision"
     yield from _ensemble_faults(evidence, thresholds)
     yield from _area_names_faults(evidence, thresholds)
     yield from outdated_faults(evidence, thresholds, now_ns)
@@ -66,54 +66,54 @@ def _stamp_faults(evidence: Evidence, thresholds: Thresholds, now_ns: int) -> It
     ):
         age = now_ns - stamp
         if stamp == 0:
-            yield f"{what} not stamped: the time is 0"
+            yield f"{what} without a time stamp: the stamp is 0"
         elif longest is not None and age > ns_of(longest):
             yield f"{what} stale: stamped {span(age)} ago, at most {longest:g} s are allowed"
         if age < -ahead:
             yield f"{what} stamped {span(-age)} in the future"
     if evidence.at_ns < evidence.trigger_stamp_ns - ahead:
-        yield "the answer was made before the sources were stamped that it answers"
+        yield "the answer is older than the stamp of its sources"
 
 
 def _ensemble_faults(evidence: Evidence, thresholds: Thresholds) -> Iterator[str]:
     """Yield a fault for numbers of sources and rocks that contradict each other, a sign of damaged evidence."""
     most = max((area.flown for area in evidence.areas), default=0)
     if evidence.sources < 0:
-        yield f"there are {evidence.sources} sources, which is no number of sources"
+        yield f"the number of sources is {evidence.sources}, which is impossible"
     elif evidence.sources == 0 and most > 0:
         yield f"{most} rocks flew, but there is no source"
     if evidence.unfinished < 0 or evidence.unfinished > max(most, 0):
-        yield f"{evidence.unfinished} of {most} rocks were cut off, which cannot be"
+        yield f"{evidence.unfinished} of {most} rocks were cut off in flight, which is impossible"
     elif evidence.unfinished and evidence.unfinished / most > thresholds.evidence.most_unfinished:
-        allowed = f"at most {thresholds.evidence.most_unfinished:g} of all are allowed"
-        yield f"the flight of {evidence.unfinished} of {most} rocks was cut off, {allowed}"
+        allowed = f"at most a share of {thresholds.evidence.most_unfinished:g} is allowed"
+        yield f"{evidence.unfinished} of {most} rocks were cut off in flight, {allowed}"
 
 
 def _area_names_faults(evidence: Evidence, thresholds: Thresholds) -> Iterator[str]:
     names = [area.name for area in evidence.areas]
     for name in thresholds.named_in_full:
         if name not in names:
-            yield f"{name}: the site watches this area, but the answer says nothing of it"
+            yield f"{name}: the site file watches this area, but the answer does not contain it"
     if all(limits_of(thresholds, name) is None for name in names):
-        yield "the answer tells of no area that the site has limits for, so nothing is watched"
+        yield "the answer contains no area with limits in the site file, so no area is watched"
 
 
 def _area_faults(area: AreaEvidence, sources: int) -> Iterator[str]:
     if area.flown < 0 or not 0 <= area.reached <= area.flown:
-        yield f"{area.reached} of {area.flown} rocks came, which cannot be"
+        yield f"{area.reached} of {area.flown} rocks reached the area, which is impossible"
     elif area.flown == 0 and sources > 0:
         yield "there are sources, but no rock flew"
     elif not 0.0 <= area.low <= area.reached / max(area.flown, 1) <= area.high <= min(area.flown, 1):
-        yield f"the interval {area.low} to {area.high} is none of {area.reached} out of {area.flown}"
+        yield f"the interval {area.low} to {area.high} does not belong to {area.reached} of {area.flown} rocks"
     for what, value in (
         ("p95 energy", area.p95_energy),
         ("largest energy", area.largest_energy),
         ("first arrival", area.first_arrival_s),
     ):
         if value is not None and not 0.0 <= value < math.inf:
-            yield f"the {what} is {value}"
+            yield f"the {what} is {value}, which is impossible"
         elif value is not None and area.reached <= 0:
-            yield f"no rock came, but there is a {what}"
+            yield f"no rock reached the area, but there is a {what}"
     yield from _predictive_faults(area)
     yield from _end_faults(area)
     yield from _missing_faults(area)
@@ -127,11 +127,11 @@ def _predictive_faults(area: AreaEvidence) -> Iterator[str]:
     """
     low, high = area.predictive_low, area.predictive_high
     if area.sets < 0 or (low is None) != (high is None) or (low is not None and area.sets == 0):
-        yield f"a predictive interval from {low} to {high} over {area.sets} parameter sets cannot be"
+        yield f"a predictive interval from {low} to {high} over {area.sets} parameter sets is impossible"
     elif low is not None and high is not None and not 0.0 <= low <= area.low <= area.high <= high <= 1.0:
-        yield f"the predictive interval {low} to {high} does not hold the sampling interval"
+        yield f"the predictive interval {low} to {high} does not contain the sampling interval"
     elif area.left_high is not None and not (high is not None and high <= area.left_high <= 1.0):
-        yield f"with the rocks that left, the upper end {high} becomes {area.left_high}, which cannot be"
+        yield f"with the rocks that left the terrain, the upper end {high} becomes an impossible {area.left_high}"
 
 
 def _end_faults(area: AreaEvidence) -> Iterator[str]:
@@ -143,13 +143,13 @@ def _end_faults(area: AreaEvidence) -> Iterator[str]:
     energy, arrival = area.energy_high, area.first_arrival_low_s
     for what, end in (("upper end of the energy", energy), ("lower end of the first arrival", arrival)):
         if end is not None and not (area.sets > 0 and 0.0 <= end < math.inf):
-            yield f"the {what} is {end} over {area.sets} parameter sets, which cannot be"
+            yield f"the {what} is {end} over {area.sets} parameter sets, which is impossible"
     if not 0 <= area.energy_sets <= max(area.sets, 0):
-        yield f"{area.energy_sets} of {area.sets} parameter sets have a p95 energy, which cannot be"
+        yield f"{area.energy_sets} of {area.sets} parameter sets have a p95 energy, which is impossible"
     if energy is not None and area.pooled_energy is not None and energy < area.pooled_energy:
-        yield f"the upper end of the energy {energy} is below that of all rocks, {area.pooled_energy}"
+        yield f"the upper end of the energy {energy} is below the energy of all rocks, {area.pooled_energy}"
     if arrival is not None and area.first_arrival_s is not None and arrival > area.first_arrival_s:
-        yield f"the lower end of the first arrival {arrival} is later than that of all rocks, {area.first_arrival_s}"
+        yield f"the lower end {arrival} of the first arrival is later than that of all rocks, {area.first_arrival_s}"
 
 
 def _unknown_faults(area: AreaEvidence, thresholds: Thresholds) -> Iterator[str]:
@@ -160,19 +160,19 @@ def _unknown_faults(area: AreaEvidence, thresholds: Thresholds) -> Iterator[str]
     """
     terms = thresholds.evidence
     if not 0.0 <= area.uncovered <= 1.0 or not 0 <= area.left <= max(area.flown, 0):
-        yield f"{area.uncovered:g} of the area without terrain and {area.left} rocks that left are impossible"
+        yield f"{area.uncovered:g} of the area without terrain, or {area.left} rocks that left it, is impossible"
         return
     if area.uncovered > terms.most_uncovered:
         yield (
-            f"{100 * area.uncovered:.3g} % of the area have no terrain (at most {100 * terms.most_uncovered:.3g} %"
-            " are allowed): publish a survey that covers it"
+            f"{100 * area.uncovered:.3g} % of the area has no terrain (at most {100 * terms.most_uncovered:.3g} %"
+            " is allowed): publish a survey that covers the area"
         )
     hidden = hidden_level(area, thresholds)
     is_hidden = hidden is not None and hidden > level_of(area, thresholds)
     if is_hidden or (area.left and area.left / area.flown > terms.most_left):
         yield (
-            f"{area.left:,} of {area.flown:,} rocks left the terrain, over the rim or into a hole, and may reach it: "
-            "publish a survey on which the rocks stop"
+            f"{area.left:,} of {area.flown:,} rocks left the terrain, over its edge or into a hole, and may reach the "
+            "area: publish a survey on which the rocks stop"
         )
 
 
@@ -183,7 +183,7 @@ def _cut_off_faults(area: AreaEvidence, unfinished: int, thresholds: Thresholds)
     """
     if unfinished > 0 and level_of(with_more_reached(area, unfinished), thresholds) > level_of(area, thresholds):
         yield (
-            f"{unfinished:,} rocks were cut off in flight; if they came, the area would reach a higher level:"
+            f"{unfinished:,} rocks were cut off in flight; if they reached the area, its level would be higher:"
             " allow longer flights and more impacts in the scene"
         )
 
@@ -191,7 +191,7 @@ def _cut_off_faults(area: AreaEvidence, unfinished: int, thresholds: Thresholds)
 def _missing_faults(area: AreaEvidence) -> Iterator[str]:
     """Yield a fault for an area whose rocks have no energy or arrival time, or a p95 above the largest energy."""
     if area.reached > 0 and (area.largest_energy is None or area.first_arrival_s is None):
-        yield "rocks came, but not all is known of their energy and arrival"
+        yield "rocks reached the area, but their energy or their arrival time is unknown"
     both = (area.p95_energy, area.largest_energy)
     if both[0] is not None and both[1] is not None and both[0] > both[1]:
-        yield f"the p95 energy {both[0]} is above the largest, {both[1]}"
+        yield f"the p95 energy {both[0]} is above the largest energy, {both[1]}"

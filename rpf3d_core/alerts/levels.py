@@ -152,5 +152,5 @@ def acknowledgement(by: str, why: str, at_ns: int, client: str = "") -> Acknowle
     if not by.strip():
         raise InputError("an acknowledgement needs the name of the person who gives it")
     if not why.strip():
-        raise InputError(f"an acknowledgement needs a reason; {by.strip()} gives none")
+        raise InputError(f"an acknowledgement needs a reason; {by.strip()} gave no reason")
     return Acknowledgement(by=by.strip(), why=why.strip(), at_ns=at_ns, client=client)

@@ -146,7 +146,7 @@ def _finding(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> L
         limits: LimitsSpec | None = getattr(spec, level.word)
         reached = list(_reached(area, limits, terms)) if limits is not None else []
         if reached:
-            why = f"{level.word}, for {'; '.join(each.sentence for each in reached)}"
+            why = f"{level.word} because {'; '.join(each.sentence for each in reached)}"
             return LimitFinding(name=area.name, level=level, why=why, origin=reached[0].origin)
     why = "; ".join(["no limit is reached", _share(area, terms), *_ends_below(area, spec, terms)])
     return LimitFinding(name=area.name, level=Level.NORMAL, why=why)
@@ -183,10 +183,10 @@ def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Ite
         yield ReachedLimit(sentence=f"{_energy(area, terms)}, limit {energy_limit:g} J", origin=origin)
     arrivals, soonest = arrivals_of(area, terms), limits.first_arrival_s
     if soonest is not None and any(arrival <= soonest.seconds for arrival in arrivals):
-        needed = f"{soonest.evacuation:g} s to clear it and {soonest.margin:g} s to spare"
+        needed = f"evacuation takes {soonest.evacuation:g} s plus a margin of {soonest.margin:g} s"
         is_pooled = area.first_arrival_s is not None and area.first_arrival_s <= soonest.seconds
         origin = origins.first_arrival if is_pooled else origins.first_arrival_low or origins.first_arrival
-        yield ReachedLimit(sentence=f"{_arrival(area, terms)}, needed {needed}", origin=origin)
+        yield ReachedLimit(sentence=f"{_arrival(area, terms)}, but {needed}", origin=origin)
 
 
 def _probability_reaches(area: AreaEvidence, limit: float, terms: EvidenceSpec) -> bool:
@@ -207,8 +207,9 @@ def _share_of(area: AreaEvidence) -> float:
 
 def _share(area: AreaEvidence, terms: EvidenceSpec) -> str:
     if area.flown == 0 == area.reached:
-        return "no source, so no rock flew"
-    told = f"{area.reached:,} of {area.flown:,} rocks came (up to {_percent(upper_end(area, terms))}{_of(area, terms)})"
+        return "there is no source, so no rock flew"
+    most = f"up to {_percent(upper_end(area, terms))}{_of(area, terms)}"
+    told = f"{area.reached:,} of {area.flown:,} rocks reached the area ({most})"
     if area.clusters <= 1:
         return told
     return f"{told}, the worst of {area.clusters:,} clusters of sources ({_pooled(area)} of all rocks)"
@@ -220,7 +221,7 @@ def _of(area: AreaEvidence, terms: EvidenceSpec) -> str:
         return ""
     if _is_predictive(area, terms):
         return f", predictive over {area.sets:,} parameter sets"
-    return ", by the number of rocks alone"
+    return ", from the number of rocks only"
 
 
 def energies_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
@@ -255,8 +256,8 @@ def _energy(area: AreaEvidence, terms: EvidenceSpec) -> str:
 
     The upper end is that over the parameter sets. terms : the site's rules for evidence
     """
-    what = "largest energy, for too few rocks came for a p95," if area.p95_energy is None else "p95 energy"
-    told = "no rock came" if area.pooled_energy is None else f"{what} {area.pooled_energy:.6g} J"
+    what = "largest energy (too few rocks for a p95)" if area.p95_energy is None else "p95 energy"
+    told = "no rock reached the area" if area.pooled_energy is None else f"{what} {area.pooled_energy:.6g} J"
     if area.sets == 0:
         return told
     if terms.interval != "predictive" or area.energy_high is None:
@@ -273,14 +274,14 @@ def _arrival(area: AreaEvidence, terms: EvidenceSpec) -> str:
     The lower end is the first arrival of the fastest parameter set. terms : the site's rules for evidence
     """
     first = area.first_arrival_s
-    told = "no rock came" if first is None else f"the first rock after {first:.1f} s"
+    told = "no rock reached the area" if first is None else f"the first rock arrives after {first:.1f} s"
     if area.sets == 0:
         return told
     if first is None and area.first_arrival_low_s is not None and terms.interval == "predictive":
-        told = "no rock came on the paths that flew, but some do on paths displaced by the misfit of the model"
+        told = "no rock reached the area on its own path, but some do on paths displaced by the misfit"
     if terms.interval != "predictive" or area.first_arrival_low_s is None:
         return f"{told} (of all parameter sets together)"
-    return f"{told} (from {area.first_arrival_low_s:.1f} s on, the fastest of {area.sets:,} parameter sets)"
+    return f"{told} (after {area.first_arrival_low_s:.1f} s in the fastest of {area.sets:,} parameter sets)"
 
 
 def _pooled(area: AreaEvidence) -> str:

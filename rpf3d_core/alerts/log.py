@@ -135,7 +135,7 @@ class DecisionLog:
         """
         self._received = received
         if received != self._facts.get("memory") and (why := self._keep(memory=received)):
-            raise NotLogged(f"{self.folder}: what was received cannot be kept for the next start: {why}")
+            raise NotLogged(f"{self.folder}: the received inputs cannot be saved for the next start: {why}")
 
     def lose_received(self) -> None:
         """Note on disk that the values that the node has received are unknown to its next start.
@@ -272,7 +272,7 @@ class DecisionLog:
                 self._lost = self.missing = int(self._facts["lost"])
                 self.last_alert = alert_of(self._facts["alert"])
         except Unreadable as error:
-            self.problems = (*self.problems, f"{self.folder}: the last decision is not known: {error}")
+            self.problems = (*self.problems, f"{self.folder}: the last decision cannot be read: {error}")
             self.unknown = self.problems[-1]
         if self.missing:
             self.problems = (*self.problems, f"{self.folder}: the last {self.missing} decisions are not in the log")
@@ -313,9 +313,9 @@ class DecisionLog:
         if newest > self._number:
             return f"{self.folder}: {file_name(newest)} is missing"
         if self._witness.is_there and not self._state.exists and not tails:
-            return f"{self.folder}: a log was begun there earlier, and is gone"
+            return f"{self.folder}: the log that was begun there earlier is missing"
         if self._state.is_damaged or (self._witness.is_there and not self._state.exists):
-            return f"{self.folder}: a log was begun there, and its file {STATE} is missing or damaged"
+            return f"{self.folder}: the file {STATE} of the log is missing or damaged"
         return ""
 
     def _resume(self, path: Path, tail: Tail) -> None:
@@ -369,6 +369,6 @@ def _ends_a_line(path: Path) -> bool:
 
 def _not_logged(folder: Path, error: Exception) -> NotLogged:
     if isinstance(error, BlockingIOError):
-        return NotLogged(f"{folder}: another process writes the log of decisions there")
+        return NotLogged(f"{folder}: another process writes the decision log there")
     why = getattr(error, "strerror", None) or error
-    return NotLogged(f"{folder}: the log of decisions cannot be written: {why}")
+    return NotLogged(f"{folder}: the decision log cannot be written: {why}")

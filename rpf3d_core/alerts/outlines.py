@@ -74,7 +74,7 @@ def outdated_faults(evidence: Evidence, thresholds: Thresholds, now_ns: int) -> 
         age = now_ns - outdated.since_ns
         if age >= ns_of(longest):
             yield (
-                f"{outdated.name}: the area was moved {span(age)} ago, and not all sources are answered for its new "
+                f"{outdated.name}: the area moved {span(age)} ago, and some sources are not yet simulated for its new "
                 f"place (at most {longest:g} s are allowed)"
             )
 

@@ -47,7 +47,7 @@ def acknowledged_by(
     if 1 + len(others) >= _persons_for(previous.held, terms):
         return _waiting((), terms, "")
     until = when(given.at_ns + ns_of(terms.within_s))
-    return _waiting((given,), terms, f"{ANOTHER_PERSON} by {until}, with another name than {given.by}")
+    return _waiting((given,), terms, f"{ANOTHER_PERSON} by {until}, under a name other than {given.by}")
 
 
 def waiting_sentences(acknowledged: Acknowledged) -> tuple[str, ...]:

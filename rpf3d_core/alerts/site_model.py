@@ -100,15 +100,13 @@ def _disorder(key: str, lower: str, higher: str) -> str:
 class EvidenceSpec(StrictModel):
     """Conditions that evidence must meet to be believed; evidence that does not meet them is a fault."""
 
-    sources_max_age_s: Period = Field(
-        description="a number above 0 (s), the age at which what the monitoring said of sources is stale"
-    )
+    sources_max_age_s: Period = Field(description="a number above 0 (s), the age at which sources are stale")
     terrain_max_age_s: Period = Field(description="a number above 0 (s), the age at which the survey is stale")
     clock_tolerance_s: Seconds = Field(
         description="a number >= 0 (s), how far stamps may be ahead of this machine's clock"
     )
     fewest_rocks: Annotated[Count, Field(ge=1)] = Field(
-        description="a whole number of at least 1; an answer of fewer rocks may raise a level, and lowers none"
+        description="a whole number of at least 1; an answer with fewer rocks may raise a level, but cannot lower one"
     )
     most_unfinished: Annotated[Number, Field(ge=0, le=1)] = Field(
         description="a share from 0 to 1 (-), of rocks whose flight was cut off; more are a fault"
@@ -171,8 +169,8 @@ def _named_areas(areas: Mapping[str, AreaLimitsSpec]) -> Mapping[str, AreaLimits
 class Thresholds(StrictModel):
     """All settings of the site that `alerts.decide` uses."""
 
-    site: Name = Field(description="the name of the site, as it stands in the log of decisions")
-    evidence: EvidenceSpec = Field(description="a mapping: what evidence must be like to be believed")
+    site: Name = Field(description="the name of the site, as it appears in the decision log")
+    evidence: EvidenceSpec = Field(description="a mapping: the rules for evidence")
     valid_s: Period = Field(description="a number above 0 (s), how long a decision stands if no other follows")
     alarm_from: Literal["watch", "restrict", "evacuate"] = Field(
         description="watch, restrict or evacuate, the lowest level that raises the alarm; a fault always does"

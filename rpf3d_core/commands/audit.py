@@ -16,7 +16,7 @@ HEADER = ("line", "time", "shown", "held", "alarm", "why")
 
 
 def audit(
-    log: Annotated[Path, typer.Argument(help="The folder of a log of decisions, or a file of it.", show_default=False)],
+    log: Annotated[Path, typer.Argument(help="The folder of a decision log, or a file of it.", show_default=False)],
     head: Annotated[
         str | None, typer.Option(help="The hash of a line that was noted elsewhere and must be in the log.")
     ] = None,

@@ -193,7 +193,7 @@ class Workshop:
         """
         check_points(points_of(patch), self._most)
         if ground.room.patches != ground.patches:
-            raise ValueError("this ground has been patched already; patch the one that came of it")
+            raise ValueError("this terrain has been patched already; patch the newest terrain")
         marks = ground.room.memory.longer("marks", len(ground.facets.zone))
         try:
             mesh = self._patch_mesh(patch, ground.terrain.frame.origin)

@@ -108,7 +108,7 @@ def _box(facets: Facets, change: PatchChange, marks: NDArray[np.uint8], share: S
         box = _box_of_what_stays(facets, marks, share)
     low, high = np.minimum(box[0], change.vertices.min(axis=0)), np.maximum(box[1], change.vertices.max(axis=0))
     if RELATIVE_TOLERANCE * math.dist(low, high) > WIDER * facets.tolerance:
-        raise TerrainError("the patch reaches far beyond the ground; publish the whole terrain")
+        raise TerrainError("the patch reaches far beyond the terrain: publish the whole terrain")
     (x, y, z), (u, v, w) = low.tolist(), high.tolist()
     return (x, y, z), (u, v, w)
 

@@ -155,7 +155,7 @@ def _check_closed(seam: NDArray[np.int64], ring: NDArray[np.int64]) -> None:
     sides = {(a, b) for a, b, c in ring.tolist()} | {(b, c) for a, b, c in ring.tolist()}
     sides |= {(c, a) for a, b, c in ring.tolist()}
     if not all((a, b) in sides for a, b in seam.tolist()):
-        raise TerrainError(f"the patch cannot be joined to the remaining ground: {CROSSING}; publish the whole terrain")
+        raise TerrainError(f"the patch cannot be joined to the remaining ground: {CROSSING}: publish the whole terrain")
 
 
 def _renumbered(came: NDArray[np.int64], some: NDArray[np.int64], terrain: Terrain) -> NDArray[np.int64]:

@@ -214,8 +214,8 @@ def _too_far(positions: FloatArray, distances: FloatArray, sound: Flags, highest
     first = int(far[0])
     where = ", ".join(f"{c:.3f}" for c in positions[first])
     return (f"{len(far)} of {len(positions)} sources are more than {highest:g} m from the ground (highest_source), "
-            f"such as source {first} at ({where}), {distances[first]:.3g} m: is z up in terrain and sources, and is "
-            "map_origin right?")  # fmt: skip
+            f"such as source {first} at ({where}), {distances[first]:.3g} m: check map_origin, and that "
+            "z points up in terrain and sources")  # fmt: skip
 
 
 def _over_top(standing: PreparedTerrain, x: FloatArray) -> FloatArray:

@@ -24,8 +24,8 @@ SCENE = "scene"
 WRITTEN_NOWHERE = Path("parameters")
 """Stands for the path of the scene file in messages, if the scene has no file."""
 
-LISTED = "is a list, a file or a mapping, which no parameter can hold"
-FROM_MESSAGES = "comes in messages"
+LISTED = "is a list, a file or a mapping, which a parameter cannot hold"
+FROM_MESSAGES = "is received in messages"
 EXCLUDED: Mapping[str, str] = {
     "path": "is the scene file itself",
     "terrain.files": FROM_MESSAGES,
@@ -41,13 +41,13 @@ EXCLUDED: Mapping[str, str] = {
     ),
     "contact.rigid": "belongs to rocks with a shape",
     **dict.fromkeys((f"materials.default.{key}" for key in BODY_KEYS), "belongs to rocks with a shape"),
-    "materials.default.draw": "is for distributions, which no parameter can hold",
+    "materials.default.draw": "is for distributions, which a parameter cannot hold",
     "sources": FROM_MESSAGES,
-    "rocks": "is not known beforehand: a live answer grows until its target",
+    "rocks": "cannot be set: a live answer grows until it reaches its target",
     "rebound.angle_table.rows": LISTED,
     "rebound.stochastic_matrix": LISTED,
-    "rebound.[own]": "is a program of the user's, which no message may name",
-    "effects.scarring.zones": "is for several zones, and live terrain is one",
+    "rebound.[own]": "is a user's program, which a parameter may not name",
+    "effects.scarring.zones": "is for several zones, but live terrain has only one",
     "effects.drag_layer.polygons": LISTED,
     "effects.forest.file": LISTED,
     "effects.forest.within": LISTED,
@@ -55,19 +55,19 @@ EXCLUDED: Mapping[str, str] = {
     "effects.forest.deflection.lateral": LISTED,
     "effects.forest.deflection.scratch": LISTED,
     "effects.barriers": LISTED,
-    "effects.[own]": "is a program of the user's, which no message may name",
+    "effects.[own]": "is a user's program, which a parameter may not name",
     "areas_of_interest": LISTED,
     "hazard.reach_levels": LISTED,
     "hazard.matrix.object_width": "belongs to the matrix, which is a mapping",
     "hazard.matrix": LISTED,
-    "hazard.passage_per_metre": "is a map that runs write; live maps have reach probability, of the grid's cell",
+    "hazard.passage_per_metre": "is a map of runs; live maps show the reach probability in the cells of the grid",
     "method": "is for comparison with the thesis; live answers are exact",
-    "outputs": "is written by runs; what is published has parameters of its own",
-    "observed": "is for comparison with what was seen in the field",
-    "unknowns": "has priors and samples, which no parameter can hold",
+    "outputs": "is an output of runs; live output has its own parameters",
+    "observed": "is for comparison with field observations",
+    "unknowns": "has priors and samples, which a parameter cannot hold",
     "calibration": "is for `rpf3d calibrate`",
-    "materials.default.library": "names ranges, which no parameter can hold",
-    "data_hint": "speaks of files that are missing",
+    "materials.default.library": "names ranges, which a parameter cannot hold",
+    "data_hint": "is about missing files",
 }
 """Fields of a scene that cannot be given as live parameters, including all fields below them, and the reason.
 
@@ -133,8 +133,8 @@ def _from_file(path: str, given: Mapping[str, Any]) -> Scene:
     for source in scene.sources:
         if source.size_key is not None:
             raise SceneError(
-                f"{path}: source {source.name!r} has a `{source.size_key}`, but live sources come in messages and "
-                f"would not have it; give `rock.{source.size_key}`, the size of all live rocks"
+                f"{path}: source {source.name!r} has a `{source.size_key}`, but live sources are received in messages "
+                f"without it; set `rock.{source.size_key}`, the size of all live rocks"
             )
     return scene
 

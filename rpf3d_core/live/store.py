@@ -87,7 +87,7 @@ def read_last(folder: Path) -> StoredSurveys | None:
         try:
             piece = read_piece(path)
         except TerrainError as error:
-            fault = f"{error}; the terrain is that before this patch"
+            fault = f"{error}; the terrain before this patch is used"
             return StoredSurveys(tuple(pieces), (fault,), unread=len(paths) - number)
         if piece.upon == pieces[-1].digest:
             pieces.append(piece)
@@ -194,7 +194,7 @@ class Store:
         try:
             self._write(piece)
         except Exception as error:  # the thread must survive any error
-            self.fault, self._gap = f"the terrain could not be kept in {self.folder}: {error}", True
+            self.fault, self._gap = f"the terrain could not be saved in {self.folder}: {error}", True
         else:
             self.fault, self._gap = self._unlocked, False
 
@@ -228,7 +228,7 @@ def _locked(folder: Path) -> tuple[int, str | None]:
         if handle >= 0:
             os.close(handle)
         if isinstance(error, BlockingIOError):
-            raise InputError(f"{folder}: another simulator keeps its terrain there; name another folder") from error
+            raise InputError(f"{folder}: another simulator uses this folder; name another folder") from error
         return -1, f"{folder} could not be locked, so another simulator may write there, too: {error}"
     return handle, None
 

@@ -77,9 +77,9 @@ def read_piece(path: Path) -> StoredSurvey:
     content = path.read_bytes()
     body = memoryview(content)[: max(len(content) - CHECK, 0)]
     if bytes(body[: len(MAGIC)]) != MAGIC:
-        raise TerrainError(f"{path}: this is no survey that rpf3d keeps, or its beginning is damaged")
+        raise TerrainError(f"{path}: the file is not a stored survey, or its beginning is damaged")
     if hashlib.sha256(body).digest() != content[len(body) :]:
-        raise TerrainError(f"{path}: the survey is damaged or cut short: its checksum is another")
+        raise TerrainError(f"{path}: the survey is damaged or cut short: its checksum is wrong")
     return _piece(body)
 
 

@@ -65,4 +65,4 @@ def check_points(points: int, most: int = MOST_POINTS) -> None:
     points : number of points that the message announces
     """
     if points > most:
-        raise TerrainError(f"the survey has {points:,} points, more than the {most:,} that a survey may have")
+        raise TerrainError(f"the survey has {points:,} points; at most {most:,} are allowed (most_points)")

@@ -32,7 +32,7 @@ The bound is (3 + 16 eps) eps with eps = 2^-53 (Shewchuk 1997, Discrete Comput G
 """
 TURNS = 64
 """Number of attempts to swap diagonals, per crossed diagonal, after which a given edge counts as impossible."""
-CROSSING = "edges of the ground and of the patch cross or lie upon each other in plan, for the ground overhangs there"
+CROSSING = "edges of the ground and of the patch cross or coincide in plan, because the ground overhangs there"
 
 
 def triangles_between(plan: FloatArray, edges: IntArray) -> IntArray:

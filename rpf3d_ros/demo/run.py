@@ -1,7 +1,7 @@
 """Five minutes of a shift, in time lapse: simulator and recorder run on a simulated clock in separate processes.
 
 `python -m rpf3d_ros.demo.run --out out/demo-ros` plays survey, radar and operator (`shift.py`), while the nodes answer,
-decide and record. The demo leaves the log of decisions and a .rrd file that `rerun rrd verify` accepts. The exit code
+decide and record. The demo leaves the decision log and a .rrd file that `rerun rrd verify` accepts. The exit code
 is 0 if both are complete, 1 otherwise, 128 + its number after a signal. The clock runs in real time while an answer is
 awaited, and fast through quiet stretches; with `--real-time` the demo takes five minutes.
 """
@@ -52,7 +52,7 @@ EARLIER_NS = 600_000_000_000
 SOURCES = 12
 
 DECISIONS = "demo-decisions"
-"""Folder of the log of decisions, next to the recording; no node uses this name by default."""
+"""Folder of the decision log, next to the recording; no node uses this name by default."""
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -80,7 +80,7 @@ def _played(options: argparse.Namespace) -> int:
         if not missing:
             _keep_decisions(Path(logs) / DECISIONS, options.out / DECISIONS)
     if missing:
-        print(f"after {options.timeout:g} s there was nothing of: {', '.join(missing)}", file=sys.stderr)
+        print(f"after {options.timeout:g} s nothing was received on: {', '.join(missing)}", file=sys.stderr)
         return 1
     print(f"recorded in {time.monotonic() - began:.1f} s; decisions: rpf3d audit {options.out / DECISIONS}")
     return _report(recording, finished)

@@ -70,8 +70,8 @@ def shift_content(scene: Path, sources: int) -> ShiftContent:
     if np.isnan(bench).any():
         where = extent_of(bench)
         raise SceneError(
-            f"{scene}: the shift surveys two benches again, {where}, and this scene has no ground there, or holes;"
-            " play it on config/scenes/shift.yaml or on a scene of the same pit"
+            f"{scene}: the shift surveys two benches again, {where}, but this scene has no ground or has holes there:"
+            " use config/scenes/shift.yaml or a scene of the same pit"
         )
     return ShiftContent(
         mesh=cdr_of_mesh(mesh),

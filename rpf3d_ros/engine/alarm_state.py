@@ -116,16 +116,16 @@ class AlarmState:
             return "the last alert is no longer valid"
         past, ahead = clock_ns - alert.until_ns, alert.stamp_ns - clock_ns
         if past > self._offset_ns:
-            return f"by the clock of this bridge, the last alert was valid until {past / SECOND:.1f} s ago"
+            return f"by the clock of this bridge, the last alert expired {past / SECOND:.1f} s ago"
         if ahead > self._offset_ns:
             return f"by the clock of this bridge, the last alert was published {ahead / SECOND:.1f} s in the future"
         return ""
 
     def _disorder(self, now: float) -> str:
         if not self._is_second:
-            return "two publications in a row have not been received"
+            return "two alerts in a row have not been received yet"
         if self._disorder_at is not None and now - self._disorder_at < self._stale:
-            return "alerts are repeated, or of two programs, or the simulator was started again"
+            return "alerts are repeated, two programs publish alerts, or the simulator was restarted"
         return ""
 
 

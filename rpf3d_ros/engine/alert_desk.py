@@ -28,10 +28,10 @@ from rpf3d_ros.engine.unknown_before import UnknownBefore
 from rpf3d_ros.messages.refusals import report_error
 from rpf3d_ros.messages.stamps import SECOND
 
-FORGOTTEN = "a decision failed: what was heard before is not used"
+FORGOTTEN = "a decision failed: all sources received before are discarded"
 """Reason why the state of all walls counts as unknown after an unforeseen error."""
 
-NO_CLOCK = "no /clock yet, or it stands at 0: nothing is decided before it runs"
+NO_CLOCK = "no time on /clock yet: no decision is made before the clock runs"
 """Reason why no decision is made before the clock runs: it would state that a level is held since 1970."""
 
 RENEWED_BEFORE = SECOND
@@ -372,7 +372,7 @@ class AlertDesk:
         if self._log is not None:
             self._log.settle()
         alert = self._decide(now, None)
-        return True, f"the level before the start is no longer a fault; the level is {alert.level.word}"
+        return True, f"the fault of the unknown level has ended; the level is {alert.level.word}"
 
     def _decide(self, now: int, given: Acknowledgement | None, shown: tuple[str, ...] = ()) -> Alert:
         """Decide at a time (ns), log the decision and publish it; given, shown : as in `_decide_with`."""

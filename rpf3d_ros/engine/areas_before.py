@@ -27,8 +27,8 @@ class AreasBefore:
         for topic in sorted(self._missing):
             self._report(
                 CAUSE.format(topic),
-                f"{topic} has published nothing since the start of the node or its last activation, and its areas were "
-                "watched before: publish them again (an empty message if there are none)",
+                f"nothing has been received on {topic} since the start of the node or its last activation, but this "
+                "topic had an area before: publish the area again (an empty message if there is none)",
             )
 
     @property

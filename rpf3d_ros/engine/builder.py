@@ -100,7 +100,7 @@ class Builder:
             self._waiting.repeated(built.lost)
         elif kind == "whole":
             self._waiting.accepted()
-        self._listener.stands(built.ground, "received" if kind == "whole" else "received, patched")
+        self._listener.stands(built.ground, "whole survey received" if kind == "whole" else "patch received")
         if self._store is not None and built.survey is not None:
             self._store.keep(built.ground, built.survey, is_patch=kind == "patch")
 
@@ -142,7 +142,7 @@ class Builder:
         """Join a patch to the terrain in use."""
         patch = arrival.convert()
         if not isinstance(patch, CloudSurvey | GridSurvey):
-            raise MessageRefused("a patch must be a cloud of points")
+            raise MessageRefused("a patch must be a point cloud")
         grounds: list[LiveTerrain] = []
 
         def with_patch(standing: PreparedTerrain) -> PreparedTerrain:
@@ -167,4 +167,4 @@ def _stood_on(before: PreparedTerrain, ground: LiveTerrain) -> PreparedTerrain:
     try:
         return stand_after(before, ground)
     except TerrainError as error:
-        raise MessageRefused(f"there is no terrain after the patch: {error}") from error
+        raise MessageRefused(f"the terrain cannot be used after this patch: {error}") from error

@@ -124,8 +124,8 @@ def _check_rocks(scene: Scene, thresholds: Thresholds) -> None:
     fewest, most = thresholds.evidence.fewest_rocks, scene.target.most_rocks
     if most < fewest:
         raise InputError(
-            f"target.most_rocks is {most}, so no answer has the {fewest} rocks that the site file wants before anything"
-            " is cleared (evidence.fewest_rocks): every level would be fault"
+            f"target.most_rocks is {most}, below the {fewest} rocks that the site file demands for a decision"
+            " (evidence.fewest_rocks), so the level would always be fault: raise target.most_rocks"
         )
 
 
@@ -144,8 +144,8 @@ def _check_names(scene: Scene) -> None:
     for area in scene.areas_of_interest:
         if area.name in LIVE_AREAS:
             raise InputError(
-                f"areas_of_interest of the scene has {area.name}, which is the name of areas that come on a topic: "
-                f"choose another than {' and '.join(LIVE_AREAS)}"
+                f"areas_of_interest of the scene has {area.name}, a name that is reserved for areas from topics: "
+                f"choose a name other than {' and '.join(LIVE_AREAS)}"
             )
 
 
@@ -166,8 +166,8 @@ def _check_areas(scene: Scene, thresholds: Thresholds) -> None:
     for name in thresholds.named_in_full:
         if name not in (*outlined, *LIVE_AREAS):
             raise InputError(
-                f"the site file watches {name}, and no outline of it can come: areas_of_interest of the scene has"
-                f" {', '.join(outlined) or 'none'}, topics tell of {' and '.join(LIVE_AREAS)}: it would be fault always"
+                f"the site file watches {name}, which has no outline, so the level would always be fault: the scene"
+                f" defines {', '.join(outlined) or 'no areas_of_interest'}, topics define {' and '.join(LIVE_AREAS)}"
             )
 
 
@@ -236,7 +236,7 @@ def _restored(
         last = read_last(store.folder)
         standing = stand_on(last.ground(workshop), scene) if last is not None else None
     except (OSError, InputError) as fault:
-        why = f"the last terrain is not restored: {fault}"
+        why = f"the last terrain could not be restored: {fault}"
         return None, why, before._replace(unreadable=why)
     if last is None or standing is None:
         return None, "", before

@@ -49,13 +49,13 @@ class DecisionReports:
 
     def held_up(self, why: str) -> None:
         """Report why no decision can be made, and sound the alarm, because a missing alert does not mean safety."""
-        self._outlets.health.set("clock", ERROR if why else OK, why or "it runs")
+        self._outlets.health.set("clock", ERROR if why else OK, why or "the clock runs")
         if why:
             self._outlets.alerts.sound_alarm()
 
     def unwritten(self) -> None:
         """Report that a decision waits for the disk, and sound the alarm, because the decision is not published yet."""
-        why = f"the disk does not answer: a decision has waited for {LONGEST_WRITE:g} s and is not published yet"
+        why = f"the disk does not respond: a decision has waited for {LONGEST_WRITE:g} s and is not published yet"
         self._outlets.health.set("decision log", ERROR, why)
         self._outlets.alerts.sound_alarm()
 
@@ -81,7 +81,7 @@ class DecisionReports:
         if faults:
             self._outlets.health.set("decision log", ERROR, faults)
         elif self._before or self._missing:
-            lacking = "the log lacks decisions since the start" if self._missing else ""
+            lacking = "decisions since the start are missing from the log" if self._missing else ""
             earlier = "; ".join(filter(None, (self._before, lacking)))
             self._outlets.health.set("decision log", WARN, f"decisions are on disk now; earlier: {earlier}")
         else:

@@ -221,7 +221,7 @@ class Flyer:
     def _changed_by(self, change: Change) -> PreparedTerrain:
         """Return the prepared terrain after a change; if the change fails halfway, no terrain is left."""
         if self.standing is None:
-            raise InputError("there is no terrain yet that it could change")
+            raise InputError("there is no terrain yet for this patch")
         try:
             return change(self.standing)
         except TerrainError:

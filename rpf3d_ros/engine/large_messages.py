@@ -266,7 +266,7 @@ class _Queue:
         why = rcl.error().text.decode(errors="replace")
         rcl.reset_error()
         if code != NOTHING_THERE:
-            raise RuntimeError(f"messages cannot be taken: rcl says {code}, {why}")
+            raise RuntimeError(f"messages cannot be received: rcl returned {code}, {why}")
         return None
 
 

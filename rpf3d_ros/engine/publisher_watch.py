@@ -76,7 +76,9 @@ class PublisherWatch:
         fitting = fitting_of(topic, seen)
         for each in seen:
             if why := _misfit(topic, each):
-                yield PublisherFinding(topic.name, f"{topic.name}: nothing of {each.node} is received: {why}", True)
+                yield PublisherFinding(
+                    topic.name, f"{topic.name}: messages from {each.node} cannot be received: {why}", True
+                )
         if topic.is_single and len(fitting) > 1:
             ages = sorted(at - self._first_seen[topic.name, each.node, each.identity] for each in fitting)
             yield PublisherFinding(topic.name, _several(topic, fitting), ages[-2] >= self._overlap)
@@ -166,7 +168,7 @@ def _misfit(topic: WatchedTopic, publisher: SeenPublisher) -> str:
     verdict, why = qos_check_compatible(publisher.qos, topic.qos)
     if verdict != QoSCompatibility.ERROR:
         return ""
-    return f"its quality of service does not fit ({why.removeprefix('ERROR: ').rstrip(';. ')})"
+    return f"its quality of service is not compatible ({why.removeprefix('ERROR: ').rstrip(';. ')})"
 
 
 def _several(topic: WatchedTopic, seen: Sequence[SeenPublisher]) -> str:
@@ -177,8 +179,8 @@ def _several(topic: WatchedTopic, seen: Sequence[SeenPublisher]) -> str:
 
 
 def _mute(name: str, seen: Sequence[SeenPublisher], longest_s: float) -> str:
-    nodes = ", ".join(sorted(each.node for each in seen)) or "gone now"
+    nodes = ", ".join(sorted(each.node for each in seen)) or "which has ended"
     return (
-        f"{name} has had a publisher ({nodes}) for more than {longest_s:g} s, and no message of it has ever been "
-        f"understood: check the sensor; one that sees nothing must publish empty messages"
+        f"{name} has had a publisher ({nodes}) for more than {longest_s:g} s, but no valid message has "
+        f"ever been received: check the sensor; a sensor that sees nothing must publish empty messages"
     )

@@ -116,7 +116,7 @@ class RefusedInputs:
     def _tell(self, topic: str, why: str) -> None:
         self._report(
             CAUSE.format(topic),
-            f"a message on {topic} was refused ({why}): publish a message on {topic} that can be used",
+            f"a message on {topic} was refused ({why}): publish a valid message on {topic}",
         )
 
     def _end(self, topic: str) -> None:

@@ -73,7 +73,7 @@ class SourceTopics:
         oldest_ns : stamp (ns) before which a message is too old; now_ns : present time (ns)
         """
         fell_silent = tuple(
-            f"nothing has been heard of sources on {topic} for {span(max(now_ns - stamp, 0))}; {REMOVED}"
+            f"nothing has been received on {topic} for {span(max(now_ns - stamp, 0))}; {REMOVED}"
             for topic, stamp in self._last.items()
             if stamp < oldest_ns
         )
@@ -81,12 +81,8 @@ class SourceTopics:
         again = [topic for topic in self._heard if topic not in (*self._last, *never)]
         return (
             *fell_silent,
-            *(f"nothing has been heard of sources on {topic}, which must publish ({OPTIONAL})" for topic in never),
-            *(
-                f"nothing has been heard of sources on {topic} since the start, or since stamps were forgotten; "
-                f"{REMOVED}"
-                for topic in again
-            ),
+            *(f"nothing has been received on {topic}, which must publish ({OPTIONAL})" for topic in never),
+            *(f"nothing has been received on {topic} since the start or the last reset; {REMOVED}" for topic in again),
             *self._missing(oldest_ns, now_ns),
             *self._click_lost(oldest_ns, now_ns),
             *((ONLY_CLICKS,) if self._has_sensors and not (self._last or never or again) else ()),
@@ -138,4 +134,4 @@ class SourceTopics:
         """Return the fault of a clicked source that was lost by an error; empty if the source would be too old now."""
         if self._lost_click is None or self._lost_click < oldest_ns:
             return ()
-        return (f"a source clicked {span(max(now_ns - self._lost_click, 0))} ago was lost by an error",)
+        return (f"a source clicked {span(max(now_ns - self._lost_click, 0))} ago was lost because of an error",)

@@ -26,13 +26,13 @@ class StampGuards:
         ahead = (stamp_ns - now_ns) / SECOND
         if now_ns > 0 and ahead > self._most_ahead:
             raise MessageRefused(
-                f"its stamp is from the future, {ahead:.3f} s ahead of this clock; {self._most_ahead:g} s are allowed "
-                "(most_ahead, clock_tolerance_s)"
+                f"its stamp is in the future, {ahead:.3f} s ahead of this clock; at most {self._most_ahead:g} s are "
+                "allowed (most_ahead, clock_tolerance_s)"
             )
         last = self._last.get(topic, stamp_ns)
         if stamp_ns < last:
             back = (last - stamp_ns) / SECOND
-            raise MessageRefused(f"its stamp goes back by {back:.3f} s behind the last message of {topic}")
+            raise MessageRefused(f"its stamp is {back:.3f} s older than the last message on {topic}")
 
     def note(self, topic: str, stamp_ns: int) -> None:
         """Note the stamp (ns) of an accepted message; older messages of the topic are then refused."""

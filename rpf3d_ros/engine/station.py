@@ -205,7 +205,7 @@ class Station:
         self._outlets.alerts.forget()
         self.flyer.activate()
         if self.desk is not None:
-            self.desk.forget("the node has just been activated: nothing has been heard of sources since")
+            self.desk.forget("the node has just been activated and has received no sources yet")
         self.report_waiting()
 
     def deactivate(self) -> None:
@@ -218,7 +218,7 @@ class Station:
         self._was_deactivated = True
         if self.desk is not None:
             replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
-            self.desk.forget("the node is not active: it receives and decides nothing", replies.put)
+            self.desk.forget("the node is not active: it receives nothing and makes no decision", replies.put)
             try:
                 replies.get(timeout=LAST_FAULT)
             except queue.Empty:  # the log's disk is slow: the alarm alone is published last
@@ -246,7 +246,9 @@ class Station:
         pushed_out = self.flyer.submit(trigger)
         if pushed_out is not None:
             most = self._configuration.parameters.waiting_sources
-            self.unanswerable(pushed_out, f"more than {most} walls tell of sources at once (waiting_sources)")
+            self.unanswerable(
+                pushed_out, f"more than {most} regions report sources at once: raise waiting_sources or region_size"
+            )
         self.report_waiting()
 
     def report_waiting(self) -> None:
@@ -281,15 +283,15 @@ class Station:
         }  # fmt: skip
         if self._configuration.store is not None:
             self._report_store(self._configuration.store)
-        lacking = "patches are not in the terrain: publish the whole terrain"
-        level, sentence = (WARN, lacking) if lost else (OK, "in hand")
+        lacking = "patches are missing from the terrain: publish the whole terrain"
+        level, sentence = (WARN, lacking) if lost else (OK, "no patch is missing")
         self._outlets.health.set("queues", level, sentence, {name: str(value) for name, value in values.items()})
 
     def _report_store(self, store: Store) -> None:
         if self.flyer.standing is None:
-            sentence = "there is no terrain yet to be kept"
+            sentence = "there is no terrain to store yet"
         else:
-            sentence = "the terrain in use is kept" if store.flush(0.0) else "the terrain in use is being written"
+            sentence = "the terrain in use is stored" if store.flush(0.0) else "the terrain in use is being written"
         self._outlets.health.set("store", WARN if store.fault else OK, store.fault or sentence)
 
     def acknowledged(self, acknowledged_by: str, client: str = "") -> tuple[bool, str]:
@@ -308,13 +310,13 @@ class Station:
         # The desk is asked before the acknowledgement ends any fault: a fault that is shown now makes it void.
         self.desk.acknowledge(by, why, replies.put, client)
         silent = self._refused_inputs.acknowledged(by, time.monotonic()) if is_named else ()
-        ended = f"; no longer a fault because of a refused message: {', '.join(silent)}" if silent else ""
+        ended = f"; the faults of refused messages on {', '.join(silent)} have ended" if silent else ""
         try:
             acknowledgement(by, why, self._outlets.now())
             lowered, answer = replies.get(timeout=ANSWER_WITHIN)
             return lowered, f"{by.strip()}: {answer}{ended}"
         except InputError as refusal:
-            return False, f"{refusal}; acknowledged_by is to say NAME: REASON"
+            return False, f"{refusal}; set acknowledged_by to NAME: REASON"
         except queue.Empty:
             return False, TAKEN_UP
 
@@ -329,7 +331,7 @@ class Station:
         made = stamp_of(self._outlets.now())
         self._outlets.answers.publish(answer, self._configuration.parameters, made)
         warnings = warnings_of(answer)
-        well = "every rock has an outcome" if answer.sources else "watched, nothing seen"
+        well = "every rock has an outcome" if answer.sources else "the sensors see no sources"
         level, sentence = (WARN, "; ".join(warnings)) if warnings else (OK, well)
         self._outlets.health.set("run", level, sentence, figures_of(answer))
         while self.desk is not None and not self._closing and not self.desk.wait_for_room(ROOM_WITHIN):
@@ -343,7 +345,7 @@ class Station:
     def groundless(self, trigger: Trigger) -> None:
         """Report that there is no terrain for an answer, which is a fault of the alert."""
         self.waiting("terrain")
-        self._decide_without_answer(trigger, "there is no terrain to fly over")
+        self._decide_without_answer(trigger, "there is no terrain, so no rock can fly")
 
     def waiting(self, what: str) -> None:
         """Report in the diagnostics that an input is still missing; what : "terrain" or "sources"."""

@@ -28,7 +28,7 @@ class UnknownBefore:
     @property
     def sentences(self) -> tuple[str, ...]:
         """The fault, as a sentence; empty if the level is known or enough persons have acknowledged."""
-        return (f"the level before the start is not known ({self._why}): {ADVICE}",) if self._why else ()
+        return (f"the level before the start is unknown ({self._why}): {ADVICE}",) if self._why else ()
 
     def acknowledged(self, by: str, now_ns: int, other_faults: tuple[str, ...]) -> str:
         """Note an acknowledgement; return why the fault stays, or "" if it has ended.
@@ -39,10 +39,10 @@ class UnknownBefore:
         """
         if other_faults:
             self._persons = {}
-            return f"first the other faults must end: {other_faults[0]}"
+            return f"the other faults must end first: {other_faults[0]}"
         recent = {each: at for each, at in self._persons.items() if 0 <= now_ns - at <= ns_of(self._terms.within_s)}
         self._persons = {**recent, person_of(by): now_ns}
         if len(self._persons) < self._terms.persons:
-            return f"the level before the start is not known, and {ANOTHER_PERSON}"
+            return f"the level before the start is unknown, and {ANOTHER_PERSON}"
         self._why, self._persons = "", {}
         return ""

@@ -215,7 +215,9 @@ class WaitingTerrain(Generic[M]):
             self._drop_old_patches()
             if sum(len(chapter.patches) for chapter in self._chapters) >= self._most:
                 self._chapters[-1].lost += 1
-                raise QueueFull(f"{self._most} patches wait already (waiting_patches); the terrain lacks this one")
+                raise QueueFull(
+                    f"{self._most} patches are waiting already (waiting_patches); this patch is not used"
+                )
             self._chapters[-1].patches.append(patch)
             self._changed.notify()
 

@@ -43,8 +43,8 @@ class WatchedTerrain:
         if not late:
             return ()
         return (
-            f"the terrain changed {span(max(late))} ago, and sources of {len(late)} regions are not answered over it "
-            f"(at most {self._longest_s:g} s are allowed): they are answered when their sensors report them again; if "
+            f"the terrain changed {span(max(late))} ago, and sources of {len(late)} regions are not yet simulated on "
+            f"it (at most {self._longest_s:g} s are allowed): they are simulated when their sensors report again; if "
             "every patch causes this, publish patches less often or raise evidence.changed_terrain_s of the site file",
         )
 

@@ -175,7 +175,7 @@ class SimulatorParameters(InputParameters):
     )
     store: str = parameter("", "folder of the last good terrain, which a restarted node loads; empty: none")
     site_file: str = parameter("", "site file: areas and the thresholds of alerts; empty: no alerts")
-    decision_log: str = parameter("", "folder of the log of decisions on alerts; empty: one next to the site file")
+    decision_log: str = parameter("", "folder of the decision log; empty: a folder next to the site file")
     acknowledged_by: str = parameter("", "NAME: REASON of an acknowledgement; to be set before ~/acknowledge is called")
     trajectory_step: float = parameter(1.0, "longest step between published points of a flight (m)", 0.01, 1e3)
     displayed_trajectories: int = parameter(200, "largest number of rocks in the trajectories MarkerArray", 2, 10_000)
@@ -208,8 +208,8 @@ class SimulatorParameters(InputParameters):
 def _why_wrong(name: str, given: Sequence[str], expected: Sequence[str], optional: Sequence[str]) -> str:
     """Return what is wrong with the name of a topic in the parameters of sources."""
     if name not in given:
-        return f"is {'expected' if name in expected else 'optional'}, but is no topic of sources"
-    return "is given twice" if given.count(name) > 1 else "is expected and optional"
+        return f"is in {'expected_topics' if name in expected else 'optional_topics'}, but is not a topic of sources"
+    return "is given twice" if given.count(name) > 1 else "is in expected_topics and in optional_topics"
 
 
 @dataclass(frozen=True)
@@ -311,7 +311,11 @@ class ParameterLock:
         is_forever : True for a node that is never configured, whose parameters never change
         """
         self.closed = is_forever
-        self._while = "runs; start it again" if is_forever else "is configured; clean it up, set and configure it"
+        self._while = (
+            "runs: restart the node with the new values"
+            if is_forever
+            else "is configured: clean up the node, set the parameters, and configure the node"
+        )
         self._node, self._free = node, frozenset(free)
         node.add_on_set_parameters_callback(self._check)
 
@@ -368,7 +372,7 @@ def _warn_of_unknown(node: Node, known: list[str]) -> None:
         if name not in known and not _is_ros_own(name):
             near = get_close_matches(name, known, n=1)
             hint = f"; did you mean {near[0]}?" if near else ""
-            node.get_logger().warning(f"parameter {name} is not one of this node's and has no effect{hint}")
+            node.get_logger().warning(f"this node has no parameter {name}, so its value has no effect{hint}")
 
 
 def _is_ros_own(name: str) -> bool:

@@ -111,7 +111,7 @@ class InputFrames:
             return
         age = (stamp_ns - found.stamp_ns) / NS
         if age < 0.0:
-            raise MessageRefused(f"the transform of frame '{frame_id}' is of a later time than the message")
+            raise MessageRefused(f"the transform of frame '{frame_id}' is later than the message")
         if age > self._max_age_s:
             raise MessageRefused(
                 f"the transform of frame '{frame_id}' is more than {self._max_age_s:g} s older than the message "

@@ -102,7 +102,7 @@ def _of_area(area: AreaAlert, alert: Alert, common: Mapping[str, str]) -> Health
 
     common : values that are the same for the site and all areas
     """
-    held = f"{area.held.word} is held and needs an acknowledgement to step down"
+    held = f"{area.held.word} is held and falls only after an acknowledgement"
     sentence = "; ".join((held, area.why) if area.held.word != area.evident.word else (area.why,))
     faults = "; ".join(alert.faults)
     if area.level.word == "fault":

@@ -48,7 +48,7 @@ def alerts_of(array: "DiagnosticArray") -> list[ReceivedLevel]:
     """
     alerts = [_alert(health) for health in healths_of(array) if f"{health.name} ".startswith(f"{ALERT} ")]
     if not any(alert.area is None for alert in alerts):
-        raise MessageRefused(f"the message has no status named '{ALERT}', which tells the level of the site")
+        raise MessageRefused(f"the message has no status '{ALERT}' with the level of the site")
     return alerts
 
 

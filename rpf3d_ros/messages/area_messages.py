@@ -38,10 +38,12 @@ def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArra
     if bool(np.any(np.abs(points[:, :2]) > FARTHEST)):
         raise MessageRefused(
             f"the polygon has float32 coordinates beyond {FARTHEST:.0e} m, which have lost centimetres or more; "
-            f"publish them less map_origin, in frame '{frame.name}'"
+            f"subtract map_origin and publish them in frame '{frame.name}'"
         )
     if len(points) < 3:
-        raise MessageRefused(f"the polygon has {len(points)} corners; it must have at least 3, or none to take it away")
+        raise MessageRefused(
+            f"the polygon has {len(points)} corners; it must have at least 3, or 0 to remove the area"
+        )
     if bool(np.ptp(points[:, 2]) == 0.0) and frame.tilts(polygon.header.frame_id):
         raise MessageRefused("an outline without heights in a tilted frame has no place in plan")
     plan = frame.points(points, polygon.header.frame_id)[:, :2]
@@ -68,7 +70,7 @@ def rings_of_equipment(poses: PoseArray, frame: MapFrame, radius: float) -> list
 
 def _check_number(count: int, most: int, what: str) -> None:
     if count > most:
-        raise MessageRefused(f"the message holds {count:,} {what}, more than the {most:,} that it may hold")
+        raise MessageRefused(f"the message has {count:,} {what}; at most {most:,} are allowed")
 
 
 def _check_finite(points: FloatArray, what: str) -> None:

@@ -111,9 +111,9 @@ def _check_positions(points: FloatArray, dense: bool, narrow: bool) -> None:
     if bool(np.isinf(points).any()):
         raise MessageRefused("the cloud holds infinite coordinates; mark a missing point by NaN and is_dense = false")
     if dense and bool(np.isnan(points).any()):
-        raise MessageRefused("the cloud holds NaN points but says is_dense; mark holes by NaN and is_dense = false")
+        raise MessageRefused("the cloud has NaN points but is_dense is true; set is_dense to false")
     if narrow and bool(np.any(np.abs(points) > FARTHEST)):
         raise MessageRefused(
             f"the cloud holds float32 coordinates beyond {FARTHEST:.0e} m, which have lost centimetres; "
-            f"publish them as float64, or less map_origin"
+            f"publish them as float64, or subtract map_origin"
         )

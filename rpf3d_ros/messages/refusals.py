@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from rpf3d_core.errors import InputError
 
-TAKEN_UP = "it is taken up, but the disk of the decision log is slow; alerts will tell what became of it"
+TAKEN_UP = "the acknowledgement is received, but the disk of the decision log is slow: see alerts for the result"
 """Reply to an acknowledgement that is not yet in the decision log."""
 
 

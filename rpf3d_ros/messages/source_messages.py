@@ -138,8 +138,8 @@ def _known_points(unknown: NDArray[np.bool_]) -> NDArray[np.bool_]:
         raise MessageRefused(f"point {half[0]} has a NaN in only a part of x, y, z: a source at an unknown place; "
                              "set all three to NaN if there is no point")  # fmt: skip
     if not bool(there.any()):
-        raise MessageRefused(f"every one of its {len(unknown):,} points is NaN, so nothing is known; "
-                             "publish a cloud without points if nothing is seen")  # fmt: skip
+        raise MessageRefused(f"all its {len(unknown):,} points are NaN, so the places of sources are unknown; "
+                             "publish a cloud without points if the sensor sees no sources")  # fmt: skip
     return there
 
 
@@ -188,7 +188,7 @@ def _check_no_data(cloud: PointCloud2) -> None:
 
 def _check_number(sources: int) -> None:
     if sources > MOST_SOURCES:
-        raise MessageRefused(f"the message holds {sources:,} sources, more than the {MOST_SOURCES:,} that it may hold")
+        raise MessageRefused(f"the message has {sources:,} sources; at most {MOST_SOURCES:,} are allowed")
 
 
 def _velocities(cloud: PointCloud2) -> FloatArray:

@@ -56,19 +56,19 @@ def acknowledged_by_request(acknowledged_by: str) -> "SetParameters.Request":
 
 def _options(args: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="rpf3d_acknowledge", description=__doc__.splitlines()[0])
-    parser.add_argument("by", type=_sentence, help="who acknowledges")
-    parser.add_argument("why", type=_sentence, help="for which reason the level may fall")
-    parser.add_argument("--node", help="full name of the simulator; without it, that of this namespace")
-    parser.add_argument("--patience", type=float, default=5.0, help="seconds to wait for it")
+    parser.add_argument("by", type=_sentence, help="name of the person who acknowledges")
+    parser.add_argument("why", type=_sentence, help="reason why the level may fall")
+    parser.add_argument("--node", help="full name of the simulator; default: the simulator of this namespace")
+    parser.add_argument("--patience", type=float, default=5.0, help="seconds to wait for the simulator")
     options = parser.parse_args(args)
     if ":" in options.by:
-        parser.error("a name has no colon: it ends where the first one stands")
+        parser.error("the name must not contain a colon, which separates the name from the reason")
     return options
 
 
 def _sentence(text: str) -> str:
     if not text.strip():
-        raise argparse.ArgumentTypeError("it is empty")
+        raise argparse.ArgumentTypeError("the text is empty")
     return text
 
 
@@ -109,7 +109,7 @@ def _ask(options: argparse.Namespace) -> tuple[bool, str]:
     acknowledge = node.create_client(Trigger, f"{options.node}/acknowledge")
     for each in (set_parameters, acknowledge):
         if not each.wait_for_service(max(until - time.monotonic(), 0.1)):
-            raise InputError(f"{options.node} does not answer; does it run, in this ROS_DOMAIN_ID, under this name?")
+            raise InputError(f"{options.node} does not answer: check that it runs, its name, and ROS_DOMAIN_ID")
     request = acknowledged_by_request(f"{options.by}: {options.why}")
     (taken,) = _answer(node, set_parameters.call_async(request), options).results
     if not taken.successful:
@@ -133,8 +133,8 @@ def _simulator_in_namespace(node: "Node", until: float) -> str:
         names = simulators_among(name for name, _kinds in node.get_service_names_and_types())
         if own in names:
             return own
-    others = f"; name one of those that run with --node: {', '.join(names)}" if names else ""
-    raise InputError(f"{own} does not answer; does it run, in this ROS_DOMAIN_ID, under this name?{others}")
+    others = f"; or choose a running simulator with --node: {', '.join(names)}" if names else ""
+    raise InputError(f"{own} does not answer: check that it runs, its name, and ROS_DOMAIN_ID{others}")
 
 
 def simulators_among(services: Iterable[str]) -> list[str]:
@@ -153,7 +153,7 @@ def _answer(node: "Node", asked: "Future", options: argparse.Namespace) -> Any:
 
     rclpy.spin_until_future_complete(node, asked, timeout_sec=options.patience)
     if not asked.done():
-        raise InputError(f"{options.node} has not answered within {options.patience:g} s; alerts tell whether it did")
+        raise InputError(f"{options.node} has not answered within {options.patience:g} s: see alerts for the result")
     return asked.result()
 
 

@@ -113,7 +113,7 @@ class AlarmBridgeNode(Node):
         try:
             alert = heard_alert(alerts_of(array))
         except InputError as refusal:
-            self.state.note_lost(f"an alert was not understood: {refusal}")
+            self.state.note_lost(f"an alert cannot be read: {refusal}")
         else:
             if alert is None:
                 self.state.note_lost("an alert has no stamp, valid_until or sequence")
@@ -128,7 +128,7 @@ class AlarmBridgeNode(Node):
     def _liveliness_changed(self, topic: str, info: Any) -> None:
         self._alive[topic] = info.alive_count
         if info.alive_count == 0 and info.not_alive_count_change > 0:
-            self.state.note_lost("the simulator is not alive")
+            self.state.note_lost("the simulator has ended or does not respond")
             self.look()
 
     def destroy_node(self) -> None:
@@ -152,7 +152,7 @@ def _contacts(parameters: AlarmBridgeParameters) -> list[FileContact | TcpContac
         if parameters.contact_port:
             made.append(TcpContact(parameters.contact_port))
     except OSError as error:
-        raise InputError(f"the contact cannot be made: {error}") from error
+        raise InputError(f"the contact cannot be set up: {error}") from error
     if not made:
-        raise InputError("no contact is named: set contact_file or contact_port")
+        raise InputError("no contact is configured: set contact_file or contact_port")
     return made

@@ -42,7 +42,9 @@ class ExecutorDelay:
         self._last, self.longest = now, max(self.longest, gap)
         level = WARN if gap > LONGEST else OK
         values = {"gap_ms": f"{1e3 * gap:.1f}", "longest_gap_ms": f"{1e3 * self.longest:.1f}"}
-        self._health.set("executor", level, "busy for longer than 50 ms" if level == WARN else "in time", values)
+        self._health.set(
+            "executor", level, "a callback took longer than 50 ms" if level == WARN else "callbacks run on time", values
+        )
 
     def _busiest_round(self) -> float:
         executor = self._node.executor

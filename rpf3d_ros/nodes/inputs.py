@@ -251,7 +251,7 @@ class Inputs:
         try:
             cloud = deserialize_message(bytes(data), PointCloud2)
         except RMWError as error:
-            self._refuse(topic, f"no sensor_msgs/PointCloud2 can be read from its bytes: {error}", published_ns)
+            self._refuse(topic, f"its bytes are not a valid sensor_msgs/PointCloud2: {error}", published_ns)
             return
         self._take(topic, cloud.header, lambda: take(cloud), published_ns)
 
@@ -270,7 +270,7 @@ class Inputs:
             found = convert(self._frame_of(header))
             stamp = nanoseconds(header.stamp)
             trigger = trigger_of(found.positions, found.velocities, found.diameters, stamp, topic)
-            sentence = "received" if len(found.positions) else "received: watched, and nothing seen"
+            sentence = "received" if len(found.positions) else "received: the sensor sees no sources"
             doubts = [f"{each}: {doubt}" for each, doubt in sorted(self._doubts.items()) if doubt]
             values = {"sources": str(len(found.positions)), "topic": topic}
             self._health.set("sources", WARN if doubts else OK, "; ".join([sentence, *doubts]), values)

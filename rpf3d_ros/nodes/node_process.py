@@ -39,7 +39,7 @@ def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> i
         print(f"{sys.modules[make_node.__module__].__doc__}\n{USAGE}")
         return 0
     if unknown:
-        return _refused(f"{unknown[0]} is no argument; {USAGE}")
+        return _refused(f"unknown argument {unknown[0]}: {USAGE}")
     return_large_arrays()
     import rclpy
 

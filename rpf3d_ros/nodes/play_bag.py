@@ -46,7 +46,9 @@ def inputs_of(bag: Path, namespace: str) -> list[str]:
     given = [topic for topic in topics_of(bag, namespace) if TOPICS[topic].given]
     if not given:
         where = f" in the namespace {namespace}" if namespace else ""
-        raise InputError(f"{bag}: holds no input of the simulator{where}; which namespace are its topics in?")
+        raise InputError(
+            f"{bag}: has no input of the simulator{where}: give the namespace of its topics (--namespace)"
+        )
     return given
 
 
@@ -66,20 +68,23 @@ def with_times(messages: Iterator[Raw]) -> tuple[Iterator[Raw], int]:
 def _options(args: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="rpf3d_play_bag", description=__doc__.splitlines()[0])
     parser.add_argument("bag", type=Path, help="folder of a rosbag2 bag, or its .mcap or .db3 file")
-    parser.add_argument("--rate", type=_positive, default=1.0, help="how many times as fast as it was recorded")
+    parser.add_argument("--rate", type=_positive, default=1.0, help="speed relative to the recording")
     parser.add_argument("--namespace", default="", help="namespace of the topics in the bag")
     parser.add_argument("--clock", action="store_true", help="publish /clock, for nodes with use_sim_time:=true")
     parser.add_argument(
-        "--subscribers", type=int, default=1, help="of each topic to wait for: 1 (default), 2 with the recorder"
+        "--subscribers",
+        type=int,
+        default=1,
+        help="subscribers of each topic to wait for (default 1; with the recorder 2)",
     )
-    parser.add_argument("--patience", type=float, default=30.0, help="seconds to wait for them")
+    parser.add_argument("--patience", type=float, default=30.0, help="seconds to wait for the subscribers")
     return parser.parse_args(args)
 
 
 def _positive(text: str) -> float:
     value = float(text)
     if not 0.0 < value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text} is no number above 0")
+        raise argparse.ArgumentTypeError(f"{text} is not a number above 0")
     return value
 
 
@@ -139,7 +144,7 @@ def _wait_for_subscribers(publishers: Mapping[str, "Publisher"], options: argpar
         if time.monotonic() > deadline:
             raise InputError(
                 f"after {options.patience:g} s there are fewer than {options.subscribers} subscribers of "
-                f"{', '.join(few)}; does the simulator run, in this ROS_DOMAIN_ID?"
+                f"{', '.join(few)}: check that the simulator runs, and ROS_DOMAIN_ID"
             )
         time.sleep(0.02)
 

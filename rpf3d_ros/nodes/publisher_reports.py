@@ -96,7 +96,7 @@ class PublisherReports:
         level = ERROR if any(each.is_fault for each in findings) else WARN if findings else OK
         counts = {f"publishers.{topic}": str(len(found)) for topic, found in seen.items()}
         told = "; ".join(each.sentence for each in findings)
-        self._health.set("inputs", level, told or "every publisher can be received", counts)
+        self._health.set("inputs", level, told or "messages from every publisher can be received", counts)
 
     def of(self, topic: str) -> list[SeenPublisher]:
         """Return the publishers of a topic in the ROS graph."""

@@ -142,7 +142,7 @@ class RecorderNode(Node):
         if self.feed is not None:
             lost = {"dropped": str(self.feed.dropped)}
             if self.feed.fault:
-                self.health.set(VIEWER, WARN, f"no viewer is fed: {self.feed.fault}", lost)
+                self.health.set(VIEWER, WARN, f"no viewer receives the recording: {self.feed.fault}", lost)
             else:
                 self.health.set(VIEWER, OK, "fed", lost)
 
@@ -155,7 +155,7 @@ class RecorderNode(Node):
         counts = {topic: str(count) for topic, count in self.recorded.items()}
         self.health.set(RECORDING, OK, f"writing {self.files.path}", counts)
         if self.files.lost:
-            self.health.set(FILE, WARN, f"writing again; rows that were lost before: {self.files.lost}")
+            self.health.set(FILE, WARN, f"the file is written again; rows lost before: {self.files.lost}")
 
     def _report_fault(self, error: Exception) -> None:
         sentence = f"{self.files.path} could not be written: {error}"
@@ -181,7 +181,7 @@ def _read(kind: Any, data: bytes) -> Any:
     try:
         return deserialize_message(data, kind)
     except Exception as error:  # rclpy raises various exceptions of its C++ code
-        raise MessageRefused(f"it is no {kind.__name__}: {error}") from error
+        raise MessageRefused(f"it is not a valid {kind.__name__}: {error}") from error
 
 
 def _opened(parameters: RecorderParameters, bag: IncidentBag) -> RecordingFiles:

@@ -48,13 +48,17 @@ class ScenePublisherNode(Node):
 
     def _report(self, content: SceneContent) -> None:
         slow, fast = content.speeds
-        asked = f"{fast:.6g} m/s" if slow == fast else f"one for all; the scene has {slow:.6g} to {fast:.6g} m/s"
+        asked = (
+            f"{fast:.6g} m/s"
+            if slow == fast
+            else f"one value for all (the scene has {slow:.6g} to {fast:.6g} m/s)"
+        )
         values = {"triangles": str(len(content.mesh.triangles)), "rocks": str(len(content.positions))}
         self.health.set("scene", OK, f"publishing {self.parameters.scene}", {**values, "release_speed": asked})
         counts = f"{len(content.mesh.triangles)} triangles and {len(content.positions)} sources"
         self.get_logger().info(f"publishing {self.parameters.scene}: {counts}")
-        where = "in its own section of the parameter file, where one sets it: that wins over -p"
-        self.get_logger().info(f"poses carry no speed: set release_speed of rpf3d_simulator to {asked}, {where}")
+        where = "in its section of the parameter file if it is set there, because -p does not override it"
+        self.get_logger().info(f"poses have no speed: set release_speed of rpf3d_simulator to {asked}, {where}")
 
     def look(self) -> None:
         """Publish the terrain again for new subscribers; publish the sources once they have enough subscribers."""

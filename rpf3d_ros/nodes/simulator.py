@@ -93,7 +93,7 @@ class SimulatorNode(LifecycleNode):
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Read parameters, scene and site file, compile, and restore the last good terrain."""
         self.broken = ""
-        self._report("configuring: reading, and compiling what the scene names", OK)
+        self._report("configuring: reading files and compiling", OK)
         try:
             parameters, given = values_of(self, SimulatorParameters), self.scene_parameters.given
             self.transforms = TfTransforms(self) if parameters.use_tf else None
@@ -190,7 +190,7 @@ class SimulatorNode(LifecycleNode):
         stands = self._clock_watch.stands(now_ns, time.monotonic())
         if stands != self._clock_stands:
             self._clock_stands = stands
-            self.health.set("clock", ERROR if stands else OK, STANDS if stands else "it runs")
+            self.health.set("clock", ERROR if stands else OK, STANDS if stands else "the clock runs")
         if self.station is not None:
             self.station.report_fault("clock", STANDS if stands else "")
 
@@ -200,8 +200,8 @@ class SimulatorNode(LifecycleNode):
             self.transforms.clear()
         if self.inputs is not None and self.station is not None:
             self.inputs.guards.reset()
-            self.station.forget(f"the clock went back by {seconds:.3f} s: what was heard before means nothing")
-            self.health.set("clock", WARN, f"went back by {seconds:.3f} s; waiting for new sources")
+            self.station.forget(f"the clock went back by {seconds:.3f} s: all sources received before are discarded")
+            self.health.set("clock", WARN, f"the clock went back by {seconds:.3f} s: waiting for new sources")
 
     def on_acknowledge(
         self, request: TriggerService.Request, response: TriggerService.Response

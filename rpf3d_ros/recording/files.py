@@ -169,7 +169,7 @@ class RecordingFiles:
         """
         if self._monotonic() < self._retry_at:
             self.lost += lost
-            raise OSError(f"the next attempt is made every {RETRY:g} s")
+            raise OSError(f"a new attempt is made every {RETRY:g} s")
         self._retry_at = self._monotonic() + RETRY
         try:
             self._begin()

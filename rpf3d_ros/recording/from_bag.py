@@ -25,8 +25,8 @@ MAGIC = b"\x89MCAP0\r\n"
 """First and last bytes of every MCAP file."""
 
 CUT_OFF = (
-    "was cut off before its end was written, as by a kill; make it whole first, with: mcap recover FILE -o REPAIRED "
-    "(the MCAP command line, https://mcap.dev), and name the repaired file"
+    "the file is incomplete, perhaps because the recorder was killed: repair it with mcap recover FILE -o REPAIRED "
+    "(the MCAP command line, https://mcap.dev), and give the repaired file"
 )
 
 UNREADABLE = (ValueError, IndexError, KeyError, TypeError, MemoryError, ArithmeticError, struct.error)
@@ -142,7 +142,9 @@ def convert(
         done.messages[raw.topic] += 1
         _record(log.received(raw.topic, partial(_message, types, raw)), files, out, now, done)
     if files is None:
-        raise InputError(f"{bag}: holds none of the topics {', '.join(TOPICS)}; is there a namespace to give?")
+        raise InputError(
+            f"{bag}: has none of the topics {', '.join(TOPICS)}: give the namespace of its topics (--namespace)"
+        )
     _record(log.rest(), files, out, now, done)
     files.close()
     return done
@@ -177,7 +179,7 @@ def _message(types: Any, raw: Raw) -> Any:
     try:
         return types.deserialize_cdr(raw.data, kind)
     except import_rosbags().serde.SerdeError as error:
-        raise MessageRefused(f"it is no {kind}: {error}") from error
+        raise MessageRefused(f"it is not a valid {kind}: {error}") from error
 
 
 def _kind(name: str, namespace: str) -> str | None:

@@ -74,7 +74,7 @@ class IncidentBag:
                 self._begin(stamp_ns)
                 self._writer.write(topic, name, stamp_ns, data)
         except OSError as error:
-            self._writer, self.fault = None, f"{self.folder} could not be written and is left: {error}"
+            self._writer, self.fault = None, f"{self.folder} cannot be written and ends here: {error}"
         self._remember(topic, name, data)
 
     def close(self) -> None:

@@ -58,7 +58,9 @@ class TerrainEntries:
         Raises MessageRefused for a patch with more than LARGEST_PATCH points.
         """
         if cloud.width * cloud.height > LARGEST_PATCH:
-            raise MessageRefused(f"the patch holds {cloud.width * cloud.height} points; {LARGEST_PATCH} is the most")
+            raise MessageRefused(
+                f"the patch has {cloud.width * cloud.height} points; at most {LARGEST_PATCH} are shown"
+            )
         frame = frame_of(cloud, self._frames)
         points = frame.points(positions_of_cloud(cloud).reshape(-1, 3), cloud.header.frame_id)
         points = points[~np.isnan(points).any(axis=1)]

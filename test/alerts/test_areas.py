@@ -19,8 +19,8 @@ def levels(alert: Alert) -> dict[str, Level]:
 def test_each_area_has_its_own_level() -> None:
     alert = decided(evidence(area(3000), area(120, name="crusher"), area(name="truck_7")), thresholds=PIT)
     assert levels(alert) == {"ramp": Level.EVACUATE, "crusher": Level.WATCH, "truck_7": Level.NORMAL}
-    assert alert.areas[1].why.startswith("watch, for 120 of 10,000 rocks came")
-    assert alert.areas[2].why.startswith("no limit is reached; 0 of 10,000 rocks came")
+    assert alert.areas[1].why.startswith("watch because 120 of 10,000 rocks reached the area")
+    assert alert.areas[2].why.startswith("no limit is reached; 0 of 10,000 rocks reached the area")
 
 
 def test_an_area_is_held_by_itself_until_the_site_steps_down() -> None:
@@ -58,7 +58,7 @@ def test_a_machine_that_left_is_told_of_as_long_as_a_level_of_it_is_held() -> No
     moving = evidence(area(), area(name="crusher"), area(120, name="truck_7"), area(name="truck_8"))
     alert = decided(moving, CALM, thresholds=PIT)
     assert levels(alert) == {"ramp": Level.NORMAL, "crusher": Level.NORMAL, "truck_7": Level.WATCH}
-    assert alert.areas[2].why == "the answer says nothing of it"
+    assert alert.areas[2].why == "the answer does not contain this area"
     now = NOW + 2 * S
     assert "truck_7" not in levels(decide(alert, later(CALM, 2), PIT, now, seen_by(now)))
 
@@ -81,7 +81,8 @@ def test_sources_that_are_refused_are_a_fault_of_every_area_that_was_told_of() -
 def test_a_small_answer_does_not_clear_an_area_that_no_decision_stands_on() -> None:
     small = evidence(area(flown=10), area(name="crusher", flown=10), area(name="truck_8", flown=10))
     alert = decided(CALM, small, thresholds=PIT)
-    few = "truck_8: 10 rocks flown are too few to clear it (the site wants 1,000), and no decision on it stands"
+    flown = "truck_8: only 10 rocks have flown (evidence.fewest_rocks: 1,000)"
+    few = f"{flown}, and no earlier decision on this area is valid"
     assert (alert.level, alert.faults, alert.alarm) == (Level.FAULT, (few,), True)
     assert set(levels(alert).values()) == {Level.FAULT}
     again = decide(alert, later(small, 2), PIT, NOW + 2 * S)
@@ -101,7 +102,7 @@ def test_an_acknowledgement_from_before_an_area_got_worse_lowers_nothing() -> No
     assert (alert.held, alert.worse_ns) == (Level.EVACUATE, NOW + 2 * S)
     now = NOW + 4 * S
     before, after = (decide(alert, later(CALM, 4), PIT, now, seen_by(NOW + at * S)) for at in (1, 3))
-    assert before.void.startswith("the evidence got worse since") and levels(before)["crusher"] == Level.RESTRICT
+    assert before.void.startswith("the evidence has become worse since") and levels(before)["crusher"] == Level.RESTRICT
     assert after.void == "" and set(levels(after).values()) == {Level.NORMAL}
 
 
@@ -109,7 +110,7 @@ def test_an_area_that_the_site_sets_no_limits_for_any_more_says_so() -> None:
     held = decided(evidence(area(), area(700, name="crusher")), thresholds=PIT)
     alert = decide(held, later(evidence(area(), area(700, name="crusher")), 1), site(), NOW + S)
     assert levels(alert) == {"ramp": Level.NORMAL, "crusher": Level.RESTRICT}
-    assert alert.areas[1].why == "the site has no limits for it any more"
+    assert alert.areas[1].why == "the site file no longer has limits for this area"
 
 
 @pytest.mark.parametrize("again", [None, CALM], ids=["without an answer", "with one"])
@@ -117,7 +118,9 @@ def test_after_a_decision_that_told_of_no_areas_any_may_have_been_the_one(again:
     """A log that was written before areas were decided, continued by a node that starts again."""
     pit = site({"ramp": RAMP, "crusher": RAMP, "wall: *": RAMP})
     both = evidence(area(700), area(700, name="crusher"), area(700, name="wall: north"))
-    before = decided(both, thresholds=pit)._replace(areas=())
+    before = decided(both, thresholds=pit)
+    words = tuple(sentence.replace(" because ", ", for ") for sentence in before.held_by)  # of that version
+    before = before._replace(areas=(), held_by=words)
     told = None if again is None else later(again, 1)
     alert = decide(before, told, pit, NOW + S)
     held = dict.fromkeys(("ramp", "crusher", "wall: north"), Level.RESTRICT)

@@ -169,7 +169,7 @@ def test_the_command_prints_the_changes_and_a_verdict(log: Path, monkeypatch, ca
     assert "watch > evacuate" in printed
     assert "evacuate > evacuate (fault)" in printed
     assert "evacuate > normal" in printed
-    assert "ramp: evacuate, for 3,000 of 10,000 rocks came" in printed
+    assert "ramp: evacuate because 3,000 of 10,000 rocks reached the area" in printed
     assert "acknowledged by A. Shift: inspected from the other side" in printed
     assert "2027-01-15 08:00:02.000 UTC" in printed
     assert "7 of 7 decisions reproduced bit for bit; the chain of lines is whole" in printed
@@ -195,16 +195,16 @@ def test_the_command_prints_json(log: Path, monkeypatch, capsys) -> None:
 
 def test_a_log_that_is_not_there_is_refused(tmp_path: Path, monkeypatch, capsys) -> None:
     assert refused(monkeypatch, capsys, "audit", tmp_path / "none") == f"{tmp_path / 'none'}: there is no such log"
-    assert refused(monkeypatch, capsys, "audit", tmp_path) == f"{tmp_path}: the folder has no log of decisions"
+    assert refused(monkeypatch, capsys, "audit", tmp_path) == f"{tmp_path}: the folder has no decision log"
 
 
 def test_a_file_that_is_no_log_is_told(tmp_path: Path) -> None:
     (tmp_path / "picture.png").write_bytes(bytes(range(256)) * 4)
-    with pytest.raises(InputError, match="is not a log of decisions: none of its 5 lines"):
+    with pytest.raises(InputError, match="is not a decision log: none of its 5 lines"):
         audit_log(tmp_path / "picture.png")
     with DecisionLog(tmp_path / "log", "0.1.0"):
         pass
-    with pytest.raises(Exception, match="has no log"):
+    with pytest.raises(Exception, match="has no decision log"):
         audit_log(tmp_path / "log")
 
 

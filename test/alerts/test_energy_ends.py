@@ -38,10 +38,10 @@ def test_the_safe_ends_are_compared_unless_the_site_chooses_sampling():
          "only 12 have a p95, 39 are needed for a predictive interval), limit 100000 J"),
         ({**ENERGY, "p95_energy": 2e5, "energy_high": None, "energy_sets": 0},
          "p95 energy 200000 J (of all parameter sets together), limit 100000 J"),
-        (ARRIVAL, "the first rock after 12.0 s (from 9.0 s on, the fastest of 64 parameter sets), needed 8 s to "
-         "clear it and 2 s to spare"),
-        ({"first_arrival_s": 9.0}, "the first rock after 9.0 s (of all parameter sets together), needed 8 s to "
-         "clear it and 2 s to spare"),
+        (ARRIVAL, "the first rock arrives after 12.0 s (after 9.0 s in the fastest of 64 parameter sets), but "
+         "evacuation takes 8 s plus a margin of 2 s"),
+        ({"first_arrival_s": 9.0}, "the first rock arrives after 9.0 s (of all parameter sets together), but "
+         "evacuation takes 8 s plus a margin of 2 s"),
     ],
 )  # fmt: skip
 def test_the_reason_says_which_end_reached_the_limit(facts, words):
@@ -50,13 +50,13 @@ def test_the_reason_says_which_end_reached_the_limit(facts, words):
 
 def test_without_unknowns_reasons_and_lines_of_the_log_are_as_they_are_without_ends():
     strong = area(100, p95_energy=2e5, largest_energy=3e5)
-    assert decided(evidence(strong)).reasons == ("ramp: restrict, for p95 energy 200000 J, limit 100000 J",)
+    assert decided(evidence(strong)).reasons == ("ramp: restrict because p95 energy 200000 J, limit 100000 J",)
     few = area(10, p95_energy=None, largest_energy=2e5, first_arrival_s=9.0)
     assert decided(evidence(few)).reasons == (
-        "ramp: evacuate, for the first rock after 9.0 s, needed 8 s to clear it and 2 s to spare",
+        "ramp: evacuate because the first rock arrives after 9.0 s, but evacuation takes 8 s plus a margin of 2 s",
     )
     assert decided(evidence(area(10))).reasons == (
-        "ramp: no limit is reached; 10 of 10,000 rocks came (up to 0.184 %)",
+        "ramp: no limit is reached; 10 of 10,000 rocks reached the area (up to 0.184 %)",
     )
     content = decision_content(Decision(None, evidence(strong), None, NOW, decided(evidence(strong))))
     added = {"energy_high", "energy_sets", "first_arrival_low_s", "notes"}
@@ -147,5 +147,5 @@ def test_a_note_of_the_evidence_is_in_the_reasons_and_changes_no_level():
 def test_where_only_displaced_paths_reach_an_area_the_reason_does_not_say_that_no_rock_came():
     reached = area(0, **SETS, p95_energy=None, largest_energy=None, first_arrival_s=None, first_arrival_low_s=9.0)
     words = limits._arrival(reached, site().evidence)
-    assert words.startswith("no rock came on the paths that flew, but some do on paths displaced by the misfit")
-    assert "from 9.0 s on" in words
+    assert words.startswith("no rock reached the area on its own path, but some do on paths displaced by the misfit")
+    assert "after 9.0 s in the fastest" in words

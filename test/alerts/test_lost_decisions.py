@@ -100,7 +100,7 @@ def test_a_failure_after_which_all_was_written_needs_no_person(folder: Path, fai
         log_one(log)
         with pytest.MonkeyPatch.context() as patched:
             without_room(patched, *failing)
-            with pytest.raises(NotLogged, match="what was received cannot be kept for the next start: No space left"):
+            with pytest.raises(NotLogged, match="inputs cannot be saved for the next start: No space left"):
                 log.remember({"heard": ["north"]})
             if "write" in failing:
                 with pytest.raises(NotLogged):

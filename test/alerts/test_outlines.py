@@ -32,7 +32,7 @@ def test_an_answer_for_the_former_place_of_an_area_is_a_fault_after_the_stated_t
     early = decide(decided(NORMAL), later(outdated, 1), site(), NOW + S)
     assert early.level == Level.NORMAL and early.valid_until_ns == since + S, "the decision ends with the stated time"
     (fault,) = decide(early, later(outdated, 2), site(), since + S).faults
-    assert fault.startswith("ramp: the area was moved 1.000 s ago, and not all sources are answered for its new place")
+    assert fault.startswith("ramp: the area moved 1.000 s ago, and some sources are not yet simulated")
     assert decide(early, later(outdated, 2), site(moved_area_s=3), since + S).level == Level.NORMAL
     assert decide(early, later(outdated, 1), site(moved_area_s=0), since).level == Level.FAULT
 
@@ -52,7 +52,7 @@ def test_a_small_answer_for_a_new_place_stands_on_the_decision_for_the_former_pl
     again = decide(first, later(moved_again, 1), site(), move + 3 * S // 4)
     assert judged(again) == judged(first), "the place that was judged was left at the first move"
     over = decide(again, later(moved_again, 2), site(), move + S)
-    assert over.level == Level.FAULT and "10 rocks flown are too few to clear" in over.faults[0]
+    assert over.level == Level.FAULT and "only 10 rocks have flown" in over.faults[0]
     full = decide(over, later(at_place(THERE, outlined_ns=move), 3), site(), move + 2 * S)
     assert (full.level, judged(full)) == (Level.NORMAL, Judged(outline=THERE, moved_ns=None))
 
@@ -75,7 +75,7 @@ def test_an_acknowledgement_of_one_who_saw_the_former_place_lowers_nothing_that_
         for outline in (HERE, THERE)
     )
     assert (same.void, same.held) == ("", Level.RESTRICT)
-    assert moved.void.startswith("the evidence got worse") and moved.held == Level.EVACUATE
+    assert moved.void.startswith("the evidence has become worse") and moved.held == Level.EVACUATE
     calm = decide(alert, later(at_place(THERE), 2), site(), NOW + 2 * S, seen_by(NOW + 2 * S))
     assert (calm.void, calm.held) == ("", Level.NORMAL)
 

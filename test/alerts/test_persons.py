@@ -83,7 +83,7 @@ def test_an_acknowledgement_that_does_not_count_waits_for_no_one() -> None:
     faulty = step(step(HELD, 2, "A. Shift", answer=None), 3)
     assert faulty.waiting == ()
     early = step(decided(EVACUATE, thresholds=TWO), 1, "A. Shift", answer=EVACUATE)
-    assert early.waiting == () and early.void.startswith("the evidence still says evacuate")
+    assert early.waiting == () and early.void.startswith("the evidence still gives evacuate")
 
 
 def test_the_site_says_from_which_held_level_two_are_needed() -> None:

@@ -149,7 +149,7 @@ def test_what_is_no_terrain_is_refused_with_a_reason(survey, reason):
 def test_fifty_million_points_are_refused_by_name_of_the_limit_before_memory_is_taken(kind):
     shape = (5_000, 10_000, 3) if kind is GridSurvey else (50_000_000, 3)
     workshop = Workshop()
-    with pytest.raises(TerrainError, match=r"50,000,000 points, more than the 5,000,000"):
+    with pytest.raises(TerrainError, match=r"50,000,000 points; at most 5,000,000"):
         workshop.whole(kind(np.broadcast_to(np.zeros(3), shape)))
     assert workshop.size == 0
 
@@ -157,7 +157,7 @@ def test_fifty_million_points_are_refused_by_name_of_the_limit_before_memory_is_
 def test_a_limit_of_ones_own_holds_to_the_point():
     survey = grid(10, 10)
     Workshop(most_points=100).whole(survey)
-    with pytest.raises(TerrainError, match="more than the 99 "):
+    with pytest.raises(TerrainError, match="at most 99 "):
         Workshop(most_points=99).whole(survey)
 
 

@@ -43,7 +43,7 @@ def test_a_file_whose_sources_have_sizes_of_their_own_is_refused(tmp_path):
     """Live rocks would have the default size of `rock`, and their energies would be too low without a word."""
     path = tmp_path / "scene.yaml"
     path.write_text(FILE.replace("points:", "diameter: {uniform: [2, 3]}, points:"))
-    with pytest.raises(SceneError, match=r"source 'a' has a `diameter`.*give `rock.diameter`"):
+    with pytest.raises(SceneError, match=r"source 'a' has a `diameter`.*set `rock.diameter`"):
         live_scene({"scene": str(path)})
 
 
@@ -165,7 +165,7 @@ def test_every_wrong_value_has_a_line_of_its_own():
         ({"rock.diametre": 1.0}, "parameter `rock.diametre` is not a key of a scene; did you mean `rock.diameter`?"),
         ({"hazard.reach_levels": [0.1]}, "parameter `hazard.reach_levels` is a list, a file or a mapping"),
         ({"rebound": "my.own.Model"}, "any other model needs a scene file"),
-        ({"effects.[own].path": "os.system"}, "is a program of the user's"),
+        ({"effects.[own].path": "os.system"}, "is a user's program"),
         ({"effects.drag": False, "effects.drag.density": 1.0}, "`effects.drag` is false, but `effects.drag.density`"),
         ({"rebound": "constant", "rebound.v_half.speed": 3.0}, "parameter `rebound` must have exactly one of"),
         ({"rock.shape.sphere": True, "ground": "sliding"}, "`rock.shape: sphere` goes with none or sphere"),

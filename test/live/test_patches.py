@@ -246,8 +246,8 @@ def test_the_patch_may_come_over_a_mesh_with_walls_and_overhangs_beneath_it():
 REFUSED = {
     "outside the terrain": (grid(5, 5, 100.0, 100.0), "outside the terrain"),
     "without a square": (GridSurvey(np.full((4, 4, 3), np.nan)), "no square"),
-    "far too wide": (grid(4, 4, 20.0, 20.0, step=30.0), "far beyond the ground"),
-    "too many points": (GridSurvey(np.broadcast_to(np.zeros(3), (5_000, 10_000, 3))), "more than the 5,000,000"),
+    "far too wide": (grid(4, 4, 20.0, 20.0, step=30.0), "far beyond the terrain"),
+    "too many points": (GridSurvey(np.broadcast_to(np.zeros(3), (5_000, 10_000, 3))), "at most 5,000,000"),
     "points on a line": (CloudSurvey(np.linspace(0, 1, 9)[:, None] + np.array([EAST, NORTH, 0.0])), "no triangle"),
 }
 

@@ -142,7 +142,7 @@ def test_every_cut_and_every_flipped_bit_is_refused_with_a_sentence(tmp_path):
         damaged.append(bytes(changed))
     for bad in [*damaged, content + b"x"]:
         path.write_bytes(bad)
-        with pytest.raises(TerrainError, match=r"damaged|no survey that rpf3d keeps"):
+        with pytest.raises(TerrainError, match=r"damaged|not a stored survey"):
             read_last(tmp_path)
     path.write_bytes(content)
     assert read_piece(path).digest == PIECE.digest
@@ -154,7 +154,7 @@ def test_a_damaged_patch_leaves_the_terrain_before_it_and_a_sentence(tmp_path):
     second.write_bytes(second.read_bytes()[:-9])
     last = read_last(tmp_path)
     assert (len(last.pieces), last.unread) == (2, 2)
-    assert last.faults[0].endswith("the terrain is that before this patch")
+    assert last.faults[0].endswith("the terrain before this patch is used")
     assert second.name in last.faults[0]
 
 
@@ -164,7 +164,7 @@ def test_a_disk_that_cannot_be_written_to_is_a_fault_told_and_no_more(tmp_path):
     (tmp_path / "store").rmdir()
     store.keep(ground, grid())
     assert store.flush(20.0)
-    assert "could not be kept" in store.fault
+    assert "could not be saved" in store.fault
     (tmp_path / "store").mkdir()
     store.keep(ground, grid())
     assert store.flush(20.0)
@@ -173,7 +173,7 @@ def test_a_disk_that_cannot_be_written_to_is_a_fault_told_and_no_more(tmp_path):
 
 def test_a_second_store_in_a_folder_is_refused_by_the_folders_name_until_the_first_is_closed(tmp_path):
     first = Store(tmp_path)
-    with pytest.raises(InputError, match=f"^{re.escape(str(tmp_path))}: another simulator keeps its terrain there"):
+    with pytest.raises(InputError, match=f"^{re.escape(str(tmp_path))}: another simulator uses this folder"):
         Store(tmp_path)
     first.keep(Workshop().whole(grid()), grid())
     first.close(20.0)

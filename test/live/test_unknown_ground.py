@@ -27,10 +27,10 @@ def hole_before_the_road():
 
 
 SURVEYS = {
-    "a strip of holes before the road": (strip_before_the_road, "and may reach it"),
-    "a hole before the road": (hole_before_the_road, "and may reach it"),
-    "a survey that ends before the road": (lambda: slope()[:, :39], "have no terrain"),
-    "a survey that ends on the road": (lambda: slope()[:, :51], "have no terrain"),
+    "a strip of holes before the road": (strip_before_the_road, "and may reach the area"),
+    "a hole before the road": (hole_before_the_road, "and may reach the area"),
+    "a survey that ends before the road": (lambda: slope()[:, :39], "has no terrain"),
+    "a survey that ends on the road": (lambda: slope()[:, :51], "has no terrain"),
 }
 
 

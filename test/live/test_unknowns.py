@@ -57,7 +57,7 @@ def test_the_site_chooses_the_interval_and_the_reason_says_which(found):
                       for terms in ({}, {"interval": "sampling"}))  # fmt: skip
     assert (safe.level, sampling.level) == (Level.RESTRICT, Level.NORMAL)
     assert f"predictive over {SETS} parameter sets" in safe.reasons[0]
-    assert "by the number of rocks alone" in sampling.reasons[0]
+    assert "from the number of rocks only" in sampling.reasons[0]
 
 
 def test_an_audit_makes_the_same_decisions_from_the_log(found, tmp_path):

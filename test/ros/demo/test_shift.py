@@ -70,7 +70,7 @@ def test_the_shift_has_two_updates_three_bursts_and_one_acknowledgement_in_five_
     assert all(callable(getattr(Shift, what)) for what in done)
 
 
-@pytest.mark.parametrize(("answer", "is_refused"), [(TAKEN_UP, False), ("the evidence got worse", True)])
+@pytest.mark.parametrize(("answer", "is_refused"), [(TAKEN_UP, False), ("the evidence has become worse", True)])
 def test_an_acknowledgement_that_is_only_taken_up_is_not_refused(answer, is_refused):
     """The node must answer before a busy machine has decided, or a slow disk has the decision."""
     stand_in = SimpleNamespace(acknowledge=lambda by, seconds: (False, answer))

@@ -162,7 +162,7 @@ def test_evidence_for_the_former_place_of_an_area_is_a_fault_until_it_is_answere
     assert (alert.level, alert.valid_until_ns) == (Level.NORMAL, NOW + S), "the same place is nothing new"
     clock.now = NOW + S
     desk.tick()
-    assert "ramp: the area was moved 1.000 s ago" in decided(reports, 3).faults[0]
+    assert "ramp: the area moved 1.000 s ago" in decided(reports, 3).faults[0]
     desk.decide_on("wall", evidence(area(5000, outline=there["ramp"]), now=clock.now), RADAR)
     alert = decided(reports, 4)
     assert (alert.level, alert.faults) == (Level.EVACUATE, ())
@@ -178,7 +178,7 @@ def test_a_clock_that_goes_back_makes_no_area_move_in_the_future(desk):
     assert decided(reports, 2).level == Level.NORMAL
     clock.now += S
     desk.decide_on("wall", evidence(area(0), now=clock.now), RADAR)
-    assert "not all sources are answered for its new place" in decided(reports, 3).faults[0]
+    assert "some sources are not yet simulated for its new place" in decided(reports, 3).faults[0]
 
 
 def test_nothing_seen_by_one_radar_clears_nothing_that_another_sees(desk):
@@ -275,7 +275,7 @@ def test_an_acknowledgement_does_not_count_for_evidence_that_got_worse_after_it_
     clock.now = NOW + S
     reports.hold.set()
     assert wait(lambda: replies)[0][0] is False
-    assert reports.alerts[-1].held == Level.EVACUATE and "got worse" in reports.alerts[-1].void
+    assert reports.alerts[-1].held == Level.EVACUATE and "become worse" in reports.alerts[-1].void
 
 
 def test_a_decision_that_could_not_be_published_is_made_again_as_a_fault_and_not_without_end(desk):
@@ -415,7 +415,7 @@ def test_a_topic_that_falls_silent_after_it_told_of_sources_is_a_fault_that_name
     alert = decided(reports, 4)
     assert (alert.level, alert.faults) == (
         Level.FAULT,
-        (f"nothing has been heard of sources on {OTHER} for 32.000 s; {REMOVED}",),
+        (f"nothing has been received on {OTHER} for 32.000 s; {REMOVED}",),
     )
     desk.decide_on("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), RADAR)
     assert decided(reports, 5).faults == alert.faults, "that is what another radar sees"
@@ -432,7 +432,7 @@ def test_a_topic_that_told_of_other_sources_or_of_none_since_or_of_a_click_is_no
     desk.decide_on("elsewhere", evidence(now=clock.now), RADAR)
     desk.decide_on("wall", evidence()._replace(at_ns=clock.now), OTHER)  # answered again, over new ground
     wait(lambda: len(reports.alerts) == 5)
-    assert not any("nothing has been heard" in fault for fault in reports.alerts[-1].faults)
+    assert not any("nothing has been received" in fault for fault in reports.alerts[-1].faults)
 
 
 def test_a_topic_that_saw_nothing_and_falls_silent_is_a_fault_too(desk):
@@ -445,7 +445,7 @@ def test_a_topic_that_saw_nothing_and_falls_silent_is_a_fault_too(desk):
     desk.decide_on("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), RADAR)
     alert = decided(reports, 3)
     assert alert.level == Level.FAULT
-    assert alert.faults == (f"nothing has been heard of sources on {OTHER} for 40.000 s; {REMOVED}",)
+    assert alert.faults == (f"nothing has been received on {OTHER} for 40.000 s; {REMOVED}",)
 
 
 def test_a_topic_that_is_expected_is_a_fault_until_it_is_heard():
@@ -454,7 +454,7 @@ def test_a_topic_that_is_expected_is_a_fault_until_it_is_heard():
     try:
         desk.decide_on("nobody", nothing_seen(NOW), RADAR)
         (fault,) = decided(reports, 1).faults
-        assert fault == f"nothing has been heard of sources on {OTHER}, which must publish ({OPTIONAL})"
+        assert fault == f"nothing has been received on {OTHER}, which must publish ({OPTIONAL})"
         desk.decide_on("nobody", nothing_seen(NOW), OTHER)
         assert decided(reports, 2).level == Level.NORMAL
         desk.forget("the node has just been activated")
@@ -593,7 +593,7 @@ def test_a_wall_that_found_no_room_is_a_fault_of_that_wall():
         _configuration=SimpleNamespace(parameters=SimpleNamespace(waiting_sources=3)),
     )  # fmt: skip
     Station.submit(station, SimpleNamespace())
-    assert told == [(pushed_out, "more than 3 walls tell of sources at once (waiting_sources)")]
+    assert told == [(pushed_out, "more than 3 regions report sources at once: raise waiting_sources or region_size")]
 
 
 def test_where_the_log_keeps_the_last_fault_waiting_the_alarm_is_the_last_word(monkeypatch):
@@ -619,7 +619,7 @@ def test_a_decision_is_valid_until_the_first_topic_would_be_silent_whichever_has
         assert (alert.level, alert.valid_until_ns) == (Level.NORMAL, NOW + 30 * S)
         clock.now = NOW + 30 * S + 1
         desk.tick()
-        assert f"nothing has been heard of sources on {OTHER}" in decided(reports, 3).faults[0]
+        assert f"nothing has been received on {OTHER}" in decided(reports, 3).faults[0]
     finally:
         assert desk.close(PATIENCE)
 
@@ -646,7 +646,7 @@ def test_lost_messages_stay_a_fault_when_the_clock_goes_back_or_the_node_is_acti
     desk.miss(RADAR, NOW)
     assert "were lost" in decided(reports, 2).faults[0]
     clock.now = now
-    desk.forget("what was heard before means nothing")
+    desk.forget("all sources received before are discarded")
     desk.decide_on("wall", evidence(now=now), RADAR)
     assert f"on {RADAR} were lost {since}.000 s ago" in decided(reports, 4).faults[0]
     clock.now = now + (30 - since) * S + 1

@@ -67,7 +67,7 @@ def test_a_store_that_cannot_be_read_says_so_and_since_when(restored, tmp_path):
     (tmp_path / WHOLE).write_bytes(b"no survey")
     standing, report, before = restored()
     assert standing is None and before.read_ns > 0
-    assert before.unreadable == report and "is not restored" in report
+    assert before.unreadable == report and "could not be restored" in report
 
 
 def test_configuring_that_fails_leaves_the_store_free_for_the_next_time(tmp_path, monkeypatch):

@@ -27,10 +27,10 @@ def reports():
 
 def test_what_cannot_be_kept_is_an_error_until_it_is_kept_and_no_missing_decision(reports):
     reports, health = reports
-    for fault in ("", "what was received cannot be kept"):
+    for fault in ("", "the received inputs cannot be saved"):
         reports.remembered(fault)
         reports.logged("")
-    assert health.last == (ERROR, "what was received cannot be kept"), "a decision on disk does not hide it"
+    assert health.last == (ERROR, "the received inputs cannot be saved"), "a decision on disk does not hide it"
     reports.remembered("")
     assert health.last == (OK, "every decision is on disk")
 
@@ -42,4 +42,5 @@ def test_a_missing_decision_is_told_of_after_it_too(reports):
     assert health.last == (ERROR, "the disk is full; no memory")
     reports.remembered("")
     reports.logged("")
-    assert health.last == (WARN, "decisions are on disk now; earlier: the log lacks decisions since the start")
+    missing = "decisions since the start are missing from the log"
+    assert health.last == (WARN, f"decisions are on disk now; earlier: {missing}")

@@ -213,7 +213,7 @@ def test_an_error_of_rcl_is_told_once_with_its_sentence_and_its_end_too(node, mo
     some = subscribed(node, fail, failed=lambda *given: told.append(given))
     wait(lambda: told)
     time.sleep(0.3)
-    assert len(told) == 1 and "rcl says 1" in told[0][0]
+    assert len(told) == 1 and "rcl returned 1" in told[0][0]
     monkeypatch.setattr(rcl, "take", take)
     wait(lambda: len(told) == 2)
     time.sleep(0.1)

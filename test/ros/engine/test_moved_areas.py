@@ -57,7 +57,7 @@ def test_a_moved_area_is_a_fault_until_all_walls_are_answered_for_its_new_place(
     assert shown_at(run, MOVED + 0.5) == "normal", "the time for the answers"
     assert shown_at(run, MOVED + 1.25) == "fault"
     (fault,) = run.node.station.desk.alert.faults
-    assert fault.startswith("live_area: the area was moved")
+    assert fault.startswith("live_area: the area moved")
     report_walls(run, run.at + 0.1)
     assert shown_at(run, run.at + 0.5) == "restrict"
     assert run.node.station.desk.alert.faults == ()

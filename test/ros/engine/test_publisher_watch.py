@@ -48,7 +48,8 @@ def test_one_publisher_of_each_is_well(watch):
 
 def test_a_best_effort_publisher_is_a_fault_at_once(watch):
     (sentence,) = faults(watch, source_cloud=[SeenPublisher("/lidar", CLOUD, qos_profile_sensor_data)])
-    assert sentence.startswith("source_cloud: nothing of /lidar is received") and "Best effort publisher" in sentence
+    assert sentence.startswith("source_cloud: messages from /lidar cannot be received")
+    assert "Best effort publisher" in sentence
 
 
 def test_a_volatile_publisher_of_latched_terrain_and_a_wrong_type_are_faults(watch):
@@ -115,7 +116,7 @@ def mute(sensors, at, *publishers, topic="sources"):
 def test_a_sensor_that_is_connected_and_mute_is_a_fault_after_the_age_of_sources(sensors):
     assert mute(sensors, 100.0, RADAR) == mute(sensors, 100.0 + LONGEST, RADAR) == []
     (sentence,) = mute(sensors, 100.1 + LONGEST, RADAR)
-    assert sentence.startswith("sources has had a publisher (/radar) for more than 30 s, and no message of it")
+    assert sentence.startswith("sources has had a publisher (/radar) for more than 30 s, but no valid message")
     assert mute(sensors, 100.2 + LONGEST, RADAR) == [sentence], "a changed sentence would be a decision each second"
     sensors.understood("source_cloud")
     assert mute(sensors, 200.0, RADAR)
@@ -142,7 +143,7 @@ def test_a_sensor_that_crashes_again_and_again_before_it_speaks_is_a_fault_also_
         mute(sensors, float(at), *((RADAR._replace(identity=at // 20),) if at % 20 < 9 else ())) for at in range(60)
     ]
     assert not any(found[:40]) and all(found[41:])
-    assert "(gone now)" in found[55][0]
+    assert "(which has ended)" in found[55][0]
     assert mute(sensors, 59.0 + LONGEST) == []
 
 

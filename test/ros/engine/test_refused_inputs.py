@@ -89,14 +89,14 @@ def test_a_message_of_areas_is_complete_and_ends_a_refusal_at_once(refused):
 def test_a_flood_of_refused_messages_changes_what_must_be_remembered_once(refused):
     inputs, faults = refused
     for late in range(1, 4):
-        inputs.refused(RADAR, f"its stamp goes back by {late} s", at=0.0)
-    assert inputs.reasons == {RADAR: "its stamp goes back by 1 s"}
-    assert "goes back by 3 s" in faults.sentences[0]
+        inputs.refused(RADAR, f"its stamp is {late} s older", at=0.0)
+    assert inputs.reasons == {RADAR: "its stamp is 1 s older"}
+    assert "is 3 s older" in faults.sentences[0]
 
 
 def test_where_two_speak_on_a_topic_no_message_of_it_ends_a_refusal(refused):
     inputs, faults = refused
-    inputs.refused(RADAR, "its stamp goes back by 0.300 s", at=0.0)
+    inputs.refused(RADAR, "its stamp is 0.300 s older", at=0.0)
     inputs.understood(RADAR, lambda: 2, SILENCE + 1.0, is_whole=False)
     assert len(faults.sentences) == 1
     inputs.understood(RADAR, lambda: 1, SILENCE + 1.0, is_whole=False)

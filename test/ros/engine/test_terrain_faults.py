@@ -162,8 +162,8 @@ def test_stored_patches_that_cannot_be_read_are_missing_until_the_next_whole_sur
 
 
 def test_a_stored_terrain_that_cannot_be_read_may_have_had_patches(started):
-    run = started(read_ns=published(0.05), unreadable="the last terrain is not restored: damaged")
-    assert "not restored: damaged" in faults_after(run, at(WHOLE, 0.01), AREA, NOTHING)[0]
+    run = started(read_ns=published(0.05), unreadable="the last terrain could not be restored: damaged")
+    assert "could not be restored: damaged" in faults_after(run, at(WHOLE, 0.01), AREA, NOTHING)[0]
     assert faults_after(run, at(WHOLE, 0.6)) == ()
 
 
@@ -190,21 +190,21 @@ def test_each_patch_whose_intake_raises_is_a_patch_that_the_terrain_lacks(starte
 def test_while_the_middleware_fails_the_terrain_is_a_fault_and_then_out_of_date(started):
     run = started()
     assert faults_after(run, WHOLE, AREA, NOTHING) == ()
-    run.node.inputs._report_middleware("rcl says 1", published(0.5))
-    assert "cannot be received: rcl says 1" in faults_after(run, at(WHOLE, 0.55))[0]
+    run.node.inputs._report_middleware("rcl returned 1", published(0.5))
+    assert "cannot be received: rcl returned 1" in faults_after(run, at(WHOLE, 0.55))[0]
     run.node.inputs._report_middleware("", published(0.6))
-    assert "was refused (rcl says 1)" in faults_after(run, at(NOTHING, 0.65))[0]
+    assert "was refused (rcl returned 1)" in faults_after(run, at(NOTHING, 0.65))[0]
     assert faults_after(run, at(WHOLE, 0.7)) == ()
 
 
 def test_inputs_that_are_closed_while_the_middleware_fails_leave_the_terrain_out_of_date(started, monkeypatch):
     run = started()
     assert faults_after(run, WHOLE, AREA, NOTHING) == ()
-    run.node.inputs._report_middleware("rcl says 1", published(0.5))
+    run.node.inputs._report_middleware("rcl returned 1", published(0.5))
     monkeypatch.setattr(inputs.time, "time_ns", lambda: published(0.6), raising=False)
     run.node.inputs.close()
     assert [fault for fault in faults_after(run) if "cannot be received" in fault] == []
-    assert "was refused (rcl says 1)" in run.node.station.desk.standing.sentences[0]
+    assert "was refused (rcl returned 1)" in run.node.station.desk.standing.sentences[0]
 
 
 def test_faults_of_the_terrain_are_read_as_they_are_written():

@@ -73,7 +73,7 @@ def test_a_survey_that_comes_while_another_is_tried_is_next():
 
 def test_patches_that_find_no_room_are_refused_and_counted():
     waiting = surveys(patches=range(8))
-    with pytest.raises(MessageRefused, match=r"8 patches wait already \(waiting_patches\)"):
+    with pytest.raises(MessageRefused, match=r"8 patches are waiting already \(waiting_patches\)"):
         waiting.put_patch(9)
     assert waiting.lost_patches == 1
 

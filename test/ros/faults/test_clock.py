@@ -23,8 +23,8 @@ def test_after_the_clock_went_back_there_is_a_fault_until_all_is_heard_anew_and_
     peer.watch_toe()
     peer.answered([])
     peer.wait_for_alert("normal")
-    peer.refused("sources", poses([], EARLY), "goes back by")
-    peer.wait_for_alert("fault", reason="goes back by")
+    peer.refused("sources", poses([], EARLY), "older than the last message")
+    peer.wait_for_alert("fault", reason="older than the last message")
     peer.run_clock(EARLY)
     peer.wait_for_alert("fault", reason="clock went back")
     peer.stand_on_ramp()
@@ -39,10 +39,10 @@ def test_after_the_clock_went_back_there_is_a_fault_until_all_is_heard_anew_and_
 def test_before_the_first_clock_the_alarm_is_on_without_a_decision_and_the_first_decision_has_the_first_time(stage):
     stage.node("simulator_node", use_sim_time=True, **with_alerts(stage.folder))
     peer = stage.live_peer(clock=True)
-    said = peer.wait_for_sentence("no /clock yet")
+    said = peer.wait_for_sentence("no time on /clock yet")
     assert (said.part, said.level) == ("rpf3d_simulator: clock", ERROR)
     peer.wait(lambda: peer.alarms, "the alarm")
-    peer.wait_for_sentence("no /clock yet", len(peer.said))  # again, for who has come late
+    peer.wait_for_sentence("no time on /clock yet", len(peer.said))  # again, for who has come late
     peer.stand_on_ramp(stamp_ns=LATE)
     peer.send("sources", poses([], LATE))
     peer.wait_for_answer(LATE)
@@ -51,7 +51,7 @@ def test_before_the_first_clock_the_alarm_is_on_without_a_decision_and_the_first
     peer.wait_for_alert("fault")
     first = {pair.key: pair.value for pair in peer.alerts[0].status[0].values}
     assert LATE <= int(first["decided_at_ns"]) < LATE + 10 * SECOND
-    peer.wait_for_sentence("it runs", len(peer.said))
+    peer.wait_for_sentence("the clock runs", len(peer.said))
     peer.stand_on_ramp()
     peer.watch_toe()
     peer.answered([])

@@ -79,7 +79,7 @@ MESSAGES = {
     "a pose that is not finite": (
         lambda peer: peer.send("sources", poses([ON_THE_SLOPE, (np.nan, 1.0, 1.0)], peer.now())), "not finite"),
     "sources with an older stamp": (
-        lambda peer: peer.send("sources", poses([ON_THE_SLOPE], peer.now() - HOUR)), "goes back by"),
+        lambda peer: peer.send("sources", poses([ON_THE_SLOPE], peer.now() - HOUR)), "older than the last message"),
     "a patch in a foreign frame": (
         lambda peer: peer.send("terrain/update", cloud(ramp()[:5, :5], peer.now(), "drone")), "patches are not in the"),
     "a survey in a foreign frame": (
@@ -118,14 +118,14 @@ def test_a_survey_with_a_strip_of_holes_before_the_area_is_a_fault(mine):
     before = calm(mine)
     stand_on(mine, strip_of_holes())
     mine.answered()
-    mine.wait_for_alert("fault", before, "rocks left the terrain, over the rim or into a hole, and may reach it")
+    mine.wait_for_alert("fault", before, "rocks left the terrain, over its edge or into a hole, and may reach the area")
     calm(mine)
 
 
 def test_a_survey_that_ends_before_the_area_is_a_fault_though_nothing_is_seen(mine):
     before = calm(mine)
     mine.send("terrain/points", cloud(ramp()[:, :38], mine.now()))
-    mine.wait_for_alert("fault", before, "have no terrain")
+    mine.wait_for_alert("fault", before, "has no terrain")
     calm(mine)
 
 
@@ -135,14 +135,14 @@ def test_terrain_with_z_down_is_a_fault_as_soon_as_a_source_is_seen(mine):
     points[..., 2] *= -1.0
     stand_on(mine, points)
     mine.answered()
-    mine.wait_for_alert("fault", before, "is z up")
+    mine.wait_for_alert("fault", before, "z points up")
     calm(mine)
 
 
 def test_a_best_effort_publisher_is_a_fault_that_names_it(mine):
     before = calm(mine)
     publisher = mine.node.create_publisher(PointCloud2, "source_cloud", qos_profile_sensor_data)
-    told = mine.wait_for_alert("fault", before, "source_cloud: nothing of /mine is received").message
+    told = mine.wait_for_alert("fault", before, "source_cloud: messages from /mine cannot be received").message
     assert "Best effort publisher" in told
     mine.wait(
         lambda: (said := mine.health.get("rpf3d_simulator: inputs")) and said.level[0] == ERROR,
@@ -208,7 +208,7 @@ def test_an_area_that_was_moved_is_a_fault_until_every_wall_is_answered_for_its_
     peer.wait(lambda: newest().startswith("normal: "), "the level normal")
     before = len(peer.alerts)
     peer.send("areas/polygon", polygon(((42.0, 2.0), (52.0, 2.0), (52.0, 8.0), (42.0, 8.0)), peer.now()))
-    peer.wait_for_alert("fault", before, "live_area: the area was moved")
+    peer.wait_for_alert("fault", before, "live_area: the area moved")
     for wall in WALLS:
         peer.answered([wall])
     peer.wait(lambda: newest().startswith("evacuate: ") and "moved" not in newest(), "evacuate without a fault")

@@ -86,11 +86,11 @@ TERRAIN = {
     "points_in_a_line": (lambda stamp: cloud(LINE, stamp), "refused"),
     "points_in_one_place": (lambda stamp: cloud(scattered(*[(5.0, 5.0, 1.0)] * 40), stamp), "refused"),
     "points_above_each_other": (lambda stamp: cloud(scattered(*[(5.0, 5.0, z) for z in range(40)]), stamp), "refused"),
-    "fifty_million_announced": (announcing(MANY), f"50,000,000 points, more than the {MOST:,}"),
-    "more_than_the_limit": (fine, f"22,500 points, more than the {MOST:,}"),
-    "fifty_million_triangles_announced": (lambda stamp: mesh_announcing(MANY), f"more than the {MOST:,}"),
+    "fifty_million_announced": (announcing(MANY), f"50,000,000 points; at most {MOST:,}"),
+    "more_than_the_limit": (fine, f"22,500 points; at most {MOST:,}"),
+    "fifty_million_triangles_announced": (lambda stamp: mesh_announcing(MANY), f"at most {MOST:,}"),
     "another_frame": (lambda stamp: cloud(ramp(), stamp, "lidar"), "frame_id is 'lidar'"),
-    "an_older_stamp": (lambda stamp: cloud(ramp(), stamp - HOUR), "goes back by"),
+    "an_older_stamp": (lambda stamp: cloud(ramp(), stamp - HOUR), "older than the last message"),
     "a_stamp_from_the_future": (lambda stamp: cloud(ramp(), stamp + HOUR), "future"),
 }
 
@@ -122,9 +122,9 @@ PATCHES = {
     "off_the_terrain": (lambda stamp: cloud(ramp()[:5, :5] + (500.0, 0.0, 0.0), stamp), "refused"),
     "of_nan": (lambda stamp: cloud(ramp()[:5, :5] * np.nan, stamp), "NaN"),
     "of_one_point": (lambda stamp: cloud(scattered((5.0, 5.0, 1.0)), stamp), "1 points"),
-    "of_fifty_million_points_announced": (announcing(MANY), f"more than the {MOST:,}"),
+    "of_fifty_million_points_announced": (announcing(MANY), f"at most {MOST:,}"),
     "in_another_frame": (lambda stamp: cloud(ramp()[:5, :5], stamp, "lidar"), "frame_id is 'lidar'"),
-    "older_than_the_terrain": (lambda stamp: cloud(ramp()[:5, :5], stamp - HOUR), "goes back by"),
+    "older_than_the_terrain": (lambda stamp: cloud(ramp()[:5, :5], stamp - HOUR), "older than the last message"),
 }
 
 
@@ -143,7 +143,7 @@ SOURCES = {
     "nowhere": (lambda stamp: poses([(10.0, np.nan, 50.0)], stamp), "pose 0 is not finite"),
     "in_another_frame": (lambda stamp: poses([ON_THE_SLOPE], stamp, "radar"), "frame_id is 'radar'"),
     "without_a_frame": (lambda stamp: poses([ON_THE_SLOPE], stamp, ""), "frame_id is ''"),
-    "older_than_the_last": (lambda stamp: poses([ON_THE_SLOPE], stamp - HOUR), "goes back by"),
+    "older_than_the_last": (lambda stamp: poses([ON_THE_SLOPE], stamp - HOUR), "older than the last message"),
     "from_the_future": (lambda stamp: poses([ON_THE_SLOPE], stamp + HOUR), "future"),
 }
 

@@ -106,7 +106,7 @@ def test_while_the_decision_log_has_no_room_alerts_go_on_and_it_tells_later_what
     (file,) = folder.glob("*.jsonl")
     full_disk(process.pid, file.stat().st_size + 10)
     decided(peer)
-    told = peer.wait_for_sentence("log of decisions cannot be written")
+    told = peer.wait_for_sentence("decision log cannot be written")
     assert told.level == ERROR
     decided(peer)
     full_disk(process.pid, None)
@@ -123,12 +123,12 @@ def test_while_the_terrain_cannot_be_kept_it_is_flown_over_all_the_same_and_kept
     full_disk(process.pid, 1000)
     said, before = len(peer.said), peer.answered()["terrain_digest"]
     peer.stand_on_ramp(lowered=0.5)
-    assert peer.wait_for_sentence("could not be kept", said).level == WARN
+    assert peer.wait_for_sentence("could not be saved", said).level == WARN
     assert peer.answered()["terrain_digest"] != before
     full_disk(process.pid, None)
     said = len(peer.said)
     peer.stand_on_ramp()
-    peer.wait_for_sentence("is kept", said)
+    peer.wait_for_sentence("is stored", said)
     decided(peer)
 
 
@@ -137,7 +137,7 @@ def test_a_second_simulator_on_the_same_log_says_so_and_the_first_goes_on_loggin
     said = len(peer.said)
     given = with_alerts(shared_stage.folder) | {"store": shared_stage.folder / "second store"}
     second = shared_stage.named_node("second", "simulator_node", **given)
-    peer.wait_for_sentence("another process writes the log of decisions", said)
+    peer.wait_for_sentence("another process writes the decision log", said)
     second.send_signal(signal.SIGTERM)
     assert second.wait(PATIENCE) == 0
     decisions = audited(shared_stage.folder / "decisions").decisions
@@ -154,5 +154,5 @@ def test_a_second_simulator_on_the_same_store_is_not_configured_and_takes_nothin
     second.send_signal(signal.SIGTERM)
     assert second.wait(PATIENCE) == 0
     peer.stand_on_ramp()
-    peer.wait_for_sentence("is kept", len(peer.said))
+    peer.wait_for_sentence("is stored", len(peer.said))
     decided(peer)

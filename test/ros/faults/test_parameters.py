@@ -55,4 +55,4 @@ def test_a_site_that_watches_an_area_which_no_outline_can_come_of_is_refused(sta
     site.write_text(SITE.format(oldest=60).replace("live_area*:", "hual_ramp:"))
     stage.node("simulator_node", site_file=site)
     said = stage.live_peer().wait_for_sentence("not configured")
-    assert "watches hual_ramp, and no outline of it can come" in said.message
+    assert "watches hual_ramp, which has no outline" in said.message

@@ -101,7 +101,7 @@ def test_without_room_the_node_says_so_lives_on_and_begins_a_new_file_when_there
         peer.wait(lambda seen=seen: peer.health[f"{NODE}: recording"] is not seen, "a repetition of the diagnostics")
     assert process.poll() is None
     resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (unlimited, unlimited))
-    assert peer.wait_for_health(f"{NODE}: file", "writing again").level == WARN
+    assert peer.wait_for_health(f"{NODE}: file", "written again").level == WARN
     peer.send("impacts", impacts(6))
     recorded(peer, "impacts", 1)
     assert stage.clear() == [0]
@@ -137,7 +137,7 @@ def test_a_viewer_that_dies_or_hangs_delays_no_message_and_no_end(stage, number)
             peer.send("impacts", impacts(second))
             assert recorded(peer, "impacts", second) < usual + LONGEST_WAIT
         if number == signal.SIGKILL:
-            assert peer.wait_for_health(f"{NODE}: viewer", "no viewer is fed").level == WARN
+            assert peer.wait_for_health(f"{NODE}: viewer", "no viewer receives").level == WARN
         began = time.monotonic()
         process.send_signal(signal.SIGTERM)
         assert process.wait(PATIENCE) == 0
@@ -157,7 +157,7 @@ def test_a_viewer_that_is_absent_is_told_of_and_found_when_it_comes(stage):
     peer.wait_for_subscribers()
     peer.send("impacts", impacts(1))
     assert recorded(peer, "impacts", 1) < 5.0
-    assert peer.wait_for_health(f"{NODE}: viewer", "no viewer is fed").level == WARN
+    assert peer.wait_for_health(f"{NODE}: viewer", "no viewer receives").level == WARN
     program = viewer(port)
     try:
         peer.wait_for_health(f"{NODE}: viewer", "fed")

@@ -34,7 +34,7 @@ def test_a_simulator_killed_in_the_middle_of_an_update_comes_back_with_the_last_
     peer = stage.live_peer()
     peer.wait_for_simulator()
     ramp_digest = peer.see_rocks_reach_the_toe()["terrain_digest"]
-    peer.wait_for_sentence("is kept", len(peer.said))
+    peer.wait_for_sentence("is stored", len(peer.said))
     peer.send("terrain/points", cloud(ramp_of(LARGE), peer.now()))
     peer.spin(0.4)  # it is being built
     killed(process)

@@ -71,7 +71,7 @@ def test_a_simulator_at_work_ends_on_sigterm_and_leaves_its_terrain_and_decision
     peer.watch_toe()
     peer.answered()
     peer.wait_for_alert("evacuate")
-    peer.wait_for_sentence("is kept", len(peer.said))
+    peer.wait_for_sentence("is stored", len(peer.said))
     busy(peer)
     assert ended_in_time(process) == 0, stage.output("simulator_node")
     assert "Traceback" not in stage.output("simulator_node")

@@ -56,7 +56,7 @@ def test_a_radar_that_falls_silent_is_named_in_a_fault_until_it_speaks_while_ano
     peer = mine
     speak_until(peer, lambda: said_since(peer, 0, "normal"), "normal, for no rock comes there", cloud_too=True)
     peer.send("source_cloud", cloud(np.array([[10.0, 40.0, 32.0]]), peer.now()))
-    silent = "nothing has been heard of sources on source_cloud for"
+    silent = "nothing has been received on source_cloud for"
     speak_until(peer, lambda: said_since(peer, 0, f"fault: {silent}"), "the silence to be told")
     before = len(peer.alerts)
     peer.send("source_cloud", cloud(np.empty((0, 3)), peer.now()))
@@ -65,7 +65,7 @@ def test_a_radar_that_falls_silent_is_named_in_a_fault_until_it_speaks_while_ano
 
 def test_a_radar_that_is_connected_and_was_never_heard_is_named_in_a_fault_until_it_speaks(mine):
     """No one expects the radar: `expected_topics` is empty."""
-    mute = f"source_cloud has had a publisher (/mine) for more than {OLDEST} s, and no message of it"
+    mute = f"source_cloud has had a publisher (/mine) for more than {OLDEST} s, but no valid message"
     speak_until(mine, lambda: said_since(mine, 0, mute), "the mute radar to be told of")
     told = next(s for array in mine.alerts for s in array.status if mute in s.message)
     assert told.message.startswith("fault: ")

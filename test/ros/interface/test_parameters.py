@@ -115,9 +115,9 @@ def test_a_topic_that_the_site_names_must_publish_unless_it_says_otherwise(given
 
 
 @pytest.mark.parametrize(("given", "sentence"), [
-    ({"optional_topics": ("radar",)}, "radar is optional, but is no topic of sources"),
-    ({"expected_topics": ("radar",)}, "radar is expected, but is no topic of sources"),
-    ({"expected_topics": ("sources",), "optional_topics": ("sources",)}, "sources is expected and optional"),
+    ({"optional_topics": ("radar",)}, "radar is in optional_topics, but is not a topic of sources"),
+    ({"expected_topics": ("radar",)}, "radar is in expected_topics, but is not a topic of sources"),
+    ({"expected_topics": ("sources",), "optional_topics": ("sources",)}, "sources is in expected_topics and in"),
     ({"source_cloud_topics": ("sources",)}, "sources is given twice"),
 ])  # fmt: skip
 def test_topics_that_contradict_each_other_are_refused(given, sentence):
@@ -127,6 +127,6 @@ def test_topics_that_contradict_each_other_are_refused(given, sentence):
 
 def test_a_parameter_that_the_node_does_not_know_is_warned_of_with_the_nearest_name(node_with, capfd):
     declare(node_with(first_roks=3), SimulatorParameters)
-    assert "first_roks is not one of this node's and has no effect; did you mean first_rocks?" in (
+    assert "no parameter first_roks, so its value has no effect; did you mean first_rocks?" in (
         capfd.readouterr().err
     )

@@ -144,6 +144,6 @@ def test_while_the_lock_is_closed_only_what_is_free_can_be_set(node_with):
 def test_a_misspelt_parameter_is_warned_of_with_the_nearest_name(node_with, capfd):
     node = node_with({"rock.diametre": 2.0})
     declare(node, SimulatorParameters, others=SceneParameters(node).names)
-    assert "rock.diametre is not one of this node's and has no effect; did you mean rock.diameter?" in (
+    assert "no parameter rock.diametre, so its value has no effect; did you mean rock.diameter?" in (
         capfd.readouterr().err
     )

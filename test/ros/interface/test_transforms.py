@@ -87,7 +87,7 @@ def test_a_dynamic_transform_may_be_as_old_as_the_parameter_says_and_no_older():
     assert frame_of(TO_NORTH._replace(stamp_ns=oldest)).other.source == "radar"
     with pytest.raises(MessageRefused, match=r"is more than 0\.5 s older than the message \(transforms_max_age_s\)"):
         frame_of(TO_NORTH._replace(stamp_ns=oldest - 1))
-    with pytest.raises(MessageRefused, match="is of a later time than the message"):
+    with pytest.raises(MessageRefused, match="is later than the message"):
         frame_of(TO_NORTH._replace(stamp_ns=NOW + 1))
 
 

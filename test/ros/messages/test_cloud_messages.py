@@ -80,7 +80,7 @@ def test_a_cloud_with_nan_is_published_as_not_dense():
 def test_a_dense_cloud_with_nan_points_is_refused():
     points = plane()
     points[0, 0] = np.nan
-    with pytest.raises(MessageRefused, match="NaN points but says is_dense"):
+    with pytest.raises(MessageRefused, match="NaN points but is_dense is true"):
         positions_of_cloud(cloud(points, dense=True))
 
 

@@ -86,14 +86,15 @@ def test_an_alert_says_its_level_its_reasons_and_until_when_they_hold(word):
 def test_each_area_has_a_status_of_its_own_behind_that_of_the_site():
     decided = alert("restrict")
     decided.areas = (
-        area("ramp", "restrict", "restrict", "normal", why="no limit is reached; no source, so no rock flew"),
-        area("crusher", "watch", "watch", "watch", why="watch, for 12 of 900 rocks came"),
+        area("ramp", "restrict", "restrict", "normal", why="no limit is reached; there is no source, so no rock flew"),
+        area("crusher", "watch", "watch", "watch", why="watch because 12 of 900 rocks reached the area"),
     )
     site, ramp, crusher = alerts_of(sent(alerts_message(HEADER, decided, 7)))
     assert [one.area for one in (site, ramp, crusher)] == [None, "ramp", "crusher"]
     assert (ramp.state, ramp.health.level) == ("restrict", LEVELS["restrict"])
     assert ramp.health.message == (
-        "restrict is held and needs an acknowledgement to step down; no limit is reached; no source, so no rock flew"
+        "restrict is held and falls only after an acknowledgement; "
+        "no limit is reached; there is no source, so no rock flew"
     )
     assert ramp.health.values == {
         "level": "restrict", "level_number": "2", "held": "restrict", "evident": "normal",
@@ -104,18 +105,19 @@ def test_each_area_has_a_status_of_its_own_behind_that_of_the_site():
         "not_normal_since_ns": "1", "waiting_by": "", "waiting_why": "", "waiting_until_ns": "",
     }  # fmt: skip
     assert set(ramp.health.values) <= set(site.health.values), "a machine reads the site and an area alike"
-    assert crusher.health.message == "watch, for 12 of 900 rocks came"
+    assert crusher.health.message == "watch because 12 of 900 rocks reached the area"
 
 
 def test_an_area_tells_of_the_fault_as_well():
     decided = alert("fault")
-    decided.areas = (area("ramp", "fault", "normal", "normal", why="the answer says nothing of it"),)
+    decided.areas = (area("ramp", "fault", "normal", "normal", why="the answer does not contain this area"),)
     _, ramp = alerts_of(sent(alerts_message(HEADER, decided, None)))
     assert (ramp.state, ramp.health.level) == ("fault", LEVELS["fault"])
-    assert ramp.health.message == "fault: there is no answer; the answer says nothing of it"
-    decided.areas = (area("ramp", "evacuate", "evacuate", "evacuate", why="evacuate, for 7 of 9 rocks came"),)
+    assert ramp.health.message == "fault: there is no answer; the answer does not contain this area"
+    why = "evacuate because 7 of 9 rocks reached the area"
+    decided.areas = (area("ramp", "evacuate", "evacuate", "evacuate", why=why),)
     _, ramp = alerts_of(sent(alerts_message(HEADER, decided, None)))
-    assert ramp.health.message == "evacuate, for 7 of 9 rocks came; there is no answer"
+    assert ramp.health.message == "evacuate because 7 of 9 rocks reached the area; there is no answer"
 
 
 CAUSES = {
@@ -154,7 +156,7 @@ def test_an_acknowledgement_that_waits_for_another_person_is_shown_of_the_site_a
 
 def test_an_area_names_the_fault_that_names_it_and_the_site_the_first():
     decided = alert("fault")
-    decided.faults = ("the sources are stale", "ramp: 9 % of the area have no terrain")
+    decided.faults = ("the sources are stale", "ramp: 9 % of the area has no terrain")
     decided.areas = tuple(area(name, "fault", "normal", "normal", why="no limit") for name in ("ramp", "crusher"))
     told = [one.health.values["cause_fault"] for one in alerts_of(sent(alerts_message(HEADER, decided, 7)))]
     assert told == [decided.faults[0], decided.faults[1], decided.faults[0]]

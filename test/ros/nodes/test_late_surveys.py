@@ -30,6 +30,6 @@ def test_a_patch_that_overtakes_the_mesh_it_follows_is_in_the_terrain(stage):
     def patched():
         status = peer.health["rpf3d_simulator: terrain"]
         values = {pair.key: pair.value for pair in status.values}
-        return status.message == "received, patched" and int(values["triangles"]) > 0.9 * WHOLE
+        return status.message == "patch received" and int(values["triangles"]) > 0.9 * WHOLE
 
     peer.wait(patched, "the mesh with the patch in it")

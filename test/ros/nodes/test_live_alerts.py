@@ -122,7 +122,7 @@ def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reprodu
     topics = ("alerts", "alarm", "areas/outlines")
     peer = stage.peer(publishes=("terrain/points", "sources", "areas/polygon"), subscribes=topics)
     peer.wait_for_subscribers()
-    peer.wait(lambda: level(peer) == "fault", "a fault, for nothing has been heard yet")
+    peer.wait(lambda: level(peer) == "fault", "a fault, because nothing has been received yet")
     wait_for_alarm(peer, True)
     peer.send("terrain/points", cloud())
     peer.send("areas/polygon", square(9.0, 12.0))

@@ -56,7 +56,7 @@ def test_a_node_that_is_asked_for_help_tells_what_it_is_and_starts_nothing(node,
 def test_arguments_that_no_node_knows_are_refused():
     done = python("-m", "rpf3d_ros.nodes.simulator_node", "--params-file", "config/rpf3d.yaml")
     assert (done.returncode, done.stdout) == (2, "")
-    assert "--params-file is no argument" in done.stderr and "after --ros-args" in done.stderr
+    assert "unknown argument --params-file" in done.stderr and "after --ros-args" in done.stderr
 
 
 @pytest.mark.parametrize("content", [None, "a: [1\n", "rpf3d_simulator: 3\n"])

@@ -1,4 +1,4 @@
-"""The log of decisions names who has called a service, also if the middleware reports that node a moment later."""
+"""The decision log names who has called a service, also if the middleware reports that node a moment later."""
 
 import pytest
 

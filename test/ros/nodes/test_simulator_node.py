@@ -263,7 +263,7 @@ BAD = {
     "cloud_of_equal_points": ("terrain/points", one_place, "refused"),
     "mesh_of_one_triangle_without_area": ("terrain/mesh", one_zero_triangle, "refused"),
     "cloud_in_a_foreign_frame": ("terrain/points", lambda: floor_cloud("lidar"), "frame_id is 'lidar'"),
-    "cloud_with_nan_that_says_it_is_dense": ("terrain/points", dense_with_nan, "NaN points but says is_dense"),
+    "cloud_with_nan_that_says_it_is_dense": ("terrain/points", dense_with_nan, "NaN points but is_dense is true"),
     "float32_survey_coordinates": ("terrain/points", far_float32, "float32 coordinates beyond"),
     "cloud_without_z": ("terrain/points", no_heights, "must have one field 'z'"),
     "cloud_of_integers": ("terrain/points", integer_heights, "'z' is uint32"),
@@ -365,7 +365,7 @@ def test_no_sources_are_an_answer_that_clears_what_was_shown(stage):
     last = answers(peer, nothing)
     assert (last["deposits"].width, last["hazard/points"].width, max(last["hazard/grid"].data)) == (0, 0, 0)
     assert facts_of(last["results"]).sources == 0
-    assert peer.wait_for_health(f"{NODE}: sources", "nothing seen").level == OK
+    assert peer.wait_for_health(f"{NODE}: sources", "sees no sources").level == OK
 
 
 @pytest.mark.long
@@ -394,9 +394,9 @@ def test_a_patch_changes_the_ground_in_its_footprint_and_what_goes_back_is_refus
     assert column(peer.received["deposits"][-1], "z") == pytest.approx([1.5, 0.0], abs=FLOAT32)
     assert column(answers(peer, sent)["hazard/points"], "rocks").sum() > 0
     peer.send("terrain/update", cloud_of_grid(Header(frame_id="map", stamp=Time(sec=55)), floor()))
-    assert peer.wait_for_health(f"{NODE}: terrain", "goes back by 5.000 s").level == WARN
+    assert peer.wait_for_health(f"{NODE}: terrain", "is 5.000 s older").level == WARN
     peer.send("terrain/points", cloud_of_grid(Header(frame_id="map", stamp=Time(sec=49)), floor()))
-    assert peer.wait_for_health(f"{NODE}: terrain", "goes back by 1.000 s").level == WARN
+    assert peer.wait_for_health(f"{NODE}: terrain", "is 1.000 s older").level == WARN
 
 
 def test_a_burst_is_answered_at_once_and_refined_until_the_target_is_met(stage):
@@ -433,4 +433,4 @@ def test_sources_without_a_pose_say_that_nothing_is_seen(stage):
     peer.send("terrain/points", floor_cloud())
     peer.wait_for_health(f"{NODE}: terrain", "received")
     peer.send("sources", poses())
-    peer.wait_for_health(f"{NODE}: run", "watched, nothing seen")
+    peer.wait_for_health(f"{NODE}: run", "the sensors see no sources")

@@ -191,7 +191,7 @@ def test_areas_patches_and_machines_in_other_frames_are_used(mine):
     peer.send("areas/polygon", polygon([seen_by_radar((*corner, 0.0))[:2] for corner in TOE], peer.now(), "radar"))
     peer.wait(lambda: area_topic(peer) == "areas/polygon", "the area")
     peer.send("terrain/update", cloud(ramp(-100.0)[:5, :5], peer.now(), "drone"))
-    peer.wait_for_sentence("received, patched", before)
+    peer.wait_for_sentence("patch received", before)
     assert not any("refused" in said.message for said in peer.said[before:])
 
 

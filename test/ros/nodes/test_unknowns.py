@@ -46,7 +46,7 @@ FAR = ((54.0, 2.0), (59.0, 2.0), (59.0, 58.0), (54.0, 58.0))
 
 @pytest.mark.parametrize(("interval", "level", "words"), [
     ("predictive", "evacuate", "predictive over 40 parameter sets"),
-    ("sampling", "normal", "by the number of rocks alone"),
+    ("sampling", "normal", "from the number of rocks only"),
 ])  # fmt: skip
 def test_the_interval_that_the_site_chooses_decides_and_an_audit_agrees(stage, interval, level, words):
     parameters = with_alerts(stage.folder)

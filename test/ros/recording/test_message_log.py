@@ -172,7 +172,7 @@ def test_an_area_is_told_of_in_words_when_its_level_changes(log):
     for second in (1, 2):
         array = made.alerts(second, "watch")
         for status in array.status:
-            status.message = f"watch: {second} of 100 rocks came"
+            status.message = f"watch: {second} of 100 rocks reached the area"
         drawn = calls(log.entries("alerts", array))
     assert [health.name for kind, *_, health in drawn if kind == "text"] == ["site"]
     array = made.alerts(3, "watch")
@@ -256,7 +256,7 @@ def points(**changes):
 
 REFUSED = {
     "alert_of_no_level": ("alerts", lambda: of_level("red"), "level 'red'"),
-    "alert_of_no_site": ("alerts", without_site, "no status named 'rpf3d: alert'"),
+    "alert_of_no_site": ("alerts", without_site, "no status 'rpf3d: alert'"),
     "grid_shorter_than_it_says": ("hazard/grid", lambda: grid(width=7), "7 x 40 cells"),
     "grid_without_resolution": ("hazard/grid", lambda: grid(resolution=math.nan), "resolution"),
     "grid_beyond_100": ("hazard/grid", lambda: grid(data=[101] * made.SIDE**2), "beyond"),
