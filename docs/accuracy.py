@@ -137,7 +137,7 @@ READING = """## What follows from the tables?
   is proportional to the step, and the time is inversely proportional to the step (`test/accuracy` checks that the error
   is proportional). With events there is no step or threshold to choose, because their error is only rounding.
 - **A threshold causes a systematic error that no smaller step removes.** An impact is found one threshold too early. If
-  the rock hits the ground at a flat angle, the shift along the ground is several times the threshold. Below a certain
+  the rock hits the ground at a low angle, the shift along the ground is several times the threshold. Below a certain
   step, smaller steps cost more time but do not reduce the error.
 - **A long step loses rocks**: a rock that moves more than twice the threshold in one step can fall through the ground.
 - **Python makes steps four to twelve times slower**: compare the columns *s / 1,000 rocks* and *compiled*. The rest of

@@ -113,10 +113,10 @@ In `zones`, each zone or pattern may have all other keys of this table. A key th
 outside `zones`.
 """,
     "effects.forest": """\
-- A file of trees is a CSV. Its header names x, y and `dbh_cm` (stem diameter). If known, it also names `height` (m),
+- A file of trees is a CSV. Its header names x, y and `dbh_cm` (stem diameter). It may also name `height` (m),
   `kind` (`conifer`, `broadleaved`, `silver_fir`) and z of the foot, which must be within 2 m of the ground. Without a
   header, the columns are x, y, dbh_cm, height and kind.
-- Randomly placed trees have the same probability everywhere. Each tree depends only on the seed and its number.
+- A randomly placed tree is equally likely at every place. Each tree depends only on the seed and its number.
 - A flying rock that loses all its energy at a tree drops to the foot of the tree. A sliding or rolling rock stops at
   the tree.
 """,
@@ -206,7 +206,7 @@ def _measured_with(key: str) -> list[str]:
     shown = f"`{kind}: {{{name}: {example}}}`" if len(example) <= SHOWN else "the example in `docs/effects.py`"
     named = [shown] if example else []
     named += [f"`{BESIDE[key]}`"] if key in BESIDE else []
-    return named + ([f"`rolling_friction: {ROLLING_FRICTION:g}` of all materials"] if key in ROLLING else [])
+    return named + ([f"`rolling_friction: {ROLLING_FRICTION:g}` in all materials"] if key in ROLLING else [])
 
 
 def _parts(spec: type[ModelSpec]) -> list[tuple[str, type[BaseModel]]]:

@@ -54,8 +54,9 @@ sources: [{name: west, line: [[-570, -10, 0], [-570, 40, 0]], above_ground: 1, v
 """
 SOURCES = """\
 Without `rocks`, a source of points has one rock for each point; every other source has one rock. Rocks are assigned to
-points in turn. They start evenly along a line, and evenly over the inclined surface of a polygon or zone (not over its
-area in plan). `rpf3d check` prints how much of a polygon is on the terrain, if part of it is not.
+points in turn. On a line, a polygon or a zone they start at random places. All places along the line, or on the
+inclined surface of the polygon or zone (not its area in plan), are equally likely. `rpf3d check` prints how much of a
+polygon is on the terrain, if part of it is not.
 
 With `above_ground`, points may be `[x, y]` (with `up: y`: `[x, z]`), and `line` may be a file with one or more lines
 (`.geojson .gpkg .shp .dxf .str`). Rocks are spread over the length of all lines of the file. The points of a line must

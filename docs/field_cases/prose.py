@@ -194,7 +194,7 @@ energy before it.
   {widest:.1f} or less. A flat block lands on a face, an edge or a corner; none of these models distinguishes the three
   cases.
 - In the eleven contacts, slow blocks hit the ground at a steep angle; in the six impacts, fast blocks hit the ground at
-  a flat angle. With values of `constant` that are calibrated on the eleven contacts, the rocks keep far too little
+  a shallow angle. With values of `constant` that are calibrated on the eleven contacts, the rocks keep far too little
   energy in the six impacts.
 """
 

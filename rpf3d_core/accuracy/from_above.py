@@ -33,11 +33,11 @@ def highest_ground(engine: Engine, x: FloatArray) -> HeightField:
 
 
 def nearest_ground(engine: Engine, x: FloatArray, z: FloatArray) -> HeightField:
-    """Return the ground nearest to altitudes z (N,) m, for places (N, 3) m with several layers of ground.
+    """Return, at each of N places in plan, the layer of ground whose altitude is nearest to z.
 
-    Only ground with the free side up counts, except for the highest ground: it always counts, because the facets of
-    some terrains face down.
-    x : (N, 3) m, places, of which only the plan coordinates matter
+    The highest layer always counts, because the facets of some terrains face down. A lower layer counts only if its
+    free side is up.
+    x : (N, 3) m, places; only the plan coordinates matter; z : (N,) m, altitudes
     """
     best = found = highest_ground(engine, x)
     for _ in range(MOST_LAYERS):

@@ -141,14 +141,15 @@ def begun(corner: Vec, row: int, facet: Facet) -> Simplex:
 
 @routine
 def separation(corners: Any, first: int, last: int, size: float, facet: Facet, guess: Vec) -> Separation:
-    """Return the distance of a convex body and a triangle, and their nearest points.
+    """Return the distance between a convex body and a triangle, and their nearest points.
 
     corners : (N, 3); the rows `first` to `last` - 1 times `size` (m) are the body's corners, in the body's axes
     facet : the triangle's corners (3,) m, in the body's axes
-    guess : direction (3,) from the triangle towards the body with which the search begins, of any length above 0
+    guess : (3,), of any length above 0: a guess of the direction from the triangle towards the body
 
     The distance is exact to 1e-9 of the body's size for gaps from 1e-6 m. A gap below 1e-7 m between nearly parallel
-    edges may count as an overlap. A good guess saves time; it changes only the rounding.
+    edges may count as an overlap. A good guess saves time.
+    The guess changes the distance only by rounding. If body and triangle overlap, the resulting normal is the guess.
     """
     row = lowest(corners, first, last, guess)
     now = begun(corner_at(corners, row, size), row, facet)

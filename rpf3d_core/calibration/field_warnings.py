@@ -18,9 +18,10 @@ COMPARED = 256
 
 
 def field_warnings(prepared: Prepared, field: Field) -> tuple[str, ...]:
-    """Return sentences about observations that determine the unknowns less well than it seems, or are of other rocks.
+    """Return the warnings about observations, as sentences; a calibration with such observations may mislead.
 
-    Other rocks are rocks whose masses differ from those of the scene's rocks.
+    The causes: too few stops; masses unlike the masses of the scene's rocks, or in a doubtful unit; rocks that are
+    probably counted twice; values at gates without a measuring error.
     """
     return *_of_number(len(field.stops)), *_of_masses(prepared, field), *_of_counts(field), *_of_errors(field)
 

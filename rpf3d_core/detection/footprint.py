@@ -52,7 +52,7 @@ def touched(
 def beside_what_stays(
     edges: NDArray[np.int64], vertices: FloatArray, triangles: Any, locator: BucketLocator, marks: NDArray[np.uint8]
 ) -> NDArray[np.bool_]:
-    """Return (E,) True for each edge of the ground that belongs to a facet that stays (mark STAYS).
+    """Return flags (E,): True for an edge of the ground if at least one facet with this edge has the mark STAYS.
 
     edges : (E, 2) pairs of vertices; vertices : (V, 3) m; triangles : (F, 3); marks : (F,) of the facets
     """

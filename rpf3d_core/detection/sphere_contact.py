@@ -115,11 +115,11 @@ def course_velocity(course: Course, t: float) -> Vec:
 
 @kernel
 def earlier_touch(facets: Facets, f: int, course: Course, end: float, before: float, best: Touch) -> Touch:
-    """Return the earlier of two contacts of a moving sphere: `best`, found so far, or its first contact with facet f.
+    """Return the earlier of two contacts of a moving sphere: `best`, found so far, or the first contact with facet f.
 
-    end : s, finite, end of the whole motion; roots are searched up to this time, so their bits do not depend on the
-        facets tested before
-    before : s, contacts later than this are not needed
+    end : s, finite, end of the whole motion; the search always runs up to this time, so the time of a contact has the
+        same bits in any order of the facets
+    before : s, contacts after this time need not be found
     """
     n, origin = stored_normal(facets, f), corner(facets, f, 0)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:

@@ -54,7 +54,7 @@ def is_spread(sources: Sequence[Source], total: int) -> bool:
 def every_point(sources: Sequence[Source]) -> list[range]:
     """Return, for each source, the numbers of its first rocks: as many rocks as the source has release points.
 
-    For a source with random places (line or area), the result has one rock.
+    A source with random places (line or area) counts as one release point.
     """
     return [range(_points(source)) for source in sources]
 

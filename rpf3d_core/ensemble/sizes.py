@@ -70,7 +70,7 @@ def sizes_of(rock: AnyRock, seed: int, source: ArrayLike, rocks: NDArray[np.int6
 
 
 def mass_range(rock: AnyRock) -> tuple[float, float]:
-    """Return the smallest and the largest mass (kg) that a rock of the scene can have, to check other settings."""
+    """Return the smallest and the largest mass (kg) that a rock of any source can have."""
     if isinstance(rock, SourceRocks):
         return _whole_range([mass_range(each) for each in rock.rocks if each is not None])
     if isinstance(rock, DrawnBody):

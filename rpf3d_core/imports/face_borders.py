@@ -102,10 +102,12 @@ def _upper(grid: _Grid, downhill: FloatArray, contour: FloatArray) -> Iterator[F
 
 
 def _without_gaps(falls: NDArray[np.bool_], lengths: FloatArray, closed: bool) -> tuple[NDArray[np.bool_], int]:
-    """Return flags (S,), True for segments in the upper part of a border, and the index of the first flag's segment.
+    """Return flags (S,), True for segments in the upper part of a border, and the number of the first flag's segment.
 
-    A segment is in the upper part if the face falls away from it, or if it lies in a gap of at most JOINED (m) between
-    two such segments. The flags of a closed border begin with the longest gap; other flags begin with segment 0.
+    A segment is in the upper part if the face falls away from the segment. A gap is a series of segments from which the
+    face does not fall away. A gap of at most JOINED (m) between two segments of the upper part belongs to the upper
+    part, too. The flags of a closed border begin with its longest gap; the flags of an open border, or of a border
+    without gaps, begin with segment 0.
 
     falls : (S,) True if the face falls away from a segment; lengths : (S,) m; closed : True if the border is closed
     """

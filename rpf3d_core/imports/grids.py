@@ -25,7 +25,7 @@ DEM = "dem"
 class Grids:
     """The input grids of an import, all on the same cells: H rows from north to south and W columns.
 
-    files : path of each grid, by the name of the grid in the other program
+    files : path of each grid; keys: names of the grids in the program that wrote them (Rockyfor3D, STONE), such as dem
     values : numbers (H, W) of each grid in the unit of the grid, NaN for missing values
     transform : from column and row, counted from the outer corner of the first cell, to x and y (m)
     """

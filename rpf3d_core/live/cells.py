@@ -63,7 +63,9 @@ def _span(low: float, high: float, origin: float, cell: float, count: int) -> sl
 
 @loop
 def cover(vertices: Any, triangles: Any, raster: Raster, covered: Any, height: Any) -> None:
-    """Write into `covered` (C,) and `height` (C,) m which cells of a map lie over ground, as in `TerrainCells`.
+    """Write into `covered` (C,) which cells of a map lie over ground, and into `height` (C,) m how high the ground is.
+
+    Both arrays are as in `TerrainCells`.
 
     In all cells to be computed, `covered` must be False and `height` NaN before the call. Each facet is compared with
     all cells in the facet's box in plan.

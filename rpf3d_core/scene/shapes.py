@@ -124,9 +124,10 @@ def _given(spec: ModelSpec) -> set[str]:
 
 
 class SlipFrictionSpec(StrictModel):
-    """Friction that grows with the distance s that a rock has slipped: mu_min + 2 / pi (mu_max - mu_min) atan(kappa s).
+    """Coefficient of friction mu of a rock with a shape, which grows with the slip s (m) of the rock.
 
-    s grows with the path of the centre of mass while a contact presses, and decays with exp(-beta t) in the air.
+    mu = mu_min + (2 / pi) (mu_max - mu_min) atan(kappa s). The slip grows with the path of the centre of mass while
+    the rock presses on the ground, and decays with exp(-beta t) in the air.
     """
 
     mu_min: Number = parameter(

@@ -94,7 +94,10 @@ def rocks_of_sources(scene: Scene) -> Rock | DrawnRock | SourceRocks | None:
 
 
 def _rock(density: float, spec: RockSpec | SourceSpec) -> Rock | DrawnRock:
-    """Return the spherical rock of a density (kg/m3) and the size that a section of the scene states."""
+    """Return the rock, as a sphere, from its density (kg/m3) and from the size in a section of the scene.
+
+    The result is a `DrawnRock` if the size is a distribution.
+    """
     measure = next(name for name in SIZES if getattr(spec, name) is not None)
     size = getattr(spec, measure)
     if not isinstance(size, float):
@@ -229,12 +232,14 @@ def _slopes(corners: FloatArray) -> FloatArray:
 
 
 def source_outline(scene: Scene, number: int) -> MultiPolygon:
-    """Return the polygons of a source in the plan coordinates of the input, from the scene or a file.
+    """Return the polygons of a source with the key `polygon`, in the plan coordinates of the input.
+
+    number : index of the source in the scene
 
     Raises
     ------
     InputError
-        The file of polygons is damaged; the message names the key.
+        The file of polygons cannot be used, as in `read_polygons`; the message names the key.
     """
     polygon = scene.sources[number].polygon
     if isinstance(polygon, tuple):

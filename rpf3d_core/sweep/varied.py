@@ -62,7 +62,16 @@ def check_varied(varied: Sequence[Varied]) -> None:
 
 
 def _evenly_spaced(text: str, first: str, last: str, number: str) -> tuple[float | int, ...]:
-    """Return the values of a range A:B:N; whole numbers where both ends are written as whole numbers."""
+    """Return the N evenly spaced values of a range A:B:N, both ends included.
+
+    A value without decimals becomes an int if both ends are written as whole numbers.
+    text : the whole `--vary` option, for the message; first, last, number : A, B and N as written
+
+    Raises
+    ------
+    InputError
+        Both ends are equal, or N is below 2 or above MOST_VALUES.
+    """
     low, high, count = float(first), float(last), int(number)
     if not 2 <= count <= MOST_VALUES or low == high:
         raise InputError(f"--vary is {text!r}; a range has two different ends and 2 to {MOST_VALUES:,} values")

@@ -18,7 +18,10 @@ NAMED = 5
 
 
 def warnings_of_cells(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
-    """Return the warnings of all runs, each with its number of cells, and the warnings about the sweep as a whole."""
+    """Return the warnings of a sweep: each warning of its runs once, and warnings about the sweep as a whole.
+
+    A warning of runs begins with the number of cells whose runs gave this warning.
+    """
     of_runs = _each_once(cells, [record.warnings for record in records])
     return [*of_runs, *_few_sets(cells, records), *places_that_stay(cells)]
 

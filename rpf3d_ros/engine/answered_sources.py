@@ -37,9 +37,9 @@ class AnsweredSources:
             del self._last[next(iter(self._last))]
 
     def others(self, latest: Trigger) -> list[Trigger]:
-        """Return the kept triggers except `latest`, in the order in which they were noted, without those too old.
+        """Return the kept triggers except `latest`, in the order in which they were noted.
 
-        latest : the newest trigger; the ages of the other triggers are measured back from its stamp
+        A trigger is left out if its stamp is more than `age_s` before the stamp of `latest`, the newest trigger.
         """
         return [one for one in self._last.values() if one is not latest and one.stamp_ns >= latest.stamp_ns - self._age]
 

@@ -153,7 +153,7 @@ class Flyer:
             self._changed.notify()
 
     def deactivate(self) -> None:
-        """Stop answering, and forget all waiting triggers."""
+        """Stop answering, and forget all triggers and the current answer."""
         with self._changed:
             self._active = self._schedule.repeats = False
             self._forget()

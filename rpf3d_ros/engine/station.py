@@ -166,8 +166,9 @@ class Station:
     def _inputs_to_remember(self) -> dict[str, Any]:
         """Return the state to save for the next start, as plain values; called on the thread of the alert desk.
 
-        It has the refused messages, the topics with areas, and which patches the terrain in use contains and lacks. The
-        alert desk adds the topics of sources.
+        The state has the refused messages, the topics with areas, the terrain in use (digests, stamp and number of
+        patches), the number of missing patches, and why a whole survey was refused. The alert desk adds the topics of
+        sources.
         """
         standing = self.flyer.standing
         terrain = terrain_to_remember(standing.ground if standing is not None else None, self._memory)

@@ -2,7 +2,7 @@
 
 The angle is between velocity and surface: 90 degrees for a rock that falls straight onto the surface. Tests show that
 R_n falls and R_t rises with this angle (Heidenreich 2004, EPFL thesis 3084; Wang et al. 2018, NHESS 18:3045). At small
-angles R_n may be above 1: a rock that hits the ground at a flat angle trips over its corners, and turns speed along the
+angles R_n may be above 1: a rock that hits the ground at a low angle trips over its corners, and turns speed along the
 ground and spin into height. A lumped mass has no energy of spin. The model therefore limits the energy gained along the
 normal to the energy lost along the ground: kinetic energy never rises.
 """

@@ -32,7 +32,7 @@ class BarrierSpec(StrictModel):
     )  # fmt: skip
     residual_height: Number = parameter(
         1.0, "a number from 0 to 1 (-), share of `height` that still stands, such as after a hit; unconfirmed",
-        "-", "ETAG 027 has categories of it", "UNCONFIRMED", ge=0, le=1,
+        "-", "ETAG 027 has categories of residual height", "UNCONFIRMED", ge=0, le=1,
     )  # fmt: skip
     taken_by_break: Number = parameter(
         1.0, "a number from 0 to 1 (-), the energy that a rock loses by breaking through, as a share of the barrier's "

@@ -31,9 +31,9 @@ class FragmentationSpec(ModelSpec):
         0.7562, "a number from 0 to 2, the exponent e in A = a E^e", "-", GIS, "CC", ge=0, le=2
     )
     least_ratio: Number = parameter(
-        0.7, "a number >= 0; a rock breaks if new surface / (new surface + surface of the rock before) is above this; "
-        "0.25 to 0.7 are usual in RockGIS; the default is the upper end of this range and unconfirmed", "-",
-        "RockGIS", "UNCONFIRMED", ge=0,
+        0.7, "a number >= 0; a rock breaks if new surface / (new surface + surface of the unbroken rock) is "
+        "above this number; 0.25 to 0.7 are usual in RockGIS; the default is the upper end of this range and "
+        "unconfirmed", "-", "RockGIS", "UNCONFIRMED", ge=0,
     )  # fmt: skip
     spread: Number = parameter(
         0.06, "a number from 0 to 1, largest change of least_ratio from impact to impact, as a share of least_ratio",
@@ -56,6 +56,6 @@ class FragmentationSpec(ModelSpec):
         GIS, "CC", ge=0, le=45,
     )  # fmt: skip
     generations: Count = parameter(
-        3, "a whole number from 1 to 5, how often breaking may repeat: first the rock, then its fragments, and so on",
-        "-", "none", "D", ge=1, le=5,
+        3, "a whole number from 1 to 5, how often rocks break in turn; with 1 only the rock breaks, with 2 also "
+        "its fragments, and so on", "-", "none", "D", ge=1, le=5,
     )  # fmt: skip

@@ -149,8 +149,8 @@ def _rising_within_limits(rows: tuple[tuple[float, float, float], ...]) -> tuple
 class AngleTableSpec(ModelSpec):
     """A lumped mass whose R_n and R_t depend on the angle between velocity and surface.
 
-    R_n may be above 1 for impacts at a flat angle. The energy gained normal to the ground is limited to the energy lost
-    along the ground, so energy never rises.
+    R_n may be above 1 for impacts at a shallow angle. The energy gained normal to the ground is limited to the energy
+    lost along the ground, so energy never rises.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.angle_table:AngleTable"

@@ -186,9 +186,10 @@ def clear_of(
 def sphere_clear(body: Body, room: Room, flight: Flight, motion: BodyMotion, k: int) -> float:
     """Return a time (s) for which the sphere around the body stays clear of the separating plane of nearby facet k.
 
-    Clear means farther away than the skin; the result is 0 if the sphere is not clear now.
+    Clear means farther away than the skin. The result is 0 if the sphere is not clear now, and infinite if the sphere
+    stays clear.
 
-    k : index of the facet in `room.facets`; motion : the motion of the flight from which the time counts
+    k : index of the facet in `room.facets`; motion : motion of the body now; the time counts from this motion
     """
     plane = room.planes[k]
     n = vector(plane, NORMAL)
