@@ -40,6 +40,22 @@ def circles_around(places: FloatArray, radius: float) -> list[FloatArray]:
     return _rings(shapely.union_all(circles))
 
 
+SMALLEST = 1.0
+"""Least size (m2) of an area of interest; a machine's own ground is larger."""
+
+
+def too_small(rings: Iterable[FloatArray]) -> str:
+    """Return why an area of interest is too small to watch, without its name; "" if it is large enough.
+
+    rings : rings (P, 2) m of the area
+    """
+    size = sum(float(shapely.Polygon(ring).area) for ring in rings)
+    if size >= SMALLEST:
+        return ""
+    return (f"encloses only {size:.3g} m2, and must enclose at least {SMALLEST:g} m2: are its coordinates in m, or in "
+            "degrees or kilometres?")  # fmt: skip
+
+
 def _rings(area: shapely.Geometry) -> list[FloatArray]:
     rings = [ring for polygon in shapely.get_parts(area) for ring in (polygon.exterior, *polygon.interiors)]
     return [shapely.get_coordinates(ring) for ring in rings]

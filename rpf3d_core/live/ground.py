@@ -27,6 +27,7 @@ from rpf3d_core.jit.memory import Share, Threads, halves
 from rpf3d_core.live.digests import digest_of
 from rpf3d_core.live.patched_arrays import IndexedTerrain, with_patch
 from rpf3d_core.live.patching import PatchChange, change_of
+from rpf3d_core.live.plausible import TALLEST_FACE, check_heights, check_no_fold
 from rpf3d_core.live.reused_memory import Room, Rooms
 from rpf3d_core.live.survey import MOST_POINTS, CloudSurvey, GridSurvey, MeshSurvey, Survey, check_points, points_of
 from rpf3d_core.simulation.capped import APART, caps_within, pieces_that_cross
@@ -131,14 +132,16 @@ class Workshop:
         True to use the reference engine, which is slow.
     must_face_up : bool
         True to refuse a mesh if more of its facets face down than up; False to turn its facets over.
+    tallest_face : float
+        m; a whole survey with a steep facet that is taller is refused (`live.plausible`).
     """
 
     def __init__(
         self, weld: float = WELD, most_points: int = MOST_POINTS, longest_edge: float | None = None,
-        reference: bool = not HAS_NUMBA, must_face_up: bool = False,
+        reference: bool = not HAS_NUMBA, must_face_up: bool = False, tallest_face: float = TALLEST_FACE,
     ) -> None:  # fmt: skip
         self._weld, self._most, self._longest, self._reference = weld, most_points, longest_edge, reference
-        self._must_face_up = must_face_up
+        self._must_face_up, self._tallest = must_face_up, tallest_face
         self._share: Share = Threads(THREADS)
         self._aside = ThreadPoolExecutor(1, thread_name_prefix="digest")
         self._rooms = Rooms()
@@ -161,6 +164,9 @@ class Workshop:
             room.begin()
             terrain = self._terrain(self._mesh(survey, room), room)
             facets = _laid_out(terrain, room, self._share)
+            check_heights(terrain, facets.corners, facets.normals, self._tallest)
+            if isinstance(survey, GridSurvey):
+                check_no_fold(terrain, facets.normals, survey.points)
             locator = bucket_locator(facets, room.memory, self._share)
             border = _border(border_of(terrain.vertices, terrain.triangles, room.memory), facets.tolerance)
             indexed = IndexedTerrain(terrain=terrain, facets=facets, locator=locator)

@@ -100,8 +100,12 @@ class Store:
     A new whole terrain replaces the surveys that are not yet written.
     """
 
-    def __init__(self, folder: Path, most_patches: int = MOST_PATCHES) -> None:
+    def __init__(
+        self, folder: Path, most_patches: int = MOST_PATCHES, map_origin: tuple[float, ...] | None = None
+    ) -> None:
         """Open the store in a folder, which is created if it is missing.
+
+        map_origin : origin (m) of the map frame of all surveys, written with each of them; None if it is not known
 
         Raises
         ------
@@ -110,7 +114,7 @@ class Store:
         OSError
             The folder cannot be created.
         """
-        self.folder, self._most = folder, most_patches
+        self.folder, self._most, self._map_origin = folder, most_patches, map_origin
         folder.mkdir(parents=True, exist_ok=True)
         self._lock, self._unlocked = _locked(folder)
         self._waiting: deque[StoredSurvey] = deque()
@@ -137,7 +141,7 @@ class Store:
         piece = StoredSurvey(
             survey=survey, digest=ground.digest, upon=upon, stamp_ns=ground.stamp_ns, received_ns=ground.received_ns,
             whole_ns=ground.whole_ns, patches=0 if upon else max(ground.patches, int(is_patch)),
-            whole_digest=ground.whole_digest,
+            whole_digest=ground.whole_digest, map_origin=self._map_origin,
         )  # fmt: skip
         with self._changed:
             if not upon:

@@ -36,6 +36,7 @@ class StoredSurvey(NamedTuple):
         an older version did not store them
     patches : for a terrain that was stored whole after patches, the number of these patches, or a lower bound; 1 for a
         patch that has replaced the whole terrain; else 0
+    map_origin : origin (m) of the map frame of the survey, as the node's parameter; None if it is not known
     """
 
     survey: Survey
@@ -46,6 +47,7 @@ class StoredSurvey(NamedTuple):
     whole_ns: int = 0
     patches: int = 0
     whole_digest: str = ""
+    map_origin: tuple[float, ...] | None = None
 
 
 def write_piece(path: Path, piece: StoredSurvey) -> None:
@@ -93,7 +95,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def _header_of(piece: StoredSurvey) -> dict[str, Any]:
-    names = ("digest", "upon", "stamp_ns", "received_ns", "whole_ns", "patches", "whole_digest")
+    names = ("digest", "upon", "stamp_ns", "received_ns", "whole_ns", "patches", "whole_digest", "map_origin")
     return {name: getattr(piece, name) for name in names}
 
 
@@ -127,6 +129,7 @@ def _piece(body: memoryview) -> StoredSurvey:
         upon=header["upon"],
         stamp_ns=header["stamp_ns"],
         received_ns=header["received_ns"],
+        map_origin=tuple(header["map_origin"]) if header.get("map_origin") is not None else None,
     )
     if "whole_ns" in header:
         piece = piece._replace(whole_ns=header["whole_ns"], patches=header["patches"])

@@ -17,11 +17,12 @@ from rpf3d_core.alerts.witness import Witness
 from rpf3d_core.errors import InputError
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.live.answers import warm_answers
+from rpf3d_core.live.areas import too_small
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.scene import live_scene
 from rpf3d_core.live.standing import OF_THE_MAP, PreparedTerrain, stand_after, stand_on
-from rpf3d_core.live.store import Store, read_last
+from rpf3d_core.live.store import Store, StoredSurveys, read_last
 from rpf3d_core.live.survey import GridSurvey
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_core.scene.model import Scene
@@ -106,7 +107,7 @@ def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], 
     try:
         compile_s = warm(scene, parameters)
         workshop = _workshop_of(scene, parameters)
-        standing, standing_report, before = _restored(store, scene, workshop, now_ns)
+        standing, standing_report, before = _restored(store, scene, workshop, parameters.frame.origin, now_ns)
         log, log_fault = _log_of(parameters) if thresholds is not None else (None, "")
     except BaseException:
         if store is not None:
@@ -150,7 +151,11 @@ def _check_names(scene: Scene) -> None:
 
 
 def _check_places(scene: Scene) -> None:
-    """Raise InputError if an area of the scene lies too far from the origin of the map, as survey coordinates do."""
+    """Raise InputError if an area of the scene lies too far from the origin of the map, or is too small for an area.
+
+    The coordinates of an area that is too far away may be those of the survey, and the coordinates of an area that is
+    too small may be degrees or kilometres.
+    """
     for name, polygons in read_areas(scene).items():
         farthest = max(float(np.abs(ring).max()) for ring in plan_rings(polygons))
         if farthest > FARTHEST:
@@ -158,6 +163,8 @@ def _check_places(scene: Scene) -> None:
                 f"{scene.path}: the area of interest {name!r} has coordinates up to {farthest:.0f} m, but must be in "
                 f"{OF_THE_MAP}, and at most {FARTHEST:.0f} m from its origin: subtract map_origin from its corners"
             )
+        if fault := too_small(plan_rings(polygons)):
+            raise InputError(f"{scene.path}: the area of interest {name!r} {fault}")
 
 
 def _check_areas(scene: Scene, thresholds: Thresholds) -> None:
@@ -184,13 +191,13 @@ def warm(scene: Scene, parameters: SimulatorParameters) -> float:
     """Compile the code of answers before the first sources arrive, and return the wall time (s) that this took.
 
     The function builds a terrain from an artificial slope and a patch, flies the first stage of one answer over this
-    terrain, and discards the result. The scene's areas of interest are left out, because they lie elsewhere. The
-    reference engine needs no compiling, so only one rock flies.
+    terrain, and discards the result. The scene's areas of interest are left out, and its barriers are moved onto the
+    slope, because they lie elsewhere. The reference engine needs no compiling, so only one rock flies.
     """
     began = time.perf_counter()
     y, x = np.mgrid[0:WARM_SIDE, 0:WARM_SIDE] * WARM_STEP
     slope = GridSurvey(np.stack([x, y, 0.8 * x + np.sin(y)], axis=-1))
-    anywhere = scene.model_copy(update={"areas_of_interest": ()})
+    anywhere = _on_the_slope(scene)
     workshop = _workshop_of(scene, parameters)
     whole = workshop.whole(slope)
     before = stand_on(whole, anywhere)
@@ -205,10 +212,24 @@ def warm(scene: Scene, parameters: SimulatorParameters) -> float:
     return time.perf_counter() - began
 
 
+def _on_the_slope(scene: Scene) -> Scene:
+    """Return a scene without areas of interest, and with all barriers along one line of the artificial slope."""
+    effects, barriers = scene.effects, scene.effects.barriers
+    if barriers is not None:
+        side = WARM_SIDE * WARM_STEP
+        line = ((0.25 * side, 0.3 * side), (0.25 * side, 0.6 * side))
+        panels = tuple(panel.model_copy(update={"along": line}) for panel in barriers.panels)
+        effects = effects.model_copy(update={"barriers": barriers.model_copy(update={"panels": panels})})
+    return scene.model_copy(update={"areas_of_interest": (), "effects": effects})
+
+
 def _workshop_of(scene: Scene, parameters: SimulatorParameters) -> Workshop:
     reference = scene.engine == Reference.name or not HAS_NUMBA
     longest = parameters.longest_edge or None  # 0 m, the default: the limit follows from the cloud
-    return Workshop(scene.terrain.weld, parameters.most_points, longest, reference=reference, must_face_up=True)
+    return Workshop(
+        scene.terrain.weld, parameters.most_points, longest, reference=reference, must_face_up=True,
+        tallest_face=parameters.tallest_face,
+    )  # fmt: skip
 
 
 def _store_of(parameters: SimulatorParameters) -> Store | None:
@@ -216,24 +237,27 @@ def _store_of(parameters: SimulatorParameters) -> Store | None:
     if not parameters.store:
         return None
     try:
-        return Store(Path(parameters.store))
+        return Store(Path(parameters.store), map_origin=parameters.frame.origin)
     except (OSError, InputError) as fault:
         raise InputError(f"store: {fault}") from fault
 
 
 def _restored(
-    store: Store | None, scene: Scene, workshop: Workshop, now_ns: int
+    store: Store | None, scene: Scene, workshop: Workshop, map_origin: tuple[float, float, float], now_ns: int
 ) -> tuple[PreparedTerrain | None, str, TerrainBefore]:
     """Return the prepared terrain from a store, a sentence on its age, and which patches it contains or lacks.
 
     Without a store, or if the store is empty, the terrain is None and the sentence "". If the terrain cannot be read,
-    the terrain is None and the sentence gives the reason. The simulator then starts without a terrain.
+    or was stored with another origin of the map, the terrain is None and the sentence gives the reason. The simulator
+    then starts without a terrain.
     """
     before = TerrainBefore(read_ns=time.time_ns())
     if store is None:
         return None, "", before
     try:
         last = read_last(store.folder)
+        if last is not None:
+            _check_origin(last, map_origin)
         standing = stand_on(last.ground(workshop), scene) if last is not None else None
     except (OSError, InputError) as fault:
         why = f"the last terrain could not be restored: {fault}"
@@ -246,6 +270,16 @@ def _restored(
     whole_ns = standing.ground.whole_ns
     age = f"{age_of(whole_ns, now_ns)} old" if whole_ns else "of unknown age"
     return standing, "; ".join((f"restored, {age}", *last.faults)), before
+
+
+def _check_origin(last: StoredSurveys, map_origin: tuple[float, float, float]) -> None:
+    """Raise InputError if stored surveys lie in a map with another origin (m) than the node's map."""
+    stored = last.pieces[-1].map_origin
+    if stored is not None and stored != tuple(map_origin):
+        raise InputError(
+            f"it was stored with map_origin {list(stored)}, but map_origin is now {list(map_origin)}: publish the "
+            "whole terrain"
+        )
 
 
 def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:

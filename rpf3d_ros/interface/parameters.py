@@ -16,6 +16,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.live.plausible import STEEP, TALLEST_FACE
 from rpf3d_core.live.survey import MOST_POINTS
 from rpf3d_core.scene.releases import FASTEST
 from rpf3d_ros.messages.map_frame import MapFrame
@@ -169,6 +170,12 @@ class SimulatorParameters(InputParameters):
         "longest side in plan (m) of a triangle between scattered points; longer triangles are gaps without ground. "
         "0: 10 times the median of the triangles' longest sides",
         0.0, 1e6,
+    )  # fmt: skip
+    tallest_face: float = parameter(
+        TALLEST_FACE,
+        f"largest height (m) of one triangle of a survey that is steeper than {STEEP:g} degrees; a survey with a "
+        "taller one is refused, because a height may stand for a missing point",
+        0.1, 1e6,
     )  # fmt: skip
     equipment_radius: float = parameter(
         15.0, "radius (m) of the circle around each machine of areas/equipment", 0.1, 1e3

@@ -4,7 +4,7 @@ import numpy as np
 from geometry_msgs.msg import PolygonStamped, PoseArray
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.live.areas import circles_around, outline_of
+from rpf3d_core.live.areas import circles_around, outline_of, too_small
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.messages.map_frame import FARTHEST, MapFrame
 from rpf3d_ros.messages.refusals import MessageRefused
@@ -26,7 +26,7 @@ def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArra
 
     Raises MessageRefused for a foreign frame, and for corners that are not finite, are too many or form no polygon;
     also for float32 coordinates beyond `FARTHEST`, because they have lost centimetres; and for corners of equal height
-    in a tilted frame, because an outline without heights has no place in plan.
+    in a tilted frame, because an outline without heights has no place in plan; and for an area below `SMALLEST`.
     """
     frame.check(polygon.header.frame_id)
     corners = polygon.polygon.points
@@ -48,9 +48,12 @@ def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArra
         raise MessageRefused("an outline without heights in a tilted frame has no place in plan")
     plan = frame.points(points, polygon.header.frame_id)[:, :2]
     try:
-        return outline_of([(x, y) for x, y in plan.tolist()])
+        rings = outline_of([(x, y) for x, y in plan.tolist()])
     except InputError as refusal:
         raise MessageRefused(f"the polygon {refusal}") from None
+    if fault := too_small(rings):
+        raise MessageRefused(f"the polygon {fault}")
+    return rings
 
 
 def rings_of_equipment(poses: PoseArray, frame: MapFrame, radius: float) -> list[FloatArray]:

@@ -26,6 +26,8 @@ areas_of_interest:
     polygons: [[482000, 7401000], [482100, 7401000], [482100, 7401100]]
 """
 
+ORIGIN = (482_000.0, 7_401_000.0, 0.0)
+
 SITE = """
 site: pit
 valid_s: 2
@@ -40,7 +42,7 @@ areas:
 @pytest.fixture
 def restored(tmp_path):
     """A function that returns what configuring restores from a store with a survey and two patches."""
-    store, workshop = Store(tmp_path), Workshop(reference=True)
+    store, workshop = Store(tmp_path, map_origin=ORIGIN), Workshop(reference=True)
     ground = workshop.whole(grid(), stamp_ns=SECOND)
     store.keep(ground, grid())
     for stamp in (2, 3):
@@ -48,7 +50,7 @@ def restored(tmp_path):
         store.keep(ground, grid(8, 8, 12.3, 9.2, seed=stamp))
     assert store.flush(20.0)
     scene = pit_scene(tmp_path).model_copy(update={"areas_of_interest": ()})
-    yield lambda: _restored(store, scene, Workshop(reference=True), 9 * SECOND)
+    yield lambda origin=ORIGIN: _restored(store, scene, Workshop(reference=True), origin, 9 * SECOND)
     store.close(20.0)
 
 
@@ -68,6 +70,13 @@ def test_a_store_that_cannot_be_read_says_so_and_since_when(restored, tmp_path):
     standing, report, before = restored()
     assert standing is None and before.read_ns > 0
     assert before.unreadable == report and "could not be restored" in report
+
+
+def test_a_terrain_of_a_map_with_another_origin_is_not_restored(restored):
+    """Formerly the old terrain was used in the old map, and sources lay elsewhere in the new one."""
+    standing, report, before = restored((482_000.0, 7_401_060.0, 0.0))
+    assert standing is None and before.unreadable == report
+    assert "with map_origin [482000.0, 7401000.0, 0.0], but map_origin is now [482000.0, 7401060.0" in report
 
 
 def test_configuring_that_fails_leaves_the_store_free_for_the_next_time(tmp_path, monkeypatch):
@@ -139,3 +148,33 @@ def test_an_area_in_survey_coordinates_is_refused_when_configuring_with_the_fram
     scene.write_text(SURVEYED)
     with pytest.raises(InputError, match=r"'ramp' has coordinates up to 7401100 m, but must be in the map frame"):
         configuration_of(SimulatorParameters(map_origin=(482_000.0, 7_401_000.0, 0.0)), {"scene": str(scene)}, 0)
+
+
+SPECK = "[0, 0], [0.001, 0], [0.001, 0.001]"
+DEGREES = SURVEYED.replace("[482000, 7401000], [482100, 7401000], [482100, 7401100]", SPECK)
+
+
+def test_an_area_that_is_a_speck_is_refused_because_its_corners_may_be_degrees(tmp_path):
+    """Formerly the area was watched at the origin of the map, where no rock came."""
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(DEGREES)
+    with pytest.raises(InputError, match=r"'ramp' encloses only 5e-07 m2, .* or in degrees or kilometres\?"):
+        configuration_of(SimulatorParameters(), {"scene": str(scene)}, 0)
+
+
+FENCED = """
+engine: reference
+terrain: {pit: {}}
+sources: [{name: crest, points: [[0, 0, 0]]}]
+materials: {default: {normal_restitution: 0.5, tangential_restitution: 0.8, friction_angle_deg: 30}}
+effects:
+  barriers: {panels: [{name: fence, along: [[-400, -900], [-400, -700]], height: 3, capacity_kj: 500}]}
+"""
+
+
+def test_barriers_anywhere_in_the_map_do_not_keep_the_node_from_being_configured(tmp_path):
+    """Formerly the artificial slope on which the code is compiled had to lie below all barriers."""
+    (tmp_path / "scene.yaml").write_text(FENCED)
+    made = configuration_of(SimulatorParameters(), {"scene": str(tmp_path / "scene.yaml")}, 0)
+    panel = made.scene.effects.barriers.panels[0]
+    assert [tuple(point) for point in panel.along] == [(-400.0, -900.0), (-400.0, -700.0)]

@@ -62,6 +62,11 @@ def test_what_is_no_polygon_is_refused(corners, saying):
         rings_of_polygon(polygon(*corners), MAP)
 
 
+def test_an_area_that_is_a_speck_is_refused_because_its_corners_may_be_kilometres():
+    with pytest.raises(MessageRefused, match=r"the polygon encloses only 0\.005 m2, .* degrees or kilometres\?"):
+        rings_of_polygon(polygon((0.0, 0.0), (0.1, 0.0), (0.1, 0.1)), MapFrame("map"))
+
+
 def test_areas_in_a_foreign_frame_are_refused():
     with pytest.raises(MessageRefused, match="'odom'"):
         rings_of_polygon(polygon((0, 0), (1, 0), (0, 1), frame="odom"), MAP)

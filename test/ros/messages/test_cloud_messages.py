@@ -98,6 +98,15 @@ def test_float32_survey_coordinates_are_refused_and_float64_ones_are_not():
     assert np.array_equal(positions_of_cloud(cloud(points, "<f8")), points)
 
 
+@pytest.mark.parametrize("kind", ["f4", "f8"])
+def test_bytes_in_the_wrong_order_are_refused_although_they_are_numbers(kind):
+    """Formerly such sources lay at the origin of the map: their coordinates were below 1e-30 m."""
+    message = cloud(np.full((1, 1, 3), 30.0), f"<{kind}")
+    message.is_bigendian = True
+    with pytest.raises(MessageRefused, match="is its byte order as is_bigendian says"):
+        positions_of_cloud(message)
+
+
 def test_integer_positions_are_refused():
     with pytest.raises(MessageRefused, match="'x' is int32; it must be FLOAT32 or FLOAT64"):
         positions_of_cloud(cloud(plane(), "<i4"))

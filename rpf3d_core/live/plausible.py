@@ -1,0 +1,82 @@
+"""Refuse a survey whose shape no ground has: heights that stand for missing points, and grids that fold back.
+
+Rocks stop in the false pit of such a survey, or where its layers lie on each other, and seem to reach nothing.
+"""
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
+
+Indices = NDArray[np.integer[Any]]
+
+TALLEST_FACE = 50.0
+"""Largest height (m) of one facet that is steeper than STEEP, unless the user sets another height."""
+STEEP = 80.0
+"""Slope (degrees) above which the height of a facet is limited."""
+FOLD = 1.0
+"""Largest distance in plan (m) by which a grid may fold back, as below a small overhang."""
+
+
+def check_heights(terrain: Terrain, corners: FloatArray, normals: FloatArray, tallest: float) -> None:
+    """Raise TerrainError if a steep facet is taller than `tallest` (m), as beside a height that means "no data".
+
+    corners : (F, 9) m; normals : (F, 3), unit vectors, or 0 for a facet without an area
+    """
+    steep = np.flatnonzero(np.abs(normals[:, 2]) < math.cos(math.radians(STEEP)))
+    heights = corners[steep][:, 2::3]
+    tall = np.ptp(heights, axis=1) > tallest
+    if not tall.any():
+        return
+    at = steep[int(np.argmax(np.ptp(heights, axis=1)))]
+    places = terrain.frame.points_to_input(corners[at].reshape(3, 3))
+    (x, y, _), low, high = places.mean(axis=0), places[:, 2].min(), places[:, 2].max()
+    raise TerrainError(
+        f"{int(tall.sum()):,} facets are steeper than {STEEP:g} degrees and taller than {tallest:g} m; the tallest is "
+        f"at ({x:.1f}, {y:.1f}), from height {low:.1f} to {high:.1f} m: if a height stands for a missing point, "
+        "publish NaN or leave the point out; if the face is real, set tallest_face to a larger height"
+    )
+
+
+def check_no_fold(terrain: Terrain, normals: FloatArray, points: FloatArray) -> None:
+    """Raise TerrainError if a grid folds back over itself in plan by more than FOLD, so heights are not unique.
+
+    terrain : made from the grid; normals : (F, 3), of its facets
+    points : (H, W, 3) m, the grid, with NaN where a point is missing
+    """
+    down = np.flatnonzero(normals[:, 2] < 0.0)
+    if not len(down):
+        return
+    there = np.flatnonzero(~np.isnan(points).any(axis=-1))
+    row, column = (index.min(axis=1) for index in np.divmod(there[terrain.triangles[down]], points.shape[1]))
+    depth = np.maximum(_depth(points, row, column), _depth(points.swapaxes(0, 1), column, row))
+    if depth.max() > FOLD:
+        x, y, _ = points[row[int(depth.argmax())], column[int(depth.argmax())]]
+        raise TerrainError(
+            f"the grid folds back over itself in plan at {int((depth > FOLD).sum()):,} triangles, by up to "
+            f"{depth.max():.1f} m at ({x:.1f}, {y:.1f}): publish one scan whose rows run in the same direction, or "
+            "publish the ground as scattered points or as a mesh"
+        )
+
+
+def _depth(points: FloatArray, row: Indices, column: Indices) -> FloatArray:
+    """Return by how much (m) a grid folds back along its columns at some of its squares (N,); 0 for no fold.
+
+    A grid folds back if a step from one row to the next has the opposite direction to a step before or after it.
+
+    points : (H, W, 3) m; row, column : (N,), of the first corner of each square
+    """
+    last, deepest = points.shape[0] - 1, np.zeros(len(row))
+    for side in (0, 1):
+        place = [points[np.clip(row + k, 0, last), column + side, :2] for k in (-1, 0, 1, 2)]
+        before, step, after = (b - a for a, b in pairwise(place))
+        # A missing point is NaN, and the comparison with it False.
+        is_back = ((before * step).sum(axis=1) < 0.0) | ((after * step).sum(axis=1) < 0.0)
+        deepest = np.maximum(deepest, np.where(is_back, np.hypot(step[:, 0], step[:, 1]), 0.0))
+    return deepest
