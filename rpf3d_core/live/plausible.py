@@ -25,7 +25,7 @@ FOLD = 1.0
 
 
 def check_heights(terrain: Terrain, corners: FloatArray, normals: FloatArray, tallest: float) -> None:
-    """Raise TerrainError if a steep facet is taller than `tallest` (m), as beside a height that means "no data".
+    """Raise TerrainError if a steep facet is taller than `tallest` (m), as next to a height that means "no data".
 
     corners : (F, 9) m; normals : (F, 3), unit vectors, or 0 for a facet without an area
     """
