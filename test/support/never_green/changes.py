@@ -12,6 +12,9 @@ UNITS = (0.3048, 1.0 / 0.3048, 1000.0, 0.001, 0.01)
 """Factors of coordinates in a wrong unit: metres per foot, feet, millimetres and kilometres per metre, metres per
 centimetre."""
 
+NO_DATA = -9999.0
+"""Height (m) that means "no data" in many files of grids."""
+
 
 def framed(rng: np.random.Generator) -> Change:
     """Return a change to a frame that the node does not know."""
@@ -106,6 +109,29 @@ def strip(rng: np.random.Generator) -> Change:
         places = send.places.copy()
         places[:, column : column + 2] = np.nan
         return send._replace(places=places)
+
+    return change
+
+
+def no_data(rng: np.random.Generator) -> Change:
+    """Return a change that writes the height -9999 m into a strip of a survey, on the slope above the road."""
+    holes = strip(rng)
+
+    def change(send: Send) -> Send:
+        places = send.places.copy()
+        places[..., 2] = np.where(np.isnan(holes(send).places[..., 2]), NO_DATA, places[..., 2])
+        return send._replace(places=places)
+
+    return change
+
+
+def folded(rng: np.random.Generator) -> Change:
+    """Return a change that appends a second scan to a survey, which begins some columns before the first ends."""
+    begin, end = sorted(rng.choice(np.arange(8, 20), 2, replace=False).tolist())
+
+    def change(send: Send) -> Send:
+        first, second = send.places[:, : end + 3], send.places[:, begin:]
+        return send._replace(places=np.concatenate([first, second], axis=1))
 
     return change
 

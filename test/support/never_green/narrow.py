@@ -122,5 +122,7 @@ NARROW: dict[str, Defect] = {
     "alternately understood": alternately_understood,
     "one misplaced": one_misplaced,
     "mesh after the patch": mesh_after_the_patch,
+    "no data as a height": changing("no data as a height", WHOLE[:1], changes.no_data),
+    "folded survey": changing("folded survey", WHOLE[:1], changes.folded),
 }
 """Name of each rare defect -> the defect."""
