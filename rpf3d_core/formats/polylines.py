@@ -52,6 +52,24 @@ def read_lines(path: Path) -> list[FloatArray]:
     return lines
 
 
+def read_lines_with_heights(path: Path) -> list[FloatArray]:
+    """Return the lines (P, 3) m of a file, as `read_lines`, with heights; a height that the file lacks is NaN.
+
+    Raises
+    ------
+    InputError
+        As `read_lines`.
+    """
+    lines = []
+    for geometry in geometries(path, features_of(path, "line", heights=True), LINES):
+        written = geometry.get("coordinates")
+        for line in [written] if geometry["type"] == LINES[0] else written or []:
+            plan = _line(path, line)
+            heights = [position[2] if len(position) > 2 else np.nan for position in line]
+            lines.append(np.column_stack([plan, np.array(heights, dtype=float)]))
+    return lines
+
+
 def _line(path: Path, written: Any) -> FloatArray:
     try:
         line: FloatArray = np.array([position[:2] for position in written], dtype=np.float64)
