@@ -14,6 +14,7 @@ from rpf3d_core.scene.models.sphere import SPHERE_GROUND
 from rpf3d_core.scene.releases import SIZES, RockSpec, SourceSpec
 from rpf3d_core.setup.line_order import warnings_of_lines
 from rpf3d_core.setup.shapes import rock_of_scene
+from rpf3d_core.setup.source_lines import warnings_of_source_lines
 
 LEAST_FRICTION = 1.0
 """Smallest plausible friction angle (degrees); a smaller value is probably in radians, or a tangent.
@@ -64,6 +65,7 @@ def warnings_of(scene: Scene) -> Iterator[str]:
         yield from _sizes(scene)
     yield from _doubtful_units(scene)
     yield from warnings_of_lines(scene)
+    yield from warnings_of_source_lines(scene)
     for name, material in scene.materials.items():
         if material.is_of_a_body:
             continue
