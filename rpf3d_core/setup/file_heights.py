@@ -1,6 +1,6 @@
 """Compare the heights in files of sources with the ground, although `above_ground` replaces these heights.
 
-A difference shows that the file or the terrain is in another unit or datum, or that the source lies beside its crest.
+A difference shows that the file or the terrain is in another unit or datum, or that the source lies next to its crest.
 """
 
 from collections.abc import Iterator
@@ -42,8 +42,8 @@ def height_warnings(scene: Scene, engine: Engine, frame: Frame) -> Iterator[str]
         yield (
             f"`sources[{number}].{key}` of {spec.name!r}: the heights in {path.name} are {middle} m "
             f"{'above' if median > 0.0 else 'below'} the ground in the median, and differ from it by up to {most} m: "
-            "is the file or the terrain in another unit or datum, or does the source lie beside its crest? The heights "
-            "are not used, because the source states `above_ground`"
+            "is the file or the terrain in another unit or datum, or does the source lie next to its crest? The "
+            "heights are not used, because the source states `above_ground`"
         )
 
 
