@@ -61,6 +61,9 @@ polygon is on the terrain, if part of it is not.
 With `above_ground`, points may be `[x, y]` (with `up: y`: `[x, z]`), and `line` may be a file with one or more lines
 (`.geojson .gpkg .shp .dxf .str`). Rocks are spread over the length of all lines of the file. The points of a line must
 be in their order along the crest; a line that turns back, and would be shorter in another order, is warned of.
+Rocks also start along the closing segment of a closed line, and along the lines of all layers of a DXF file: rpf3d
+warns of a long closing segment, and of several layers. Heights in the file of a source are not used with
+`above_ground`, but rpf3d warns if they differ from the ground by more than 2 m plus `above_ground` in the median.
 
 A source with `diameter`, `mass` or `volume` has rocks of this size; all other sources use the size in `rock`. All
 sources use the density and shape in `rock`. The live node refuses a scene in which a source has a size, because it
@@ -187,9 +190,12 @@ same probability; a file has a number on each line, and may have a header |
   - An unknown word in brackets: rpf3d warns, and reads the sizes in m, kg or m3.
   - A unit of another quantity, such as `width (m)` or `width_m` for masses: the file is refused.
   - A name of another quantity, such as `tonnage` for diameters: the file is refused, with the key that the column
-    belongs to.
+    belongs to. German names such as `Masse`, `Durchmesser` and `Volumen` are known, too.
+  - A radius, such as `Radius (m)`: the file is refused, because sizes are diameters, masses or volumes.
   - `Length (L)`, `mass (m)` and `thickness (t)`: the letter in brackets is read as the symbol of the quantity, not as
     litres, metres or tonnes.
+- rpf3d asks for the unit if all rocks are lighter than about 5 kg, or if a named column of masses without a unit has
+  only values below 50. It also asks for the unit of a density from 100 to 300 kg/m3, which may be in lb/ft3.
 - A random number depends only on the seed, the source, the number of the rock and the purpose of the number. Therefore
   it is the same on both engines.
 - A coefficient of a material is drawn for each rock and zone; with `draw: per_impact`, for each impact. The last

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.terrain.frame import FloatArray
 
 FEATURE_EXTENSIONS = (".geojson", ".json", ".gpkg", ".shp", ".dxf", ".str")
 """Extensions of the files of polygons and lines that are read; a file with another extension is read as GeoJSON."""
@@ -15,10 +16,11 @@ FORMATS = "GeoJSON (.geojson, .json), GeoPackage (.gpkg), Shapefile (.shp), DXF 
 """The formats of these files, for messages."""
 
 
-def features_of(path: Path, family: str) -> Any:
+def features_of(path: Path, family: str, heights: bool = False) -> Any:
     """Return the geometries of a file as the content of a GeoJSON file.
 
     family : kind of geometry that the scene needs: "polygon", "line" or "point"
+    heights : True to keep the heights of lines; points always keep them, and polygons lose them, except in GeoJSON
 
     Raises
     ------
@@ -29,11 +31,11 @@ def features_of(path: Path, family: str) -> Any:
     if extension in (".gpkg", ".shp"):
         from rpf3d_core.formats.mine.vector_files import read_vector
 
-        return _collection(read_vector(path, family).geometries)
+        return _collection(read_vector(path, family, heights=heights).geometries)
     if extension == ".dxf":
-        return _collection(_dxf(path, family))
+        return _collection(_dxf(path, family, heights))
     if extension == ".str":
-        return _collection(_strings(path, family))
+        return _collection(_strings(path, family, heights))
     return _geojson(path, family)
 
 
@@ -51,40 +53,45 @@ def _collection(geometries: list[dict[str, Any]]) -> dict[str, Any]:
     return {"type": "GeometryCollection", "geometries": geometries}
 
 
-def _dxf(path: Path, family: str) -> list[dict[str, Any]]:
+def _dxf(path: Path, family: str, heights: bool) -> list[dict[str, Any]]:
     from rpf3d_core.formats.mine.dxf_lines import read_dxf_lines, read_dxf_points
 
     if family == "point":
         return [{"type": "Point", "coordinates": place} for place in read_dxf_points(path).tolist()]
     return [
-        _line(path, line.points.tolist(), line.closed, family, f"on layer {line.layer!r}")
+        _line(path, _kept(line.points, heights), line.closed, family, f"on layer {line.layer!r}")
         for line in read_dxf_lines(path)
     ]
 
 
-def _strings(path: Path, family: str) -> list[dict[str, Any]]:
+def _strings(path: Path, family: str, heights: bool) -> list[dict[str, Any]]:
     from rpf3d_core.formats.mine.surpac import read_strings, string_segments
 
-    segments = [segment.tolist() for segment in string_segments(read_strings(path))]
+    segments = string_segments(read_strings(path))
     if family == "point":
-        return [{"type": "Point", "coordinates": place} for segment in segments for place in segment]
+        return [{"type": "Point", "coordinates": place} for segment in segments for place in segment.tolist()]
     return [
-        _line(path, segment, False, family, f"number {number} (from 1)")
+        _line(path, _kept(segment, heights), False, family, f"number {number} (from 1)")
         for number, segment in enumerate(segments, start=1)
     ]
 
 
-def _line(path: Path, points: list[list[float]], closed: bool, family: str, where: str) -> dict[str, Any]:
-    """Return a line as a GeoJSON line in plan, or as a polygon if polygons are needed.
+def _kept(points: FloatArray, heights: bool) -> list[list[float]]:
+    """Return the coordinates of points (P, 3) m as lists: with the heights, or only those in plan."""
+    found: list[list[float]] = points[:, : 3 if heights else 2].tolist()
+    return found
 
-    points : (N, 2 or 3) m; closed : True if the last point is connected to the first
+
+def _line(path: Path, points: list[list[float]], closed: bool, family: str, where: str) -> dict[str, Any]:
+    """Return a line as a GeoJSON line, or as a polygon if polygons are needed.
+
+    points : (N, 2 or 3) m, with heights only for lines; closed : True if the last point is connected to the first
     family : wanted kind of geometry, "polygon" or "line"; where : place of the line in the file, for messages
     """
-    plan = [point[:2] for point in points]
-    if closed and plan and plan[0] != plan[-1]:
-        plan.append(plan[0])
+    if closed and points and points[0][:2] != points[-1][:2]:
+        points = [*points, points[0]]
     if family == "line":
-        return {"type": "LineString", "coordinates": plan}
-    if len(plan) < 4 or plan[0] != plan[-1]:
+        return {"type": "LineString", "coordinates": points}
+    if len(points) < 4 or points[0] != points[-1]:
         raise InputError(f"{path}: the line {where} is not closed, but an area needs closed lines; close or remove it")
-    return {"type": "Polygon", "coordinates": [plan]}
+    return {"type": "Polygon", "coordinates": [points]}

@@ -1,5 +1,6 @@
 """Read lines in plan: from corners, or from files in the plan coordinates (m) of the input."""
 
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +51,39 @@ def read_lines(path: Path) -> list[FloatArray]:
     if not lines:
         raise InputError(f"{path}: holds no line; it must have at least one")
     return lines
+
+
+def read_lines_with_heights(path: Path) -> list[FloatArray]:
+    """Return the lines (P, 3) m of a file, as `read_lines`, with heights; a height that the file lacks is NaN.
+
+    Raises
+    ------
+    InputError
+        As `read_lines`.
+    """
+    lines = []
+    for geometry in geometries(path, features_of(path, "line", heights=True), LINES):
+        written = geometry.get("coordinates")
+        for line in [written] if geometry["type"] == LINES[0] else written or []:
+            plan = _line(path, line)
+            heights = [position[2] if len(position) > 2 else np.nan for position in line]
+            lines.append(np.column_stack([plan, np.array(heights, dtype=float)]))
+    return lines
+
+
+def layers_of_lines(path: Path) -> dict[str, int]:
+    """Return the number of lines on each layer of a DXF file, by the layer's name; {} for other files.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read.
+    """
+    if path.suffix.lower() != ".dxf":
+        return {}
+    from rpf3d_core.formats.mine.dxf_lines import read_dxf_lines
+
+    return dict(Counter(line.layer for line in read_dxf_lines(path)))
 
 
 def _line(path: Path, written: Any) -> FloatArray:

@@ -1,6 +1,7 @@
 """Units of length of terrain files, by the key that a scene uses for a file's unit; units in the headers of tables."""
 
 import re
+import unicodedata
 from typing import NamedTuple
 
 METRE = "m"
@@ -40,11 +41,19 @@ _TONS = ("ton", "tons")
 _SYMBOLS = (("length", "l"), ("mass", "m"), ("thickness", "t"))
 """Names of columns with a letter in brackets that is the symbol of the quantity, not a unit: (L) is not litres."""
 _WORDS = {
-    "length": ("diameter", "dia", "length", "width", "thickness"),
-    "mass": ("mass", "weight", "tonnage", "ton", "tons", "tonne", "tonnes"),
+    "length": ("diameter", "dia", "length", "width", "height", "thickness"),
+    "mass": ("mass", "weight", "tonnage", "ton", "tons", "tonne", "tonnes", "tonnen"),
     "volume": ("volume", "vol"),
 }
 """Words in the names of columns that state the quantity of the numbers, by quantity."""
+_GERMAN_WORDS = {
+    "length": ("durchmesser", "länge", "laenge", "breite", "höhe", "hoehe", "dicke"),
+    "mass": ("masse", "massen", "gewicht", "gewichte"),
+    "volume": ("volumen",),
+}
+"""German words like those of `_WORDS`; a longer word may end with one, such as `Blockmasse`."""
+_RADIUS = ("radius", "radii", "radien", "halbmesser")
+"""Words in the names of columns that state a radius."""
 _PERHAPS_TONNES = re.compile(r"\btonnage\b|\st$")
 """Names of columns without a unit whose numbers may be in tonnes, in small letters."""
 _UNIT_OF_A_COORDINATE = re.compile(
@@ -105,9 +114,26 @@ def other_quantity_named(header: str, quantity: str) -> str | None:
 
     header : name of the column; quantity : key of `SI`, the wanted quantity
     """
-    words = set(re.split(r"[^a-z]+", header.lower()))
-    named = [each for each, known in _WORDS.items() if not words.isdisjoint(known)]
+    words = _words_of(header)
+    named = [each for each, known in _WORDS.items() if words & {*known} or _ends_with(words, _GERMAN_WORDS[each])]
     return None if not named or quantity in named else named[0]
+
+
+def states_radius(header: str) -> bool:
+    """Return True if the name of a column states a radius, but no diameter."""
+    words = _words_of(header)
+    is_diameter = bool(words & {"diameter", "dia"}) or _ends_with(words, ("durchmesser",))
+    return not is_diameter and _ends_with(words, _RADIUS)
+
+
+def _words_of(header: str) -> set[str]:
+    """Return the words in the name of a column, in small letters; an umlaut is one character."""
+    return set(re.split(r"[^a-zäöüß]+", unicodedata.normalize("NFC", header).lower()))
+
+
+def _ends_with(words: set[str], ends: tuple[str, ...]) -> bool:
+    """Return True if any word ends with one of several ends."""
+    return any(word.endswith(ends) for word in words)
 
 
 def _parts_of(header: str) -> tuple[str, str, str]:

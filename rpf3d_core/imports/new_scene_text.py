@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rpf3d_core.formats.units import METRE
+from rpf3d_core.formats.words import whole_degrees
 from rpf3d_core.imports.crests import ENERGY_LINE, LONG, OVER, Crest
 from rpf3d_core.imports.scene_text import comment, counted
 from rpf3d_core.setup.coverage import plain
@@ -103,7 +104,7 @@ def _materials(found: NewScene) -> Iterator[str]:
     yield f"  default: {{library: {LIBRARY}}}   # CHECK: friction angle assumed, 10 to 45 degrees"
     yield from comment("Zones of the file; remove the # and name the ground of a zone:")
     for zone in found.zones:
-        area = f"{zone.area:,.0f} m2, mean slope {zone.slope:.0f} degrees"
+        area = f"{zone.area:,.0f} m2, mean slope {whole_degrees(zone.slope)}"
         yield f"  # {_quoted(zone.name)}: {{library: {LIBRARY}}}   # {area}"
 
 

@@ -1,5 +1,6 @@
 """Assemble the content of a report from the result folder of a run: warnings first, limits and sign-off last."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -35,6 +36,8 @@ HELD = (50, 75, 90, 95)
 """Percentages of the rocks; for each, a report states the distance beyond the toe within which they stop."""
 MOST_ROWS, FEWEST_BENCHES = 12, 3
 """Largest number of rows of the table of main figures; but at least FEWEST_BENCHES zones are always shown."""
+FILE_EXTENSION = re.compile(r"\.[A-Za-z]\w*")
+"""An extension of a file name, such as .dxf; a decimal fraction is none."""
 MOST_NAMED = 8
 """Largest number of zones without rocks that a sentence names."""
 AT_BARRIERS = {
@@ -144,8 +147,13 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
 
 
 def _as_sentence(warning: str) -> str:
-    """Return a warning of the run as a sentence with a capital letter and a full stop or question mark."""
-    return f"{warning[:1].upper()}{warning[1:]}{'' if warning.endswith('?') else '.'}"
+    """Return a warning of the run as a sentence with a capital letter and a full stop or question mark.
+
+    A file name at the beginning keeps its letters.
+    """
+    begins = (warning.partition(" ")[0].rstrip(":,"), warning.partition(":")[0])
+    is_file = any(FILE_EXTENSION.fullmatch(Path(begin).suffix) for begin in begins)
+    return f"{warning[:1] if is_file else warning[:1].upper()}{warning[1:]}{'' if warning.endswith('?') else '.'}"
 
 
 def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:

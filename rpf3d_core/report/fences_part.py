@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from rpf3d_core.formats.words import whole_degrees
 from rpf3d_core.hazard.benches import in_percent
 from rpf3d_core.report.barriers_part import BOTH, barriers_part
 from rpf3d_core.report.elements import Element, Heading, Table, Text
@@ -86,7 +87,7 @@ def _ground(footing: Footing) -> str:
     """Return the slope of the ground where a fence would stand as text, and the share of its line on a face."""
     if footing.steep is None or footing.slope is None:
         return UNKNOWN
-    slope = f"{footing.slope:.0f} degrees"
+    slope = whole_degrees(footing.slope)
     if footing.is_on_a_face:
         return f"face of {slope}"
     return slope if footing.steep < SLIGHT else f"{slope}; {in_percent(footing.steep, 0)} % on a face"

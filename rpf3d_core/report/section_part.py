@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from rpf3d_core.formats.words import whole_degrees
 from rpf3d_core.report.elements import Element, Heading, Picture, Text
 from rpf3d_core.report.passing import shares_beyond
 from rpf3d_core.report.run_files import RunFiles
@@ -32,8 +33,8 @@ def section_part(run: RunFiles, beyond: BeyondToe, section: CriticalSection | No
     known = ", and the path of this rock" if section.path is not None else ""
     yield Text(f"The section goes through E {east:,.1f}, N {north:,.1f}, where the rock started that stopped farthest "
                f"from its release (rock {rock} of source {source}, runout {section.runout:.1f} m). Its "
-               f"azimuth, {section.azimuth:.0f} degrees, is the mean of the rocks that start there. It shows the paths "
-               f"in a strip of {section.width:.0f} m{known}.{'' if known else UNKNOWN_PATH}")  # fmt: skip
+               f"azimuth, {whole_degrees(section.azimuth)}, is the mean of the rocks that start there. It shows the "
+               f"paths in a strip of {section.width:.0f} m{known}.{'' if known else UNKNOWN_PATH}")  # fmt: skip
     yield Picture(_section_png(run, beyond, section),
                   "Above: the ground, the paths and the barriers in the section. Below: rocks of all sections that "
                   "pass a distance, with both intervals.")  # fmt: skip

@@ -32,7 +32,7 @@ class Curve(NamedTuple):
 
     name : label, "" for a single curve; at : (P,) values of the varied key, numbers or other values
     values, low, high : (P,) result and ends of its 95 % interval, in the unit of the panel's axis; None if unknown
-    is_predictive : True for predictive intervals; False for sampling intervals
+    is_predictive : True for predictive intervals, which a point may lack; False for sampling intervals
     """
 
     name: str

@@ -8,7 +8,14 @@ import numpy as np
 from pydantic import Discriminator, Field, SerializerFunctionWrapHandler, Tag, model_serializer, model_validator
 
 from rpf3d_core.formats.numbers import NumberColumn, read_column
-from rpf3d_core.formats.units import SI, doubt_on_unit, key_of_sizes, other_quantity, other_quantity_named
+from rpf3d_core.formats.units import (
+    SI,
+    doubt_on_unit,
+    key_of_sizes,
+    other_quantity,
+    other_quantity_named,
+    states_radius,
+)
 from rpf3d_core.materials.distributions import Distribution, Measured
 from rpf3d_core.scene.draws import MEASURED, Draw, distribution_of, drawn
 from rpf3d_core.scene.values import InputFile, Name, Number, StrictModel, refuse
@@ -59,6 +66,13 @@ class MeasuredList(StrictModel):
     def _column(self, file: Path, measure: str) -> NumberColumn:
         return read_column(file, self.column, _quantity(measure))
 
+    def column_of(self, measure: str) -> NumberColumn | None:
+        """Return the column of the file that holds the sizes; None if the sizes are in the scene.
+
+        measure : the key of the sizes, such as `mass`
+        """
+        return None if isinstance(self.measured, tuple) else self._column(self.measured, measure)
+
     def check_sizes(self, measure: str) -> None:
         """Refuse sizes that are not above 0, and a column whose name states another quantity, such as `tonnage`.
 
@@ -76,6 +90,11 @@ class MeasuredList(StrictModel):
         """Refuse a column whose name states another quantity than the key of the sizes, by its unit or by a word."""
         found, quantity = self._column(file, measure), _quantity(measure)
         name = found.name or ""
+        if states_radius(name):
+            raise refuse(
+                f"needs diameters, masses or volumes, but the name of the column {name!r} states a radius; double its "
+                "numbers, name the column a diameter, and give it to the key `diameter`", measure,
+            )  # fmt: skip
         if found.unit is not None and found.unit.quantity != quantity:
             raise refuse(f"has sizes {other_quantity(name, found.unit, quantity)}", measure)
         other = other_quantity_named(name, quantity) if found.unit is None else None

@@ -36,6 +36,7 @@ from rpf3d_core.setup.areas import area_outlines, read_areas
 from rpf3d_core.setup.builders.hazard import empty_barriers, memory_of_bins, scales_over
 from rpf3d_core.setup.cells import least_cell
 from rpf3d_core.setup.extents import other_extents
+from rpf3d_core.setup.file_heights import height_warnings
 from rpf3d_core.setup.file_keys import named_by_key
 from rpf3d_core.setup.misplaced import placing_notes, refuse_other_systems
 from rpf3d_core.setup.named import models_of, obstacles_of
@@ -129,7 +130,7 @@ def prepare(
         scene=scene, terrain=terrain, faults=faults, engine=engine, flight=flight, sources=sources,
         rock=rock_of_scene(scene), raster=raster, polygons=polygons, outlines=outlines, read_s=read_s,
         index_s=time.perf_counter() - began - read_s, began=began, placing=placing,
-        doubts=tuple(warnings_of(scene)), source_polygons=source_polygons,
+        doubts=(*warnings_of(scene), *height_warnings(scene, engine, terrain.frame)), source_polygons=source_polygons,
     )  # fmt: skip
 
 

@@ -3,17 +3,18 @@
 from collections.abc import Iterator
 
 from rpf3d_core.ensemble.outward import three_figures
-from rpf3d_core.ensemble.sizes import diameter_of, mass_range
-from rpf3d_core.formats.units import LENGTHS
+from rpf3d_core.ensemble.sizes import UNIT_SPHERE_VOLUME, diameter_of, mass_range
+from rpf3d_core.formats.units import LENGTHS, SI
 from rpf3d_core.formats.words import either
-from rpf3d_core.scene.draws import distribution_of
+from rpf3d_core.scene.draws import Draw, distribution_of
 from rpf3d_core.scene.material import Material
-from rpf3d_core.scene.measured import MeasuredList
+from rpf3d_core.scene.measured import MeasuredList, sizes_from
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.models.sphere import SPHERE_GROUND
-from rpf3d_core.scene.releases import SIZES
+from rpf3d_core.scene.releases import SIZES, RockSpec, SourceSpec
 from rpf3d_core.setup.line_order import warnings_of_lines
 from rpf3d_core.setup.shapes import rock_of_scene
+from rpf3d_core.setup.source_lines import warnings_of_source_lines
 
 LEAST_FRICTION = 1.0
 """Smallest plausible friction angle (degrees); a smaller value is probably in radians, or a tangent.
@@ -27,6 +28,12 @@ A thinner stem would stop no rock.
 """
 LARGEST_ROCK, SMALLEST_ROCK = 25.0, 0.005
 """Largest and smallest plausible diameter (m) of a rock: 8,000 m^3 fall as a mass, not as a rock."""
+SMALL_ROCK = 0.15
+"""Diameter (m) below which all rocks of a scene are so small that a wrong unit is likely; 4.8 kg of rock."""
+SMALL_MEASURED = 0.05
+"""Diameter (m) below which all measured diameters in cm or mm are probably in m; 5 m in cm."""
+LIGHT_ROCK = 50.0
+"""Mass (kg) below which all masses of a column without a unit are probably in t; a block of 50 kg is 0.33 m wide."""
 UNITS_OF_SIZES = ("cm", "mm")
 """Units in which the size of a rock may be given by mistake."""
 MOST_SPEED = 150.0
@@ -36,6 +43,10 @@ LEAST_DENSITY = 100.0
 
 Pumice has 250 kg/m^3.
 """
+MOST_POUNDS = 300.0
+"""Largest density (kg/m^3) that is probably in lb/ft^3; magnetite has 325 lb/ft^3, most rock 150 to 190."""
+POUND_PER_CUBIC_FOOT = 0.45359237 / 0.3048**3
+"""Density of 1 lb/ft^3 (kg/m^3)."""
 SWAPPED = 1.5
 """Ratio R_n / R_t (-) above which both are probably swapped; sheets of plywood have 1.2, rock less than 1."""
 LEAST_TERMINAL_SPEED = 1.0
@@ -50,9 +61,11 @@ def warnings_of(scene: Scene) -> Iterator[str]:
     if scene.rock.density < LEAST_DENSITY:
         yield f"`rock.density` is {scene.rock.density:g} kg/m3; is it in t/m3?"
     else:
+        yield from _pounds(scene.rock.density)
         yield from _sizes(scene)
     yield from _doubtful_units(scene)
     yield from warnings_of_lines(scene)
+    yield from warnings_of_source_lines(scene)
     for name, material in scene.materials.items():
         if material.is_of_a_body:
             continue
@@ -99,6 +112,58 @@ def _sizes(scene: Scene) -> Iterator[str]:
         )
     elif smallest < SMALLEST_ROCK:
         yield f"`rock` has {three_figures(smallest)} m in diameter, less than gravel; is its mass in t?"
+    else:
+        yield from _small_rocks(scene)
+
+
+def _pounds(density: float) -> Iterator[str]:
+    """Yield a warning if a density (kg/m^3) is far below that of rock, but a density of rock in lb/ft^3."""
+    if density <= MOST_POUNDS:
+        yield (
+            f"`rock.density` is {density:g} kg/m3, far less than rock; did you mean "
+            f"{three_figures(density * POUND_PER_CUBIC_FOOT)} kg/m3 ({density:g} lb/ft3)?"
+        )
+
+
+def _small_rocks(scene: Scene) -> Iterator[str]:
+    """Yield a warning for each size of the scene whose rocks are all so small that its unit is probably wrong."""
+    for place, section in _sections_with_sizes(scene):
+        for measure in SIZES:
+            size = getattr(section, measure)
+            if size is not None and (doubt := _small(size, measure, scene.rock.density)):
+                yield f"`{place}.{measure}` {doubt}"
+
+
+def _small(size: float | Draw | MeasuredList, measure: str, density: float) -> str:
+    """Return the end of a warning on a size whose rocks are all very small; "" if its unit is plausible.
+
+    Two mistakes are found: masses in t without a unit, and sizes that were converted although they were in m, kg or m3.
+
+    measure : the key of the size, such as `mass`; density : kg/m^3
+    """
+    column = size.column_of(measure) if isinstance(size, MeasuredList) else None
+    name, unit = (None, None) if column is None else (column.name, column.unit)
+    if (measure != "mass" or unit is not None) and (unit is None or unit.factor >= 1.0):
+        return ""
+    if isinstance(size, MeasuredList) and size.doubt(measure):
+        return ""  # `_doubtful_units` asks for the unit
+    largest = size if isinstance(size, float) else sizes_from(size, measure).high
+    volume = {"diameter": UNIT_SPHERE_VOLUME * (0.5 * largest) ** 3, "mass": largest / density}.get(measure, largest)
+    mass, diameter = density * volume, float(diameter_of(density * volume, density))
+    is_light = name is not None and unit is None and mass < LIGHT_ROCK
+    if diameter >= (SMALL_MEASURED if measure == "diameter" else SMALL_ROCK) and not is_light:
+        return ""
+    found = f"has no rock above {three_figures(mass)} kg, {three_figures(diameter)} m in diameter"
+    if unit is not None:
+        return f"{found}: are the numbers of the column {name!r} in {SI[unit.quantity]}, not in {unit.name}?"
+    if name is None:
+        return f"{found}; is its mass in t?"
+    return f"{found}; are its masses in t? Write their unit in brackets: '{name} (t)' or '{name} (kg)'"
+
+
+def _sections_with_sizes(scene: Scene) -> list[tuple[str, RockSpec | SourceSpec]]:
+    """Return the key path and the content of each section of the scene that may state a size of rocks."""
+    return [("rock", scene.rock), *((f"sources[{number}]", source) for number, source in enumerate(scene.sources))]
 
 
 def _units_in_words(diameter: float) -> str:
@@ -114,8 +179,7 @@ def _units_in_words(diameter: float) -> str:
 
 def _doubtful_units(scene: Scene) -> Iterator[str]:
     """Yield a warning for each file of sizes whose unit was taken from the end of a column name, which may be wrong."""
-    places = [("rock", scene.rock), *((f"sources[{number}]", source) for number, source in enumerate(scene.sources))]
-    for place, section in places:
+    for place, section in _sections_with_sizes(scene):
         for measure in SIZES:
             size = getattr(section, measure)
             if isinstance(size, MeasuredList) and (doubt := size.doubt(measure)):

@@ -8,14 +8,13 @@ from rpf3d_core.results.hazard_files.benches_csv import write_csv
 from rpf3d_core.results.series import Curve, Panel
 from rpf3d_core.scene.listings.key_words import KeyWords, key_in_words
 from rpf3d_core.sweep.cells import Cell, value_text
-from rpf3d_core.sweep.figures import PREDICTIVE, REACHED, RETAINED, RUNOUT, STOPPED
+from rpf3d_core.sweep.figures import PREDICTIVE, REACHED, RETAINED, RUNOUT, STOPPED, UNKNOWN
 from rpf3d_core.sweep.flying import CELLS, CellRecord
 from rpf3d_core.sweep.tables import (
     BEYOND_TERRAIN,
     CSV_COLUMNS,
     RUN_HEADER,
     RUN_RESULTS,
-    SAMPLING_ONLY,
     Place,
     csv_rows,
     figure_of,
@@ -77,13 +76,7 @@ def panels_of(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence
         curves = _curves(varied, cells, records, (result, ("", "")), scale)
         panel = Panel(title=title.partition(" (")[0], axis=title, curves=curves)
         panels.append(panel._replace(unknown=BEYOND_TERRAIN) if result == RUNOUT else panel)
-    return [_marked(panel) for panel in panels] if have_unknowns(cells) else panels
-
-
-def _marked(panel: Panel) -> Panel:
-    """Return the panel; if a curve has sampling intervals, which leave the unknowns out, the title says so."""
-    predictive = all(curve.is_predictive for curve in panel.curves)
-    return panel if predictive else panel._replace(title=f"{panel.title} ({SAMPLING_ONLY})")
+    return panels
 
 
 def _panel(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord], place: Place) -> Panel:
@@ -126,7 +119,8 @@ def _curves(
         first = first if isinstance(first, int | float) else value_text(first)
         name = ", ".join(_named(key, value_text(value)) for key, value in zip(keys, others, strict=True))
         found.setdefault(name, []).append((first, record))
-    return [_curve(name, points, what, scale) for name, points in found.items()]
+    has_unknowns = have_unknowns(cells)
+    return [_curve(name, points, what, scale, has_unknowns) for name, points in found.items()]
 
 
 def _short(keys: Sequence[str]) -> Sequence[KeyWords]:
@@ -142,19 +136,32 @@ def _named(key: KeyWords, value: str) -> str:
     return f"{key.name} {value}{f' {key.unit}' if key.unit not in ('', '-') else ''}"
 
 
-def _curve(name: str, points: Sequence[tuple[object, CellRecord]], what: tuple[str, Place], scale: float) -> Curve:
-    """Return a curve with a band: predictive intervals if all points have one, else the sampling intervals.
+def _curve(
+    name: str,
+    points: Sequence[tuple[object, CellRecord]],
+    what: tuple[str, Place],
+    scale: float,
+    has_unknowns: bool,
+) -> Curve:
+    """Return a curve with the predictive interval of each point, or the sampling interval if the scene has no unknowns.
+
+    In a scene with unknowns, a point without a predictive interval has no ends, because the sampling interval leaves
+    the unknowns out.
 
     points : value of the first key, and record of the cell; what : result, and kind and name of its place
-    scale : factor from the figure to the axis
+    scale : factor from the figure to the axis; has_unknowns : True if any cell of the sweep has unknowns
     """
     found = [(at, figure_of(record, *what)) for at, record in points]
     figures = [(at, figure) for at, figure in found if figure is not None and figure.value is not None]
-    is_predictive = all(figure.interval == PREDICTIVE for _, figure in figures)
-    ends = ("low", "high") if is_predictive else ("sampling_low", "sampling_high")
+    is_predictive = has_unknowns or any(figure.interval == PREDICTIVE for _, figure in figures)
+    ends = [
+        (one.sampling_low, one.sampling_high) if not is_predictive
+        else (one.low, one.high) if one.interval == PREDICTIVE else UNKNOWN
+        for _, one in figures
+    ]  # fmt: skip
     values, low, high = (
-        [None if (end := getattr(each, name)) is None else scale * end for _, each in figures]
-        for name in ("value", *ends)
+        [None if number is None else scale * number for number in numbers]
+        for numbers in ([one.value for _, one in figures], [end for end, _ in ends], [end for _, end in ends])
     )
     return Curve(
         name=name, at=[at for at, _ in figures], values=values, low=low, high=high, is_predictive=is_predictive

@@ -1,6 +1,6 @@
 """The picture of a sweep draws an interval as a band only if it holds the unknowns of the scene."""
 
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from rpf3d_core.results.plots.sweep import INTERVAL, _bands, _draw
@@ -26,6 +26,18 @@ def test_predictive_intervals_are_shaded_and_sampling_intervals_are_bars_at_each
     assert bands_and_bars(panel(True)) == (1, 0)
     assert bands_and_bars(panel(False)) == (0, 6)
     assert bands_and_bars(panel(True, points=1))[1] == 0, "the band of one point is no bar"
+
+
+def test_a_point_without_an_interval_has_a_question_mark_and_the_others_keep_their_bands() -> None:
+    """Three points: an interval, no interval, and an interval whose upper end is unknown."""
+    drawn = panel(True)
+    drawn = drawn._replace(curves=[drawn.curves[0]._replace(low=[1.0, None, 1.0], high=[3.0, None, None])])
+    axes = Figure().subplots()
+    _draw(axes, drawn, {str(at): float(at) for at in range(3)}, "key")
+    (broad,) = (each for each in axes.collections if isinstance(each, LineCollection))
+    assert [segment.tolist() for segment in broad.get_segments()] == [[[0, 1], [0, 3]], [[2, 1], [2, 2]]]
+    assert [(text.get_text(), *text.xy) for text in axes.texts] == [("?", 1.0, 2.0), ("?", 2.0, 2.0)]
+    assert _bands([drawn]) == f"bands: {INTERVAL[True]}; ?: unknown interval or end"
 
 
 def test_the_heading_names_what_is_drawn() -> None:

@@ -185,6 +185,69 @@ def test_a_size_in_centimetres_is_asked_for(tmp_path: Path, size: str, units: st
 
 
 @pytest.mark.parametrize(
+    ("size", "content", "told"),
+    [
+        ("mass: 0.9", "", "has no rock above 0.9 kg, 0.0883 m in diameter; is its mass in t?"),
+        ("mass: {mean: 1.2, sd: 0.3, min: 0.5, max: 3}", "", "above 3 kg, 0.132 m in diameter; is its mass in t?"),
+        ("mass: {measured: [1.4, 0.3, 1.7]}", "", "has no rock above 1.7 kg, 0.109 m in diameter; is its mass in t?"),
+        ("mass: {measured: b.csv}", "Masse\n1.4\n12\n", "above 12 kg, 0.209 m in diameter; are its masses in t? Write "
+         "their unit in brackets: 'Masse (t)' or 'Masse (kg)'"),
+        ("mass: {measured: b.csv}", "mass (g)\n900\n2000\n", "the numbers of the column 'mass (g)' in kg, not in g?"),
+        ("diameter: {measured: b.csv}", "d (cm)\n0.8\n1.4\n", "the numbers of the column 'd (cm)' in m, not in cm?"),
+        ("diameter: {measured: b.csv}", "d (cm)\n8\n14\n", None),
+        ("mass: {measured: b.csv}", "Masse (kg)\n1.4\n2\n", None),
+        ("mass: {measured: b.csv}", "Masse\n14\n70\n", None),
+        ("mass: {measured: b.csv}", "Masse (t)\n0.4\n2\n", None),
+        ("mass: {measured: b.csv}", "14\n20\n", None),
+        ("mass: 11", "", None),
+        ("diameter: 0.1", "", None),
+        ("diameter: {measured: b.csv}", "d (cm)\n20\n40\n", None),
+    ],
+)  # fmt: skip
+def test_small_rocks_are_asked_for_their_unit(tmp_path: Path, size: str, content: str, told: str | None) -> None:
+    (tmp_path / "b.csv").write_text(content)
+    key = size.partition(":")[0]
+    found = [each for each in warnings_of(read_scene(written(tmp_path, size))) if f"`rock.{key}`" in each]
+    assert len(found) == (told is not None)
+    assert told is None or told in found[0]
+
+
+def test_a_source_with_small_rocks_is_asked_for_its_unit(tmp_path: Path) -> None:
+    (tmp_path / "scene.yaml").write_text(SCENE.format(size="mass: 900").replace("name: top", "name: top, mass: 0.9"))
+    found = [each for each in warnings_of(read_scene(tmp_path / "scene.yaml")) if "is its mass in t?" in each]
+    assert len(found) == 1 and found[0].startswith("`sources[0].mass` has no rock above 0.9 kg")
+
+
+@pytest.mark.parametrize(("density", "told"), [(165, "2,640 kg/m3 (165 lb/ft3)"), (301, None), (2500, None)])
+def test_a_density_in_pounds_per_cubic_foot_is_asked_for(tmp_path: Path, density: int, told: str | None) -> None:
+    text = SCENE.format(size="diameter: 1").replace("density: 2500", f"density: {density}")
+    (tmp_path / "scene.yaml").write_text(text)
+    found = [each for each in warnings_of(read_scene(tmp_path / "scene.yaml")) if "`rock.density`" in each]
+    assert len(found) == (told is not None)
+    assert told is None or f"did you mean {told}?" in found[0]
+
+
+@pytest.mark.parametrize("measure", ["diameter", "mass"])
+@pytest.mark.parametrize("header", ["Radius (m)", "radius", "Blockradius", "mean radius_cm"])
+def test_a_column_of_radii_is_refused(tmp_path: Path, measure: str, header: str) -> None:
+    (tmp_path / "blocks.csv").write_text(f"{header}\n0.5\n")
+    with pytest.raises(InputError, match=rf"`rock\.{measure}` .*states a radius; double its numbers"):
+        read_scene(written(tmp_path, f"{measure}: {{measured: blocks.csv}}"))
+
+
+@pytest.mark.parametrize(
+    ("measure", "header", "key"),
+    [("diameter", "Masse", "mass"), ("diameter", "Gewicht", "mass"), ("diameter", "Blockmasse", "mass"),
+     ("mass", "Durchmesser", "diameter"), ("mass", "Länge", "diameter"), ("volume", "La\u0308nge", "diameter"),
+     ("mass", "Breite", "diameter"), ("mass", "HÖHE", "diameter"), ("mass", "Volumen", "volume")],
+)  # fmt: skip
+def test_german_names_of_columns_state_their_quantity(tmp_path: Path, measure: str, header: str, key: str) -> None:
+    (tmp_path / "blocks.csv").write_text(f"{header}\n2\n", encoding="utf-8")
+    with pytest.raises(InputError, match=rf"`rock\.{measure}` .*the key `{key}`"):
+        read_scene(written(tmp_path, f"{measure}: {{measured: blocks.csv}}"))
+
+
+@pytest.mark.parametrize(
     ("measure", "header", "doubt"),
     [("mass", "Tonnage", "may mean tonnes"), ("mass", "weight t", "may mean tonnes"),
      ("mass", "mass_t", "converted from t to kg;"), ("diameter", "d_in", "converted from in to m;"),

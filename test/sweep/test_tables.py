@@ -45,11 +45,10 @@ def test_a_fence_that_few_sets_reach_is_not_under_the_predictive_note(folder: Pa
     assert all(BOTH.fullmatch(text) for text in shares)
     ((_, *percentiles),) = run_rows(found.cells, found.records)
     assert all(BOTH.fullmatch(text) for text in percentiles)
-    panels = {
-        panel.title: panel.curves[0].is_predictive for panel in panels_of(found.varied, found.cells, found.records)
-    }
-    assert panels["retained by fence (barrier) (sampling only)"] is False
-    assert panels["runout p95"] is True
+    panels = {panel.title: panel.curves[0] for panel in panels_of(found.varied, found.cells, found.records)}
+    fence, runout = panels["retained by fence (barrier)"], panels["runout p95"]
+    assert fence.is_predictive and fence.low == fence.high == [None], "no sampling interval as if it were all"
+    assert runout.is_predictive and runout.low[0] is not None
 
 
 def test_a_fence_that_all_sets_reach_has_both_intervals(folder: Path) -> None:
@@ -95,10 +94,11 @@ def band_of(intervals: Sequence[str], found: Sweep) -> tuple[bool, list[float | 
     return curve.is_predictive, list(curve.low)
 
 
-def test_a_band_is_predictive_only_if_all_its_points_are(folder: Path) -> None:
+def test_a_point_without_a_predictive_interval_has_none_and_the_others_keep_theirs(folder: Path) -> None:
     found = sweep(written(folder, SCENE), {BERM: (4, 5)}, folder / "out", Here())
     assert band_of((PREDICTIVE, PREDICTIVE), found) == (True, [1.0, 1.0])
-    assert band_of((PREDICTIVE, SAMPLING), found) == (False, [40.0, 40.0])
+    assert band_of((PREDICTIVE, SAMPLING), found) == (True, [1.0, None])
+    assert band_of((SAMPLING, SAMPLING), found) == (False, [40.0, 40.0])
 
 
 def test_a_cell_without_unknowns_next_to_one_with_them_is_marked(folder: Path) -> None:

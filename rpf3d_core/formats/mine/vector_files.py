@@ -46,11 +46,12 @@ class VectorLayer(NamedTuple):
     crs: str | None
 
 
-def read_vector(path: Path, family: str, layer: str = "") -> VectorLayer:
-    """Return the geometries of a layer and its reference system; only points keep their heights.
+def read_vector(path: Path, family: str, layer: str = "", heights: bool = False) -> VectorLayer:
+    """Return the geometries of a layer and its reference system; points keep their heights.
 
     family : "polygon", "line" or "point", the kind of geometry of the wanted layer
     layer : name of the layer; "" for the only layer with geometries of this kind
+    heights : True to keep the heights of lines and polygons, too
 
     Raises
     ------
@@ -62,7 +63,7 @@ def read_vector(path: Path, family: str, layer: str = "") -> VectorLayer:
     content, ends = arrays["content"].tobytes(), np.cumsum(arrays["lengths"]).tolist()
     parts = [content[begin:end] for begin, end in zip([0, *ends[:-1]], ends, strict=True)]
     read = np.asarray(shapely.from_wkb(parts), dtype=object)
-    shapes = read if family == "point" else shapely.force_2d(read)
+    shapes = read if heights or family == "point" else shapely.force_2d(read)
     found = [json.loads(text) for text in shapely.to_geojson(shapes[~shapely.is_empty(shapes)])]
     return VectorLayer(found, str(arrays["crs"]) or None)
 

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.results.plots.style import save
@@ -21,7 +22,9 @@ INTERVAL = {True: "95 % predictive interval, unknowns included", False: "95 % sa
 DRAWN = {True: "bands", False: "bars"}
 """How intervals are drawn, by `Curve.is_predictive`; predictive and sampling intervals thus look different."""
 CAP, BROAD = 6.0, 9.0
-"""Width (points) of the ends of a bar, and of the band of a single point."""
+"""Width (points) of the ends of a bar, and of the band of a point without a neighbour."""
+UNKNOWN, BESIDE = "?", 7.0
+"""Text next to a point at an unknown end of its interval, and its distance (points) from the point."""
 
 
 def write_curves(path: Path, title: str, key: str, panels: Sequence[Panel]) -> None:
@@ -45,6 +48,9 @@ def _bands(panels: Sequence[Panel]) -> str:
     """Return a text for the title: which intervals the bands and the bars of the panels show."""
     kinds = {curve.is_predictive for panel in panels for curve in panel.curves if curve.values}
     words = [f"{DRAWN[kind]}: {INTERVAL[kind]}" for kind in (True, False) if kind in kinds]
+    ends = [end for panel in panels for curve in panel.curves for end in (*curve.low, *curve.high)]
+    if None in ends:
+        words.append(f"{UNKNOWN}: unknown interval or end")
     return "; ".join(words) or "no intervals"
 
 
@@ -67,9 +73,11 @@ def _draw(axes: Axes, panel: Panel, at: dict[str, float], key: str) -> None:
     axes.set_title(panel.title, loc="left", fontsize=10)
     axes.set_xlabel(key, fontsize=9)
     axes.set_ylabel(panel.axis, fontsize=9)
+    if has_unknown_ends := any(None in (*curve.low, *curve.high) for curve in panel.curves):
+        axes.margins(y=0.12)  # room for the question marks
     axes.set_ylim(bottom=0.0)
     if "(%)" in panel.axis:
-        axes.set_ylim(top=104.0)
+        axes.set_ylim(top=112.0 if has_unknown_ends else 104.0)
     if [float(text) for text in at if _is_number(text)] != list(at.values()):
         axes.set_xticks(list(at.values()), list(at), fontsize=8)
     elif all(place.is_integer() for place in at.values()):
@@ -91,24 +99,51 @@ def _draw_curve(axes: Axes, curve: Curve, at: dict[str, float], number: int) -> 
         for each in (curve.values, curve.low, curve.high)
     )
     axes.plot(x, y, color=colour, marker=marker, markersize=5, linewidth=1.4, label=curve.name)
+    # an interval with one known end is drawn from this end to the value
+    bottom, top = np.where(np.isnan(low) & ~np.isnan(high), y, low), np.where(np.isnan(high) & ~np.isnan(low), y, high)
     if curve.is_predictive:
         _draw_band(axes, x, low, high, colour)
+        alone = _are_alone(low, high) & ~np.isnan(bottom + top)
+        axes.vlines(x[alone], bottom[alone], top[alone], color=colour, linewidth=BROAD, alpha=0.25)
     else:
-        axes.vlines(x, low, high, color=colour, linewidth=1.0)
+        axes.vlines(x, bottom, top, color=colour, linewidth=1.0)
         for end in (low, high):
             axes.plot(x, end, color=colour, linestyle="", marker="_", markersize=CAP)
+    _mark_unknown_ends(axes, np.column_stack([x, y, low, high]), colour)
 
 
 def _draw_band(axes: Axes, x: FloatArray, low: FloatArray, high: FloatArray, colour: str) -> None:
-    """Draw the band of a curve with P points; the band of a single point is a broad line.
+    """Draw the band of a curve with P points, between neighbours whose intervals are known.
 
-    x : (P,) positions on the axis; low, high : (P,) lower and upper ends of the intervals
+    x : (P,) positions on the axis; low, high : (P,) lower and upper ends of the intervals; NaN if unknown
     """
-    axes.fill_between(x, low, high, color=colour, alpha=0.15, linewidth=0)
+    axes.fill_between(x, low, high, where=~np.isnan(low + high), color=colour, alpha=0.15, linewidth=0)
     for end in (low, high):
-        axes.plot(x, end, color=colour, linewidth=0.7, alpha=0.7)
-    if len(x) == 1:
-        axes.vlines(x, low, high, color=colour, linewidth=BROAD, alpha=0.25)
+        axes.plot(x, np.where(np.isnan(low + high), np.nan, end), color=colour, linewidth=0.7, alpha=0.7)
+
+
+def _are_alone(low: FloatArray, high: FloatArray) -> NDArray[np.bool_]:
+    """Return a mask (P,) of the points that no band shows: an end or both neighbours' intervals are unknown.
+
+    low, high : (P,) lower and upper ends of the intervals; NaN if unknown
+    """
+    known = np.concatenate([[False], ~np.isnan(low + high), [False]])
+    return np.asarray(~known[1:-1] | (~known[:-2] & ~known[2:]))
+
+
+def _mark_unknown_ends(axes: Axes, points: FloatArray, colour: str) -> None:
+    """Write a question mark above a point if the upper end or both ends of its interval are unknown, else below it.
+
+    points : (P, 4) position on the axis, value, lower and upper end; unknown numbers are NaN
+    """
+    for x, y, low, high in points:
+        if np.isnan(y) or not np.isnan([low, high]).any():
+            continue
+        side = 1 if np.isnan(high) else -1
+        axes.annotate(
+            UNKNOWN, (x, y), xytext=(0.0, side * BESIDE), textcoords="offset points", color=colour, ha="center",
+            va="bottom" if side > 0 else "top", fontsize=10, fontweight="bold", annotation_clip=False,
+        )  # fmt: skip
 
 
 def _is_number(text: str) -> bool:

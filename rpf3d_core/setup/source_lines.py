@@ -1,0 +1,74 @@
+"""Warn about lines of sources along which the user may not expect rocks: closing segments, and further layers."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from rpf3d_core.ensemble.outward import three_figures
+from rpf3d_core.formats.polylines import layers_of_lines, read_lines
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.releases import SourceSpec
+from rpf3d_core.setup.coverage import plain
+from rpf3d_core.terrain.frame import FloatArray, Up
+
+LONG = 3.0
+"""Ratio (-) of the closing segment to the median length of the other segments above which a closed line is suspicious.
+
+A crest around a whole pit closes with a segment like the others.
+"""
+FEW_POINTS = 5
+"""Number of points up to which every closed line is suspicious."""
+MOST_LAYERS = 8
+"""Largest number of layers that a warning names."""
+
+
+def warnings_of_source_lines(scene: Scene) -> Iterator[str]:
+    """Yield a warning for each source with a line that closes with a long segment, or with lines of several layers."""
+    for number, spec in enumerate(scene.sources):
+        if spec.line is None:
+            continue
+        place = f"`sources[{number}].line` of {spec.name!r}"
+        for line in _lines_of(spec, scene.terrain.up):
+            if _closes_suspiciously(line):
+                yield f"{place} {_closing_in_words(line)}"
+        layers = layers_of_lines(spec.line) if isinstance(spec.line, Path) else {}
+        if len(layers) > 1:
+            yield f"{place} {_layers_in_words(layers)}"
+
+
+def _lines_of(spec: SourceSpec, up: Up) -> list[FloatArray]:
+    """Return the lines (P, 2) m of a source in plan, without repeated points; up : the axis that points up."""
+    if isinstance(spec.line, Path):
+        lines = read_lines(spec.line)
+    else:
+        lines = [np.array(spec.line, dtype=float)[:, [0, 1] if up == "z" else [0, 2]]]
+    return [line[np.append(True, (np.diff(line, axis=0) != 0.0).any(axis=1))] for line in lines]
+
+
+def _closes_suspiciously(line: FloatArray) -> bool:
+    """Return True if a line (P, 2) m is closed by a segment that is long, or closes a line of few points."""
+    if len(line) < 4 or not np.array_equal(line[0], line[-1]):
+        return False
+    lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    return len(line) <= FEW_POINTS or bool(lengths[-1] > LONG * np.median(lengths[:-1]))
+
+
+def _closing_in_words(line: FloatArray) -> str:
+    """Return the end of a warning on a closed line (P, 2) m, with the length and the ends of its closing segment."""
+    begin, end = (f"({plain(x)}, {plain(y)})" for x, y in line[-2:].tolist())
+    length = three_figures(float(np.linalg.norm(line[-1] - line[-2])))
+    return (
+        f"is closed: rocks start along its closing segment, too, {length} m from {begin} to {end}; if this segment is "
+        "no crest, open the line"
+    )
+
+
+def _layers_in_words(layers: dict[str, int]) -> str:
+    """Return the end of a warning on the lines of several layers; layers : number of lines, by layer."""
+    named = [f"{layer} ({lines:,})" for layer, lines in list(layers.items())[:MOST_LAYERS]]
+    more = f" and {len(layers) - len(named):,} more" if len(layers) > len(named) else ""
+    return (
+        f"uses all {sum(layers.values()):,} lines of its file, on {len(layers):,} layers: {', '.join(named)}{more}; if "
+        "some are no crests, save the crests as a file of their own"
+    )

@@ -1,0 +1,82 @@
+"""Heights in a file of a source are compared with the ground, although `above_ground` replaces them."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rpf3d_core.results.notes import doubts_of_run
+from rpf3d_core.runs.check import check_scene
+from rpf3d_core.runs.run import simulate
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.terrain.benches.parameters import Benches
+from rpf3d_core.terrain.benches.slope import brow_of
+
+SCENE = """\
+terrain: {{benches: {{number: 2, height: 10, berm: 4, floor: 60, width: 80}}}}
+materials: {{default: {{normal_restitution: 0.4, tangential_restitution: 0.8}}}}
+sources: [{{name: crest, {key}: {file}, above_ground: 0.5, rocks: 20}}]
+engine: reference
+"""
+
+
+def brow() -> np.ndarray:
+    """Return points (10, 3) m at the upper edge of the upper face, 0.2 m behind it."""
+    ends = brow_of(Benches(number=2, height=10.0, berm=4.0, floor=60.0, width=80.0), 1)
+    points = ends[0] + np.linspace(0.1, 0.9, 10)[:, None] * (ends[-1] - ends[0])
+    return shifted(points, x=-0.2)
+
+
+def shifted(points: np.ndarray, x: float = 0.0, z: float = 0.0) -> np.ndarray:
+    return points + np.array([x, 0.0, z])
+
+
+def geojson(points: np.ndarray) -> str:
+    return json.dumps({"type": "LineString", "coordinates": points.tolist()})
+
+
+def csv(points: np.ndarray) -> str:
+    return "x,y,z\n" + "\n".join(",".join(map(str, point)) for point in points.tolist())
+
+
+def dxf(points: np.ndarray) -> str:
+    rows = ["0", "SECTION", "2", "ENTITIES", "0", "POLYLINE", "8", "CREST", "66", "1", "70", "8"]
+    for x, y, z in points.tolist():
+        rows += ["0", "VERTEX", "8", "CREST", "70", "32", "10", str(x), "20", str(y), "30", str(z)]
+    return "\n".join([*rows, "0", "SEQEND", "0", "ENDSEC", "0", "EOF", ""])
+
+
+def told(folder: Path, key: str, name: str, content: str) -> list[str]:
+    (folder / name).write_text(content)
+    (folder / "scene.yaml").write_text(SCENE.format(key=key, file=name))
+    warnings = check_scene(read_scene(folder / "scene.yaml")).warnings
+    assert [each for each in doubts_of_run(simulate(folder / "scene.yaml")) if "the heights in" in each] == [
+        each for each in warnings if "the heights in" in each
+    ]
+    return [each for each in warnings if "the heights in" in each]
+
+
+@pytest.mark.parametrize(
+    ("key", "name", "write"), [("line", "crest.geojson", geojson), ("line", "crest.dxf", dxf),
+                               ("points_file", "crest.csv", csv)],
+)  # fmt: skip
+def test_heights_in_another_datum_are_asked_for(
+    tmp_path: Path, key: str, name: str, write: Callable[[np.ndarray], str]
+) -> None:
+    points = brow()
+    (found,) = told(tmp_path, key, name, write(shifted(points, z=30.0)))
+    assert found.startswith(f"`sources[0].{key}` of 'crest': the heights in {name} are 30 m above the ground in the ")
+    (found,) = told(tmp_path, key, name, write(shifted(points, z=-30.0)))
+    assert "30 m below the ground in the median, and differ from it by up to 30 m: is the file or the terrain" in found
+    for right in (points, shifted(points, z=2.4), points * [1.0, 1.0, 0.0]):
+        assert not told(tmp_path, key, name, write(right))
+
+
+def test_a_crest_that_was_drawn_a_little_beyond_the_edge_of_its_face_is_right(tmp_path: Path) -> None:
+    assert not told(tmp_path, "line", "crest.geojson", geojson(shifted(brow(), x=0.9)))
+
+
+def test_a_file_in_plan_has_no_heights(tmp_path: Path) -> None:
+    assert not told(tmp_path, "line", "crest.geojson", geojson(brow()[:, :2]))

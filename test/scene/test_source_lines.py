@@ -1,0 +1,68 @@
+"""Closed lines of sources, and lines on several layers of a DXF file, are warned of: rocks start along all of them."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.warnings import warnings_of
+
+SCENE = """\
+terrain: {{pit: {{triangles: 6000}}, up: {up}}}
+materials: {{default: {{normal_restitution: 0.4, tangential_restitution: 0.8}}}}
+sources: [{{name: crest, above_ground: 0.5, line: {line}}}]
+"""
+CREST = [[10.0 * x, 0.02 * (x - 6) ** 2] for x in range(13)]
+TURN = np.linspace(0.0, 2.0 * np.pi, 41)[:-1]
+RING = np.column_stack([60.0 * np.cos(TURN), 60.0 * np.sin(TURN)]).round(3).tolist()
+
+
+def warned(folder: Path, line: object, up: str = "z") -> list[str]:
+    (folder / "scene.yaml").write_text(SCENE.format(line=json.dumps(line), up=up))
+    found = [each for each in warnings_of(read_scene(folder / "scene.yaml")) if each.startswith("`sources[0].line`")]
+    return [each for each in found if "turns back" not in each]
+
+
+def dxf(*lines: tuple[str, bool, list[list[float]]]) -> str:
+    """Return a DXF with LWPOLYLINE: the layer of each, whether it is closed, and its points (P, 2) m."""
+    rows = ["0", "SECTION", "2", "ENTITIES"]
+    for layer, is_closed, points in lines:
+        rows += ["0", "LWPOLYLINE", "8", layer, "90", str(len(points)), "70", str(int(is_closed))]
+        rows += [text for x, y in points for text in ("10", str(x), "20", str(y))]
+    return "\n".join([*rows, "0", "ENDSEC", "0", "EOF", ""])
+
+
+def test_the_closing_segment_of_a_crest_is_warned_of_with_its_length(tmp_path: Path) -> None:
+    (tmp_path / "crest.dxf").write_text(dxf(("CREST", True, CREST)))
+    (found,) = warned(tmp_path, "crest.dxf")
+    assert found.startswith("`sources[0].line` of 'crest' is closed: rocks start along its closing segment, too, 12")
+    assert "too, 120 m from (120, 0.72) to (0, 0.72); if this segment is no crest, open the line" in found
+    (tmp_path / "crest.dxf").write_text(dxf(("CREST", False, CREST)))
+    assert not warned(tmp_path, "crest.dxf")
+
+
+@pytest.mark.parametrize("up", ["z", "y"])
+def test_a_closed_line_in_the_scene_is_warned_of(tmp_path: Path, up: str) -> None:
+    assert len(warned(tmp_path, [*CREST, CREST[0]], up)) == 1
+    assert len(warned(tmp_path, [[0, 0], [60, 0], [60, 60], [0, 0]], up)) == 1
+    assert not warned(tmp_path, CREST, up)
+
+
+def test_a_crest_around_a_whole_pit_is_right(tmp_path: Path) -> None:
+    assert not warned(tmp_path, [*RING, RING[0]])
+    (tmp_path / "ring.dxf").write_text(dxf(("CREST", True, RING)))
+    assert not warned(tmp_path, "ring.dxf")
+
+
+def test_lines_on_several_layers_are_named_and_counted(tmp_path: Path) -> None:
+    other = [[x, y + 50.0] for x, y in CREST]
+    (tmp_path / "pit.dxf").write_text(dxf(("RAMP", False, other), ("CREST", False, CREST), ("CREST", False, other)))
+    (found,) = warned(tmp_path, "pit.dxf")
+    assert "uses all 3 lines of its file, on 2 layers: RAMP (1), CREST (2); if some are no crests, save" in found
+    (tmp_path / "pit.dxf").write_text(dxf(("CREST", False, other), ("CREST", False, CREST)))
+    assert not warned(tmp_path, "pit.dxf")
+    many = [(f"L{number}", False, CREST) for number in range(11)]
+    (tmp_path / "pit.dxf").write_text(dxf(*many))
+    assert "L7 (1) and 3 more" in warned(tmp_path, "pit.dxf")[0]
