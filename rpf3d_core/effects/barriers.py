@@ -130,8 +130,9 @@ def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: floa
 
     A rock does not meet a panel that it flies over or has already passed. A rock that breaks through one segment of a
     straight line has passed the whole line. If segments of several barriers are at the same place, a rock meets them in
-    the order of the segments' indices. So a rock that has just broken through one of them has passed the segments with
-    lower indices. A panel without capacity, or without height, is not an obstacle.
+    the order of the segments' indices (`first_panel`). So a rock that has just broken through one of them has passed
+    the segments with lower indices whose planes are within the slack of the rock, whichever way the rock moves on.
+    A panel without capacity, or without height, is not an obstacle.
 
     passed : index of the segment that the rock met last; below 0 for none
     """
@@ -157,22 +158,28 @@ def _is_past(barriers: Barriers, k: int, t: float, passed: int, arc: Arc) -> boo
     panel, way = barriers.panel, t * math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1])
     if panel.barrier[passed] == panel.barrier[k]:
         return bool(panel.line[passed] == panel.line[k] or way <= CORNER)
-    return k < passed and way <= barriers.slack and _stands_at(panel, passed, arc.x)
+    return k < passed and _stands_at(panel, k, arc.x, barriers.slack) and _stands_at(panel, passed, arc.x, CORNER)
 
 
 @kernel
-def _stands_at(panel: Panel, k: int, x: Vec) -> bool:
-    """Return True if the position x (3,) m of a rock is on panel segment k in plan, to within CORNER (1e-6 m)."""
+def _stands_at(panel: Panel, k: int, x: Vec, reach: float) -> bool:
+    """Return True if the position x (3,) m of a rock is on panel segment k in plan.
+
+    reach : m, largest distance from the segment's plane; the rock may be up to CORNER (1e-6 m) past an end
+    """
     dx, dy = panel.dx[k], panel.dy[k]
     length = math.sqrt(dx * dx + dy * dy)
     east, north = x[0] - panel.x[k], x[1] - panel.y[k]
     off, on = (east * dy - north * dx) / length, (east * dx + north * dy) / length
-    return bool(abs(off) <= CORNER and -CORNER <= on <= length + CORNER)
+    return bool(abs(off) <= reach and -CORNER <= on <= length + CORNER)
 
 
 @first_obstacle.rule(Barriers)
 def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
     """Return the first panel segment that a rock on an arc meets before `until` (s), or NO_MEETING.
+
+    Segments whose planes are within the slack of the meeting count as at the same place, even if the arc crosses their
+    planes later because it is nearly parallel to them. Of these, the rock meets the segment with the smallest index.
 
     passed : number of the obstacle that the rock met last; below 0 for none
     """
@@ -181,6 +188,8 @@ def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, rock: R
     speed = math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1])
     instant = barriers.slack / speed if speed > SLOWEST else 0.0
     met = first_in_cells(barriers, arc, past, until, instant, rock)
+    if met.t < until:
+        met = first_in_cells(barriers, arc, past, met.t, instant, rock)
     return Meeting(met.t, barriers.first + met.number) if met.t < math.inf else met
 
 

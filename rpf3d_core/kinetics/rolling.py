@@ -5,6 +5,9 @@ distance and mu_r the material's rolling friction. A = m / (m + I / R^2), with m
 the radius, is 5/7 for a solid sphere, because rotation takes part of the energy. As a vector along the ground,
 dv/dt = A (g_t - mu_r g_n v / |v|), with g_t and g_n the gravity along the ground and normal to the ground.
 
+v_0 is the whole speed of the rock when it begins to roll, although it has no spin then. So the model adds the energy of
+rotation, (1 - A) / A = 2/5 of the translational energy, and uphill the rock may rise by 7/5 of v_0^2 / (2 g).
+
 Source: Azzoni et al. 1995, Int. J. Rock Mech. Min. Sci. 32:709-724, as in the public program PlatRock.
 """
 

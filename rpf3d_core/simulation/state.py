@@ -21,7 +21,8 @@ class RockTally(NamedTuple):
     speed2 : largest squared speed (m^2/s^2)
     ground_speed : speed at the beginning of the first sustained contact (m/s), NaN before it
     facet : of the last contact, -1 before the first contact
-    idle : number of path segments without progress since the last segment with progress
+    idle : number of path segments without progress since the last segment with progress; of a lumped mass, flights
+        between two impacts do not count
     """
 
     path: float
@@ -122,6 +123,29 @@ def with_impact(tally: RockTally, facet: int, motion: Motion) -> RockTally:
         ground_speed=tally.ground_speed,
         facet=facet,
         idle=tally.idle,
+    )
+
+
+@kernel
+def with_bounce(tally: RockTally, facet: int, motion: Motion) -> RockTally:
+    """Return the rock's running totals after an impact that follows an impact, without counting the flight as idle.
+
+    At a kink of a sharp gully, a rock may bounce from side to side a hundred times in no time. These flights of zero
+    length do not show that the rock is wedged, because each bounce loses energy, and the bounces come to an end.
+
+    motion : the motion just after the impact
+    """
+    after = with_impact(tally, facet, motion)
+    return RockTally(
+        path=after.path,
+        impacts=after.impacts,
+        meetings=after.meetings,
+        pieces=after.pieces,
+        contacts=after.contacts,
+        speed2=after.speed2,
+        ground_speed=after.ground_speed,
+        facet=after.facet,
+        idle=max(after.idle - 1, 0),
     )
 
 

@@ -174,6 +174,38 @@ def test_a_rock_that_breaks_through_nets_that_stand_in_one_place_breaks_each_of_
 
 
 @BOTH
+@pytest.mark.parametrize("count", [1, 2, 3])
+@pytest.mark.parametrize("before", [-0.5, 0.5], ids=["behind the nets", "before the nets"])
+def test_a_rock_that_lands_at_the_foot_of_nets_in_one_place_meets_each_of_them_once(engine, count, before):
+    """It lands half a slack from their plane, but twice the slack from its crossing: it flies at 15 degrees to them."""
+    terrain, capacity, t, v = made.floor(cells=10), 4e3, 0.4, 10.0
+    net = fence(terrain, [(0.0, -7.9), (0.0, 8.0)], 3.0, capacity)
+    heading = np.array([math.sin(0.25), math.cos(0.25), 0.0])
+    x = np.array([-before * net.slack, 0.3, 0.5 * G * t * t]) - v * t * heading
+    flights = over_a_floor(engine, x, v * heading, fences(*[net] * count), friction=0.0)
+    landing = met(flights).tolist().index(False)
+    assert abs(flights.impacts.x[landing, 0]) < net.slack
+    numbers = FIRST_OBSTACLE - flights.impacts.facet[met(flights)]
+    panels = fences(*[net] * count).panel
+    assert panels.barrier[numbers].tolist() == list(range(count))
+
+
+@BOTH
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_rock_meets_both_of_two_nets_that_cross_within_the_slack_of_its_path(engine, turned):
+    """It crosses one net, and is then within the slack of the other, which it crosses three slacks farther on."""
+    terrain, capacity = made.floor(cells=10), 4e3
+    across = fence(terrain, [(-8.0, 0.0), (8.0, 0.0)], 3.0, capacity)
+    along = fence(terrain, [(0.0, -7.9), (0.0, 8.0)], 3.0, capacity)
+    heading = np.array([math.sin(0.25), math.cos(0.25), 0.0])
+    x = np.array([-0.75 * across.slack, 0.0, 1.5]) - 2.0 * heading
+    nets = fences(along, across) if turned else fences(across, along)
+    flights = over_a_floor(engine, x, 10.0 * heading, nets, friction=0.0)
+    numbers = FIRST_OBSTACLE - flights.impacts.facet[met(flights)]
+    assert sorted(nets.panel.barrier[numbers]) == [0, 1]
+
+
+@BOTH
 def test_a_net_that_stands_elsewhere_lets_no_rock_past_the_one_before_it(engine):
     """A rock flies along a net, breaks another one across its way, and lands at the foot of the first."""
     terrain = made.strip([(-10.0, 3.0), (10.0, -3.0)], half_width=20.0)

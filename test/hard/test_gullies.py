@@ -5,7 +5,18 @@ import math
 import numpy as np
 import pytest
 from on_both_engines import BOTH, MODELS, NEAR, G, along_flights, lies_on, loses_energy, outcomes
-from scenes_of_facets import cone, engine_over, flight, fly, gully, joined, specific_energy, surface, terrain_of
+from scenes_of_facets import (
+    cone,
+    engine_over,
+    flight,
+    fly,
+    grid_triangles,
+    gully,
+    joined,
+    specific_energy,
+    surface,
+    terrain_of,
+)
 
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import Outcome
@@ -191,4 +202,23 @@ def test_a_rock_that_slides_into_a_sharp_gully_bounces_out_of_it_again(engine, o
     bounced = flights.impacts.speed_out[: first[0] if len(first) else None]
     assert flights.impacts.speed_in[0] == pytest.approx(math.sqrt(2.0 * G * height), rel=1e-9)
     assert bounced[-1] == pytest.approx(folded(opening, math.sqrt(2.0 * G * height), R_n), rel=1e-9)
+    assert lies_on(over, flights) and loses_energy(flights)
+
+
+@BOTH
+@pytest.mark.parametrize("opening", [10.0, 20.0])
+@pytest.mark.parametrize("R_n", [0.01, 0.1])
+def test_a_rock_passes_the_kinks_of_a_sharp_gully_although_it_bounces_there_a_hundred_times(engine, opening, R_n):
+    """Two thirds of these rocks once ended at a kink, in motion. At a kink all bounces happen in one place."""
+    dips, rise = [25.0, 12.0, 30.0, 18.0, 35.0, 8.0, 30.0], 1.0 / math.tan(math.radians(0.5 * opening))
+    z = -np.cumsum([0.0, *(2.0 * math.tan(math.radians(dip)) for dip in dips)])
+    aside = 0.2 * np.array([0.0, 1.0, -0.5, 0.3, -1.0, 0.8, 0.0, -0.4])
+    vertices = [(2.0 * k, aside[k] + y, z[k] + rise * abs(y)) for k in range(8) for y in (-2.0, 0.0, 2.0)]
+    over = engine_over(engine, terrain_of(vertices, grid_triangles(8, 3)))
+    draw = np.random.default_rng(5)
+    x = np.stack([draw.uniform(1.0, 6.0, 40), draw.uniform(-0.5, 0.5, 40), np.full(40, 4.0 + 0.7 * rise)], 1)
+    flights = fly(over, flight(Surface(R_n, 0.8, 0.1, 0.5), rebound="coulomb_limited"), x)
+    assert outcomes(flights) <= {Outcome.STOPPED, Outcome.LEFT_TERRAIN}
+    _, first = np.unique(flights.impacts.row, return_index=True)
+    assert max(np.diff([*first, len(flights.impacts.row)])) > 64, "bounces that would have counted as no progress"
     assert lies_on(over, flights) and loses_energy(flights)

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes_of_facets import ENGINES, down_the_slope, engine_over, flight, floor, fly, gully, incline, same_bits
+from scenes_of_facets import ENGINES, down_the_slope, engine_over, flight, floor, fly, gully, incline, same_bits, strip
 
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
@@ -78,6 +78,29 @@ def test_a_sphere_rolls_down_with_five_sevenths_of_gravity(engine, angle):
     assert flights.deposits.outcome[0] == Outcome.LEFT_TERRAIN
     assert speeds.max() ** 2 / (2 * 119.0) == pytest.approx(a, rel=1e-6)
     assert way > 119.0 - 1e-6
+
+
+@BOTH
+def test_a_rock_that_begins_to_roll_rises_to_seven_fifths_of_the_height_of_its_energy(engine):
+    """It enters the ground without spin and with its whole speed, and gains the energy of rotation: physics.md."""
+    angle, speed = 30.0, 8.0
+    descent, _ = down_the_slope(angle)
+    over, start = engine_over(engine, incline(angle, down=60.0)), 40.0 * descent
+    flights = fly(over, rolling(Rolling(), 0.0), start, -speed * descent)
+    height = speed**2 / (2.0 * G)
+    assert flights.paths.x[:, 2].max() - start[2] == pytest.approx(1.4 * height, rel=OVER_EDGES)
+
+
+@BOTH
+@pytest.mark.parametrize("above", [0.0, 0.5])
+def test_a_rock_that_lands_and_rolls_up_a_ramp_rises_to_at_most_seven_fifths_of_the_height_of_its_energy(engine, above):
+    speed, steps = 14.0, np.radians(np.arange(1.0, 36.0))
+    x, z = np.cumsum(0.5 * np.cos(steps)), np.cumsum(0.5 * np.sin(steps))
+    ramp = strip([(-30.0, 0.0), (0.0, 0.0), *zip(x, z, strict=True), (x[-1] + 40.0, z[-1] + 28.0)], 20.0)
+    physics = dataclasses.replace(rolling(Rolling(), 0.0), materials=flight(Surface(0.3, 1.0, 0.0, 0.0, 0.0)).materials)
+    flights = fly(engine_over(engine, ramp), physics, (-20.0, 1.3, above), (speed, 0.0, 0.0))
+    height = speed**2 / (2.0 * G)
+    assert 1.1 * height < flights.paths.x[:, 2].max() <= above + 1.4 * height
 
 
 @BOTH
