@@ -45,6 +45,9 @@ CLEAN, SINGLE = 1, 4
 The other combinations have two to four defects and a danger.
 """
 
+FINE = 0.001
+"""Time (s) between the moments at which the age of a click is computed; its end is known as exactly as this."""
+
 TRIES = 40
 """Largest number of attempts to draw a defect: a drawn defect may need an input that the combination does not have."""
 
@@ -106,9 +109,9 @@ def known_by_its_clock(source: TrueSource, clock: ClockRule) -> TrueSource:
     if np.isinf(source.until):
         return source
     clicked = source.until - MAX_AGE
-    times = np.arange(clicked, source.until, TICK / 5.0).tolist()
+    times = np.arange(clicked, source.until, FINE).tolist()
     ages = [clock.now(at) - clock.now(clicked) for at in times]
-    ends = [at for at, age in zip(times, ages, strict=True) if not 0.0 <= age < MAX_AGE]
+    ends = [at - FINE for at, age in zip(times, ages, strict=True) if not 0.0 <= age < MAX_AGE]
     return source._replace(until=min(ends, default=source.until))
 
 
