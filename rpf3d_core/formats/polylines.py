@@ -66,9 +66,14 @@ def read_lines_with_heights(path: Path) -> list[FloatArray]:
         written = geometry.get("coordinates")
         for line in [written] if geometry["type"] == LINES[0] else written or []:
             plan = _line(path, line)
-            heights = [position[2] if len(position) > 2 else np.nan for position in line]
-            lines.append(np.column_stack([plan, np.array(heights, dtype=float)]))
+            lines.append(np.column_stack([plan, [_height(position) for position in line]]))
     return lines
+
+
+def _height(position: list[Any]) -> float:
+    """Return the third coordinate (m) of a position in a file; NaN if it is missing or not a number."""
+    third = position[2] if len(position) > 2 else None
+    return float(third) if isinstance(third, int | float) else np.nan
 
 
 def layers_of_lines(path: Path) -> dict[str, int]:

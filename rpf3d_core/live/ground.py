@@ -27,7 +27,7 @@ from rpf3d_core.jit.memory import Share, Threads, halves
 from rpf3d_core.live.digests import digest_of
 from rpf3d_core.live.patched_arrays import IndexedTerrain, with_patch
 from rpf3d_core.live.patching import PatchChange, change_of
-from rpf3d_core.live.plausible import TALLEST_FACE, check_heights, check_no_fold
+from rpf3d_core.live.plausible import TALLEST_FACE, check_heights, check_no_fold, normals_of
 from rpf3d_core.live.reused_memory import Room, Rooms
 from rpf3d_core.live.survey import MOST_POINTS, CloudSurvey, GridSurvey, MeshSurvey, Survey, check_points, points_of
 from rpf3d_core.simulation.capped import APART, caps_within, pieces_that_cross
@@ -203,6 +203,8 @@ class Workshop:
         marks = ground.room.memory.longer("marks", len(ground.facets.zone))
         try:
             mesh = self._patch_mesh(patch, ground.terrain.frame.origin)
+            corners = mesh.vertices[mesh.triangles]
+            check_heights(ground.terrain, corners.reshape(-1, 9), normals_of(corners), self._tallest)
             change = change_of(mesh, ground.terrain, ground.facets, ground.locator, marks)
             if change is not None:
                 return self._changed(ground, change, digest_of(patch, ground.digest), stamp_ns)

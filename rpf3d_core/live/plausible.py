@@ -29,7 +29,7 @@ def check_heights(terrain: Terrain, corners: FloatArray, normals: FloatArray, ta
 
     corners : (F, 9) m; normals : (F, 3), unit vectors, or 0 for a facet without an area
     """
-    steep = np.flatnonzero(np.abs(normals[:, 2]) < math.cos(math.radians(STEEP)))
+    steep = np.flatnonzero((np.abs(normals[:, 2]) < math.cos(math.radians(STEEP))) & normals.any(axis=1))
     heights = corners[steep][:, 2::3]
     tall = np.ptp(heights, axis=1) > tallest
     if not tall.any():
@@ -44,6 +44,13 @@ def check_heights(terrain: Terrain, corners: FloatArray, normals: FloatArray, ta
     )
 
 
+def normals_of(corners: FloatArray) -> FloatArray:
+    """Return the unit normals (F, 3) of facets with corners (F, 3, 3) m; 0 for a facet without an area."""
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    sizes = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.asarray(np.divide(normals, sizes, out=np.zeros_like(normals), where=sizes > 0.0))
+
+
 def check_no_fold(terrain: Terrain, normals: FloatArray, points: FloatArray) -> None:
     """Raise TerrainError if a grid folds back over itself in plan by more than FOLD, so heights are not unique.
 
@@ -53,30 +60,38 @@ def check_no_fold(terrain: Terrain, normals: FloatArray, points: FloatArray) -> 
     down = np.flatnonzero(normals[:, 2] < 0.0)
     if not len(down):
         return
-    there = np.flatnonzero(~np.isnan(points).any(axis=-1))
-    row, column = (index.min(axis=1) for index in np.divmod(there[terrain.triangles[down]], points.shape[1]))
+    there, columns = np.flatnonzero(~np.isnan(points).any(axis=-1)), points.shape[1]
+    corner_row, corner_column = np.divmod(there[terrain.triangles[down]], columns)
+    squares = np.unique(corner_row.min(axis=1) * columns + corner_column.min(axis=1))
+    row, column = np.divmod(squares, columns)
     depth = np.maximum(_depth(points, row, column), _depth(points.swapaxes(0, 1), column, row))
     if depth.max() > FOLD:
         x, y, _ = points[row[int(depth.argmax())], column[int(depth.argmax())]]
         raise TerrainError(
-            f"the grid folds back over itself in plan at {int((depth > FOLD).sum()):,} triangles, by up to "
+            f"the grid folds back over itself in plan at {int((depth > FOLD).sum()):,} squares, by up to "
             f"{depth.max():.1f} m at ({x:.1f}, {y:.1f}): publish one scan whose rows run in the same direction, or "
-            "publish the ground as scattered points or as a mesh"
+            "publish the ground as scattered points or as a mesh; if one point is an outlier, write NaN there"
         )
 
 
 def _depth(points: FloatArray, row: Indices, column: Indices) -> FloatArray:
     """Return by how much (m) a grid folds back along its columns at some of its squares (N,); 0 for no fold.
 
-    A grid folds back if a step from one row to the next has the opposite direction to a step before or after it.
+    A run of such squares, one after the other along a column, folds back if a step from one row to the next has the
+    opposite direction to a step before or after it. The depth is the length of the whole run.
 
     points : (H, W, 3) m; row, column : (N,), of the first corner of each square
     """
-    last, deepest = points.shape[0] - 1, np.zeros(len(row))
+    last, step_back, is_back = points.shape[0] - 1, np.zeros(len(row)), np.zeros(len(row), dtype=bool)
     for side in (0, 1):
         place = [points[np.clip(row + k, 0, last), column + side, :2] for k in (-1, 0, 1, 2)]
         before, step, after = (b - a for a, b in pairwise(place))
         # A missing point is NaN, and the comparison with it False.
-        is_back = ((before * step).sum(axis=1) < 0.0) | ((after * step).sum(axis=1) < 0.0)
-        deepest = np.maximum(deepest, np.where(is_back, np.hypot(step[:, 0], step[:, 1]), 0.0))
-    return deepest
+        is_back |= ((before * step).sum(axis=1) < 0.0) | ((after * step).sum(axis=1) < 0.0)
+        step_back = np.maximum(step_back, np.hypot(step[:, 0], step[:, 1]))
+    order = np.lexsort((row, column))
+    begins = np.flatnonzero((np.diff(row[order], prepend=-2) != 1) | (np.diff(column[order], prepend=-2) != 0))
+    lengths = np.add.reduceat(step_back[order], begins)
+    depth, run = np.empty(len(row)), np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(row))))
+    depth[order] = np.where(np.logical_or.reduceat(is_back[order], begins), lengths, 0.0)[run]
+    return depth

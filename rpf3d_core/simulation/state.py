@@ -131,7 +131,7 @@ def with_bounce(tally: RockTally, facet: int, motion: Motion) -> RockTally:
     """Return the rock's running totals after an impact that follows an impact, without counting the flight as idle.
 
     At a kink of a sharp gully, a rock may bounce from side to side a hundred times in no time. These flights of zero
-    length do not show that the rock is wedged, because each bounce loses energy, and the bounces come to an end.
+    length do not show that the rock is wedged. `max_impacts` ends bounces without loss of energy.
 
     motion : the motion just after the impact
     """

@@ -273,9 +273,11 @@ def _restored(
 
 
 def _check_origin(last: StoredSurveys, map_origin: tuple[float, float, float]) -> None:
-    """Raise InputError if stored surveys lie in a map with another origin (m) than the node's map."""
+    """Raise InputError if stored surveys lie in a map with an unknown origin (m), or another than the node's map."""
     stored = last.pieces[-1].map_origin
-    if stored is not None and stored != tuple(map_origin):
+    if stored is None:
+        raise InputError("it was stored by an older version, without map_origin: publish the whole terrain")
+    if stored != tuple(map_origin):
         raise InputError(
             f"it was stored with map_origin {list(stored)}, but map_origin is now {list(map_origin)}: publish the "
             "whole terrain"

@@ -29,7 +29,7 @@ DATATYPES: dict[int, str] = {
 """The NumPy type, without byte order, of each data type of a point cloud (sensor_msgs/PointField.msg)."""
 
 POSITION = ("x", "y", "z")
-SMALLEST = 1e-30
+SMALLEST = 1e-36
 """Least size (m) of a coordinate other than 0; bytes in the wrong order often give smaller numbers."""
 
 
@@ -63,7 +63,7 @@ def positions_of_cloud(cloud: "PointCloud2") -> FloatArray:
     Raises MessageRefused as `columns_of_cloud`, and also:
     for x, y, z that are not floating point; for infinite points; for NaN in a cloud that is marked as dense; for
     float32 coordinates beyond `FARTHEST`, which have already lost centimetres; and for coordinates below `SMALLEST`
-    that are not 0, which are bytes in the wrong order.
+    that are not 0, which are probably bytes in the wrong order.
     """
     columns = columns_of_cloud(cloud, POSITION)
     for name, column in columns.items():
@@ -111,16 +111,16 @@ def _field(cloud: "PointCloud2", name: str) -> "PointField":
 
 
 def _check_positions(points: FloatArray, dense: bool, narrow: bool) -> None:
-    if bool(np.isinf(points).any()):
-        raise MessageRefused("the cloud holds infinite coordinates; mark a missing point by NaN and is_dense = false")
-    if dense and bool(np.isnan(points).any()):
-        raise MessageRefused("the cloud has NaN points but is_dense is true; set is_dense to false")
     sizes = np.abs(points)
     if bool(np.any((sizes < SMALLEST) & (sizes > 0.0))):
         raise MessageRefused(
             f"the cloud holds coordinates below {SMALLEST:.0e} m that are not 0: is its byte order as is_bigendian "
             "says?"
         )
+    if bool(np.isinf(points).any()):
+        raise MessageRefused("the cloud holds infinite coordinates; mark a missing point by NaN and is_dense = false")
+    if dense and bool(np.isnan(points).any()):
+        raise MessageRefused("the cloud has NaN points but is_dense is true; set is_dense to false")
     if narrow and bool(np.any(sizes > FARTHEST)):
         raise MessageRefused(
             f"the cloud holds float32 coordinates beyond {FARTHEST:.0e} m, which have lost centimetres; "

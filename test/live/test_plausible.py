@@ -6,7 +6,7 @@ from surveyed_hills import cloud, grid, mesh
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.live.ground import Workshop
-from rpf3d_core.live.survey import CloudSurvey, GridSurvey
+from rpf3d_core.live.survey import CloudSurvey, GridSurvey, MeshSurvey
 
 CUT = r"facets are steeper than 80 degrees and taller than 50 m; .* publish NaN or leave the point out"
 
@@ -51,7 +51,7 @@ def test_scans_that_overlap_in_one_grid_are_refused():
     """Rocks stop between layers that lie on each other: none reached the road where all do."""
     points = grid().points
     folded = GridSurvey(np.concatenate([points[:20], points[13:]]))
-    with pytest.raises(TerrainError, match=r"folds back over itself in plan at 86 triangles, by up to 6\.0 m at"):
+    with pytest.raises(TerrainError, match=r"folds back over itself in plan at 43 squares, by up to 6\.0 m at"):
         Workshop(reference=True).whole(folded)
 
 
@@ -73,6 +73,34 @@ def test_a_small_overhang_is_ground_and_a_wide_one_is_a_fold(back):
     else:
         with pytest.raises(TerrainError, match="folds back"):
             Workshop(reference=True).whole(survey)
+
+
+def test_a_scan_that_goes_back_in_steps_below_a_metre_is_refused_by_the_whole_way_back():
+    """A scanner that nods: no step is longer than 0.5 m, but 14 m are scanned twice."""
+    points = grid(step=0.5).points
+    nodding = GridSurvey(np.concatenate([points[:38], points[36:8:-1]]))
+    with pytest.raises(TerrainError, match=r"folds back over itself in plan at 1,204 squares, by up to 14\.0 m"):
+        Workshop(reference=True).whole(nodding)
+
+
+def test_a_patch_with_heights_that_mean_no_data_is_refused_and_changes_nothing():
+    """The pit is wide, so that such a patch does not reach far beyond it."""
+    workshop = Workshop(reference=True)
+    ground = workshop.whole(grid(80, 80, step=10.0))
+    patch = with_no_data(grid(20, 40, 200.0, 200.0, seed=1), -400.0)
+    with pytest.raises(TerrainError, match=CUT):
+        workshop.patched(ground, patch)
+    assert workshop.patched(ground, grid(20, 40, 200.0, 200.0, seed=1)).patches == 1
+
+
+def test_a_facet_without_an_area_has_no_slope():
+    survey = mesh(grid(step=3.0))
+    line = np.array([[0.0, 0.0, 0.0], [30.0, 0.0, 30.0], [60.0, 0.0, 60.0]]) + survey.vertices.min(axis=0)
+    with_line = MeshSurvey(
+        np.concatenate([survey.vertices, line]),
+        np.concatenate([survey.triangles, [np.arange(3) + len(survey.vertices)]]).astype(np.int32),
+    )
+    assert Workshop(reference=True).whole(with_line)
 
 
 def test_layers_of_a_cloud_are_no_fold():

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rpf3d_core.formats.polylines import read_lines_with_heights
 from rpf3d_core.results.notes import doubts_of_run
 from rpf3d_core.runs.check import check_scene
 from rpf3d_core.runs.run import simulate
@@ -80,3 +81,11 @@ def test_a_crest_that_was_drawn_a_little_beyond_the_edge_of_its_face_is_right(tm
 
 def test_a_file_in_plan_has_no_heights(tmp_path: Path) -> None:
     assert not told(tmp_path, "line", "crest.geojson", geojson(brow()[:, :2]))
+
+
+def test_a_third_coordinate_that_is_no_number_is_no_height(tmp_path: Path) -> None:
+    """The file is valid for a source with `above_ground`, which needs no heights."""
+    path = tmp_path / "crest.geojson"
+    path.write_text('{"type": "LineString", "coordinates": [[0, 0, "n/a"], [1, 0, null], [2, 0, [5]], [3, 0, 7.5]]}')
+    heights = read_lines_with_heights(path)[0][:, 2]
+    assert np.isnan(heights[:3]).all() and heights[3] == 7.5

@@ -79,6 +79,15 @@ def test_a_terrain_of_a_map_with_another_origin_is_not_restored(restored):
     assert "with map_origin [482000.0, 7401000.0, 0.0], but map_origin is now [482000.0, 7401060.0" in report
 
 
+def test_a_terrain_that_an_older_version_stored_without_an_origin_is_not_restored(tmp_path):
+    store = Store(tmp_path)
+    store.keep(Workshop(reference=True).whole(grid()), grid())
+    assert store.flush(20.0)
+    standing, report, _ = _restored(store, pit_scene(tmp_path), Workshop(reference=True), ORIGIN, 0)
+    store.close(20.0)
+    assert standing is None and "stored by an older version, without map_origin: publish the whole terrain" in report
+
+
 def test_configuring_that_fails_leaves_the_store_free_for_the_next_time(tmp_path, monkeypatch):
     def broken(scene, parameters):
         raise RuntimeError("broken")
