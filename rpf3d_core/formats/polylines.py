@@ -28,10 +28,15 @@ def lines_along(along: Along) -> list[FloatArray]:
         The file is damaged, or a line has no length.
     """
     written = [np.array(along, dtype=float)] if isinstance(along, tuple) else read_lines(along)
-    lines = [line[np.append(True, (np.diff(line, axis=0) != 0.0).any(axis=1))] for line in written]
+    lines = [without_repeats(line) for line in written]
     if any(len(line) < 2 for line in lines):
         raise InputError("must be a line of two or more different points, but all its points are the same")
     return lines
+
+
+def without_repeats(line: FloatArray) -> FloatArray:
+    """Return a line (P, D) m without the points that equal the point before them."""
+    return np.asarray(line[np.append(True, (np.diff(line, axis=0) != 0.0).any(axis=1))])
 
 
 def read_lines(path: Path) -> list[FloatArray]:

@@ -27,13 +27,13 @@ from rpf3d_core.jit.memory import Share, Threads, halves
 from rpf3d_core.live.digests import digest_of
 from rpf3d_core.live.patched_arrays import IndexedTerrain, with_patch
 from rpf3d_core.live.patching import PatchChange, change_of
-from rpf3d_core.live.plausible import TALLEST_FACE, check_heights, check_no_fold, normals_of
+from rpf3d_core.live.plausible import TALLEST_FACE, check_heights, check_no_fold
 from rpf3d_core.live.reused_memory import Room, Rooms
 from rpf3d_core.live.survey import MOST_POINTS, CloudSurvey, GridSurvey, MeshSurvey, Survey, check_points, points_of
 from rpf3d_core.simulation.capped import APART, caps_within, pieces_that_cross
 from rpf3d_core.simulation.engines import Compiled, Engine, Reference
 from rpf3d_core.terrain.cloud import cloud_mesh
-from rpf3d_core.terrain.facets import Facets, Terrain, contact_tolerance, facets_from, lay_out
+from rpf3d_core.terrain.facets import Facets, Terrain, contact_tolerance, facets_from, lay_out, unit_normals
 from rpf3d_core.terrain.frame import FloatArray, Frame
 from rpf3d_core.terrain.grid_rows import Mesh, grid_mesh
 from rpf3d_core.terrain.mesh.border import border_after, border_of, net_sides
@@ -203,8 +203,8 @@ class Workshop:
         marks = ground.room.memory.longer("marks", len(ground.facets.zone))
         try:
             mesh = self._patch_mesh(patch, ground.terrain.frame.origin)
-            corners = mesh.vertices[mesh.triangles]
-            check_heights(ground.terrain, corners.reshape(-1, 9), normals_of(corners), self._tallest)
+            corners = mesh.vertices[mesh.triangles].reshape(-1, 9)
+            check_heights(ground.terrain, corners, unit_normals(mesh.vertices, mesh.triangles), self._tallest)
             change = change_of(mesh, ground.terrain, ground.facets, ground.locator, marks)
             if change is not None:
                 return self._changed(ground, change, digest_of(patch, ground.digest), stamp_ns)

@@ -44,13 +44,6 @@ def check_heights(terrain: Terrain, corners: FloatArray, normals: FloatArray, ta
     )
 
 
-def normals_of(corners: FloatArray) -> FloatArray:
-    """Return the unit normals (F, 3) of facets with corners (F, 3, 3) m; 0 for a facet without an area."""
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    sizes = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.asarray(np.divide(normals, sizes, out=np.zeros_like(normals), where=sizes > 0.0))
-
-
 def check_no_fold(terrain: Terrain, normals: FloatArray, points: FloatArray) -> None:
     """Raise TerrainError if a grid folds back over itself in plan by more than FOLD, so heights are not unique.
 

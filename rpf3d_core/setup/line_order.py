@@ -29,10 +29,16 @@ def warnings_of_lines(scene: Scene) -> Iterator[str]:
     for number, spec in enumerate(scene.sources):
         if spec.line is None:
             continue
-        lines = read_lines(spec.line) if isinstance(spec.line, Path) else [_in_plan(spec.line, scene.terrain.up)]
-        for line in lines:
+        for line in lines_in_plan(spec.line, scene.terrain.up):
             if (ordered := shorter_order(line)) is not None:
                 yield f"`sources[{number}].line` of {spec.name!r} {_in_words(line, line[ordered])}"
+
+
+def lines_in_plan(line: Path | tuple[tuple[float, float, float], ...], up: Up) -> list[FloatArray]:
+    """Return the lines (P, 2) m of a source in plan, from a file or from the scene; up : the axis that points up."""
+    if isinstance(line, Path):
+        return read_lines(line)
+    return [np.array(line, dtype=float)[:, [0, 1] if up == "z" else [0, 2]]]
 
 
 def _in_words(line: FloatArray, ordered: FloatArray) -> str:
@@ -81,11 +87,6 @@ def _by_neighbours(line: FloatArray) -> IntArray:
 def _length(line: FloatArray) -> float:
     """Return the length (m) of a line (P, 2) m."""
     return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
-
-
-def _in_plan(line: tuple[tuple[float, float, float], ...], up: Up) -> FloatArray:
-    """Return the corners (P, 2) m of a line of the scene in plan; up : the axis that points up."""
-    return np.array(line, dtype=float)[:, [0, 1] if up == "z" else [0, 2]]
 
 
 def _place(line: FloatArray, number: int) -> str:

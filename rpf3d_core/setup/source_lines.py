@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from rpf3d_core.ensemble.outward import three_figures
-from rpf3d_core.formats.polylines import layers_of_lines, read_lines
+from rpf3d_core.formats.polylines import layers_of_lines, without_repeats
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.releases import SourceSpec
 from rpf3d_core.setup.coverage import plain
-from rpf3d_core.terrain.frame import FloatArray, Up
+from rpf3d_core.setup.line_order import lines_in_plan
+from rpf3d_core.terrain.frame import FloatArray
 
 LONG = 3.0
 """Ratio (-) of the closing segment to the median length of the other segments above which a closed line is suspicious.
@@ -29,21 +29,12 @@ def warnings_of_source_lines(scene: Scene) -> Iterator[str]:
         if spec.line is None:
             continue
         place = f"`sources[{number}].line` of {spec.name!r}"
-        for line in _lines_of(spec, scene.terrain.up):
+        for line in map(without_repeats, lines_in_plan(spec.line, scene.terrain.up)):
             if _closes_suspiciously(line):
                 yield f"{place} {_closing_in_words(line)}"
         layers = layers_of_lines(spec.line) if isinstance(spec.line, Path) else {}
         if len(layers) > 1:
             yield f"{place} {_layers_in_words(layers)}"
-
-
-def _lines_of(spec: SourceSpec, up: Up) -> list[FloatArray]:
-    """Return the lines (P, 2) m of a source in plan, without repeated points; up : the axis that points up."""
-    if isinstance(spec.line, Path):
-        lines = read_lines(spec.line)
-    else:
-        lines = [np.array(spec.line, dtype=float)[:, [0, 1] if up == "z" else [0, 2]]]
-    return [line[np.append(True, (np.diff(line, axis=0) != 0.0).any(axis=1))] for line in lines]
 
 
 def _closes_suspiciously(line: FloatArray) -> bool:

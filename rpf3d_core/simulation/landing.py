@@ -10,7 +10,7 @@ from rpf3d_core.simulation.holding import held_by
 from rpf3d_core.simulation.physics import Physics, rock_at
 from rpf3d_core.simulation.record import Record, note_impact
 from rpf3d_core.simulation.settling import settle, stand
-from rpf3d_core.simulation.state import State, ended, with_bounce, with_impact
+from rpf3d_core.simulation.state import State, ended, with_impact
 from rpf3d_core.terrain.facet_geometry import NEAR, corner, on_plane, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Motion, Outcome, Vec
@@ -40,9 +40,8 @@ def land_point(contact: Contact, physics: Physics, state: State, rock: RockConte
     rock_now, before = rock_at(rock, state), _raised(facets, contact.facet, n, state.motion)
     after = rebounded(physics, before, contact.facet, n, rock_now)
     note_impact(record, state.tally, before, after, contact.facet, n)
-    tally = with_impact(state.tally, contact.facet, after)
-    if state.left.facet >= 0 and not state.left.resting:
-        tally = with_bounce(state.tally, contact.facet, after)
+    is_bounce = state.left.facet >= 0 and not state.left.resting
+    tally = with_impact(state.tally, contact.facet, after, is_bounce)
     between = state.left.facet >= 0 and state.left.side != contact.side
     left = PreviousContact(
         facet=contact.facet,

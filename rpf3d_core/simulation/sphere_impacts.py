@@ -119,7 +119,7 @@ def strike(physics: Physics, state: State, contact: Touch, rock: RockContext, re
     n, rock_now = contact.n, rock_at(rock, state)
     after = rebounded(physics, state.motion, contact.facet, n, rock_now)
     note_impact(record, state.tally, state.motion, after, contact.facet, n)
-    tally = with_impact(state.tally, contact.facet, after)
+    tally = with_impact(state.tally, contact.facet, after, False)
     passed = still_at(physics.effects, after, state.passed, rock_now)
     bounced = State(
         motion=after,

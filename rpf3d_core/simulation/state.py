@@ -107,10 +107,13 @@ def with_piece(tally: RockTally, length: float, motion: Motion, tolerance: float
 
 
 @kernel
-def with_impact(tally: RockTally, facet: int, motion: Motion) -> RockTally:
+def with_impact(tally: RockTally, facet: int, motion: Motion, is_bounce: bool) -> RockTally:
     """Return the rock's running totals after an impact on a facet.
 
     motion : the motion just after the impact
+    is_bounce : True if the flight before the impact also began at an impact. The flight then does not count as a
+        segment without progress: at a kink of a sharp gully, a rock may bounce from side to side a hundred times in no
+        time, which does not show that the rock is wedged. `max_impacts` ends bounces without loss of energy
     """
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
     return RockTally(
@@ -122,30 +125,7 @@ def with_impact(tally: RockTally, facet: int, motion: Motion) -> RockTally:
         speed2=speed2,
         ground_speed=tally.ground_speed,
         facet=facet,
-        idle=tally.idle,
-    )
-
-
-@kernel
-def with_bounce(tally: RockTally, facet: int, motion: Motion) -> RockTally:
-    """Return the rock's running totals after an impact that follows an impact, without counting the flight as idle.
-
-    At a kink of a sharp gully, a rock may bounce from side to side a hundred times in no time. These flights of zero
-    length do not show that the rock is wedged. `max_impacts` ends bounces without loss of energy.
-
-    motion : the motion just after the impact
-    """
-    after = with_impact(tally, facet, motion)
-    return RockTally(
-        path=after.path,
-        impacts=after.impacts,
-        meetings=after.meetings,
-        pieces=after.pieces,
-        contacts=after.contacts,
-        speed2=after.speed2,
-        ground_speed=after.ground_speed,
-        facet=after.facet,
-        idle=max(after.idle - 1, 0),
+        idle=max(tally.idle - 1, 0) if is_bounce else tally.idle,
     )
 
 

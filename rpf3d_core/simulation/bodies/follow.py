@@ -76,7 +76,7 @@ def _after_impact(body: Body, room: Room, ride: Ride, physics: Physics, rock: Ro
     entering = entering_ground(physics, before, contact[0], contact[2], rock)
     after = struck(body, room, ride.contacts, entering)
     note_blow(record, ride.tally, body, before, after, contact)
-    tally = with_impact(ride.tally, contact[0], motion_of(after))
+    tally = with_impact(ride.tally, contact[0], motion_of(after), False)
     passed = still_at(physics.effects, motion_of(after), ride.passed, rock)
     count = 0 if is_lifting(room, ride.contacts, after) else ride.contacts
     return in_contact(ride, after, count, tally, passed)
