@@ -111,11 +111,12 @@ def begin_recording(application: str, layout: Any) -> tuple[Any, Any]:
     rerun's own files are not used, because rerun waits without end if it cannot write a file, for example on a full
     disk.
 
-    layout : the blueprint that a viewer uses as its default view
+    layout : the blueprint that a viewer shows. It is made active: if it were only the default, rerun's web viewer
+        would often show a layout of its own, because it chooses one as soon as the first data arrive.
     """
     recording = import_rerun().RecordingStream(application)
     stream = recording.binary_stream()
-    recording.send_blueprint(layout, make_active=False)
+    recording.send_blueprint(layout, make_active=True)
     return recording, stream
 
 

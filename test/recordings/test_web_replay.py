@@ -10,10 +10,11 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
-from browsers import LONGEST, LOOK, browser
+from browsers import LONGEST, LOOK, browser, picture
 from command_line import COMMAND, environment, rpf3d
 from listening import listening_addresses, session
 
@@ -27,6 +28,10 @@ PATIENCE = 120.0
 """Seconds for an end that takes a fraction of one on an idle machine."""
 EMPTY = 50_000
 """Bytes of a picture; that of an empty viewer is much smaller."""
+LOADS = 4
+"""Times that a recording is opened: a layout that is only the default was shown in about half of the loads."""
+NEARLY_WHITE = 0.92
+"""Smallest colour component, from 0 to 1, of the viewer's white panels."""
 SCENES = Path(__file__).parents[2] / "config" / "scenes"
 BYTES = b"RRF2" + bytes(range(256)) * 9000
 """More than a part that the server reads together."""
@@ -164,8 +169,28 @@ def test_a_browser_draws_the_recording_and_sends_no_request_elsewhere(tmp_path: 
         while len(page.screenshot()) <= EMPTY and time.monotonic() - begun < LONGEST / 1000:
             page.wait_for_timeout(LOOK)
         page.wait_for_timeout(5000)  # for requests that a drawn page may send
-        picture = page.screenshot()
+        seen = page.screenshot()
     here = address.partition("?")[0]
     assert [url for url in sent if url not in blocked and not url.startswith((here, "blob:", "data:"))] == []
     assert any(url.endswith("/run.rrd") for url in sent)
-    assert len(picture) > EMPTY
+    assert len(seen) > EMPTY
+
+
+@pytest.mark.long
+def test_a_browser_shows_the_layout_of_the_recording_each_time_and_no_layout_of_the_viewer(tmp_path: Path) -> None:
+    run_scene(read_scene(SCENES / "bench_15m.yaml"), tmp_path / "run", 64, "reference")
+    for _ in range(LOADS):
+        with replayed(tmp_path / "run") as (_, address, _), browser() as running:
+            page = running.new_page(viewport={"width": 1000, "height": 700})
+            page.goto(address)
+            page.wait_for_selector("canvas.visible", timeout=LONGEST)
+            until = time.monotonic() + LONGEST / 1000
+            while not shows_terrain_on_the_left(page):  # the viewer's own layout has lists of data there
+                assert time.monotonic() < until, "the viewer shows a layout of its own"
+                page.wait_for_timeout(LOOK)
+
+
+def shows_terrain_on_the_left(page: Any) -> bool:
+    """Return True if most of a rectangle at the left of the page, at half its height, is not white."""
+    strip = picture(page.locator("canvas.visible"))[400:600, 100:240]
+    return bool((strip.min(axis=2) > NEARLY_WHITE).mean() < 0.5)
