@@ -1,4 +1,4 @@
-"""Sentences for a run's table on results that look surer than they are, because an interval leaves something out."""
+"""Make sentences for a run's table on results that look surer than they are, because intervals leave something out."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -122,7 +122,7 @@ def _outside_sample(run: Run) -> tuple[str, ...]:
 
 
 def _counted_as_known(run: Run) -> list[str]:
-    """Return the key paths of the coefficients of the ground that have one value in all parameter sets."""
+    """Return the key paths of the ground's coefficients that are not unknowns: they have one value in all sets."""
     from rpf3d_core.setup.unknowns import counted_as_known  # imported only if the scene has unknowns
 
     return counted_as_known(run.scene, run.terrain.zones)
@@ -171,16 +171,19 @@ def _of_paths(run: Run) -> Iterator[str]:
 
 
 def _of_releases(run: Run) -> Iterator[str]:
-    """Yield a sentence for each source with many rocks that hardly fell, as from a source behind a crest."""
+    """Yield a sentence for each source with many rocks that stopped near the height of their release.
+
+    This happens if the source lies on level ground behind a crest. See `behind_a_crest`.
+    """
     yield from behind_a_crest(run.flights.deposits, [source.name for source in run.prepared.sources])
 
 
 def behind_a_crest(deposits: Deposits, names: Sequence[str], rocks: str = "rocks") -> Iterator[str]:
-    """Yield a sentence for each source with many rocks that hardly fell, as behind a crest.
+    """Yield a sentence for each source with many rocks that hardly fell, because the source lies behind a crest.
 
-    These rocks stopped less than HARDLY_FELL (m) below their release, and are more than the share MANY_BEHIND of the
-    source's rocks. Each source is judged alone, because the share of all rocks would hide one such source. At most
-    NAMED sources are named; a last sentence counts the others.
+    A source is reported if more than the share MANY_BEHIND of its rocks stopped less than HARDLY_FELL (m) below the
+    release. Sources are judged singly, because the share of all rocks would hide one such source. At most NAMED sources
+    have a sentence; a last sentence states the number of the others.
 
     names : names of the sources; rocks : the word for rocks in the sentences, in the plural
     """
