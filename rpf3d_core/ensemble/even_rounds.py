@@ -20,7 +20,7 @@ Source: Roberts 2018, "The unreasonable effectiveness of quasirandom sequences":
 BETWEEN_SOURCES = 0.6180339887498949
 """Shift (-) of the sampling of release points from one source to the next, so that similar sources use other points."""
 EVEN_TURNS = 8
-"""Number of rocks per release point (-) from which a source simply uses its points in turn.
+"""Smallest number of rocks per release point (-) at which a source uses its points in turn, without sampling.
 
 The numbers of rocks of two points then differ by at most 1/8.
 """
@@ -128,7 +128,7 @@ def _of_source(source: Source, count: int, most: int, number: int, place: int) -
 
 
 def _place(steps: float) -> float:
-    """Return where the first of several evenly spaced samples lies: a share (-), from 0 to 1, of the sample spacing.
+    """Return the position of the first of several evenly spaced samples, as a share (-) of their spacing, 0 to 1.
 
     steps : shift (-) from the middle, 0.5; the result is 0.5 + steps, modulo 1
     """

@@ -1,4 +1,4 @@
-"""The distribution of one quantity over many rocks, in bounded memory and independent of the order of the rocks.
+"""Gather the distribution of a quantity over many rocks, in bounded memory and independent of the order of the rocks.
 
 Up to `EXACT` values are kept unchanged. If there are more, each value is rounded to 11 significant bits, which leaves a
 thousand different values between a number and its double. Percentiles are then exact to 0.05 %. The smallest and the
