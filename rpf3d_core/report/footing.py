@@ -37,7 +37,7 @@ class Footing(NamedTuple):
 
 
 def footing_at(terrain: Terrain, places: FloatArray) -> Footing:
-    """Return the ground at places (N, 2) m in plan, local frame."""
+    """Return how steep the ground is at places (N, 2) m in plan, local frame, as a `Footing`."""
     slope = slopes_at(terrain, places)
     slope = slope[np.isfinite(slope)]
     if len(slope) == 0:
@@ -62,7 +62,7 @@ def slopes_at(terrain: Terrain, places: FloatArray) -> FloatArray:
 
 
 def _flatter(image: HeightImage, places: FloatArray, height: FloatArray, step: FloatArray) -> FloatArray:
-    """Return the smaller gradient (N,) from places towards both sides along an axis; NaN if neither is known.
+    """Return the smaller of the gradients (N,) from each place to both sides along an axis; NaN if both are unknown.
 
     height : (N,) m, of the ground at the places; step : (2,) m, from a place to one side
     """
