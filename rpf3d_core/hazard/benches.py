@@ -220,7 +220,7 @@ def text_rows(benches: Sequence[Bench]) -> list[tuple[str, ...]]:
 
 
 def left_out(benches: Sequence[Bench]) -> int:
-    """Return how many zones that rocks reached are left out of the printed table, for a note."""
+    """Return the number of zones that rocks reached but that the printed table leaves out, for a note below it."""
     return max(0, len(_reached_zones(benches)) - SHOWN)
 
 
@@ -270,7 +270,7 @@ def _text_row(bench: Bench) -> tuple[str, ...]:
 
 
 def _energy_text(bench: Bench) -> str:
-    """Return the p95 energy (kJ) of a row as text, with the predictive and the sampling interval over parameter sets.
+    """Return the p95 energy (kJ) of a zone or area as text; over parameter sets, with predictive and sampling interval.
 
     An interval without a known end reads NOT_KNOWN, as in `496 (not known; 443-778)`, because a number without an
     interval looks certain.

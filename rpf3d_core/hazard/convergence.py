@@ -41,7 +41,7 @@ class Step:
 
     @property
     def half_width(self) -> float:
-        """The widest uncertainty of a share in any place (-), as half the width of its interval."""
+        """The largest half-width (-) of the 95 % interval of a share, over all places; 0 without places."""
         return max((place.half_width for place in self.places.values()), default=0.0)
 
 

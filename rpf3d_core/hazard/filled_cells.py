@@ -17,9 +17,9 @@ from rpf3d_core.hazard.raster import round_cells
 from rpf3d_core.terrain.frame import FloatArray
 
 FEWEST_CELLS = 5
-"""Smallest number of cells along the longer side of a map whose cell is advised."""
+"""Smallest number of cells along the longer side of a map with the cell size that is advised."""
 MOST = 0.5
-"""Share (-) of the cells, or of the visits, that must have enough rocks."""
+"""Share (-) of the reached cells, or of the visits to cells, that must have at least FEWEST_ROCKS rocks."""
 
 
 class ReachedCells(NamedTuple):
@@ -50,7 +50,10 @@ def share_of_cells(rocks: FloatArray | CountArray) -> float:
 
 
 def share_of_visits(rocks: FloatArray | CountArray) -> float:
-    """Return the share (-) of the visits in cells with enough rocks; rocks : (S,) in each cell, S >= 1."""
+    """Return the share (-) of all visits that are in cells with enough rocks; a visit is one rock in one cell.
+
+    rocks : (S,) number of rocks in each cell, S >= 1
+    """
     return float(rocks[rocks >= FEWEST_ROCKS].sum() / rocks.sum())
 
 

@@ -48,7 +48,7 @@ class ReachBand(NamedTuple):
     """The predictive intervals of the reach probability of N map cells.
 
     cell : (N,) numbers of the cells, ascending: those that rocks reached, or may reach with displaced paths
-    low, high : (N,) ends (-)
+    low, high : (N,) lower and upper ends (-)
     """
 
     cell: IntArray
@@ -114,7 +114,7 @@ class SetFigures:
         return predictive_shares(counts, np.broadcast_to(self.rocks[:, None], counts.shape))
 
     def predictive(self, kind: str) -> dict[str, Interval]:
-        """Return the predictive intervals of all zones (kind "zone") or areas ("area"), for each figure.
+        """Return the predictive intervals of all zones (kind "zone") or areas ("area"), by name of the figure.
 
         The figures are the shares (-) `reached`, `stopped` and `retained`, and the p95 `energy` (J). An interval of a
         share from displaced paths is widened to contain the sampling interval of the paths as simulated.
