@@ -8,7 +8,7 @@ FOUND, REPORT, CALIBRATED = "calibration.json", "report.md", "calibrated.yaml"
 FOUND is written last; a refused calibration has no CALIBRATED.
 """
 STATE, PLAN = "state", "plan.json"
-"""Names in the folder of a calibration: of the subfolder with the flown sets, and in it of the file with the digest."""
+"""Names in the folder of a calibration: the subfolder with the flown sets, and its file with the scene's digest."""
 
 
 def is_calibration(folder: Path) -> bool:

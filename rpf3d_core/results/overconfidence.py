@@ -19,9 +19,12 @@ FEW_PATHS = 20
 HARDLY_FELL = 2.0
 """A stopped rock counts as not fallen if its drop (m) from release to end is below this, as behind a bench's crest."""
 MANY_BEHIND = 0.2
-"""A sentence is shown if a larger share of the rocks of a source (-) has not fallen."""
+"""A sentence is shown if more than this share (-) of the rocks of a source counts as not fallen (HARDLY_FELL)."""
 MOSTLY_THIN = 0.5
-"""A sentence is shown if a larger share (-) of a map's visits is in cells with fewer than 20 rocks."""
+"""A sentence is shown if more than this share (-) of the visits of rocks to map cells is in cells with few rocks.
+
+A cell has few rocks if fewer than 20 rocks reached it.
+"""
 NOTABLE = 0.5
 """A sentence is shown if the misfit of the calibration (m) is at least this large."""
 NAMED = 3
@@ -29,8 +32,10 @@ NAMED = 3
 SOME_ELSEWHERE = 0.05
 """The ground counts as calibrated elsewhere if at least this share (-) of the rocks starts far from the calibration."""
 ELSEWHERE_HELD = "0, 1, 2 and 2 of 18 and 9, 33, 40 and 40 of 41"
-"""Observed stops within 90 % intervals predicted by samples of another slope: eight cases, as measured on the page
-docs/explanation/validation.md; test/validation/test_predictions.py compares the figures."""
+"""Numbers of observed stops within 90 % intervals that samples of another slope predicted, in eight cases.
+
+docs/explanation/validation.md states the same figures; test/validation/test_predictions.py compares them.
+"""
 OF_ANOTHER_SLOPE = (
     f"Samples of another slope held {ELSEWHERE_HELD} observed stops in eight cases (90 % intervals along the slope, "
     "without misfit): take ranges of the library, or calibrate here"
@@ -90,7 +95,8 @@ def _of_the_ground(run: Run) -> Iterator[str]:
 def _of_the_calibration(sample: Path) -> Iterator[str]:
     """Yield a sentence with the first warnings of the calibration that wrote a sample file.
 
-    The warnings are read from calibration.json in the folder of the sample; if that fails, there is no sentence.
+    The warnings are read from calibration.json in the folder of the sample; if this file cannot be read, there is no
+    sentence.
     """
     try:
         found = json.loads((sample.parent / FOUND).read_text(encoding="utf-8"))

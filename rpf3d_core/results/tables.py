@@ -153,9 +153,9 @@ def with_energies(table: pa.Table, deposits: Deposits) -> pa.Table:
 
 
 def with_spins(table: pa.Table, deposits: Deposits, impacts: Impacts, density: float) -> pa.Table:
-    """Return the table of I impacts with added columns: spins before and after (rad/s), energies before (J).
+    """Return the table of I impacts with added columns: spins (rad/s), and rotational and total energies (J).
 
-    The energies are rotational and total.
+    Spins are those before and after the impact; energies are those before the impact.
 
     density : of the rocks, kg/m^3
     """

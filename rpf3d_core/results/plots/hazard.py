@@ -149,7 +149,7 @@ def _upper_end(maps: HazardMaps) -> dict[str, Theme]:
 
 
 def themes(maps: HazardMaps) -> dict[str, Theme]:
-    """Return the quantity that each hazard picture shows, by the name of its file."""
+    """Return a `Theme` for each hazard picture of a run, by the name of the picture's file without extension."""
     cells, wide = maps.cells, f"in cells of {maps.raster.cell:g} m"
     share = reach_probability(cells, maps.flown)
     p95 = "95th percentile of the rocks' largest"

@@ -22,7 +22,7 @@ INTERVAL = {True: "95 % predictive interval, unknowns included", False: "95 % sa
 DRAWN = {True: "bands", False: "bars"}
 """How intervals are drawn, by `Curve.is_predictive`; predictive and sampling intervals thus look different."""
 CAP, BROAD = 6.0, 9.0
-"""Width (points) of the ends of a bar, and of the band of a point without a neighbour."""
+"""Width (points) of the ends of a bar, and of the bar that replaces the band at a point without known neighbours."""
 UNKNOWN, BESIDE = "?", 7.0
 """Text next to a point at an unknown end of its interval, and its distance (points) from the point."""
 
