@@ -231,7 +231,7 @@ def _pictures(run: RunFiles, section: CriticalSection | None) -> Iterator[Elemen
 
 
 def _cells_without_energy(run: RunFiles) -> str:
-    """Return a sentence with the number of reached cells that have no energy, because few rocks came; "" if none."""
+    """Return a sentence on the reached cells without an energy, because too few rocks came; "" without such cells."""
     reached, energy = read_hazard(run, "reach_probability"), read_hazard(run, "energy_j", "p95")
     if reached is None:
         return ""
@@ -288,7 +288,7 @@ def _benches(run: RunFiles) -> Iterator[Element]:
 
 
 def _caught(run: RunFiles) -> str:
-    """Return a sentence on rocks that barriers caught, which zones count as retained; "" if no rock was caught."""
+    """Return a sentence that zones count rocks caught by barriers as retained; "" if no barrier caught a rock."""
     return f" {_as_sentence(CAUGHT_COUNT)}" if run.summary["outcomes"].get("caught", {}).get("rocks") else ""
 
 

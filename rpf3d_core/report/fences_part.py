@@ -90,7 +90,7 @@ def _place(place: FencePlace) -> str:
 
 
 def _ground(footing: Footing) -> str:
-    """Return the slope of the ground where a fence would stand as text, and the share of its line on a face."""
+    """Return as text the slope of the ground where a fence would stand, and the share of the fence's line on a face."""
     if footing.steep is None or footing.slope is None:
         return UNKNOWN
     slope = whole_degrees(footing.slope)

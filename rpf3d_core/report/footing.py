@@ -24,7 +24,8 @@ class Footing(NamedTuple):
     """The ground where a fence would stand, at many points of its line.
 
     steep : share (-) of the points on ground steeper than BUILDABLE; None if the ground is not known at any point
-    slope : degrees, median slope of the steep points if they are at least MOSTLY of all points, else of the others
+    slope : median slope (degrees) of the steep points if these are at least MOSTLY of all points, else of the other
+        points; None if the ground is not known at any point
     """
 
     steep: float | None
