@@ -14,7 +14,7 @@ from rpf3d_core.results.orientations import moments_of
 from rpf3d_core.shapes.polyhedron import Polyhedron, scaled_to_volume
 
 BLOCKS = "world/blocks"
-"""Entity of the recording under which all blocks are."""
+"""Name of the entity of a recording that contains all blocks."""
 
 SHOWN_BLOCKS = 48
 """Largest number of rocks that are shown as blocks; further rocks are points. 48 blocks take about 2 MB."""
