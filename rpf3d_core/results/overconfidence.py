@@ -101,7 +101,7 @@ def _of_the_calibration(sample: Path) -> Iterator[str]:
     try:
         found = json.loads((sample.parent / FOUND).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
-        return  # a sample from elsewhere
+        return  # the sample file is not in the folder of a calibration
     warnings = found.get("warnings") if isinstance(found, dict) else None
     if not isinstance(warnings, list):
         yield "the warnings of the calibration of the sample are not known: its calibration.json does not list them"
@@ -193,7 +193,7 @@ def behind_a_crest(deposits: Deposits, names: Sequence[str], rocks: str = "rocks
 
     names : names of the sources; rocks : the word for rocks in the sentences, in the plural
     """
-    if not names:  # rocks that a program has released itself
+    if not names:  # a program released the rocks itself, without sources
         return
     drop = deposits.release[:, 2] - deposits.x[:, 2]
     stayed = (deposits.outcome == Outcome.STOPPED) & (drop < HARDLY_FELL)

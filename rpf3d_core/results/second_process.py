@@ -124,7 +124,7 @@ def _started(module: str, name: str) -> "subprocess.Popen[bytes] | None":
     module, name : of the class whose object the process makes
     """
     own: dict[str, Any] = {"process_group": 0} if os.name == "posix" else {}
-    if not sys.executable:  # Python is part of another program
+    if not sys.executable:  # Python is embedded in another program: no interpreter to start
         return None
     with suppress(OSError):
         return subprocess.Popen(

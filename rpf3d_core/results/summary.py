@@ -250,7 +250,7 @@ def _shapes(findings: Run) -> dict[str, Any]:
     if not blocks:
         return {}
     why = {reason: findings.totals.why[reason] for reason in WHY_STOPPED}
-    if not any(spec.OBSTACLES for spec in findings.scene.effects.named.values()):  # nothing to lean against
+    if not any(spec.OBSTACLES for spec in findings.scene.effects.named.values()):  # no obstacle to lean against
         del why["leaning"]
     totals = findings.totals
     return {

@@ -103,7 +103,7 @@ def _reached(predicted: Predicted, axis: int) -> tuple[FloatArray, FloatArray]:
     reached = np.cumsum(predicted.weights[order])
     rows = np.unique(np.linspace(0, len(order) - 1, SHARES).astype(np.int64))
     heavy = np.searchsorted(reached, (np.arange(SHARES) + 0.5) / SHARES).clip(max=len(order) - 1)
-    rows = np.union1d(rows, heavy)  # at equal steps of weight, and of the number of stops: keeps steps and tails
+    rows = np.union1d(rows, heavy)  # both spacings together show steps and tails
     return predicted.place[order[rows], axis], reached[rows]
 
 
