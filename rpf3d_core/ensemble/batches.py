@@ -213,7 +213,7 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
     releases, keep = crew.releases, crew.keep
     x, v = releases.x.take(rows, axis=0), releases.v.take(rows, axis=0)  # take() is four times as fast as indexing
     columns = {name: getattr(releases, name).take(rows) for name in ("source", "rock", "mass", "radius")}
-    columns["source"] = columns["source"] + SOURCES * releases.piece.take(rows)  # key of the draws
+    columns["source"] = columns["source"] + SOURCES * releases.piece.take(rows)  # key of random numbers
     if releases.shape is not None and releases.pose is not None:
         columns |= {"shape": releases.shape[rows], "pose": releases.pose[rows]}
     models = crew.flight.models

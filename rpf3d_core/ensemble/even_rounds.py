@@ -121,7 +121,7 @@ def _of_source(source: Source, count: int, most: int, number: int, place: int) -
     if most >= EVEN_TURNS * points or points == 1:
         return range(number * most, number * most + count)
     whole, rest = divmod(count, points)
-    first = number * -(-most // points) * points  # rock k starts at point k % points, so this rock at the first point
+    first = number * -(-most // points) * points  # rock k starts at point k % points: this rock at point 0
     at = _place(number * POINT_STEP + place * BETWEEN_SOURCES)
     spread = ((np.arange(rest) + at) * points / max(rest, 1)).astype(np.int64)
     return np.concatenate([np.arange(whole * points), whole * points + spread]) + first
