@@ -261,7 +261,7 @@ def _filling(run: RunFiles, reached: HazardGrid) -> str:
 
 def _trimmed(path: Path) -> bytes:
     """Return a picture of the run as PNG without its white margin."""
-    from rpf3d_core.results.plots.trimmed import trimmed  # it imports matplotlib
+    from rpf3d_core.results.plots.trimmed import trimmed  # imported late, because it imports matplotlib
 
     return trimmed(path)
 

@@ -119,7 +119,7 @@ def _size(run: RunFiles, path: str, value: Any, unit: str) -> str:
 
     path : key path of the size; value : its value in the scene; unit : such as m
     """
-    found = run.inputs.get("measured", {}).get(path)  # results of earlier versions have none
+    found = run.inputs.get("measured", {}).get(path)  # earlier versions wrote no `measured`
     if found is None:
         return f"{given(value)} {unit}"
     where = given(value) if isinstance(value["measured"], str) else "measured, listed in the scene"
@@ -176,7 +176,7 @@ def _range(run: RunFiles, path: str) -> str | None:
 def _unknown_at(run: RunFiles, path: str) -> str | None:
     """Return the key path of the unknown that sets the value at a key path; None if no unknown sets it."""
     keys = [key for key in run.summary.get("unknowns", {}).get("parameters", {}) if _stands_for(key, path)]
-    return min(keys, key=lambda key: "*" in key.split("."), default=None)  # a key without `*` precedes, as in the run
+    return min(keys, key=lambda key: "*" in key.split("."), default=None)  # a key without `*` goes first, as in the run
 
 
 def _source_of(run: RunFiles, path: str, library: str | None = None, value: Any = None) -> str:
