@@ -28,7 +28,7 @@ POLICY = "; ".join([
 """Content policy of the page: the browser sends no request to another machine, for example for fonts."""
 HEADERS = {
     "Content-Security-Policy": POLICY,
-    # Without Access-Control-Allow-Origin, and with this, pages of other sites cannot read the recording.
+    # With this header, and without Access-Control-Allow-Origin, pages of other sites cannot read the recording.
     "Cross-Origin-Resource-Policy": "same-origin",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
@@ -122,7 +122,7 @@ class _Handler(BaseHTTPRequestHandler):
             with self.server.recording.open("rb") as file:
                 size = os.fstat(file.fileno()).st_size
                 self._begin(RECORDING_TYPE, size)
-                while body and size > 0 and (part := file.read(min(size, PART))):  # without data recorded meanwhile
+                while body and size > 0 and (part := file.read(min(size, PART))):  # no bytes appended later
                     self.wfile.write(part)
                     size -= len(part)
         except FileNotFoundError:
