@@ -50,7 +50,7 @@ class Batch(Written):
 
 
 def written_of(rows: IntArray) -> Written:
-    """Return a record of N rocks without impacts and paths, for runs that record nothing.
+    """Return a `Written` of N rocks without impacts and paths, for rocks of which nothing is kept.
 
     rows : (N,) rows in the releases
     """
@@ -92,15 +92,18 @@ def joined_batches(batches: Sequence[Batch]) -> Batch:
 
 
 def with_ends(written: Written, finals: FloatArray, counts: IntArray) -> Batch:
-    """Return a batch of N rocks from their records and their final results, as in `Batch`.
+    """Return a `Batch` of N rocks, made of the rocks' records and the rocks' final results.
 
-    written : the records; finals, counts : final results of the N rocks, as in `Batch`
+    written : the records; finals, counts : final results, with the columns of `Batch`
     """
     return Batch(**vars(written), finals=finals, counts=counts)
 
 
 def in_order(parts: Sequence[Written]) -> Written:
-    """Return the records of several parts joined into one, sorted by row; the rocks may have flown in any order."""
+    """Return the records of several parts joined into one, sorted by row in the releases.
+
+    The rows of all parts are distinct; the rocks may have flown in any order.
+    """
     rows = np.concatenate([part.rows for part in parts])
     if not any(len(part.facets) or len(part.modes) for part in parts):
         return written_of(np.flatnonzero(np.bincount(rows)))  # rows are distinct: ten times as fast as a sort
@@ -114,15 +117,15 @@ def in_order(parts: Sequence[Written]) -> Written:
 
 
 def _stacked(arrays: Sequence[Any]) -> Any:
-    """Return arrays of impacts or of path segments, joined into one array.
+    """Return arrays of impacts or of path segments joined into one array, along the first axis.
 
-    Empty arrays are left out, because they lack the columns of spin.
+    Empty arrays are left out, because they may lack the columns of spin or shape.
     """
     return np.concatenate([array for array in arrays if len(array)] or arrays[:1])
 
 
 def _firsts(lengths: IntArray) -> IntArray:
-    """Return where the records of each of N rocks begin: first rows (N + 1, 2), as in `Written.first`.
+    """Return the first row (N + 1, 2) of each of N rocks in impacts and in path segments, as in `Written.first`.
 
     lengths : (N, 2) number of impacts and number of path segments of each rock
     """

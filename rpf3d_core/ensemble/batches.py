@@ -67,12 +67,13 @@ Advance = Callable[[int], None]
 Progress = Callable[[int], Advance]
 """Callback that starts the display of progress: called with the number of rocks, returns the callback for the flights.
 
-It is called after the compilation and before the first flight.
+The callback is called after the compilation and before the first flight.
 """
 Watch = Callable[[Batch, Releases], FloatArray]
 """Callback that receives each flown batch and its releases, for example to count rocks for hazard maps.
 
-It runs on the thread that flew the batch, and returns the largest height of each rock above the terrain (N,) m.
+The callback runs on the thread that flew the batch, and returns the largest height (N,) m of each rock above the
+terrain.
 """
 
 
@@ -99,7 +100,7 @@ UNCONTROLLED = BatchControl()
 
 @dataclass(frozen=True, eq=False)
 class Keep:
-    """Selects the records of R rocks that stay in memory after the flight; others are overwritten by later batches.
+    """Selects which records of R rocks stay in memory after the flight; later batches overwrite all other records.
 
     paths, impacts : (R,) flags of the rocks whose paths, and whose impacts, are kept
     record : False if the engine records no impacts and no paths at all
@@ -112,7 +113,7 @@ class Keep:
 
 @dataclass(frozen=True, eq=False)
 class Crew:
-    """Data that all threads share while they fly R rocks: inputs, and arrays for the results.
+    """The data that all threads share while they fly R rocks: inputs, and arrays for the results.
 
     engine, flight, releases : the engine, the physics and the starts of the R rocks
     keep : selects the records to keep
@@ -212,7 +213,7 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
     releases, keep = crew.releases, crew.keep
     x, v = releases.x.take(rows, axis=0), releases.v.take(rows, axis=0)  # take() is four times as fast as indexing
     columns = {name: getattr(releases, name).take(rows) for name in ("source", "rock", "mass", "radius")}
-    columns["source"] = columns["source"] + SOURCES * releases.piece.take(rows)  # key of the draws
+    columns["source"] = columns["source"] + SOURCES * releases.piece.take(rows)  # key of random numbers
     if releases.shape is not None and releases.pose is not None:
         columns |= {"shape": releases.shape[rows], "pose": releases.pose[rows]}
     models = crew.flight.models

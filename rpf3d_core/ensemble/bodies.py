@@ -1,4 +1,4 @@
-"""Rocks with a shape: which shape each rock has, and its orientation at the release, drawn at random."""
+"""Draw at random the shape of each rock and its orientation at the release, for rocks that have shapes."""
 
 import math
 from dataclasses import dataclass

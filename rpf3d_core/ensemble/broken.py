@@ -1,4 +1,4 @@
-"""Rocks that broke, with their state at the moment of breaking: the input from which their fragments are made."""
+"""Store the state of rocks at the moment when they broke; fragments are made from this state."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,9 +8,9 @@ import numpy as np
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 
 SOURCES = 65_536
-"""Factor of a fragment's number in the key of its random numbers, source + SOURCES * number, so that keys differ.
+"""Factor in the key of a fragment's random numbers, source + SOURCES * number, so that all keys differ.
 
-There are at most 65,536 sources, and 65,536 fragments of a rock.
+There are at most 65,536 sources, and fewer than 65,536 fragments of a rock; `number` is the fragment's number.
 """
 
 DUST_UNITS = 2**40
@@ -33,13 +33,13 @@ class Broken:
 
 
 NONE_BROKEN = Broken(np.empty(0, dtype=np.int64), np.empty(0), *(np.empty((0, 3)) for _ in range(3)))
-"""The value for a batch in which no rock broke."""
+"""The `Broken` of a batch in which no rock broke: it has no rows."""
 
 
 def rows_of_broken(broken: Broken, which: slice) -> Broken:
-    """Return the broken rocks in a slice, so that the caller can make the fragments of a few rocks at a time.
+    """Return some of the broken rocks, so that the caller can make the fragments of a few rocks at a time.
 
-    which : slice of the rows of `broken`
+    which : slice that selects rows of `broken`
     """
     return Broken(*(getattr(broken, name)[which] for name in ("rows", "t", "x", "v", "n")))
 

@@ -1,4 +1,4 @@
-"""The colours of zones, outcomes and speeds; all pictures and recordings use these colours.
+"""Define the colours of zones, outcomes and speeds for all pictures and recordings.
 
 Colours are sRGB, 0 to 255. Zones are muted so that paths stand out against the terrain.
 """

@@ -20,7 +20,7 @@ Source: Roberts 2018, "The unreasonable effectiveness of quasirandom sequences":
 BETWEEN_SOURCES = 0.6180339887498949
 """Shift (-) of the sampling of release points from one source to the next, so that similar sources use other points."""
 EVEN_TURNS = 8
-"""Number of rocks per release point (-) from which a source simply uses its points in turn.
+"""Smallest number of rocks per release point (-) at which a source uses its points in turn, without sampling.
 
 The numbers of rocks of two points then differ by at most 1/8.
 """
@@ -121,14 +121,14 @@ def _of_source(source: Source, count: int, most: int, number: int, place: int) -
     if most >= EVEN_TURNS * points or points == 1:
         return range(number * most, number * most + count)
     whole, rest = divmod(count, points)
-    first = number * -(-most // points) * points  # rock k starts at point k % points, so this rock at the first point
+    first = number * -(-most // points) * points  # rock k starts at point k % points: this rock at point 0
     at = _place(number * POINT_STEP + place * BETWEEN_SOURCES)
     spread = ((np.arange(rest) + at) * points / max(rest, 1)).astype(np.int64)
     return np.concatenate([np.arange(whole * points), whole * points + spread]) + first
 
 
 def _place(steps: float) -> float:
-    """Return where the first of several evenly spaced samples lies: a share (-), from 0 to 1, of the sample spacing.
+    """Return the position of the first of several evenly spaced samples, as a share (-) of their spacing, 0 to 1.
 
     steps : shift (-) from the middle, 0.5; the result is 0.5 + steps, modulo 1
     """

@@ -1,4 +1,4 @@
-"""The order in which rocks fly: groups of rocks from all parts of the releases, in batches that start close together.
+"""Choose the order in which rocks fly: groups with rocks of all sources, in batches of rocks that start close together.
 
 A group is flown as a whole. So when a run is interrupted, the flown rocks represent all sources and all their places.
 The closer the start points of a batch, the more often the needed facets are in the cache, on any thread.
@@ -15,7 +15,7 @@ from rpf3d_core.ensemble.releases import Releases
 LARGEST_BATCH = 4096
 """Largest number of rocks that one thread of the compiled engine flies at once (a batch)."""
 BATCHES_A_GROUP = 2
-"""Number of batches in a group, if all have the largest size.
+"""Number of batches in a group of rocks, if all batches have the largest size.
 
 Long falls take 1.6 times as long in groups of 512 rocks as in groups of 4096, and 10 % less in groups of 8192 than in
 groups of 4096. But after an interrupt, a group is still flown to its end, so groups must not be too large.
@@ -40,7 +40,8 @@ Starting a batch of this size takes about 1 % of the time of flying it.
 BODY_BATCHES = 256, 8
 """Largest and smallest number of rocks with a shape in a batch: such a rock takes as long as some hundred points.
 
-Groups are then short enough for an interrupt, and the threads share out even a few hundred rocks evenly.
+After an interrupt, a group is then soon flown to its end, and even a few hundred rocks are divided evenly among the
+threads.
 """
 BATCHES_A_THREAD = 4
 """Least number of batches into which one thread's share of the remaining rocks is divided.

@@ -1,4 +1,4 @@
-"""The result of flying an ensemble, as tables: one row per rock, one row per impact, one row per event of a path.
+"""Tables of the results of an ensemble: one row per rock, one row per impact, one row per event of a path.
 
 All positions are in the terrain's local frame; `Frame.points_to_input` converts them to the input's coordinates.
 """
@@ -82,7 +82,7 @@ class Deposits:
 
 @dataclass(frozen=True, eq=False)
 class Impacts:
-    """Every impact on the ground and every meeting with an obstacle; I rows, grouped by rock in order of time.
+    """Every impact on the ground and every contact with an obstacle: I rows, grouped by rock in order of time.
 
     row : row of the rock in `Deposits`; t : s; x : (I, 3) m
     facet : number of the facet; for an obstacle, `simulation.record.FIRST_OBSTACLE` minus the number of the obstacle,
@@ -114,15 +114,16 @@ class Impacts:
 
 
 def on_ground(impacts: Impacts) -> Impacts:
-    """Return the impacts on the ground only, without the meetings with obstacles."""
+    """Return the rows of impacts on the ground only, without contacts with obstacles such as barriers and trees."""
     struck = impacts.facet >= 0
     return Impacts(**{name: column[struck] for name, column in given_columns(impacts).items()})
 
 
 @dataclass(frozen=True, eq=False)
 class Paths:
-    """Every event of the paths of rocks, S rows, grouped by rock in order of time: starts of segments, then the end.
+    """The events of rocks' paths: S rows, grouped by rock in order of time.
 
+    A rock has one row for the start of each path segment, and a last row for its end.
     row : row of the rock in `Deposits`; t : s; x : (S, 3) m; v : (S, 3) m/s just after the event
     v_end : (S, 3) m/s at the end of the segment that begins with this event
     mode : `values.Mode` of the segment that begins with this event; the last row of a rock has mode END

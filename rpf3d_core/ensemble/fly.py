@@ -55,7 +55,8 @@ def fly_ensemble(
     record : True to keep impacts and paths; False gives deposits only
     paths : number of rocks, evenly spread over all rocks, whose paths are kept; None for all
     threads : number of threads of the compiled engine; None for one per core
-    watch : called with each batch on the thread that flew it; returns heights. Without `watch`, heights are NaN
+    watch : called with each batch on the thread that flew it; returns the largest height (m) of each rock above the
+        terrain. Without `watch`, these heights are NaN
 
     Returns
     -------
@@ -74,7 +75,7 @@ def fly_ensemble(
 
 
 def spread_over(rocks: int, some: int) -> IntArray:
-    """Return at most `some` rows (N,) of R rocks, evenly spread, as a selection for display."""
+    """Return at most `some` of the row numbers 0 to `rocks` - 1, (N,), ascending and evenly spread, for display."""
     rows = np.linspace(0, rocks - 1, min(some, rocks)).astype(np.int64)
     return rows[np.diff(rows, prepend=-1) > 0]
 
@@ -82,9 +83,9 @@ def spread_over(rocks: int, some: int) -> IntArray:
 def flights_of(
     batches: Sequence[Batch], releases: Releases, engine: str, compile_s: float = 0.0, fly_s: float = 0.0
 ) -> Flights:
-    """Return the deposits, impacts and paths of some batches as tables.
+    """Return the deposits, impacts and paths of the rocks in some batches as a `Flights`.
 
-    batches : together in the order of the releases; releases : of the rocks in the batches
+    batches : their rocks, one batch after another, are in the order of `releases`; releases : of these rocks
     engine : name of the engine; compile_s, fly_s : wall seconds
     """
     batch = batches[0] if len(batches) == 1 else joined_batches([NOTHING, *batches])

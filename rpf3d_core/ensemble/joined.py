@@ -43,7 +43,7 @@ def one_after_another(parts: Sequence[tuple[Deposits, Impacts]]) -> tuple[Deposi
 
 
 def _in_place(tables: Sequence[Rows], deposits: Sequence[Deposits], place: IntArray) -> Rows:
-    """Return tables of impacts or paths joined into one table, in the order of the rocks.
+    """Return the tables of impacts or paths of several parts joined into one table, with new row numbers of the rocks.
 
     deposits : of each part; place : (R,) new row of each rock, the rocks of all parts being counted in sequence
     """

@@ -1,4 +1,4 @@
-"""Write numbers as text; the ends of an interval are rounded outward.
+"""Format numbers as text, with the ends of an interval rounded outward.
 
 A printed interval then contains the computed interval. Rounded to the nearest digit, 0 to 2.4 % would become 0 to 2 %.
 """

@@ -1,4 +1,4 @@
-"""Points along the paths of rocks, between the recorded events, for pictures and exports.
+"""Compute points along the paths of rocks, between the recorded events, for pictures and exports.
 
 A FLIGHT segment is the exact parabola x + v t + g t^2/2. SETTLING and SLIDING segments are drawn as the cubic Hermite
 curve with the exact position and velocity at both ends; between the ends the curve is only an approximation. The drawn

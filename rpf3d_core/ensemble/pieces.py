@@ -25,7 +25,10 @@ from rpf3d_core.values import Rock, Vec
 from rpf3d_core.vectors import add, along, cross, dot, norm, scale
 
 TILT, TURN = int(Purpose.PIECE_TILT), int(Purpose.PIECE_TURN)
-"""Purposes of the two random numbers for a fragment's direction: its angle from the rock's direction, and around it."""
+"""Purposes of the two random numbers that select a fragment's direction in a cone about the direction of the rock.
+
+TILT selects the angle from the direction of the rock, TURN the angle around it.
+"""
 PIECES = 65_536
 """Approximate number of fragments in memory at a time; one rock may have more."""
 

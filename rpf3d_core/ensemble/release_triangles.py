@@ -1,4 +1,4 @@
-"""Release places on a surface, spread evenly over its true area.
+"""Draw release places on a surface, spread evenly over its true area.
 
 Places that are even in plan would be too few on steep slopes. Three uniform numbers select the place of a rock. The
 first number selects the triangle, through the running sum of all areas. The other two numbers select the place in the

@@ -119,7 +119,7 @@ def releases_in(
     engine: Engine,
     frame: Frame = WORLD,
 ) -> Releases:
-    """Return the releases of some rocks of each source; numbers of rocks may exceed `Source.rocks`.
+    """Return the releases of some rocks of each source, drawn at random; rock numbers may exceed `Source.rocks`.
 
     ranges : for each source, a range of rock numbers, or the numbers themselves (N,)
     rock, seed, engine, frame : as in `releases_of`
@@ -241,9 +241,9 @@ def _spread(half: Vec, purposes: Sequence[Purpose], seed: int, number: int, rock
 
 
 def _along(points: FloatArray, breaks: Sequence[int], share: FloatArray) -> FloatArray:
-    """Return points (R, 3) on a line source through points (P, 3), at given shares (R,) of its length.
+    """Return points (R, 3) m on a line source through points (P, 3) m, at given shares (R,) of the line's length.
 
-    breaks : numbers of points from which no line leads to the next point
+    breaks : numbers of points, from 0, from which no line leads to the next point
     """
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     steps[list(breaks)] = 0.0

@@ -1,4 +1,4 @@
-"""The distribution of one quantity over many rocks, in bounded memory and independent of the order of the rocks.
+"""Gather the distribution of a quantity over many rocks, in bounded memory and independent of the order of the rocks.
 
 Up to `EXACT` values are kept unchanged. If there are more, each value is rounded to 11 significant bits, which leaves a
 thousand different values between a number and its double. Percentiles are then exact to 0.05 %. The smallest and the
@@ -60,7 +60,7 @@ class Sample:
         self._merge(np.concatenate([self._values, other._values]), np.concatenate([self._counts, other._counts]))
 
     def sorted(self) -> tuple[FloatArray, IntArray]:
-        """Return the distinct values (V,) of the sample, ascending, in its own unit, and how often each occurs (V,)."""
+        """Return the distinct values (V,) of the sample, ascending, and how often each value occurs (V,)."""
         self._settle()
         return self._values, self._counts
 

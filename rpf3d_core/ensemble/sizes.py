@@ -1,4 +1,7 @@
-"""Sizes of rocks: all equal, or drawn by diameter, mass or volume. A rock counts as a sphere of the same volume."""
+"""Compute the sizes of rocks: equal for all, or drawn by diameter, mass or volume.
+
+The radius of a rock is that of a sphere of the same volume.
+"""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Rotational and total kinetic energy of spinning rocks, computed from their records."""
+"""Compute the rotational and the total kinetic energy of spinning rocks from the rocks' records."""
 
 from typing import Any, NamedTuple
 
@@ -11,7 +11,7 @@ from rpf3d_core.values import SPHERE_INERTIA_RATIO
 
 
 def rotational_energy(mass: FloatArray, radius: FloatArray, w: FloatArray) -> FloatArray:
-    """Return the rotational energy (N,) J of rocks, I w^2 / 2 with I = 2/5 m R^2.
+    """Return the rotational energy (N,) J of spheres, I w^2 / 2 with I = 2/5 m R^2.
 
     mass : (N,) kg; radius : (N,) m; w : (N,) rad/s, spins
     """

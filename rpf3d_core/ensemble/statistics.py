@@ -1,4 +1,4 @@
-"""Shares of rocks with their 95 % intervals, as plain values that can be written to JSON."""
+"""Compute shares of rocks with their 95 % intervals, as plain values that can be written to JSON."""
 
 from typing import Any
 

@@ -201,7 +201,7 @@ class Stream:
 
 
 def taken(releases: Releases, rows: IntArray) -> Releases:
-    """Return the releases in the given rows (N,)."""
+    """Return the given rows (N,) of some releases, as new `Releases`."""
     return Releases(**{name: column[rows] for name, column in _columns(releases).items()})
 
 

@@ -1,4 +1,4 @@
-"""Release velocities of thrown rocks, as from a blast: a speed, in a direction that may vary within a cone."""
+"""Compute the release velocities of thrown rocks, as from a blast: speed, and direction within a cone."""
 
 import math
 from typing import NamedTuple

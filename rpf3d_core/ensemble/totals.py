@@ -1,4 +1,4 @@
-"""Totals of an ensemble, added up while it flies: number of rocks per outcome, and distributions over all rocks."""
+"""Add up the totals of an ensemble while it flies: number of rocks by outcome, and distributions over all rocks."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from rpf3d_core.simulation.engines import SPIN_FINALS
 from rpf3d_core.values import DEPOSITED, Outcome
 
 PATH_UNITS = 2**20
-"""Units per metre in which path lengths are added, as whole numbers, because the sum is then the same in any order."""
+"""Number of units per metre in sums of path lengths: sums of whole numbers are the same in any order of the rocks."""
 
 Position = Callable[[FloatArray], FloatArray]
 """Function from points (N, 3) m, local frame, to coordinates (N,) m along the direction of the observed stops."""
@@ -137,7 +137,7 @@ def _farthest_of(deposits: Deposits, at_rest: NDArray[np.bool_]) -> FarthestRock
 
 
 def _farther(first: FarthestRock | None, second: FarthestRock | None) -> FarthestRock | None:
-    """Return the rock with the larger runout, the first if both are equal; None if there is neither."""
+    """Return the rock with the larger runout, or `first` if both are equal; None stands for no rock."""
     if first is None or second is None:
         return first or second
     return second if second.runout > first.runout else first

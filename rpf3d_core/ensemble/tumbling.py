@@ -1,4 +1,4 @@
-"""The orientation of rocks with a shape along their paths, between the recorded events, for pictures and exports.
+"""Compute the orientation of rocks with a shape along their paths, between recorded events, for pictures and exports.
 
 Every path segment of a rock with a shape is a free flight, so the orientation follows in closed form from the
 orientation and the spin at the start of the segment (`body.rotation`). No orientation is interpolated.

@@ -112,7 +112,7 @@ def _visit_area(areas: Areas, visits: Visits, track: Track, mass: float, a: int)
 def _sorted_crossings(areas: Areas, a: int, track: Track) -> int:
     """Write the times (s) at which a track crosses the outlines of area number a, ascending; return their number.
 
-    They are written to `areas.crossings`.
+    The times are written to `areas.crossings`.
     """
     x, v, used = track.arc.x, track.arc.v, 0
     for e in range(areas.first[a], areas.first[a + 1]):

@@ -82,7 +82,7 @@ class PathSegment(NamedTuple):
 
 
 def empty_arrivals(rocks: int, barriers: int) -> BarrierArrivals:
-    """Return the record of arrivals before any rock has arrived; rocks, barriers : numbers of rocks and barriers."""
+    """Return a `BarrierArrivals` in which no rock has arrived yet; rocks, barriers : numbers of rocks and barriers."""
     shape = rocks, barriers
     did, held = (np.zeros(shape, dtype=np.int64) for _ in range(2))
     return BarrierArrivals(
@@ -96,7 +96,7 @@ def empty_arrivals(rocks: int, barriers: int) -> BarrierArrivals:
 
 
 def empty_crossed(panels: int, barriers: int) -> Crossed:
-    """Return empty working memory for the crossings of barriers.
+    """Return a `Crossed` without any crossing: working memory for `find_arrivals`.
 
     panels, barriers : numbers of panel segments and of barriers
     """
@@ -106,9 +106,9 @@ def empty_crossed(panels: int, barriers: int) -> Crossed:
 
 @loop
 def find_arrivals(barriers: Barriers, flown: FlownRocks, crossed: Crossed, found: BarrierArrivals) -> None:
-    """Find the arrivals of all flown rocks at the barriers, and write them to `found`.
+    """Find the arrivals of flown rocks at the barriers, and write the arrivals to `found`; failed rocks are left out.
 
-    crossed : working memory
+    crossed : working memory, from `empty_crossed`
     """
     counts, first = flown.counts, flown.first
     for r in range(len(flown.mass)):
@@ -129,9 +129,9 @@ def find_arrivals(barriers: Barriers, flown: FlownRocks, crossed: Crossed, found
 def _contact(
     barriers: Barriers, impacts: Any, facets: Any, q: int, did: int, rock: PassingRock, found: BarrierArrivals
 ) -> None:
-    """Record an arrival if row q of the impacts is a contact with a barrier.
+    """Record an arrival of a rock in `found` if row q of the impacts is a contact with a barrier.
 
-    did : result of the arrival, THROUGH or HELD
+    impacts, facets : columns as in `FlownRocks`; did : result of the arrival if there is one, THROUGH or HELD
     """
     panel = barriers.panel
     k = FIRST_OBSTACLE - facets[q] - barriers.first
@@ -192,7 +192,10 @@ def _segment(flown: FlownRocks, p: int) -> PathSegment:
 def _cross(
     barriers: Barriers, segment: PathSegment, rock: PassingRock, crossed: Crossed, found: BarrierArrivals
 ) -> None:
-    """Record where a path segment passes barriers without a contact: above a panel, or through one of capacity 0."""
+    """Record where a path segment passes barriers without a contact: above a panel, or through a panel of capacity 0.
+
+    The arrivals are written to `found`; crossed : working memory
+    """
     p, arc, until = segment.p, segment.arc, segment.until
     cells, number = barriers.cells, 0
     i, j = index_of(arc.x[0], cells.x, cells.cell, cells.nx), index_of(arc.x[1], cells.y, cells.cell, cells.ny)

@@ -18,7 +18,10 @@ TEXT_HEADER = ("zone", "reached", "stopped", "retained", "p95 (kJ)")
 """Header of the printed table, short so that it fits 80 columns; `text_rows` has the same columns."""
 
 AT_MOST = "at most"
-"""Header of the column with the largest possible share, which is printed only if rocks were lost to holes."""
+"""Header of the column with the share that counts every rock lost to a hole of the terrain as if it had come.
+
+The column is printed only if rocks were lost to holes.
+"""
 
 TEXT_NOTE = "shares of all rocks (retained: of those that came) with 95 % intervals"
 """Note under the printed table that explains its columns."""
@@ -31,7 +34,7 @@ OF_SETS = (
     "{sets} parameter sets, which holds the unknowns of the scene, and then the sampling interval of the number of "
     "rocks"
 )
-"""Note under the printed table of a run over parameter sets."""
+"""Note under the printed table of a run over parameter sets that explains its columns."""
 
 STILL_OPEN = "what the scene takes as known (models, terrain, sources) is in no interval"
 """Note under the printed table of a run over parameter sets, on uncertainties that its intervals do not include."""
@@ -145,7 +148,7 @@ def notes_below(maps: HazardMaps, rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def notes_on_unknown(rows: Iterable[Sequence[str]]) -> list[str]:
-    """Return the notes that explain unknown intervals and ends; only those that the rows of the printed table have.
+    """Return the notes that explain the texts NOT_KNOWN and UNKNOWN_END, each only if a row of the table has the text.
 
     rows : from `text_rows`
     """
@@ -186,14 +189,14 @@ def benches_section(benches: Sequence[Bench]) -> dict[str, Any]:
 
 
 def _energy_section(bench: Bench) -> dict[str, Any]:
-    """Return the intervals of the p95 energy of a zone or area, which summary.json has only with parameter sets."""
+    """Return both 95 % intervals (J) of a place's p95 energy for summary.json; {} without parameter sets."""
     if bench.energy_predictive is None:
         return {}
     return {"energy_p95_predictive_j": bench.energy_predictive, "energy_p95_sampling_j": bench.energy_sampling}
 
 
 def _lost_section(bench: Bench) -> dict[str, Any]:
-    """Return the values of a zone or area that summary.json has only if rocks were lost to holes."""
+    """Return the shares of a place that concern rocks lost to holes, for summary.json; {} if no rock was lost."""
     return {} if bench.lost is None else {"lost_to_holes": bench.lost, "reached_at_most": bench.reached_at_most}
 
 
@@ -217,7 +220,7 @@ def text_rows(benches: Sequence[Bench]) -> list[tuple[str, ...]]:
 
 
 def left_out(benches: Sequence[Bench]) -> int:
-    """Return how many zones that rocks reached are left out of the printed table, for a note."""
+    """Return the number of zones that rocks reached but that the printed table leaves out, for a note below it."""
     return max(0, len(_reached_zones(benches)) - SHOWN)
 
 
@@ -240,7 +243,7 @@ def _benches(kind: str, names: Sequence[str], layers: Layers, maps: HazardMaps) 
 
 
 def _with_lost(bench: Bench, lost: int, flown: int) -> Bench:
-    """Return the row with two more shares: rocks lost to holes, and the largest share that may have reached the place.
+    """Return the row with two more shares: rocks lost to holes, and rocks that reached the place if all lost rocks had.
 
     lost, flown : number of rocks lost to holes, and of all rocks flown
     """
@@ -267,7 +270,7 @@ def _text_row(bench: Bench) -> tuple[str, ...]:
 
 
 def _energy_text(bench: Bench) -> str:
-    """Return the p95 energy (kJ) of a row as text, with the predictive and the sampling interval over parameter sets.
+    """Return the p95 energy (kJ) of a zone or area as text; over parameter sets, with predictive and sampling interval.
 
     An interval without a known end reads NOT_KNOWN, as in `496 (not known; 443-778)`, because a number without an
     interval looks certain.

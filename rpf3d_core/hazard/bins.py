@@ -56,7 +56,7 @@ class Binning(NamedTuple):
     """The bins of all hazard maps of an ensemble: how fine they are, and how much memory they may take.
 
     coarse : scales of squares and facets; fine : scales of zones and areas
-    limit : most bytes for the bins of squares and facets together
+    limit : bytes for the counts of squares and facets, half for each; above it, bins are merged in pairs
     """
 
     coarse: Scales

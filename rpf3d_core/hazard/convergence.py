@@ -2,7 +2,7 @@
 
 Two conditions must hold (docs/explanation/statistics.md). Half the width of the 95 % Wilson interval of each share is
 at most the target for shares. No p95 energy has changed by more than the target for energies over the last two
-doublings of the number of rocks. The mean alone never decides.
+doublings of the number of rocks. Mean values do not count.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,7 +20,7 @@ DOUBLINGS = 2
 
 @dataclass(frozen=True)
 class Place:
-    """The results in one zone or area of interest, which decide whether more rocks must fly.
+    """The results in one zone or area of interest, from which the program decides whether more rocks must fly.
 
     reached, stopped : shares of all rocks (-); half_width : half the width of the wider one of both 95 % intervals (-)
     energy_p95 : J, None for fewer than 20 rocks
@@ -41,12 +41,15 @@ class Step:
 
     @property
     def half_width(self) -> float:
-        """The widest uncertainty of a share in any place (-), as half the width of its interval."""
+        """The largest half-width (-) of the 95 % interval of a share, over all places; 0 without places."""
         return max((place.half_width for place in self.places.values()), default=0.0)
 
 
 def step_of(maps: HazardMaps, zones: Sequence[str]) -> Step:
-    """Return the results in the areas of interest; if there are none, in the zones that rocks reached."""
+    """Return the results in the areas of interest or, if the scene has none, in the zones that rocks reached.
+
+    zones : names of all zones, in the terrain's order
+    """
     layers, names = (maps.areas, maps.area_names) if maps.area_names else (maps.zones, zones)
     rocks, deposits = layers.everywhere(layers.rocks, 0), layers.everywhere(layers.deposits, 0)
     energy = layers.everywhere(layers.energy.p95, np.nan)

@@ -52,9 +52,9 @@ class DisplacedTally:
     """Counts the rocks of each parameter set with displaced paths; `hazard.sets.SetTally` calls its methods."""
 
     def __init__(self, moves: FloatArray, tallies: Tallies, engine: Engine) -> None:
-        """Create the counts, empty; moves : displacement (S, 2) m of each set.
+        """Start with empty counts for S parameter sets; moves : displacement (S, 2) m of each set in plan.
 
-        tallies : the counts of the run; they are not changed
+        tallies : the counts of the run, which stay unchanged; engine : finds the ground at displaced places
         """
         self._moves, self._engine = moves, engine
         self._tallies = tallies_of_places(tallies)
@@ -197,5 +197,5 @@ def tallies_of_places(tallies: Tallies) -> Tallies:
 
 
 def _empty(tally: CellTally, cells: int, limit: float = math.inf) -> CellTally:
-    """Return an empty tally of `cells` cells with the settings of another tally; limit : most bytes of its bins."""
+    """Return an empty tally of `cells` cells with the settings of another; limit : bytes above which it merges bins."""
     return CellTally(cells, tally.scales, limit, tally.compiled, tally.ways)

@@ -1,4 +1,4 @@
-"""Find from the counts of a map which larger cell, or how many rocks, would give most cells a percentile.
+"""Estimate, from the counts of a map, the larger cell size or the number of rocks that gives most cells a percentile.
 
 A percentile needs FEWEST_ROCKS rocks. The rocks of a larger cell are not counted, but estimated: a rock that crosses a
 square of k x k cells on a straight line visits 4 k / pi of them on average, so the larger cell has about the sum of the
@@ -17,9 +17,9 @@ from rpf3d_core.hazard.raster import round_cells
 from rpf3d_core.terrain.frame import FloatArray
 
 FEWEST_CELLS = 5
-"""Smallest number of cells along the longer side of a map whose cell is advised."""
+"""Smallest number of cells along the longer side of a map with the cell size that is advised."""
 MOST = 0.5
-"""Share (-) of the cells, or of the visits, that must have enough rocks."""
+"""Share (-) of the reached cells, or of the visits to cells, that must have at least FEWEST_ROCKS rocks."""
 
 
 class ReachedCells(NamedTuple):
@@ -50,18 +50,22 @@ def share_of_cells(rocks: FloatArray | CountArray) -> float:
 
 
 def share_of_visits(rocks: FloatArray | CountArray) -> float:
-    """Return the share (-) of the visits in cells with enough rocks; rocks : (S,) in each cell, S >= 1."""
+    """Return the share (-) of all visits that are in cells with enough rocks; a visit is one rock in one cell.
+
+    rocks : (S,) number of rocks in each cell, S >= 1
+    """
     return float(rocks[rocks >= FEWEST_ROCKS].sum() / rocks.sum())
 
 
 def filling_cell(
     reached: ReachedCells, share: Callable[[FloatArray | CountArray], float] = share_of_visits
 ) -> float | None:
-    """Return the smallest larger round cell size (m) at which at least MOST of the map has enough rocks.
+    """Return the smallest round cell size (m) above the present one at which at least MOST of the map has enough rocks.
 
-    The result is None if there is no such size that leaves FEWEST_CELLS cells along the map.
+    The result is None if no such size leaves FEWEST_CELLS cells along the longer side of the map.
 
-    share : function of the rocks (S,) in each cell; it says what counts as the map, the cells or the visits
+    share : function that returns the share of the map with enough rocks from the rocks (S,) in each cell:
+        `share_of_cells` or `share_of_visits`
     """
     largest = reached.widest / FEWEST_CELLS
     sizes = takewhile(lambda size: size <= largest, (size for size in round_cells() if size > reached.cell))
@@ -69,14 +73,20 @@ def filling_cell(
 
 
 def rocks_that_fill(reached: ReachedCells, flown: int) -> int:
-    """Return about how many rocks give MOST of the reached cells enough rocks, to two digits; flown : rocks flown."""
+    """Return the estimated number of rocks that must fly so that MOST of the reached cells have enough rocks.
+
+    The number is rounded up to two significant digits; flown : number of rocks flown so far
+    """
     needed = flown * FEWEST_ROCKS / float(np.quantile(reached.rocks, 1.0 - MOST))
     step = int(10 ** max(math.floor(math.log10(needed)) - 1, 0))
     return math.ceil(needed / step) * step
 
 
 def _rocks_in(reached: ReachedCells, size: float) -> FloatArray:
-    """Return the estimated number of rocks in each larger cell that rocks reached; size : m, its side."""
+    """Return the estimated number of rocks (L,) in each of the L larger cells that rocks reached.
+
+    size : side of a larger cell (m)
+    """
     times = size / reached.cell
     places = (np.floor((place + 0.5) / times).astype(np.int64) for place in (reached.row, reached.column))
     row, column = places

@@ -18,7 +18,7 @@ from rpf3d_core.terrain.frame import FloatArray
 ENERGY = 0
 """Index of energy among the three quantities that are sorted into bins: energy, speed, height."""
 FEW = 100_000
-"""Largest number of bins, over all cells, for which NumPy is used instead of the compiled loop."""
+"""Largest number of bins, over all cells, for which NumPy finds the percentiles; above it, a compiled loop does."""
 
 
 def layers_of(tally: CellTally) -> Layers:

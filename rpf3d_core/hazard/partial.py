@@ -23,8 +23,8 @@ from rpf3d_core.hazard.walks.cache_lines import Found, add_found
 class PackedTally:
     """The counts of a tally of C cells in small form, for sending: only reached cells (S), only bins with rocks.
 
-    cells : C; scales : the bins of energy, speed and height; limit : most bytes that all bins may take
-    merges : how often bins were merged in pairs
+    cells : C; scales : the bins of energy, speed and height
+    limit : bytes above which bins are merged in pairs; merges : how often they were merged
     width : number of bins per cell (B)
     found : the counts of the S cells without their bins, in order of cell
     filled : (N,) flat indices, in the array of bins (S, B), of the bins that contain rocks

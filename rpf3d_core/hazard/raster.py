@@ -22,7 +22,7 @@ MOST_CELLS = 4_000_000
 """Largest number of cells that is chosen automatically: 2 km by 2 km at 1 m, drawn and written in about 1 s."""
 
 SAMPLE = 100_000
-"""Number of facets from which the typical facet size is estimated, if the terrain has as many."""
+"""Smallest number of facets from which the typical facet size is estimated; all facets if the terrain has fewer."""
 
 GIGABYTE = 1e9
 """Bytes in a gigabyte, as in the scene's `memory_gb`."""
@@ -60,8 +60,8 @@ def _extent_of(terrain: Terrain) -> tuple[FloatArray, FloatArray]:
 def _finest_cell(terrain: Terrain) -> float:
     """Return the finest cell (m) for a terrain: the largest round size up to half of the typical facet size.
 
-    It is at least `SMALLEST_CELL`. The cell is finer than the facets, so that a berm as wide as a facet is visible on
-    the map. This is possible because the paths of rocks are known more finely than the ground.
+    The result is at least `SMALLEST_CELL`. The cell is finer than the facets, so that a berm as wide as a facet is
+    visible on the map. This is possible because the paths of rocks are known more finely than the ground.
     """
     return round_below(0.5 * typical_size(terrain))
 

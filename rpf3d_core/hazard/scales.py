@@ -17,7 +17,7 @@ COLOURS = np.array(
 )
 """Colours of a hazard map from low to high, sRGB (6, 3), evenly spaced.
 
-They get darker and darker, so that they can be read in grey and by colour-blind readers.
+The colours become steadily darker, so that a map can be read in greyscale and by colour-blind readers.
 """
 
 LEAST_REACH = 1e-5

@@ -1,6 +1,6 @@
-"""Counts of each parameter set at barriers, and the predictive intervals of shares, energies and heights there.
+"""Counts at barriers for each parameter set, and the predictive intervals of shares, energies and heights there.
 
-Paths count as simulated: at barriers, paths are not displaced by the error of the model.
+At barriers, paths are used as simulated: they are not displaced by the error of the model.
 """
 
 from collections.abc import Mapping, Sequence

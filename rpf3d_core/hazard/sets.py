@@ -48,7 +48,7 @@ class ReachBand(NamedTuple):
     """The predictive intervals of the reach probability of N map cells.
 
     cell : (N,) numbers of the cells, ascending: those that rocks reached, or may reach with displaced paths
-    low, high : (N,) ends (-)
+    low, high : (N,) lower and upper ends (-)
     """
 
     cell: IntArray
@@ -114,7 +114,7 @@ class SetFigures:
         return predictive_shares(counts, np.broadcast_to(self.rocks[:, None], counts.shape))
 
     def predictive(self, kind: str) -> dict[str, Interval]:
-        """Return the predictive intervals of all zones (kind "zone") or areas ("area"), for each figure.
+        """Return the predictive intervals of all zones (kind "zone") or areas ("area"), by name of the figure.
 
         The figures are the shares (-) `reached`, `stopped` and `retained`, and the p95 `energy` (J). An interval of a
         share from displaced paths is widened to contain the sampling interval of the paths as simulated.
@@ -137,7 +137,7 @@ class SetFigures:
     def _held(self, counts: FloatArray, of: FloatArray, flown: FloatArray, flown_of: FloatArray) -> Interval:
         """Return the predictive intervals of N shares (-).
 
-        With displaced paths, they are widened to contain the sampling intervals of the paths as simulated.
+        With displaced paths, the intervals are widened to contain the sampling intervals of the paths as simulated.
 
         counts, of : (S, N) numbers of rocks of each set, numerators and denominators of the shares
         flown, flown_of : (S, N) numerators and denominators for the paths as simulated
@@ -289,7 +289,7 @@ def _barrier_sets(tally: Any, sets: int) -> Any:
 
 
 def _sum(first: NDArray[Any], second: NDArray[Any]) -> NDArray[Any]:
-    """Return the sum of two arrays of counts; an array with fewer rows is added to the first rows of the other one."""
+    """Return the sum of two arrays of counts; the shorter array is added to the first rows of the longer array."""
     longer, shorter = (first, second) if len(first) > len(second) else (second, first)
     total = longer.copy()
     total[: len(shorter)] += shorter

@@ -25,9 +25,9 @@ from rpf3d_core.jit.prefetch import prefetch
 AHEAD = 32
 """Number of visits whose memory is fetched together into the processor's cache, to save waiting time."""
 SUM_UNITS = 2.0**34
-"""Units in which sums are counted, per largest value of the bins (`Scales.top`): a sum is a whole number of units.
+"""Number of units in the largest value of the bins (`Scales.top`): sums are counted as whole numbers of these units.
 
-So sums over 2^29 rocks fit in 64 bits.
+Sums over 2^29 rocks then fit in 64 bits.
 """
 
 
@@ -86,7 +86,7 @@ def empty_slots(room: int, bins: int, ways: bool = False) -> Slots:
 
 
 def nothing_ahead() -> Ahead:
-    """Return empty working memory for `fold_visits`."""
+    """Return an empty `Ahead`, working memory of `fold_visits` for AHEAD visits."""
     values = np.empty((AHEAD, 3))
     return Ahead(
         slot=np.empty(AHEAD, dtype=np.int32),
@@ -98,7 +98,7 @@ def nothing_ahead() -> Ahead:
 
 @loop
 def number_cells(slot: Any, cells: Any, used: int, fresh: Any) -> int:
-    """Give a slot to each cell that has none yet, numbered from `used` on; return the number of new slots.
+    """Give a slot (a row of counts) to each cell that has none yet, numbered from `used` on; return how many are new.
 
     slot : (C,) slot of each cell, -1 for none; cells : (N,) cells that need a slot; fresh : receives the cells with a
         new slot
@@ -143,9 +143,10 @@ def fold_visits(table: SlotTable, visits: Visits, used: int, ahead: Ahead, full:
 
 @kernel
 def _look_ahead(table: SlotTable, visits: Visits, first: int, count: int, ahead: Ahead) -> None:
-    """Find the slots and bins of visits `first` to `first + count - 1`, and fetch their memory into the cache.
+    """Write the slots, values and bins of visits `first` to `first + count - 1` to `ahead`; fetch their counts.
 
-    Fetching for many visits at once saves time, because the waiting times overlap.
+    The memory of the counts is fetched into the processor's cache for many visits at once. This saves time, because the
+    waiting times overlap.
     """
     slots, scales = table.slots, table.scales
     offsets = (0, scales.bins[0], scales.bins[0] + scales.bins[1])
@@ -169,7 +170,7 @@ def _look_ahead(table: SlotTable, visits: Visits, first: int, count: int, ahead:
 
 @kernel
 def _add_to_line(lines: CacheLines, s: int, visits: Visits, k: int, values: Any, a: int) -> None:
-    """Add visit number k to the counts of slot s.
+    """Add visit number k, the stay of one rock in one cell, to the counts of the cell in row (slot) s of `lines`.
 
     Row a of `values` (A, 3) is the visit's energy, speed and height, divided by `Scales.top`.
     """

@@ -46,8 +46,8 @@ LEAST_SHARE = 0.2
 class CellTally:
     """Counts of what rocks did in each of C cells of one kind, added while rocks fly.
 
-    Bins take at most `limit` bytes. If bins would need more bytes, they are merged in pairs, but only until each bin is
-    an octave wide. The merging depends only on the cells that rocks reached, not on the order of the rocks.
+    If the counts of the reached cells need more than `limit` bytes, bins are merged in pairs, but at most MOST_MERGES
+    times. The merging depends only on the cells that rocks reached, not on the order of the rocks.
     compiled : False for so few rocks that plain Python finishes before the loop is compiled
     ways : True to count the lengths of paths inside cells
     """
@@ -67,7 +67,7 @@ class CellTally:
 
         The cost depends on the number of cells that rocks reached, not on the number of all cells.
 
-        scales : bins of the new tally; limit : most bytes that its bins may take
+        scales : bins of the new tally; limit : bytes above which its bins are merged
         """
         fresh = CellTally(0, scales, limit, self.compiled, self.ways)
         self.slot[self.slots.cell[: self.used]] = -1
@@ -88,7 +88,7 @@ class CellTally:
         return CellTally(len(self.slot), self.scales, self.limit, self.compiled, True)
 
     def fold(self, visits: Visits) -> None:
-        """Add the visits of some rocks to the counts, and empty `visits`; any thread may call.
+        """Add the visits of some rocks to the counts, and empty `visits`; any thread may call this method.
 
         All visits of a rock must be added at once.
         """
@@ -148,7 +148,7 @@ class CellTally:
         return np.argsort(self.slots.cell[: self.used], kind="stable")
 
     def _take_in(self, cells: NDArray[np.int32]) -> None:
-        """Give a slot to each of the given cells that has none, and enlarge the memory if needed."""
+        """Give a slot (a row of counts) to each given cell without one; merge bins or enlarge the memory if needed."""
         first, new = self.used, self._new_cells(cells)
         self.used += new
         beside = BYTES_PER_SLOT + (WAY_BYTES if self.ways else 0)

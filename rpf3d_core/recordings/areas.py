@@ -12,13 +12,13 @@ from rpf3d_core.terrain.frame import FloatArray
 
 AREA_COLOUR = (0, 89, 191)
 AREA_PIXELS = 1.5
-"""Width of the outlines in the viewer in pixels; rerun interprets negative radii as sizes on the screen."""
+"""Width of the outlines in the viewer (pixels); rerun interprets a negative radius as a size on the screen."""
 ABOVE_MAPS = 3.0
 """Height of the outlines above the terrain as a multiple of LIFT: above the two hazard maps."""
 
 
 def log_areas(recording: Any, terrain: Terrain, areas: Mapping[str, Sequence[FloatArray]]) -> None:
-    """Write the outlines of the areas of interest as named lines on the ground, `world/areas`; nothing without areas.
+    """Write the outlines of the areas of interest to a recording as named lines on the ground, `world/areas`.
 
     areas : outline rings (N, 2) m of each area, local frame
     """

@@ -13,9 +13,9 @@ from rpf3d_core.terrain.facets import Terrain
 TIMELINE = "sim_time"
 
 COVERING = ("world/trajectories", "world/ends")
-"""Parts of the recording that are hidden in the views of the hazard maps, because they would cover the maps."""
+"""Entities that are hidden in the views of the hazard maps, because paths and end points would cover the maps."""
 LAYERS = {REACH: "Reach probability", ENERGY: "Energy, p95"}
-"""Title of the view of each hazard map, by the map's part of the recording."""
+"""Title of the view of each hazard map, by the name of the map's entity in the recording."""
 
 EYE_DISTANCE, EYE_HEIGHT = 1.1, 0.7
 """Horizontal distance and height of the viewer's eye from its target (-), as shares of the extent of the paths.

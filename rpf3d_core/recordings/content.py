@@ -15,9 +15,9 @@ LONGEST = 600.0
 """Time (s) after which a tool of rerun counts as failed; a recording of 1 GB takes about 10 s."""
 
 IN_FLIGHT = "/trajectories/rocks"
-"""End of the name of the part of a recording with the predicted positions of rocks.
+"""End of the names of the entities with the predicted positions of rocks.
 
-Its times lie in the future, so they do not count for the last moment of a recording.
+Times of these entities lie in the future, so they do not count for the last moment of a recording.
 """
 
 TIMELINES = ("ros_time", "sim_time")
@@ -25,10 +25,10 @@ TIMELINES = ("ros_time", "sim_time")
 
 
 class RecordingContent(NamedTuple):
-    """The content of a recording, for the report after a repair: the rows of each entity, and the last moment.
+    """The number of rows of each entity of a recording, and the recording's last moment, for a report after a repair.
 
-    rows : number of rows by entity, over all chunks
-    until : timeline and last moment as text, "" for a recording without times
+    rows : number of rows by entity
+    until : name of the timeline and last moment on it as text, "" for a recording without times
     """
 
     rows: dict[str, int]

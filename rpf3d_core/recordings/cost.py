@@ -15,11 +15,11 @@ LINE, POINT = 1.5, 4.0
 
 
 def write_cost_recording(path: Path, series: Sequence[Series], picture: Path, document: str) -> None:
-    """Write cost.rrd: points of error against computing time, the picture cost.png and a document (Markdown).
+    """Write the recording of `rpf3d cost`: points of error against computing time, a picture and a document.
 
     The points are at (log10 seconds, -log10 error).
 
-    path : of the recording; series : the price list, a line of points for each series; picture : path of the PNG file
+    path : of the recording; series : the price list, a line of points for each series; picture : path of cost.png
     document : text of the document, in Markdown
 
     Raises

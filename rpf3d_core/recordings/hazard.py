@@ -24,7 +24,7 @@ REACH, ENERGY = f"{HAZARD}/reach_probability", f"{HAZARD}/energy_p95"
 """Names of the meshes of the hazard maps in the recording."""
 
 STEPS = 24
-"""Number of colours of a hazard map: neighbouring colours look the same, and most facets can still share vertices."""
+"""Number of colours of a hazard map: neighbouring colours look alike, and most facets can still share vertices."""
 
 FEW_COLOUR = (125, 143, 179)
 """Colour of facets that too few rocks reached for a percentile."""
@@ -36,7 +36,7 @@ The height is enough for the viewer's depth buffer when the whole terrain is in 
 """
 
 LEGEND_STEPS = 5
-"""Number of values in the legend of the document, which names the colour of each value."""
+"""Number of values in the colour legend of the document; the legend names the colour of each value."""
 
 JOULE_PER_KJ = 1000.0
 
@@ -103,7 +103,7 @@ def log_hazard(recording: Any, terrain: Terrain, maps: HazardMaps) -> None:
 def hazard_mesh(terrain: Terrain, maps: HazardMaps, layer: Layer, number: int) -> ColouredMesh:
     """Return the mesh of one hazard map: the reached facets in the map's colours, lifted above terrain and lower maps.
 
-    number : number of the map, from 1; the map is lifted by `number` times LIFT
+    number : number of the map, from 1; the map is lifted by `number` times LIFT times the diagonal of the terrain
     """
     place = places(layer.scale, layer.values)
     step = np.where(np.isnan(place), STEPS, np.clip(place * STEPS, 0, STEPS - 1)).astype(np.int64)

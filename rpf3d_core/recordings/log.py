@@ -32,7 +32,7 @@ from rpf3d_core.values import DEPOSITED, Outcome
 
 APPLICATION = "rpf3d"
 FRAMES = 500
-"""Number of moments for which the positions of moving rocks are recorded, evenly spaced until the last rock ends."""
+"""Number of moments for which the positions of moving rocks are recorded, evenly spaced until the last of them ends."""
 
 SERIES_ROCKS = 20
 """Largest number of rocks with plots of speed and energy, because more lines cannot be distinguished."""
@@ -60,7 +60,7 @@ def write_recording(
 ) -> None:
     """Write run.rrd, the recording of a run: terrain, trajectories, moving rocks, plots, log, documents, view layout.
 
-    Some of the rocks with a shape tumble as blocks (`tumbling.SHOWN_BLOCKS`).
+    Up to `tumbling.SHOWN_BLOCKS` rocks with a shape are shown as blocks that move and turn.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def log_trajectories(recording: Any, samples: PathSamples) -> None:
 
 
 def log_ends(recording: Any, deposits: Deposits) -> None:
-    """Write release points as `world/releases`, and end points as `world/ends`, coloured by outcome."""
+    """Write release points to a recording as `world/releases`, and end points, coloured by outcome, as `world/ends`."""
     rr = import_rerun()
     colours = np.array([OUTCOME_COLOURS[outcome] for outcome in Outcome], dtype=np.uint8)[deposits.outcome]
     recording.log("world/ends", rr.Points3D(deposits.x, colors=colours, radii=[-DEPOSIT_PIXELS]), static=True)
@@ -174,7 +174,7 @@ def log_ends(recording: Any, deposits: Deposits) -> None:
 
 
 def log_moving_rocks(recording: Any, flights: Flights, rows: IntArray, gravity: float) -> None:
-    """Write the positions of moving rocks at FRAMES moments as `world/rocks`, so that the viewer can play the run.
+    """Write the positions of moving rocks at FRAMES moments to a recording, as `world/rocks`, so that it can be played.
 
     rows : (N,) rows of the rocks in `Deposits`; gravity : m/s^2
     """
@@ -235,5 +235,5 @@ def log_outcomes(
 
 
 def _send(recording: Any, entity: str, seconds: FloatArray, columns: Any) -> None:
-    """Write all values of an entity in one call; seconds : (N,) s, simulated time of each value."""
+    """Write all values of an entity to a recording in one call; seconds : (N,) s, simulated time of each value."""
     recording.send_columns(entity, [import_rerun().TimeColumn(TIMELINE, duration=seconds)], columns)

@@ -100,7 +100,7 @@ def scene_lines(scene: RecordedScene, terrain: Terrain, summary: Mapping[str, An
 
 
 def frame_line(frame: Frame) -> str:
-    """Return a log line that explains how to convert positions of the recording to the input's coordinates."""
+    """Return the log line that states how to convert positions in the recording to the input's coordinates."""
     east, north, up = frame.origin
     turned = "" if frame.up == "z" else "; the input's y points up: its (x, y, z) is (x, z, -y) of the sum"
     return f"positions are local, z up; add the origin ({east:.10g}, {north:.10g}, {up:.10g}) m{turned}"

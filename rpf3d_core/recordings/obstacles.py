@@ -6,7 +6,7 @@ from rpf3d_core.terrain.obstacles import Obstacles
 
 BARRIER_COLOUR, TREE_COLOUR = (30, 60, 200), (30, 120, 50)
 PANEL_COLOUR = (30, 60, 200, 150)
-"""Colour of the panels of barriers: red, green, blue, and how opaque they are."""
+"""Colour of the panels of barriers: red, green, blue and opacity, 0 to 255."""
 BARRIER_PIXELS, TREE_PIXELS = 1.5, 2.0
 """Widths of barriers and sizes of trees in the viewer in pixels: in metres, a stem could not be seen in a pit of 1 km.
 
@@ -15,11 +15,10 @@ rerun interprets negative radii as sizes on the screen.
 
 
 def log_obstacles(recording: Any, obstacles: Obstacles) -> None:
-    """Write barriers as named lines on the ground, `world/barriers`, and trees as points, `world/trees`.
+    """Write barriers and trees to a recording; nothing is written for a kind of obstacle that the scene does not have.
 
-    The panels of the barriers are walls, `world/barriers/panels`.
-
-    Nothing is logged for a kind of obstacle that the scene does not have.
+    Barriers are named lines on the ground, `world/barriers`, with their panels as walls, `world/barriers/panels`. Trees
+    are points, `world/trees`.
     """
     import rerun as rr
 

@@ -45,7 +45,7 @@ def replay(folder: str | Path) -> "subprocess.Popen[bytes]":
 
 
 def _check_display(recording: Path) -> None:
-    """Raise an InputError if there is no display, with a shorter message than the viewer's own message."""
+    """Raise an InputError if there is no display on Linux; the viewer's own message would be longer."""
     if sys.platform.startswith("linux") and not any(map(os.environ.get, DISPLAYS)):
         raise InputError(
             f"{recording}: there is no display to show it on (neither {' nor '.join(DISPLAYS)} is set); open it in a "

@@ -1,4 +1,4 @@
-"""Prepare meshes and lines for the viewer, which can only colour a whole line, and only the vertices of a mesh."""
+"""Prepare meshes and lines for the rerun viewer, which gives a line one colour, and a mesh one colour per vertex."""
 
 from typing import NamedTuple
 
@@ -62,13 +62,13 @@ def parted_mesh(
 def _parted(
     triangles: NDArray[np.integer], kind: NDArray[np.integer], count: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Return the distinct pairs of a vertex and the kind of one of its facets, and facets as indices into the pairs.
+    """Return the distinct pairs of a vertex and the kind of a facet at it, and the facets as indices into the pairs.
 
-    The results are the vertices (N,) and kinds (N,) of the pairs, ordered by vertex, and the facets (F, 3). Nearly all
-    vertices have one kind, so only the others are sorted: sorting all corners of a large mesh would take most of the
-    time of a recording.
+    Return the vertices (N,) and the kinds (N,) of the pairs, ordered by vertex, and the facets (F, 3). Most vertices
+    have facets of one kind only. Only the other vertices are sorted: sorting all corners of a large mesh would take
+    most of the time of a recording.
 
-    count : number of vertices
+    triangles : (F, 3) vertices of the facets; kind : (F,) kind of each facet; count : number of vertices
     """
     last, used, mixed = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count, dtype=bool)
     for column in triangles.T:
@@ -125,9 +125,9 @@ def _vertex_normals(vertices: FloatArray, triangles: NDArray[np.int64]) -> Float
 
 
 def _areas(vertices: FloatArray, triangles: NDArray[np.int64]) -> FloatArray:
-    """Return the normals (3, F) m^2 of facets; the length of a normal is twice the area of its facet.
+    """Return the normals (3, F) m^2 of facets; the length of a normal is twice the area of the facet.
 
-    They are computed in blocks, because the first use of new memory takes longer than the arithmetic.
+    Normals are computed in blocks, because the first use of new memory takes longer than the arithmetic.
     """
     area = np.empty((3, len(triangles)))
     for begin in range(0, len(triangles), BLOCK):

@@ -14,7 +14,7 @@ from rpf3d_core.results.orientations import moments_of
 from rpf3d_core.shapes.polyhedron import Polyhedron, scaled_to_volume
 
 BLOCKS = "world/blocks"
-"""Part of the recording with the blocks."""
+"""Name of the entity of a recording that contains all blocks."""
 
 SHOWN_BLOCKS = 48
 """Largest number of rocks that are shown as blocks; further rocks are points. 48 blocks take about 2 MB."""
@@ -32,17 +32,17 @@ BLOCK_COLOUR = (196, 120, 62)
 
 
 def entity_of(deposits: Deposits, row: int) -> str:
-    """Return the path in the recording of the block of one rock; row : row of the rock in `Deposits`."""
+    """Return the name of the entity with the block of one rock in a recording; row : row of the rock in `Deposits`."""
     return f"{BLOCKS}/{deposits.source[row]}/{deposits.rock[row]}"
 
 
 def log_blocks(
     recording: Any, blocks: Sequence[Polyhedron], flights: Flights, density: float, gravity: float
 ) -> None:  # fmt: skip
-    """Write the blocks of at most SHOWN_BLOCKS rocks, an evenly spread selection of the rocks with a path.
+    """Write at most SHOWN_BLOCKS rocks with a shape to a recording as moving blocks; without shapes, write nothing.
 
-    A block is a mesh, written once, with its position and orientation at RATE moments a second while it moves. The
-    mesh has the size of its rock. Positions are in the local frame.
+    The rocks are evenly spread over the rocks with a path. A block is a mesh of the size of its rock, written once. Its
+    position and orientation are written at up to about RATE moments a second while it moves, in the local frame.
 
     blocks : shapes by number, empty if rocks have no shape; density : kg/m^3; gravity : m/s^2
     """

@@ -26,9 +26,9 @@ PAGES = {
 }
 """Files of the viewer and their content types."""
 LATEST = 30.0
-"""Time (s) after which the program counts as failed; it serves its files after 0.5 s on an idle machine."""
+"""Time (s) after which rerun's program counts as failed; it serves its files after 0.5 s on an idle machine."""
 PAUSE = 0.05
-"""Time (s) between two attempts to reach the program."""
+"""Time (s) between two attempts to connect to rerun's program."""
 
 
 def viewer_pages() -> dict[str, bytes]:
@@ -66,7 +66,7 @@ def _serving(page: int, data: int) -> Iterator["subprocess.Popen[bytes]"]:
 
 
 def _wait(program: "subprocess.Popen[bytes]", port: int) -> None:
-    """Wait until the program accepts connections at a port."""
+    """Wait until rerun's program accepts connections at a port; raise InputError if it ends or after LATEST seconds."""
     end = time.monotonic() + LATEST
     while time.monotonic() < end and program.poll() is None:
         with suppress(OSError), socket.create_connection((LOOPBACK, port), timeout=1.0):
@@ -76,7 +76,7 @@ def _wait(program: "subprocess.Popen[bytes]", port: int) -> None:
 
 
 def _file(port: int, name: str) -> bytes:
-    """Return a file that the program serves."""
+    """Return the content of a file that rerun's program serves at a port; raise InputError if it sends none."""
     connection = http.client.HTTPConnection(LOOPBACK, port, timeout=LATEST)
     try:
         connection.request("GET", f"/{name}")

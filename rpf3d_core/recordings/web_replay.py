@@ -1,4 +1,4 @@
-"""Serve a recording together with rerun's web viewer, to browsers on this machine only."""
+"""Serve a recording and rerun's web viewer to browsers on this machine only."""
 
 import os
 import secrets
@@ -28,7 +28,7 @@ POLICY = "; ".join([
 """Content policy of the page: the browser sends no request to another machine, for example for fonts."""
 HEADERS = {
     "Content-Security-Policy": POLICY,
-    # Without Access-Control-Allow-Origin, and with this, pages of other sites cannot read the recording.
+    # With this header, and without Access-Control-Allow-Origin, pages of other sites cannot read the recording.
     "Cross-Origin-Resource-Policy": "same-origin",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
@@ -41,7 +41,7 @@ PART = 2**20
 
 
 class WebReplay(ThreadingHTTPServer):
-    """A server of one recording and the pages of the web viewer, bound to the loopback address.
+    """A web server for one recording and the pages of rerun's web viewer, bound to the loopback address.
 
     All paths begin with a random token, so that other users of this machine cannot guess them.
     """
@@ -96,7 +96,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._answer(body=False)
 
     def _answer(self, body: bool) -> None:
-        """Send the page or the recording that the path names; refuse paths without the token, and other hosts.
+        """Send the page or recording that the path names; refuse paths without the token and requests to other hosts.
 
         The header `Host` is checked, because the name of another site may point to this address.
 
@@ -122,7 +122,7 @@ class _Handler(BaseHTTPRequestHandler):
             with self.server.recording.open("rb") as file:
                 size = os.fstat(file.fileno()).st_size
                 self._begin(RECORDING_TYPE, size)
-                while body and size > 0 and (part := file.read(min(size, PART))):  # without data recorded meanwhile
+                while body and size > 0 and (part := file.read(min(size, PART))):  # no bytes appended later
                     self.wfile.write(part)
                     size -= len(part)
         except FileNotFoundError:

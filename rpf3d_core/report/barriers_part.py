@@ -1,4 +1,4 @@
-"""The part of a report on the barriers of the scene: shares, energies and heights, with their 95 % intervals."""
+"""Make the part of a report on the barriers of the scene: shares, energies and heights, with their 95 % intervals."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -25,7 +25,7 @@ LEAVES_OUT = "Predictive intervals at barriers leave out the misfit of the model
 
 
 def barriers_part(barriers: dict[str, Any]) -> Iterator[Element]:
-    """Yield the tables of what rocks did at the barriers of the scene.
+    """Yield the heading, tables and notes on what rocks did at the barriers of the scene.
 
     barriers : the section `barriers` of summary.json
     """
@@ -49,7 +49,7 @@ def barriers_part(barriers: dict[str, Any]) -> Iterator[Element]:
 
 
 def _design(found: dict[str, Any], words: Words) -> list[str]:
-    """Return the p95 of a quantity at a barrier as three cells: value, predictive interval, sampling interval.
+    """Return the 95th percentile of a quantity at a barrier as three cells: value, predictive and sampling interval.
 
     found : section of the quantity in summary.json; words : function that turns a number into text with its unit
     """

@@ -1,4 +1,4 @@
-"""Warn of input files that have changed since the run: the report then describes a scene that is no longer there."""
+"""Warn about input files that have changed since the run, because the report then shows results of the former files."""
 
 from collections.abc import Iterator
 from pathlib import Path

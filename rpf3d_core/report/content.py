@@ -33,17 +33,17 @@ from rpf3d_core.results.inputs import ASSUMED
 from rpf3d_core.terrain.faces import LOWEST, STEEP
 
 HELD = (50, 75, 90, 95)
-"""Percentages of the rocks; for each, a report states the distance beyond the toe within which they stop."""
+"""Percentages of the rocks; for each percentage, a report states the distance beyond the toe within which they stop."""
 MOST_ROWS, FEWEST_BENCHES = 12, 3
-"""Largest number of rows of the table of main figures; but at least FEWEST_BENCHES zones are always shown."""
+"""Largest number of rows in the table of main figures, except that at least FEWEST_BENCHES zones have a row."""
 FILE_EXTENSION = re.compile(r"\.[A-Za-z]\w*")
-"""An extension of a file name, such as .dxf; a decimal fraction is none."""
+"""Pattern of the extension of a file name, such as .dxf; the decimals of a number do not match."""
 MOST_NAMED = 8
 """Largest number of zones without rocks that a sentence names."""
 AT_BARRIERS = {
     "caught": "caught in the end by", "first_broken_through": "broke through", "first_flown_over": "flew over",
 }  # fmt: skip
-"""What rocks did at a barrier, as rows of the table of main figures, by name in summary.json."""
+"""Words for what rocks did at a barrier, in the table of main figures, by name in summary.json."""
 THREE = ("value", "95 % predictive", "95 % sampling")
 NO_PREDICTIVE = (
     "Predictive intervals are not known: the scene takes every coefficient of the ground as known. The sampling "
@@ -231,7 +231,7 @@ def _pictures(run: RunFiles, section: CriticalSection | None) -> Iterator[Elemen
 
 
 def _cells_without_energy(run: RunFiles) -> str:
-    """Return a sentence with the number of reached cells that have no energy, because few rocks came; "" if none."""
+    """Return a sentence on the reached cells without an energy, because too few rocks came; "" without such cells."""
     reached, energy = read_hazard(run, "reach_probability"), read_hazard(run, "energy_j", "p95")
     if reached is None:
         return ""
@@ -246,7 +246,7 @@ def _cells_without_energy(run: RunFiles) -> str:
 
 
 def _filling(run: RunFiles, reached: HazardGrid) -> str:
-    """Return a sentence on what would give half of the reached cells a value: more rocks, or a larger cell.
+    """Return a sentence with a number of rocks, and a cell size, that would give half of the reached cells an energy.
 
     reached : the map of the reach probability
     """
@@ -261,7 +261,7 @@ def _filling(run: RunFiles, reached: HazardGrid) -> str:
 
 def _trimmed(path: Path) -> bytes:
     """Return a picture of the run as PNG without its white margin."""
-    from rpf3d_core.results.plots.trimmed import trimmed  # it imports matplotlib
+    from rpf3d_core.results.plots.trimmed import trimmed  # imported late, because it imports matplotlib
 
     return trimmed(path)
 
@@ -288,7 +288,7 @@ def _benches(run: RunFiles) -> Iterator[Element]:
 
 
 def _caught(run: RunFiles) -> str:
-    """Return a sentence on rocks that barriers caught, which zones count as retained; "" if no rock was caught."""
+    """Return a sentence that zones count rocks caught by barriers as retained; "" if no barrier caught a rock."""
     return f" {_as_sentence(CAUGHT_COUNT)}" if run.summary["outcomes"].get("caught", {}).get("rocks") else ""
 
 

@@ -1,4 +1,7 @@
-"""The kinds of elements of a report, which HTML and PDF lay out: headings, text, tables, pictures, the 3D view."""
+"""Define the kinds of elements of a report: headings, text, tables, pictures, the 3D view and others.
+
+`html.py` and `pdf.py` lay out these elements.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -32,7 +35,10 @@ class Warnings(NamedTuple):
 
 
 class Table(NamedTuple):
-    """A table; rows have as many cells as the header; right : True to align all columns but the first on the right."""
+    """A table of text; each row has as many cells as the header.
+
+    right : True to align all columns but the first on the right
+    """
 
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
@@ -56,7 +62,7 @@ class View(NamedTuple):
 
 
 class SignOff(NamedTuple):
-    """Empty fields of the report, to be filled in by hand; fields : their labels, such as "Checked by, date"."""
+    """Empty lines with labels for signatures and dates by hand; fields : the labels, such as "Checked by, date"."""
 
     fields: Sequence[str]
 

@@ -1,4 +1,4 @@
-"""The part of a report on places where a fence would stand: the rocks that pass, and the ground at each place."""
+"""Make the part of a report on places for fences: the rocks that pass each place, and the ground there."""
 
 from collections.abc import Iterator
 
@@ -34,7 +34,7 @@ FROM_PATHS = (
     "Fewer than all: `outputs.impacts` gives all rocks, unless air slows them; `outputs.trajectories` keeps more."
 )
 SLIGHT = 0.05
-"""Smallest share (-) of a fence's line on a face that the tables state."""
+"""Smallest share (-) of a fence's line on steep ground that a report states."""
 
 
 def too_few_toes(beyond: BeyondToe) -> str:
@@ -45,7 +45,13 @@ def too_few_toes(beyond: BeyondToe) -> str:
 
 
 def fences_part(run: RunFiles, places: list[FencePlace], segments: Segments, beyond: BeyondToe) -> Iterator[Element]:
-    """Yield the tables of the rocks that pass places beyond the toe, for the design of fences, and of the barriers."""
+    """Yield the elements of the report for the design of fences.
+
+    These are tables of the rocks that pass places beyond the toe, tables of the barriers, and notes on steep ground.
+
+    places : the places beyond the toe; empty if too few rocks have a toe; segments : of the paths behind the figures
+    beyond : the rocks' distances beyond the toe
+    """
     yield Heading("Where a fence would stand")
     if not places:
         yield Text(too_few_toes(beyond))
@@ -84,7 +90,7 @@ def _place(place: FencePlace) -> str:
 
 
 def _ground(footing: Footing) -> str:
-    """Return the slope of the ground where a fence would stand as text, and the share of its line on a face."""
+    """Return as text the slope of the ground where a fence would stand, and the share of the fence's line on a face."""
     if footing.steep is None or footing.slope is None:
         return UNKNOWN
     slope = whole_degrees(footing.slope)
@@ -94,6 +100,9 @@ def _ground(footing: Footing) -> str:
 
 
 def _on_faces(footings: dict[str, Footing]) -> list[str]:
-    """Return words on the barriers of the scene of which a part is on a face; footings : by name of the barrier."""
+    """Return a clause for each barrier of the scene of which a share of at least SLIGHT stands on a face.
+
+    footings : the ground along each barrier, by name of the barrier
+    """
     return [f"the barrier {name} is on a face for {in_percent(footing.steep, 0)} % of its line"
             for name, footing in footings.items() if footing.steep is not None and footing.steep >= SLIGHT]  # fmt: skip

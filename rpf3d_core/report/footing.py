@@ -24,7 +24,8 @@ class Footing(NamedTuple):
     """The ground where a fence would stand, at many points of its line.
 
     steep : share (-) of the points on ground steeper than BUILDABLE; None if the ground is not known at any point
-    slope : degrees, median slope of the steep points if they are at least MOSTLY of all points, else of the others
+    slope : median slope (degrees) of the steep points if these are at least MOSTLY of all points, else of the other
+        points; None if the ground is not known at any point
     """
 
     steep: float | None
@@ -37,7 +38,7 @@ class Footing(NamedTuple):
 
 
 def footing_at(terrain: Terrain, places: FloatArray) -> Footing:
-    """Return the ground at places (N, 2) m in plan, local frame."""
+    """Return how steep the ground is at places (N, 2) m in plan, local frame, as a `Footing`."""
     slope = slopes_at(terrain, places)
     slope = slope[np.isfinite(slope)]
     if len(slope) == 0:
@@ -62,7 +63,7 @@ def slopes_at(terrain: Terrain, places: FloatArray) -> FloatArray:
 
 
 def _flatter(image: HeightImage, places: FloatArray, height: FloatArray, step: FloatArray) -> FloatArray:
-    """Return the smaller gradient (N,) from places towards both sides along an axis; NaN if neither is known.
+    """Return the smaller of the gradients (N,) from each place to both sides along an axis; NaN if both are unknown.
 
     height : (N,) m, of the ground at the places; step : (2,) m, from a place to one side
     """

@@ -1,4 +1,4 @@
-"""The part of a report on inputs: terrain, rocks, sources, models and materials, with the origin of each value."""
+"""Make the part of a report on inputs: terrain, rocks, sources, models, materials, and the origin of each value."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -21,7 +21,7 @@ GROUND = {
 }
 SIZES = (("diameter", "m"), ("mass", "kg"), ("volume", "m3"))
 IDLE = ("draw", "library", "stop_speed")
-"""Keys of a material that are not shown as coefficients."""
+"""Keys of a material that the table of coefficients leaves out."""
 STATED = "stated in the scene"
 FROM_FILES = "stated in the scene or in its files"
 DEFAULT = "NOT stated: the default of rpf3d"
@@ -96,7 +96,7 @@ def _terrain(spec: dict[str, Any], facts: dict[str, Any]) -> str:
 
 
 def _made(spec: dict[str, Any]) -> str:
-    """Return the description of a terrain that is not from files: a slope of benches, or a synthetic pit."""
+    """Return a description of a terrain that is not from files: a slope of benches, or a synthetic pit."""
     if benches := spec.get("benches"):
         dimensions = ", ".join(f"{name.replace('_', ' ')} {given(value)}" for name, value in benches.items())
         return f"slope of benches, a design ({dimensions})"
@@ -115,11 +115,11 @@ def _rock(run: RunFiles, rock: dict[str, Any]) -> Iterator[tuple[str, str, str]]
 
 
 def _size(run: RunFiles, path: str, value: Any, unit: str) -> str:
-    """Return the size of rocks as text; for a list of measured sizes, the text has their file, number and range.
+    """Return the size of rocks as text; for a list of measured sizes, this is the list's file, number and range.
 
     path : key path of the size; value : its value in the scene; unit : such as m
     """
-    found = run.inputs.get("measured", {}).get(path)  # results of earlier versions have none
+    found = run.inputs.get("measured", {}).get(path)  # earlier versions wrote no `measured`
     if found is None:
         return f"{given(value)} {unit}"
     where = given(value) if isinstance(value["measured"], str) else "measured, listed in the scene"
@@ -176,7 +176,7 @@ def _range(run: RunFiles, path: str) -> str | None:
 def _unknown_at(run: RunFiles, path: str) -> str | None:
     """Return the key path of the unknown that sets the value at a key path; None if no unknown sets it."""
     keys = [key for key in run.summary.get("unknowns", {}).get("parameters", {}) if _stands_for(key, path)]
-    return min(keys, key=lambda key: "*" in key.split("."), default=None)  # a key without `*` precedes, as in the run
+    return min(keys, key=lambda key: "*" in key.split("."), default=None)  # a key without `*` goes first, as in the run
 
 
 def _source_of(run: RunFiles, path: str, library: str | None = None, value: Any = None) -> str:
@@ -206,7 +206,7 @@ def _published(library: str | None, entry: dict[str, Any]) -> str:
 
 
 def _stands_for(key: str, path: str) -> bool:
-    """Return True if an unknown sets the value at a key path, or a part of this value.
+    """Return True if an unknown of a run sets the value at a key path, or a part of this value.
 
     key : key path of the unknown, in which `*` matches any key; path : key path of the value
     """

@@ -16,7 +16,7 @@ from rpf3d_core.terrain.height_image import height_image, heights_at
 from rpf3d_core.unknowns.predictive import holding, shares_of_site
 
 STEPS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
-"""Possible distances (m) between places; the first that needs at most MOST_PLACES places is used."""
+"""Possible distances (m) between neighbouring places; the smallest that gives at most MOST_PLACES places is used."""
 MOST_PLACES = 9
 P95 = 95
 NEAREST = 0.01
@@ -27,9 +27,9 @@ class FencePlace(NamedTuple):
     """The rocks that pass a place beyond the toe: their share, energies and heights.
 
     distance : m beyond the toe; passed : share (-) of all rocks that pass the place
-    footing : the ground where the lines of the rocks have this distance from the toe
+    footing : slope of the ground on the lines of all rocks, at this distance from the toe
     energy, height : 95th percentiles (J, m) over the rocks that pass
-    crossed : number of rocks whose known paths pass the place, which energy and height are computed from
+    crossed : number of rocks from which energy and height are computed: those whose known paths pass the place
     """
 
     distance: float
@@ -86,7 +86,7 @@ def places_for(beyond: BeyondToe) -> FloatArray:
 
 
 def places_beyond(run: RunFiles, beyond: BeyondToe, segments: Segments) -> list[FencePlace]:
-    """Return share, energies and heights of the rocks that pass each of the distances of `places_for`."""
+    """Return a `FencePlace` (share, energies and heights of the rocks that pass) for each distance of `places_for`."""
     distances = places_for(beyond)
     passed = shares_beyond(beyond, run.sets, distances)
     return [
@@ -97,7 +97,9 @@ def places_beyond(run: RunFiles, beyond: BeyondToe, segments: Segments) -> list[
 def _place(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float, passed: Figure) -> FencePlace:
     """Return share, energy and height of the rocks that pass a distance (m) beyond the toe.
 
-    Energy and height are unknown if fewer than FEWEST_ROCKS rocks pass. passed : the share, already computed
+    Energy and height are unknown if fewer than FEWEST_ROCKS rocks with known paths pass.
+
+    passed : the share, from `shares_beyond`
     """
     rows, energy, height = passing(run, beyond, segments, distance)
     unknown = Figure(value=None, sampling=None, predictive=None)
@@ -110,7 +112,7 @@ def _place(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float
 
 
 def _footing(run: RunFiles, beyond: BeyondToe, distance: float) -> Footing:
-    """Return the ground at a distance (m) beyond the toe, on the lines of all rocks."""
+    """Return how steep the ground is at a distance (m) beyond the toe, on the lines in plan of all rocks with a toe."""
     away = np.maximum(beyond.toe + distance, NEAREST)[:, None] * beyond.along
     return footing_at(run.terrain, run.ends.release[beyond.rows, :2] + away)
 

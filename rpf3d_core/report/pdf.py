@@ -57,7 +57,7 @@ def write_source(folder: Path, title: str, elements: Sequence[Element]) -> Path:
 
     A picture that is too high for the rest of its page is reduced to fit, but not below LEAST of its height. The
     heights are chosen here, one picture after another, because typst does not converge if each height depends on the
-    places of all pictures before it. A height changes nothing before its picture, so none is chosen twice.
+    places of all pictures before it. A height changes nothing before its picture, so no height is chosen twice.
     """
     pictures = {number: element for number, element in enumerate(elements) if isinstance(element, Picture)}
     for number, picture in pictures.items():
@@ -77,7 +77,10 @@ def write_source(folder: Path, title: str, elements: Sequence[Element]) -> Path:
 
 
 def _left(source: Path) -> dict[int, float]:
-    """Return the height (mm) that is left for each picture on the page where it would begin, by number."""
+    """Return the height (mm) left for each picture on the page on which the picture would begin, by element number.
+
+    source : path of the report in the language of typst
+    """
     marks = needed("typst").query(source, "<picture>", field="value", root=source.parent, ignore_system_fonts=True)
     return {int(number): BOTTOM - CAPTION - float(y) for number, y in json.loads(marks)}
 

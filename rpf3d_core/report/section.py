@@ -16,7 +16,7 @@ from rpf3d_core.terrain.height_image import height_image, heights_at
 POINTS = 600
 """Number of points of the terrain's profile."""
 WIDTH = 0.2
-"""Width of the strip along the section in which paths are drawn, as a share (-) of the longest runout."""
+"""Width of the strip along the section in which paths are drawn, as a share (-) of the largest runout."""
 NARROWEST = 10.0
 """Smallest width (m) of the strip."""
 BEHIND, AHEAD = 0.15, 0.1
@@ -76,7 +76,9 @@ def critical_section(run: RunFiles) -> CriticalSection | None:
 
 
 def _onto(run: RunFiles, path: FloatArray | None, start: FloatArray, along: FloatArray) -> FloatArray | None:
-    """Return a path (P, 3) m seen across a line, as distances along it and elevations (P, 2) m; None for no path.
+    """Return a path (P, 3) m projected onto a vertical section: distances along the section and elevations (P, 2) m.
+
+    None if `path` is None.
 
     start, along : as in `_in_strip`
     """

@@ -1,4 +1,4 @@
-"""The part of a report on the critical section: a vertical section through the release of one rock.
+"""Make the part of a report on the critical section: a vertical section through the release of one rock.
 
 This rock stopped farthest from its release. The part states the place of the section and has its picture, which
 includes the barriers that cross the section. A note below the picture names all other barriers of the scene.

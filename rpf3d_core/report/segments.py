@@ -19,9 +19,9 @@ IntArray = NDArray[np.int64]
 AGREES = 0.01
 """Relative difference of speeds (-) up to which a segment between two impacts is a flight."""
 SLOW = 0.05
-"""Further difference of speeds (m/s) that is allowed in addition to the relative difference."""
+"""Difference of speeds (m/s) that is allowed in addition to the relative difference AGREES."""
 MOSTLY = 0.9
-"""Smallest share (-) of segments between impacts that must be flights; if fewer are, the kept paths are used."""
+"""Smallest share (-) of flights among the segments between impacts; below this share, the kept paths are used."""
 IMPACTS, KEPT = "impacts of all rocks", "kept paths"
 
 
@@ -55,9 +55,9 @@ def segments_of(run: RunFiles) -> Segments:
 
 
 def _from_impacts(run: RunFiles) -> Segments | None:
-    """Return the segments between release, impacts and end of each rock.
+    """Return the path segments between release, impacts and end of each rock, from the table of impacts.
 
-    None if the run has no table of impacts, or if too few segments between impacts are flights.
+    None if the run has no table of impacts, or if the share of flights is below MOSTLY.
     """
     found = read_impacts(run)
     if found is None:
@@ -131,7 +131,10 @@ def _from_paths(run: RunFiles) -> Segments:
 
 
 class FirstPassage(NamedTuple):
-    """The first passages of N rocks past a place; row : (N,) row in `Ends`; speed : (N,) m/s; x : (N, 3) m."""
+    """The first passage of each of N rocks past a given distance; row : (N,) row of the rock in `Ends`.
+
+    speed : (N,) m/s, at the passage; x : (N, 3) m, place of the passage; z is NaN if the height is not known
+    """
 
     row: IntArray
     speed: FloatArray

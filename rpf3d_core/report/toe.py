@@ -1,4 +1,4 @@
-"""Find how far beyond the toe of the face rocks stop, with the intervals of these distances.
+"""Find how far beyond the toe of the first face rocks stop, with the intervals of these distances.
 
 The toe of a rock is the foot of the first face below its release, along the straight line in plan from its release to
 its end (`terrain.faces`). At the foot, the ground becomes less steep for a metre, after a stretch that is steep and
@@ -31,13 +31,13 @@ LEAST_REACH = 10.0
 SHORTEST = 1.0
 """Runout (m) below which a rock gets the mean direction of all rocks in place of its own direction."""
 BEYOND = 1e9
-"""Distance (m) of rocks that did not stop; it is larger than any terrain."""
+"""Value (m) in place of the distance of a rock that did not stop; it is larger than any terrain."""
 FEWEST_WITH_TOE, LEAST_WITH_TOE = 20, 0.05
-"""Smallest number, and smallest share (-) of all rocks, of the rocks with a toe that distances beyond it describe."""
+"""Smallest number of rocks with a toe, and their smallest share (-) of all rocks, for distances beyond the toe."""
 DESIGN = 90
 """Percentage of the rocks that stop within the main distance of a report."""
 FAR = 1e6
-"""A result of at least this distance (m) means that the rocks did not stop on the terrain."""
+"""Distance (m) from which a result means that the rocks did not stop on the terrain."""
 
 
 class Figure(NamedTuple):
@@ -99,8 +99,9 @@ def beyond_toe(run: RunFiles) -> BeyondToe:
 
 
 def _further(run: RunFiles, rows: NDArray[np.int64], along: FloatArray, toe: FloatArray) -> NDArray[np.bool_]:
-    """Return (N,) True for each rock that went down a further face between its toe and its end.
+    """Return flags (N,): True for a rock that went down a further face between its toe and its end.
 
+    rows : (N,) rows of the rocks in `Ends`
     along : (N, 2) unit vectors in plan; toe : (N,) m from the release
     """
     rest = run.ends.runout[rows] - toe
@@ -205,8 +206,7 @@ def percentile_of(values: FloatArray, wanted: int, set_values: SetValues | None)
 def held_beyond(beyond: BeyondToe, sets: int, wanted: int) -> Figure:
     """Return the distance (m) beyond the toe within which a wanted percentage of the rocks stops, with its intervals.
 
-    All values are None if too few rocks have a toe. A rock has none if it stopped before the foot of a face, or if no
-    face lies below its release.
+    All values are None if too few rocks have a toe. A rock has no toe if no face ends on its line below the release.
 
     wanted : the percentage, such as 90; sets : number of parameter sets
     """

@@ -50,7 +50,7 @@ MAPS = (
 
 
 class Seen(NamedTuple):
-    """The part of the terrain that the view shows; vertices (V, 3) m, local frame, and triangles (F, 3).
+    """The part of the terrain that the 3D view shows; vertices (V, 3) m, local frame, and triangles (F, 3).
 
     of : number of triangles of this part before it was reduced
     """
@@ -66,7 +66,7 @@ class Seen(NamedTuple):
 
 
 def view_html(run: RunFiles, seen: Seen, looking: FloatArray, critical: Key | None = None) -> str:
-    """Return the view as an HTML fragment without the script of plotly.
+    """Return the 3D view of a report as an HTML fragment, without the script of plotly that the fragment needs.
 
     seen : the terrain of the view, as from `terrain_seen`
     looking : (2,) unit vector in plan, in which the rocks travel; the view looks in the opposite direction
@@ -160,7 +160,7 @@ def draped(seen: Seen, grid: HazardGrid) -> tuple[FloatArray, FloatArray]:
 
 
 def raised_by(seen: Seen) -> float:
-    """Return the distance (m) of a hazard map from the ground."""
+    """Return the height (m) above the ground at which hazard maps are drawn, so that the terrain does not hide them."""
     return max(LEAST_RAISED, RAISED * float(np.ptp(seen.vertices[:, :2], axis=0).max()))
 
 
@@ -182,7 +182,7 @@ def _cut(grid: HazardGrid, corners: FloatArray, part: float, most: int | None = 
 
 
 def _near_values(grid: HazardGrid, corners: FloatArray) -> NDArray[np.bool_]:
-    """Return (N,) True for triangles (N, 3, 3) whose boxes in plan overlap a cell with a value."""
+    """Return flags (N,): True for a triangle (N, 3, 3) m whose box in plan overlaps a cell with a value."""
     known = np.pad(np.cumsum(np.cumsum(~np.isnan(grid.values), axis=0), axis=1), ((1, 0), (1, 0)))
     rows, columns = grid.values.shape
     column = np.floor((corners[:, :, 0] - grid.x) / grid.dx)
@@ -286,7 +286,7 @@ def _areas(go: Any, run: RunFiles, seen: Seen, looking: FloatArray) -> Iterator[
 
 
 def _layout(run: RunFiles, looking: FloatArray) -> dict[str, Any]:
-    """Return the layout: equal scales on all axes, and axis titles that state the origin of the local coordinates.
+    """Return the layout of the 3D view: equal scales on all axes, titles with the origin of the coordinates, camera.
 
     looking : (2,) unit vector in plan, in which the rocks travel; the eye looks in the opposite direction
     """

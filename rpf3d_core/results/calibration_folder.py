@@ -1,11 +1,14 @@
-"""Recognise the folder of a calibration where the folder of a run is needed, and say in words what to do."""
+"""Recognise the folder of a calibration given in place of the folder of a run, and word the error message."""
 
 from pathlib import Path
 
 FOUND, REPORT, CALIBRATED = "calibration.json", "report.md", "calibrated.yaml"
-"""Names of files in the folder of a calibration; FOUND is written last, and a refused calibration has no CALIBRATED."""
+"""Names of files in the folder of a calibration: result, report and calibrated scene.
+
+FOUND is written last; a refused calibration has no CALIBRATED.
+"""
 STATE, PLAN = "state", "plan.json"
-"""Names of the folder with flown sets in the folder of a calibration, and of the file with the digest of its scene."""
+"""Names in the folder of a calibration: the subfolder with the flown sets, and its file with the scene's digest."""
 
 
 def is_calibration(folder: Path) -> bool:

@@ -32,9 +32,9 @@ def zones_of_facets(terrain: Terrain, facet: NDArray[np.integer]) -> NDArray[np.
 
 
 def struck_of(facet: NDArray[np.integer], obstacles: Obstacles) -> NDArray[np.integer]:
-    """Return the number (I,) of the thing that each impact struck: 0 for the ground, 1 for the first obstacle, etc.
+    """Return what each impact struck (I,): 0 for the ground, 1 + k for an obstacle whose name is `obstacles.names[k]`.
 
-    facet : (I,) struck facet of the terrain, or a negative number for a facet of an obstacle
+    facet : (I,) struck facet of the terrain or, for an obstacle, FIRST_OBSTACLE minus the number of the obstacle (< 0)
     """
     struck = np.zeros(len(facet), dtype=np.int64)
     met = facet < 0
@@ -53,7 +53,7 @@ def xyz_of(points: FloatArray, prefix: str = "") -> dict[str, FloatArray]:
 
 
 def quaternions_of(terrain: Terrain, q: FloatArray | None) -> dict[str, FloatArray]:
-    """Return orientations as four columns of a table, in the input's axes; {} if q is None.
+    """Return orientations as four columns of a table, relative to the input's axes; {} if q is None.
 
     q : (N, 4) quaternions w, x, y, z in the local frame
     """

@@ -14,11 +14,11 @@ from rpf3d_core.values import DEPOSITED
 DEPOSITS = "deposits.csv"
 AT_REST = {outcome.name.lower() for outcome in DEPOSITED}
 PARTS = ("scene", "rocks", "rocks_planned", "partial", "benches", "areas_of_interest", "hazard")
-"""Keys that a summary must have for a comparison."""
+"""Keys that summary.json must have, so that the run can be compared with other runs."""
 
 
 def read_summary(folder: str | Path) -> dict[str, Any]:
-    """Return the content of summary.json in a result folder, for example to compare two runs.
+    """Return the content of summary.json in the result folder of a run, for example to compare two runs.
 
     Raises
     ------

@@ -17,7 +17,7 @@ from rpf3d_core.terrain.obstacles import Obstacles
 from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 MOST_LOOKED_AT = 500
-"""Largest number of rocks whose start height is looked at again, for a warning about sources in the air."""
+"""Approximate largest number of rocks whose start height is checked, for a warning about sources in the air."""
 
 
 @dataclass(frozen=True, eq=False)

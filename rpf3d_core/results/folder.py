@@ -1,4 +1,4 @@
-"""Write the result folder of a run completely, or not at all after an error."""
+"""Write the result folder of a run: either all files, or none if an error occurs."""
 
 import json
 import os
@@ -28,13 +28,13 @@ Record = Callable[[Path, dict[str, Any]], None]
 
 SUMMARY = "summary.json"
 CRITICAL = "critical_rock.parquet"
-"""The path of the rock that stopped farthest from its release, if it is not among the kept paths."""
+"""File with the path of the rock that stopped farthest from its release; written if the kept paths lack this path."""
 MEGABYTE = 1_000_000
 LEAST_ROOM = 20 * MEGABYTE
 """Free space (bytes) that the disk must have before a run: the size of a small result with pictures."""
 
 PRICE_LIST = ("cost.json", "cost.png", "cost.rrd")
-"""Files that `rpf3d cost` wrote; they are kept when a run replaces an earlier result in the same folder."""
+"""Names of the files that `rpf3d cost` writes; a run that replaces a result in the same folder keeps these files."""
 RESULT_NAMES = {
     SUMMARY, INPUTS, "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
     CRITICAL, "profiles", "map.png", "hazard", "convergence.png", "run.rrd", "parameter_sets.parquet", *PRICE_LIST,
@@ -81,7 +81,7 @@ def _check_room(folder: str | Path, part: Path) -> None:
 
 
 def check_folder(folder: str | Path) -> Path:
-    """Check that results may be written to a folder, and return its absolute path; to be called before a long run.
+    """Check that results may be written to a folder, and return its absolute path; call this before a long run.
 
     Raises
     ------
@@ -188,7 +188,10 @@ def write_findings(folder: Path, findings: Run, record: Record | None = None, pa
 
 
 def _samples(findings: Run, flights: Flights, rows: IntArray | None = None) -> PathSamples:
-    """Return points along the paths of some rocks of a run; rows : of the rocks in `flights`, None for all."""
+    """Return points along the paths of some rocks of a run, to draw or write the paths, with orientations of bodies.
+
+    rows : (N,) rows of the rocks in `flights.deposits`; None for all rocks with a path
+    """
     scene, deposits = findings.scene, flights.deposits
     moments = moments_of(blocks_of(scene, deposits), deposits)
     return sample_paths(flights.paths, rows, gravity=scene.gravity, moments=moments)

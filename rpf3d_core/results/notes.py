@@ -1,4 +1,7 @@
-"""Warnings about a run, for its table, summary and report: warnings that weaken the figures, and notes on the files."""
+"""Collect the warnings about a run for its printed tables, inputs.json, the desk and sweeps.
+
+Doubts concern the figures of the run, which may be wrong or less certain than they look. Notes concern its files only.
+"""
 
 from rpf3d_core.ensemble.statistics import words_on_pieces
 from rpf3d_core.hazard.benches import lost_in_words
@@ -7,16 +10,16 @@ from rpf3d_core.results.hazard_files.zones_geojson import zones_without_cells
 from rpf3d_core.setup.warnings import warnings_of_speed
 
 UNEQUAL = 1.2
-"""Ratio of the rocks of two parameter sets (-) above which a run says that their weights differ."""
+"""Ratio (-) of the largest to the smallest number of rocks of a parameter set above which a warning is given."""
 
 
 def warnings_of_run(run: Run) -> list[str]:
-    """Return all warnings about a run: first `doubts_of_run`, which weaken the figures, then `notes_of_run`."""
+    """Return all warnings about a run: first those about its figures (`doubts_of_run`), then those about its files."""
     return [*doubts_of_run(run), *notes_of_run(run)]
 
 
 def doubts_of_run(run: Run) -> list[str]:
-    """Return the warnings that weaken the figures of a run.
+    """Return the warnings that the figures of a run may be wrong or less certain than they look.
 
     Their order: parameter sets with unequal numbers of rocks, misplaced inputs, sources in the air and outlines partly
     off the terrain, rocks lost to holes, faults of the terrain, the scene's settings, speeds, fragments.

@@ -78,9 +78,9 @@ def _distribution(position: Sample, observed: ObservedSpec, frame: Frame) -> dic
 
 
 def _number_between(position: FloatArray, counts: IntArray, low: float | None, high: float | None) -> int:
-    """Return the number of rocks that ended at a distance of at least `low` and less than `high` (m).
+    """Return the number of rocks that ended at a position of at least `low` and less than `high` (m).
 
-    position : (N,) m, distances; counts : (N,) number of rocks that ended at each distance
+    position : (N,) m, distinct positions along the direction; counts : (N,) number of rocks that ended at each
     low, high : m; None for no limit
     """
     above = position >= (-np.inf if low is None else low)

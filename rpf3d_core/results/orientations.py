@@ -1,4 +1,4 @@
-"""Orientations and shapes of bodies, converted for the files of a run.
+"""Convert the orientations and shapes of bodies for the files of a run.
 
 A body's axes are its principal axes through the centre of mass, in the order of ascending moments of inertia. A
 quaternion w, x, y, z turns a vector from these axes into the axes of the input, in which all positions are written.

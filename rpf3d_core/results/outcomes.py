@@ -1,4 +1,4 @@
-"""The table of outcomes of a run as text, for the screen and the desk."""
+"""Make the table of outcomes of a run as text, for the terminal and for the page of `rpf3d desk`."""
 
 from rpf3d_core.ensemble.statistics import share_of
 from rpf3d_core.hazard.benches import SHORT, in_percent, share_text, with_predictive
@@ -9,7 +9,7 @@ HEADER = ("outcome", "rocks", "share", "meaning")
 
 
 def outcome_rows(run: Run) -> list[tuple[str, ...]]:
-    """Return a row with the cells of HEADER for each outcome that occurred.
+    """Return a row of text for each outcome that occurred: name, number of rocks, share and meaning (HEADER).
 
     A share is shown with its sampling interval, such as `88.2 % (87-89)`. In a run over parameter sets, the predictive
     interval comes first: `88.2 % (81-94; 87-89)`.

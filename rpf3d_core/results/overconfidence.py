@@ -1,4 +1,4 @@
-"""Sentences for a run's table on results that look surer than they are, because an interval leaves something out."""
+"""Make sentences for a run's table on results that look surer than they are, because intervals leave something out."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -19,9 +19,12 @@ FEW_PATHS = 20
 HARDLY_FELL = 2.0
 """A stopped rock counts as not fallen if its drop (m) from release to end is below this, as behind a bench's crest."""
 MANY_BEHIND = 0.2
-"""A sentence is shown if a larger share of the rocks of a source (-) has not fallen."""
+"""A sentence is shown if more than this share (-) of the rocks of a source counts as not fallen (HARDLY_FELL)."""
 MOSTLY_THIN = 0.5
-"""A sentence is shown if a larger share (-) of a map's visits is in cells with fewer than 20 rocks."""
+"""A sentence is shown if more than this share (-) of the visits of rocks to map cells is in cells with few rocks.
+
+A cell has few rocks if fewer than 20 rocks reached it.
+"""
 NOTABLE = 0.5
 """A sentence is shown if the misfit of the calibration (m) is at least this large."""
 NAMED = 3
@@ -29,8 +32,10 @@ NAMED = 3
 SOME_ELSEWHERE = 0.05
 """The ground counts as calibrated elsewhere if at least this share (-) of the rocks starts far from the calibration."""
 ELSEWHERE_HELD = "0, 1, 2 and 2 of 18 and 9, 33, 40 and 40 of 41"
-"""Observed stops within 90 % intervals predicted by samples of another slope: eight cases, as measured on the page
-docs/explanation/validation.md; test/validation/test_predictions.py compares the figures."""
+"""Numbers of observed stops within 90 % intervals that samples of another slope predicted, in eight cases.
+
+docs/explanation/validation.md states the same figures; test/validation/test_predictions.py compares them.
+"""
 OF_ANOTHER_SLOPE = (
     f"Samples of another slope held {ELSEWHERE_HELD} observed stops in eight cases (90 % intervals along the slope, "
     "without misfit): take ranges of the library, or calibrate here"
@@ -90,12 +95,13 @@ def _of_the_ground(run: Run) -> Iterator[str]:
 def _of_the_calibration(sample: Path) -> Iterator[str]:
     """Yield a sentence with the first warnings of the calibration that wrote a sample file.
 
-    The warnings are read from calibration.json in the folder of the sample; if that fails, there is no sentence.
+    The warnings are read from calibration.json in the folder of the sample; if this file cannot be read, there is no
+    sentence.
     """
     try:
         found = json.loads((sample.parent / FOUND).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
-        return  # a sample from elsewhere
+        return  # the sample file is not in the folder of a calibration
     warnings = found.get("warnings") if isinstance(found, dict) else None
     if not isinstance(warnings, list):
         yield "the warnings of the calibration of the sample are not known: its calibration.json does not list them"
@@ -122,7 +128,7 @@ def _outside_sample(run: Run) -> tuple[str, ...]:
 
 
 def _counted_as_known(run: Run) -> list[str]:
-    """Return the key paths of the coefficients of the ground that have one value in all parameter sets."""
+    """Return the key paths of the ground's coefficients that are not unknowns: they have one value in all sets."""
     from rpf3d_core.setup.unknowns import counted_as_known  # imported only if the scene has unknowns
 
     return counted_as_known(run.scene, run.terrain.zones)
@@ -171,20 +177,23 @@ def _of_paths(run: Run) -> Iterator[str]:
 
 
 def _of_releases(run: Run) -> Iterator[str]:
-    """Yield a sentence for each source with many rocks that hardly fell, as from a source behind a crest."""
+    """Yield a sentence for each source with many rocks that stopped near the height of their release.
+
+    This happens if the source lies on level ground behind a crest. See `behind_a_crest`.
+    """
     yield from behind_a_crest(run.flights.deposits, [source.name for source in run.prepared.sources])
 
 
 def behind_a_crest(deposits: Deposits, names: Sequence[str], rocks: str = "rocks") -> Iterator[str]:
-    """Yield a sentence for each source with many rocks that hardly fell, as behind a crest.
+    """Yield a sentence for each source with many rocks that hardly fell, because the source lies behind a crest.
 
-    These rocks stopped less than HARDLY_FELL (m) below their release, and are more than the share MANY_BEHIND of the
-    source's rocks. Each source is judged alone, because the share of all rocks would hide one such source. At most
-    NAMED sources are named; a last sentence counts the others.
+    A source is reported if more than the share MANY_BEHIND of its rocks stopped less than HARDLY_FELL (m) below the
+    release. Sources are judged singly, because the share of all rocks would hide one such source. At most NAMED sources
+    have a sentence; a last sentence states the number of the others.
 
     names : names of the sources; rocks : the word for rocks in the sentences, in the plural
     """
-    if not names:  # rocks that a program has released itself
+    if not names:  # a program released the rocks itself, without sources
         return
     drop = deposits.release[:, 2] - deposits.x[:, 2]
     stayed = (deposits.outcome == Outcome.STOPPED) & (drop < HARDLY_FELL)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # the imports would delay the start of the second process by 
     from rpf3d_core.terrain.facets import Terrain
 
 PAINTER = ("rpf3d_core.results.plots.run", "Painter")
-"""Module and name of the class that draws."""
+"""Module and name of the class that draws the pictures."""
 
 
 class Painting:

@@ -1,4 +1,4 @@
-"""Do work in a second process at the same time, such as drawing the pictures of a run.
+"""Do work in a second process while the main process continues, such as drawing the pictures of a run.
 
 The second process makes an object of one class, and calls its methods in the order in which they are requested. It ends
 as soon as its standard input closes, so it never outlives the main process. It ignores Ctrl-C and SIGTERM, because the
@@ -41,7 +41,7 @@ class SecondProcess:
     """A second process that does the requested work in order, while the main process continues."""
 
     def __init__(self, process: "subprocess.Popen[bytes]") -> None:
-        """Take over a process that runs this module."""
+        """Start the two threads that exchange messages with a process that runs this module, from `_started`."""
         self._process = process
         self._open = 0
         self._began: bool | None = None
@@ -124,7 +124,7 @@ def _started(module: str, name: str) -> "subprocess.Popen[bytes] | None":
     module, name : of the class whose object the process makes
     """
     own: dict[str, Any] = {"process_group": 0} if os.name == "posix" else {}
-    if not sys.executable:  # Python is part of another program
+    if not sys.executable:  # Python is embedded in another program: no interpreter to start
         return None
     with suppress(OSError):
         return subprocess.Popen(

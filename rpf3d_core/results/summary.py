@@ -112,7 +112,7 @@ def _version(package: str) -> str | None:
 
 
 def _digests(scene: Scene) -> dict[str, str]:
-    """Return the digests of the scene and of the releases; two results with equal digests have equal inputs."""
+    """Return the digests of the scene and of the releases for summary.json; equal digests mean equal inputs."""
     return {"digest": scene_digest(scene), "releases_digest": releases_digest(scene)}
 
 
@@ -184,7 +184,7 @@ def _left_out(figures: Any, name: str) -> dict[str, str]:
 
 
 def _barriers(maps: HazardMaps) -> dict[str, Any]:
-    """Return the section on barriers; with a misfit, each barrier states that its intervals leave the misfit out."""
+    """Return the section `barriers` of summary.json; with a misfit, each barrier states that its intervals omit it."""
     from rpf3d_core.results.hazard_files.barriers_report import barriers_section
 
     has_misfit = maps.sets is not None and maps.sets.displaced is not None
@@ -250,7 +250,7 @@ def _shapes(findings: Run) -> dict[str, Any]:
     if not blocks:
         return {}
     why = {reason: findings.totals.why[reason] for reason in WHY_STOPPED}
-    if not any(spec.OBSTACLES for spec in findings.scene.effects.named.values()):  # nothing to lean against
+    if not any(spec.OBSTACLES for spec in findings.scene.effects.named.values()):  # no obstacle to lean against
         del why["leaning"]
     totals = findings.totals
     return {

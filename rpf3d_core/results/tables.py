@@ -142,7 +142,7 @@ def impacts_table(
 
 
 def with_energies(table: pa.Table, deposits: Deposits) -> pa.Table:
-    """Return the table of R deposits with columns for rotational and total energies (J), for rocks that spin."""
+    """Return the table of R deposits with two added columns: largest rotational and largest total energy (J)."""
     return _extended(
         table,
         {
@@ -153,7 +153,9 @@ def with_energies(table: pa.Table, deposits: Deposits) -> pa.Table:
 
 
 def with_spins(table: pa.Table, deposits: Deposits, impacts: Impacts, density: float) -> pa.Table:
-    """Return the table of I impacts with columns for spin (rad/s), rotational and total energies (J).
+    """Return the table of I impacts with added columns: spins (rad/s), and rotational and total energies (J).
+
+    Spins are those before and after the impact; energies are those before the impact.
 
     density : of the rocks, kg/m^3
     """
@@ -174,7 +176,7 @@ def with_spins(table: pa.Table, deposits: Deposits, impacts: Impacts, density: f
 
 
 def with_poses(table: pa.Table, terrain: Terrain, deposits: Deposits) -> pa.Table:
-    """Return the table of R deposits with the shape, orientation and reason to stop of rocks with a shape.
+    """Return the table of R deposits with added columns: shape, final orientation and stop reason of each rock.
 
     The quaternion turns vectors from the body's principal axes into the input's axes. `stopped_because` is empty for
     rocks that did not stop on the ground. The summary has the names of the shapes by their numbers.
@@ -190,10 +192,10 @@ def with_poses(table: pa.Table, terrain: Terrain, deposits: Deposits) -> pa.Tabl
 
 
 def with_blows(table: pa.Table, deposits: Deposits, impacts: Impacts) -> pa.Table:
-    """Return the table of I impacts of bodies with the number of contacts of each impact, and the energies (J).
+    """Return the table of I impacts of bodies with the number of contacts of each impact and the energy after it (J).
 
-    `energy_in_j` and `energy_out_j` are the kinetic energies before and after the impact, of translation and rotation
-    together.
+    In the result, `energy_in_j` and `energy_out_j` are the kinetic energies before and after the impact, of translation
+    and rotation together.
     """
     mass, none = deposits.mass[impacts.row], np.empty(0)
     given = (impacts.contacts, impacts.energy_in, impacts.energy_out)

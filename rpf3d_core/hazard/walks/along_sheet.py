@@ -136,7 +136,7 @@ def _crossing_over(ground: WalkedTerrain, arc: Arc, f: int) -> FacetCrossing:
 def _crossing_beyond(ground: WalkedTerrain, arc: Arc, passed: FacetCrossing) -> FacetCrossing:
     """Return how the line of a track crosses the next facet, which shares the exit of the last facet (`passed`).
 
-    Returns NO_CROSSING if no single next facet exists, or if other facets lie above or below it.
+    Returns NO_CROSSING if no single next facet exists, or if other facets lie above or below this facet.
     In the code, f is the next facet, and m is its side at the exit: it runs from the exit's left to its right corner.
     """
     f, m = facet_beyond(ground.sheet, ground.locator, ground.facets, passed.f, passed.k)
@@ -175,7 +175,7 @@ def _pass_over(walk: Walk, f: int, low: float, high: float, cursor: Cursor) -> C
 
 @kernel
 def _cursor_at(raster: Raster, squares: Visits, track: Track) -> Cursor:
-    """Return the cursor at the map cell over which a track begins."""
+    """Return the `Cursor` at the map cell over which a track begins; squares : visits to map cells."""
     x, v = track.arc.x, track.arc.v
     i = square_at(x[0], raster.x, raster.cell, raster.nx)
     j = square_at(x[1], raster.y, raster.cell, raster.ny)
@@ -184,7 +184,7 @@ def _cursor_at(raster: Raster, squares: Visits, track: Track) -> Cursor:
 
 @kernel
 def _next_cursor(raster: Raster, squares: Visits, track: Track, cursor: Cursor) -> Cursor:
-    """Return the cursor at the map cell that a track reaches next."""
+    """Return the `Cursor` at the map cell that a track reaches next; squares : visits to map cells."""
     v = track.arc.v
     i, j = next_square(cursor.i, cursor.j, cursor.leave_i, cursor.leave_j, v)
     return _cursor(raster, squares, track, i, j, pace_of(v[0]), pace_of(v[1]))

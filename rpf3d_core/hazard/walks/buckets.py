@@ -51,7 +51,7 @@ def walk_buckets(walk: Walk, begin: float) -> None:
 
 @kernel
 def _visit_bucket(walk: Walk, i: int, j: int, begin: float, leave: float) -> None:
-    """Record visits to the facets below a track while it is over the bucket in column i and row j.
+    """Record visits to the facets below a track while it is over the bucket (search square) in column i and row j.
 
     begin, leave : times (s) at which the track enters and leaves the bucket
     """
@@ -123,7 +123,10 @@ def _visit_span(walk: Walk, f: int, low: float, high: float, height: float) -> N
 
 @kernel
 def _spans_over(ground: WalkedTerrain, spans: Spans, track: Track, i: int, j: int, begin: float, leave: float) -> int:
-    """Write the facets below a track over one bucket to `spans`; return their number.
+    """Write each facet below a track over one bucket (search square) to `spans`, with times and largest height.
+
+    Return the number of facets written. A facet that lies above the track, or for which `spans` has no room, is left
+    out.
 
     i, j : column and row of the bucket; begin, leave : times (s) at which the track enters and leaves the bucket
     """

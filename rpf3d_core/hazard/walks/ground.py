@@ -22,7 +22,10 @@ class WalkedTerrain(NamedTuple):
 
 
 def ground_over(facets: Facets, locator: BucketLocator, raster: Raster) -> WalkedTerrain:
-    """Return the terrain below the paths, without known neighbours of facets: these are found when they are needed."""
+    """Return terrain, search structure and raster for the counting loops, with all neighbours of facets still unknown.
+
+    The loops find neighbours when they need them.
+    """
     return WalkedTerrain(facets=facets, locator=locator, sheet=unknown_sheet(facets, locator), raster=raster)
 
 

@@ -30,7 +30,7 @@ At a larger angle, the slide counts as bent.
 class TrackSpin(NamedTuple):
     """Twice the rotational energy of a rock per unit of mass (m^2/s^2) at both ends of a track.
 
-    Added to the squared speed, it gives twice the kinetic energy.
+    The squared speed plus this value is twice the kinetic energy per unit of mass.
     """
 
     begin2: float
@@ -136,7 +136,7 @@ def spin_of(spins: Any, p: int, begin: float, end: float) -> Any:
 def slide_point(pieces: Any, p: int, share: float) -> Vec:
     """Return the position (3,) m of a rock on slide p after a share of the slide's time (-).
 
-    It lies on the cubic curve with the positions and velocities at both ends of the slide.
+    The position lies on the cubic curve with the positions and velocities at both ends of the slide.
 
     pieces : (S, 10) path segments: time, position and velocity at the start, velocity at the end; p : row of the slide
     """
@@ -183,7 +183,7 @@ def time_at(track: Track, t: float) -> float:
 def top_speed2(track: Track, begin: float, end: float) -> float:
     """Return the largest squared speed (m^2/s^2) between two times along a track (s).
 
-    It occurs at one of the two times, because the squared speed is a convex function of time.
+    The largest value occurs at one of the two times, because the squared speed is a convex function of time.
     """
     return max(speed2_at(track, begin), speed2_at(track, end))
 

@@ -73,7 +73,7 @@ def _next_rock(scratch: Scratch) -> None:
 
 @kernel
 def _fits(scratch: Scratch) -> bool:
-    """True if there was room for all visits of the current rock; if not, its visits are removed."""
+    """True if `scratch` had room for all visits of the current rock; if not, all visits of this rock are removed."""
     full = scratch.squares.state[FULL] + scratch.facets.state[FULL]
     if full + scratch.zones.state[FULL] + scratch.areas.state[FULL] == 0:
         return True
@@ -177,9 +177,9 @@ def _note_impact(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: F
 
 @kernel
 def _come_to_rest(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, r: int) -> None:
-    """Record a visit to the map cell in which the path of rock r ends, and a deposit if the rock stopped there.
+    """Record a visit to the map cell in which the path of rock r ends.
 
-    A rock that a barrier caught is a deposit, too.
+    If the rock stopped or was caught by a barrier, also count a deposit in this cell, and in the facet, zone and areas.
     """
     outcome, facet, final, mass = flown.counts[r, 0], flown.counts[r, 1], flown.finals[r], flown.mass[r]
     t, x = final[0], (final[1], final[2], final[3])

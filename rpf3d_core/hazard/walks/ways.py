@@ -21,10 +21,9 @@ from rpf3d_core.hazard.walks.tracks import Track, pace_of
 from rpf3d_core.jit.dispatch import kernel
 
 WAY_UNITS = 2.0**20
-"""Units in which path lengths are summed, per cell width, and in which their squares are summed, per cell width
-squared.
+"""Number of units in a cell width for sums of path lengths, and in a squared cell width for sums of squared lengths.
 
-A sum is a whole number of units. Sums over 2^29 rocks with paths of 128 cell widths in one cell fit in 64 bits.
+Sums are whole numbers of units. Sums over 2^29 rocks with paths of 128 cell widths in one cell fit in 64 bits.
 """
 WAY, SQUARE = 0, 1
 """Columns of the path lengths of a cell: their sum over all rocks, and the sum of their squares."""

@@ -1,4 +1,4 @@
-"""The table of barriers on the screen: a row for each figure of a barrier, with its intervals."""
+"""Make the printed table of barriers: several rows for each barrier, one for each figure, with intervals."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any

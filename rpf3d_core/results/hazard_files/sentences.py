@@ -9,7 +9,11 @@ from rpf3d_core.hazard.raster import round_cells
 
 
 def words_on_maps(maps: HazardMaps) -> str:
-    """Return one line on the hazard maps for the end of a run: cells, largest reach probability, largest passage."""
+    """Return one line on the hazard maps, which is printed at the end of a run.
+
+    The line states the cell size, the number of reached cells, the largest reach probability of a cell and, if mapped,
+    the largest number of passages per metre with its interval.
+    """
     cell, share = maps.raster.cell, reach_probability(maps.cells, maps.flown)
     cells = f"hazard maps: cells of {cell:g} m, of which {len(maps.cells.cell):,} were reached"
     if not len(share):
@@ -25,7 +29,10 @@ def words_on_maps(maps: HazardMaps) -> str:
 
 
 def words_on_empty(maps: HazardMaps) -> str:
-    """Return why a picture of percentiles is empty, and how many rocks or which cell size would fill some cells."""
+    """Return the text of a picture of percentiles without values: the reason, and a number of rocks or a cell size.
+
+    With about this number of rocks, or with this cell size, at least one cell should have a value.
+    """
     if not len(maps.cells.cell):
         return "No values: no rock came anywhere."
     most, cell = int(maps.cells.rocks.max()), maps.raster.cell

@@ -29,10 +29,10 @@ if TYPE_CHECKING:  # rasterio takes 0.1 s to import, so it is imported late, whi
     from rasterio.crs import CRS
 
 CELLS_THAT_TOUCH = 4
-"""Cells of a polygon must share a side (rasterio's connectivity 4), because outlines would cross at a shared corner."""
+"""Connectivity 4 of rasterio: the cells of a polygon share sides. Outlines that join at a corner would cross there."""
 
 CELLS_SAY = "The share of a cell shrinks with the cell, so this says nothing about how many rocks reach an area"
-"""Sentence for hazard zones without cells, which must not be taken as safe."""
+"""Sentence on hazard zones without cells, so that readers do not take a zone without cells as a sign of safety."""
 MOST_AREAS = 3
 """Largest number of areas of interest that a sentence names."""
 
@@ -42,7 +42,8 @@ def write_hazard_zones(
 ) -> None:
     """Write zones.geojson: a polygon feature for each hazard zone that has cells.
 
-    Zones of reach probability are first, lowest level first; then the zones of the matrix.
+    Zones of reach probability are first, lowest level first; then, in a run over parameter sets, zones of the upper end
+    of its predictive interval; then the zones of the matrix, highest class first.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 POSTERIOR, PRIOR, OBSERVED = "#1f4e9c", "#999999", "#c81e1e"
 AXES = ("along the slope (m)", "across the slope (m)")
 SHARES = 500
-"""Number of points of a curve that are evenly spaced by number of stops; as many more are evenly spaced by weight."""
+"""Number of points of a curve at equal steps of the number of stops; as many more are at equal steps of weight."""
 DRAWN = 1500
 """Number of simulated stops that are drawn in plan."""
 
@@ -103,7 +103,7 @@ def _reached(predicted: Predicted, axis: int) -> tuple[FloatArray, FloatArray]:
     reached = np.cumsum(predicted.weights[order])
     rows = np.unique(np.linspace(0, len(order) - 1, SHARES).astype(np.int64))
     heavy = np.searchsorted(reached, (np.arange(SHARES) + 0.5) / SHARES).clip(max=len(order) - 1)
-    rows = np.union1d(rows, heavy)  # at equal steps of weight, and of the number of stops: keeps steps and tails
+    rows = np.union1d(rows, heavy)  # both spacings together show steps and tails
     return predicted.place[order[rows], axis], reached[rows]
 
 

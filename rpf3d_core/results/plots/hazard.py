@@ -149,7 +149,7 @@ def _upper_end(maps: HazardMaps) -> dict[str, Theme]:
 
 
 def themes(maps: HazardMaps) -> dict[str, Theme]:
-    """Return the quantity that each hazard picture shows, by the name of its file."""
+    """Return a `Theme` for each hazard picture of a run, by the name of the picture's file without extension."""
     cells, wide = maps.cells, f"in cells of {maps.raster.cell:g} m"
     share = reach_probability(cells, maps.flown)
     p95 = "95th percentile of the rocks' largest"
@@ -312,7 +312,7 @@ def colour_map() -> Colormap:
 
 
 def norm_of(scale: Scale) -> Normalize:
-    """Return a colour scale as matplotlib needs it, linear or logarithmic."""
+    """Return the matplotlib norm, linear or logarithmic, that maps values of a colour scale to 0 to 1."""
     kind = LogNorm if scale.logarithmic else Normalize
     return kind(scale.low, scale.high)
 
@@ -345,7 +345,7 @@ def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> Axes:
 
 
 def _say_why_empty(side: Axes, maps: HazardMaps) -> Text:
-    """Write in place of the colour bar why no cell has a value."""
+    """Write a text that explains why no cell has a value, in the place of the colour bar; return the text object."""
     return side.text(0.0, 0.9, words_on_empty(maps), transform=side.transAxes, va="top", fontsize=9, color="#c81e1e")
 
 
@@ -361,7 +361,10 @@ def _beyond(scale: Scale, known: Values) -> str:
 
 
 def _draw_legend(page: HazardPage, raster: Raster, few: bool) -> Legend:
-    """Draw the legend; raster : for the size of a cell; few : True if some cells have too few rocks for a value."""
+    """Draw the legend of a hazard picture and return it.
+
+    raster : for the cell size in the title; few : True if some cells have too few rocks for a value
+    """
     releases = page.starts
     point = {**_release(releases), "markersize": RELEASE["markersize"]}
     which = f"releases ({releases} drawn)" if releases == MOST_RELEASES else "releases"

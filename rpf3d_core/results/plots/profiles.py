@@ -28,7 +28,7 @@ from rpf3d_core.values import Outcome
 
 DISTANCE = "horizontal distance travelled (m)"
 FINER = 4
-"""Ratio of the time step between points of the overview to the time step between points of a section."""
+"""Ratio (-) of the largest distance between path points in the overview to this distance in a section."""
 
 
 def write_profile_plots(

@@ -41,7 +41,7 @@ If there are more points, an evenly spread selection is drawn, and the legend sa
 """
 
 MOST_RELEASES = 250
-"""Largest number of releases drawn; if there are more, an evenly spread selection is drawn, so that the map is seen."""
+"""Largest number of releases drawn; if there are more, an evenly spread selection is drawn, to keep the map visible."""
 
 RELEASE: dict[str, Any] = {"marker": "+", "color": "black", "markersize": 4, "markeredgewidth": 0.7}
 
@@ -107,7 +107,7 @@ def empty_figure(window: Window) -> tuple[Figure, Axes, Axes]:
 
 
 def warm_up() -> None:
-    """Draw an empty map and discard it; matplotlib then has its fonts loaded for the next maps."""
+    """Draw an empty map and discard it, so that matplotlib has loaded its fonts before the first real map is drawn."""
     figure, main, side = empty_figure(Window(left=0.0, right=1.0, bottom=0.0, top=1.0))
     label(main, "x (m)", "y (m)")
     main.imshow(np.zeros((2, 2, 4), dtype=np.uint8))
@@ -125,7 +125,7 @@ def draw_ground(axes: Axes, terrain: Terrain, window: Window, ground: Picture) -
 
 
 def placed(terrain: Terrain, window: Window) -> Window:
-    """Return a rectangle, converted from the local frame to z-up input coordinates for the axes of a map."""
+    """Return a rectangle, converted from the local frame to z-up input coordinates, which the axes of a map show."""
     east, north, _ = terrain.frame.origin
     return Window(
         left=window.left + east, right=window.right + east, bottom=window.bottom + north, top=window.top + north
@@ -133,9 +133,9 @@ def placed(terrain: Terrain, window: Window) -> Window:
 
 
 def plan_of(terrain: Terrain, points: FloatArray) -> FloatArray:
-    """Return the plan coordinates (N, 2) m that a map shows for points (N, 2 or 3) m of the local frame.
+    """Return the plan coordinates (N, 2) m that the axes of a map show, from points (N, 2 or 3) m in the local frame.
 
-    These are z-up input coordinates.
+    The result is in the input's coordinates, turned so that z is up.
     """
     return np.asarray(points[:, :2] + np.array(terrain.frame.origin[:2]))
 

@@ -22,7 +22,7 @@ INTERVAL = {True: "95 % predictive interval, unknowns included", False: "95 % sa
 DRAWN = {True: "bands", False: "bars"}
 """How intervals are drawn, by `Curve.is_predictive`; predictive and sampling intervals thus look different."""
 CAP, BROAD = 6.0, 9.0
-"""Width (points) of the ends of a bar, and of the band of a point without a neighbour."""
+"""Width (points) of the ends of a bar, and of the bar that replaces the band at a point without known neighbours."""
 UNKNOWN, BESIDE = "?", 7.0
 """Text next to a point at an unknown end of its interval, and its distance (points) from the point."""
 
@@ -55,9 +55,9 @@ def _bands(panels: Sequence[Panel]) -> str:
 
 
 def _places_of(panels: Sequence[Panel]) -> dict[str, float]:
-    """Return the positions on the axis of the values that a sweep sets, by the value as text.
+    """Return the position on the horizontal axis of each value of the varied key, by the value as text.
 
-    If all values are numbers, each number is its own position; else the positions are evenly spaced.
+    If all values are numbers, each number is its own position; else the positions are 0, 1, 2, ...
     """
     values: dict[str, Any] = {str(at): at for panel in panels for curve in panel.curves for at in curve.at}
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values.values()):
