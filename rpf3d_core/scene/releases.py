@@ -203,7 +203,7 @@ class SourceSpec(StrictModel):
 
 
 def check_crests(sources: Sequence[SourceSpec], benches: Benches | None) -> None:
-    """Raise an error if a source falls from the edge of a face that the terrain of the scene does not have."""
+    """Raise a PydanticCustomError if a source names a face (`crest`) that the terrain of the scene does not have."""
     for i, source in enumerate(sources):
         if source.crest is None:
             continue

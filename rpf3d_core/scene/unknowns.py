@@ -59,7 +59,7 @@ class PriorSpec(StrictModel):
 
 
 class UnknownsSpec(StrictModel):
-    """The unknowns of a run: its rocks are shared out among parameter sets, whose results differ."""
+    """The unknowns of a run, and the number of parameter sets among which the rocks of the run are divided."""
 
     sets: Count = Field(
         64, ge=FEWEST_SETS, le=MOST_SETS, description=f"a whole number from {FEWEST_SETS} to {MOST_SETS}, the "
@@ -115,7 +115,7 @@ def with_priors_apart(values: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _priors_in(value: Any, path: tuple[str, ...]) -> Iterator[tuple[str, PriorSpec]]:
-    """Yield the key path and the prior of each `{prior: ...}` below a value of a scene."""
+    """Yield the key path and the prior of each `{prior: ...}` in a value of a scene; path : keys that lead to it."""
     if not isinstance(value, Mapping):
         return
     if PRIOR in value:

@@ -44,7 +44,7 @@ def existing_file(value: Any, info: ValidationInfo) -> Path:
 
 
 def exactly_one(part: BaseModel, *names: str) -> None:
-    """Raise an error unless exactly one of the named keys is given in a section of the scene."""
+    """Raise a PydanticCustomError unless exactly one of the named keys of a section is given (not None)."""
     given = [name for name in names if getattr(part, name) is not None]
     if len(given) != 1:
         has = " and ".join(given) if given else "none of them"

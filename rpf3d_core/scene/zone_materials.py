@@ -58,7 +58,7 @@ def _whole(scene: Scene, zone: str) -> str:
 
 
 def without_friction(scene: Scene, zones: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the materials that use the default friction angle; () if no model needs the angle.
+    """Return the names of the materials that have no friction angle of their own; () if no model needs the angle.
 
     zones : names of the zones of the terrain; materials that no zone uses are left out
 
