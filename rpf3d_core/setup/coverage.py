@@ -15,7 +15,7 @@ PIXELS = 500
 
 
 def lies_off(terrain: Terrain, polygons: MultiPolygon) -> bool:
-    """True if no part of the polygons lies on the terrain; polygons : in plan coordinates of the input."""
+    """Return True if no part of the polygons lies on the terrain; polygons : in plan coordinates of the input."""
     plan = in_plan(terrain.frame, terrain.vertices)
     low_x, low_y, high_x, high_y = polygons.bounds
     near = plan[(plan[:, 0] >= low_x) & (plan[:, 0] <= high_x) & (plan[:, 1] >= low_y) & (plan[:, 1] <= high_y)]

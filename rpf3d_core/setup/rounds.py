@@ -192,7 +192,7 @@ def _least_first(counts: Sequence[int], first: int, sets: int) -> int:
     least = max(first, len(flying))
     if not sets:
         return least
-    # A share is never below the whole part of the exact share.
+    # `share_out` gives a source at least its exact share of the rocks, rounded down.
     return total if min(flying) < sets else max(least, -(-sets * total // min(flying)))
 
 

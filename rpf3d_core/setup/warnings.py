@@ -103,7 +103,7 @@ def warnings_of_speed(fastest: float) -> Iterator[str]:
 
 
 def _sizes(scene: Scene) -> Iterator[str]:
-    """Yield a warning if rocks are larger or smaller than any rock of a rockfall."""
+    """Yield warnings on rocks larger or smaller than in any rockfall, and on rocks whose size is probably misread."""
     smallest, largest = (diameter_of(mass, scene.rock.density) for mass in mass_range(rock_of_scene(scene)))
     if largest > LARGEST_ROCK:
         yield (
@@ -126,7 +126,7 @@ def _pounds(density: float) -> Iterator[str]:
 
 
 def _small_rocks(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each size of the scene whose rocks are all so small that its unit is probably wrong."""
+    """Yield a warning for each size in the scene that makes all rocks so small that its unit is probably wrong."""
     for place, section in _sections_with_sizes(scene):
         for measure in SIZES:
             size = getattr(section, measure)

@@ -92,7 +92,7 @@ def forest_as_obstacles(name: str, spec: ForestSpec, forest: Forest) -> Obstacle
 
 
 def _largest_radius(scene: Scene) -> float:
-    """Return the radius (m) of the largest rock of the scene, which decides from how far trees must be found."""
+    """Return the radius (m) of the largest rock of the scene, as a sphere: the distance at which it meets a stem."""
     return 0.5 * float(diameter_of(mass_range(rock_of_scene(scene))[1], scene.rock.density))
 
 
