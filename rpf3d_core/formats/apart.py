@@ -32,6 +32,8 @@ def read_apart(path: Path, reader: str, *options: str) -> Arrays:
     ------
     TerrainError
         The file is refused, or the separate process crashes or exceeds its limits of memory or time.
+    RuntimeError
+        The separate process fails for another reason, such as an error of rpf3d.
     """
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "arrays.npz"

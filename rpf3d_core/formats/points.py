@@ -46,7 +46,10 @@ SPREADSHEETS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 
 
 class AxisColumn(NamedTuple):
-    """The column of a coordinate: its place in a row, from 0, and the length (m) of the unit that its header states."""
+    """The column of a coordinate in a table.
+
+    place : index of the column, from 0; unit : length (m) of the unit that its header states, 1 if it states none
+    """
 
     place: int
     unit: float = 1.0

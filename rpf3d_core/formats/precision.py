@@ -41,7 +41,7 @@ def _steps(surface: FileMesh) -> FloatArray:
 
 
 def _was_single(column: FloatArray, step: float) -> bool:
-    """True if numbers (N,) in double precision were rounded to single precision earlier, for example by an export.
+    """Return True if numbers (N,) in double precision were rounded to single precision earlier, such as by an export.
 
     Two conditions must hold. Every number is also a number of single precision. And at least one number is not a
     multiple of 2 * step: else the numbers lie on a grid that is coarser than single precision, and nothing was lost.

@@ -1,4 +1,4 @@
-"""Units of length of terrain files, by the key that a scene uses for a file's unit; units in the headers of tables."""
+"""Define the units of length that a scene may state for a file, and find the units in the headers of tables."""
 
 import re
 import unicodedata
