@@ -85,7 +85,7 @@ def classes_of(grids: tuple[FloatArray, ...], binned: tuple[bool, ...], facets: 
 
 
 def _few(rows: FloatArray, binned: Cells) -> NDArray[np.int64]:
-    """Return the class (N,), from 0, of each distinct row of values (N, K).
+    """Return the class (N,), from 0, of each distinct row of values (N, K): rows in the same bins are in one class.
 
     Bins are as narrow as MOST_CLASSES allows. binned : (K,) True for columns whose values may be sorted into bins
     """

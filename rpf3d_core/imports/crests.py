@@ -69,7 +69,10 @@ class Crest(NamedTuple):
 
 
 def crests_of(terrain: Terrain) -> list[Crest]:
-    """Return at most MOST_CRESTS crests of a terrain: first the one with the longest fall, then the largest ones."""
+    """Return the crests of a terrain in the order of `listed`: the crest with the longest fall, then the largest.
+
+    Faces are searched in a coarse image; the lines of the first MOST_CRESTS crests are searched again in a fine image.
+    """
     image = height_image(terrain, terrain.vertices[:, :2], 2.0 * COARSE, COARSE)
     lowest = float(np.percentile(terrain.vertices[:, 2], LOW, method="lower"))
     lines = [part for line in upper_borders(image, SHORTEST) for part in _stretches(line)]
@@ -84,9 +87,9 @@ def crests_of(terrain: Terrain) -> list[Crest]:
 
 
 def listed(crests: Sequence[Crest], most: int) -> list[Crest]:
-    """Return at most `most` >= 2 of the crests: first the one with the longest fall, then the largest ones.
+    """Return at most `most` >= 2 of the crests: the crest with the longest fall, then the largest.
 
-    The highest crest is always one of them.
+    The highest crest is always included.
     """
     return [crests[i] for i in _in_order(crests, most)]
 
@@ -176,7 +179,7 @@ def _outwards(line: FloatArray) -> FloatArray:
 
 
 def _in_line(brow: FloatArray) -> FloatArray:
-    """Return the distances (N,) m from points of a line to the brow, without noise.
+    """Return the distances (N,) m from points of a line to the brow, after removal of noise.
 
     A distance counts as noise if it differs by more than STRAY from the median of five neighbours, which replaces it.
     """

@@ -22,7 +22,7 @@ COMPANIONS = (".prj",)
 
 
 class Imported(NamedTuple):
-    """The report of an import: the path of the new scene, and sentences on which input the scene includes.
+    """The report of an import.
 
     scene : path of the scene file; taken : sentences on imported input; left : sentences on input that is not imported
     """
