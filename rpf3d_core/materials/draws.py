@@ -92,12 +92,12 @@ def as_drawn(surfaces: list[DrawnSurface]) -> DrawnMaterials:
 
 
 def are_fixed(surfaces: Sequence[Drawn]) -> bool:
-    """True if no coefficient of any zone is random."""
+    """Return True if no coefficient of any zone is random."""
     return all(draw.kind == FIXED for surface in surfaces for draw in surface.coefficients)
 
 
 def drawn_columns(surfaces: Sequence[Drawn]) -> dict[str, Any]:
-    """Return the arrays of `DrawnMaterials` by name, for lumped masses or for rocks with a shape."""
+    """Return the fields of `DrawnMaterials` or `DrawnBodyMaterials` by name, from the ground of Z zones."""
     draws = [surface.coefficients for surface in surfaces]
     return {
         "kind": np.array([[draw.kind for draw in row] for row in draws], dtype=np.int64),
