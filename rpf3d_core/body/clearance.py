@@ -1,4 +1,4 @@
-"""The time for which a body in free flight stays clear of a plane: the step of the search for its first contact."""
+"""Compute for how long a body in free flight stays clear of a plane, as a step of the search for its first contact."""
 
 import math
 from typing import Any, NamedTuple
@@ -66,7 +66,7 @@ def set_arms(arms: Any, corners: Any, first: int, last: int, size: float) -> Non
 
 
 class Descent(NamedTuple):
-    """How the corners of a body approach a plane, for `clear_time`.
+    """The approach of a body's corners to a plane: the numbers that `clear_time` needs.
 
     up : (3,) unit; its scalar product with a corner is the height of the corner above the centre of mass (m)
     across : (3,) 1/s; its scalar product with a corner is the rate of change of this height (m/s)
@@ -85,7 +85,7 @@ class Descent(NamedTuple):
 
 @kernel
 def _descent(sweep: Sweep, plane: tuple[Vec, float]) -> Descent:
-    """Return how the corners of a body approach a plane; plane : as in `clear_time`."""
+    """Return the numbers that describe the approach of a body's corners to a plane; plane : as in `clear_time`."""
     n = plane[0]
     return Descent(
         up=turned_back(sweep.q, n),
