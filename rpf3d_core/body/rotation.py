@@ -78,8 +78,7 @@ class Turning(NamedTuple):
     q, w : orientation and spin (rad/s, in body axes) at time 0; L : length of the angular momentum
     fastest : rad/s, a spin that the motion never exceeds
     axes, cycle : the relabelled axes and the cycle of the spin
-    start : the constant quaternion by which every later turn is multiplied from the left; the product is the
-        orientation of the body at that time
+    start : constant quaternion; start times the turn of a later time is the orientation of the body at that time
     """
 
     moments: Vec

@@ -114,7 +114,7 @@ def decimal_comma(text: str) -> str:
 
 
 def _some(path: Path, points: list[tuple[float, ...]]) -> FloatArray:
-    """Return points (N, 3) m as an array, after a check that there is at least one."""
+    """Return points as an array (N, 3) m; raise an InputError if there are none."""
     if not points:
         raise InputError(f"{path}: holds no point; each line must begin with x y z")
     return np.array(points)
@@ -280,7 +280,7 @@ def _positions(path: Path, content: Any) -> Iterator[Any]:
 
 
 def _position(path: Path, position: Any, up: Up, heights: bool) -> tuple[float, ...]:
-    """Return the coordinates (3,) m of a GeoJSON position after a check.
+    """Return the coordinates (3,) m of a GeoJSON position; raise an InputError if they are not finite numbers.
 
     If heights are optional, two horizontal coordinates are enough; the height is then 0.
     """

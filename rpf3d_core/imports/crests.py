@@ -112,7 +112,7 @@ def _in_order(crests: Sequence[Crest], most: int) -> list[int]:
 
 
 def _size(crest: Crest) -> float:
-    """Return the area (m2) of the face below a crest, seen from the front, by which crests are ranked."""
+    """Return the area (m2) of the face below a crest, seen from the front; crests are sorted by this area."""
     return crest.length * crest.height
 
 

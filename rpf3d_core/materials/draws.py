@@ -1,9 +1,10 @@
 """Ground properties that are drawn at random: for each rock, or for each impact of a rock.
 
-A draw is a function of seed, source, rock, zone, impact and coefficient. The draw is therefore the same on any engine,
-in any order, and whatever else is drawn. Between two impacts of a rock the ground of a zone stays the same. The last
-small bounces of a rock are computed as a sum: they all use one restitution, and the slide after them uses one friction
-angle; both are drawn for the next impact. Otherwise the result would depend on the number of facets of the mesh.
+A draw is a function of seed, source, rock, zone, impact and coefficient. The draw is therefore the same on any engine
+and in any order, and does not depend on other draws. Between two impacts of a rock the ground of a zone stays the same.
+The last small bounces of a rock are computed as a sum: they all use one restitution, and the slide after them uses one
+friction angle; both are drawn for the next impact. Otherwise the result would depend on the number of facets of the
+mesh.
 """
 
 import math

@@ -243,7 +243,7 @@ def distribution_of(value: float | Draw) -> Distribution:
 def drawn(unit: str, further: Mapping[str, type[StrictModel]] = MappingProxyType({}), **limits: float) -> Any:
     """Return the type of a scene field that takes a number or a distribution within limits (ge, gt, le, lt).
 
-    A mark is the name in brackets by which pydantic selects the type of a value, such as `[uniform]`.
+    A mark is the name in brackets with which pydantic selects the type of a value, such as `[uniform]`.
     further : types that the field takes besides KINDS, by mark, which check their limits themselves
     unit : unit of the numbers, for messages
     """

@@ -127,7 +127,10 @@ def _priors_in(value: Any, path: tuple[str, ...]) -> Iterator[tuple[str, PriorSp
 
 
 def _prior(value: Mapping[str, Any], path: tuple[str, ...]) -> PriorSpec:
-    """Return the prior of a value `{prior: ...}`, after its checks."""
+    """Return the prior of a value `{prior: ...}`; raise a PydanticCustomError if it is wrong.
+
+    path : the keys that lead to the value, for the error
+    """
     if set(value) != {PRIOR}:
         other = next(key for key in value if key != PRIOR)
         raise refuse("cannot stand next to `prior`; a value is unknown, or varies, or its mean is unknown: "

@@ -195,7 +195,7 @@ def _is_too_large(terrain: Extent, up: str) -> bool:
 
 
 def _is_on_its_side(terrain: Extent, up: str) -> bool:
-    """Return True if the heights of a terrain can only be northings or eastings, and y or z instead has the heights."""
+    """Return True if a terrain's heights can only be northings or eastings, and its other axis (y or z) has heights."""
     height, other = (2, 1) if up == "z" else (1, 2)
     largest = np.maximum(np.abs(terrain.low), np.abs(terrain.high))
     relief = float(terrain.high[other] - terrain.low[other])

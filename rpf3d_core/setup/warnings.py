@@ -117,7 +117,7 @@ def _sizes(scene: Scene) -> Iterator[str]:
 
 
 def _pounds(density: float) -> Iterator[str]:
-    """Yield a warning if a density (kg/m^3) is far below that of rock, but a density of rock in lb/ft^3."""
+    """Yield a warning if a density (kg/m^3) is too low for rock, but is plausible for rock in lb/ft^3."""
     if density <= MOST_POUNDS:
         yield (
             f"`rock.density` is {density:g} kg/m3, far less than rock; did you mean "

@@ -108,7 +108,7 @@ def _forget() -> None:
 
 
 def _size(arrays: Arrays) -> int:
-    """Return the memory of arrays (bytes)."""
+    """Return the memory (bytes) that arrays occupy."""
     return sum(np.asarray(each).nbytes for each in arrays.values())
 
 

@@ -22,7 +22,7 @@ ANY_ZONE = "default"
 
 @dataclass(frozen=True)
 class SceneField:
-    """One field of a scene, as a program needs it to offer the field in another form.
+    """One field of a scene, described for a program that offers the field in another form, such as a ROS parameter.
 
     key : key in the scene file, with dots; in a mapping of zones, the key below `default`
     kind : bool, int, float or str; None if the field takes a list, a file or a mapping with names of the user
