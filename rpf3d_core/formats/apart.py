@@ -19,7 +19,7 @@ REFUSED = 2
 """Exit code of the separate process if it refuses a file; the reason is on its standard output."""
 
 Arrays = dict[str, Any]
-"""Arrays by name: what a reader in the separate process returns."""
+"""The result of a reader in the separate process: arrays by name."""
 
 
 def read_apart(path: Path, reader: str, *options: str) -> Arrays:

@@ -23,7 +23,7 @@ from rpf3d_core.terrain.frame import FloatArray, Up
 
 GEOJSON = (".geojson", ".json")
 OTHERS = (".gpkg", ".shp", ".dxf", ".str")
-"""Extensions of files with points that are neither text nor GeoJSON."""
+"""Extensions of files of points that `features.py` reads: GeoPackage, Shapefile, DXF, Surpac strings."""
 SEPARATORS = ";\t,"
 """Separators of cells in order of priority. The first separator that occurs in the first line separates all cells, so
 a decimal comma does not separate cells in a file with semicolons or tabs."""

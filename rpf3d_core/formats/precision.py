@@ -11,7 +11,7 @@ from rpf3d_core.formats.surface import FileMesh
 from rpf3d_core.terrain.frame import FloatArray
 
 LEAST_LOSS = 0.01
-"""A loss is reported if it moves vertices by more than this share (-) of the median edge (facets turn by 0.6 deg)."""
+"""Error of a vertex, as a share (-) of the median edge, above which it is reported; it turns a facet by 0.6 degrees."""
 MOST_FACETS = 100_000
 """Largest number of facets that are used to compute the median edge."""
 

@@ -18,7 +18,7 @@ from rpf3d_core.terrain.frame import FloatArray
 
 SCENE, ZONES, SOURCES = "scene.yaml", "zones", "sources"
 COMPANIONS = (".prj",)
-"""Extensions of files next to the elevation grid that belong to it and are copied, such as its reference system."""
+"""Extensions of the companion files of the elevation grid that are copied with it: its reference system."""
 
 
 class Imported(NamedTuple):

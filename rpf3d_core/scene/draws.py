@@ -21,7 +21,7 @@ from rpf3d_core.materials.distributions import (
 from rpf3d_core.scene.values import Number, StrictModel, refuse
 
 LEAST_SPAN = 1e-9
-"""Smallest probability between the bounds of a Weibull distribution; with less, drawn numbers lose precision."""
+"""Smallest share (-) of a Weibull distribution that its bounds may leave; with less, drawn numbers lose precision."""
 
 
 class Normal(StrictModel):
@@ -229,7 +229,7 @@ KINDS: dict[str, type[StrictModel]] = {
     "[normal]": Normal, "[lognormal]": Lognormal, "[power_law]": PowerLaw, "[uniform]": Uniform, "[weibull]": Weibull,
     "[triangular]": Triangular,
 }  # fmt: skip
-"""The distributions that a scene may use, by the mark that pydantic adds to the key path of each."""
+"""The forms of random numbers in a scene, by the mark that pydantic adds to key paths in its errors."""
 NUMBER = "[number]"
 MEASURED = "[measured]"
 MARKS = (*KINDS, MEASURED, NUMBER)
@@ -284,7 +284,7 @@ def _within(limits: Mapping[str, float], unit: str, value: Any) -> Any:
 
 
 WORDS = {"ge": "at least", "gt": "above", "le": "at most", "lt": "below"}
-"""Words for the limits of a number, for messages."""
+"""Words for the limits of a number in messages, by pydantic's names of the limits."""
 
 
 def rising(low: float, high: float) -> None:

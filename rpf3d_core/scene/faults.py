@@ -36,9 +36,9 @@ They stand for the key of a mapping, or for the chosen type of a union.
 """
 
 PLACES = {"[x, y, z]": "three numbers [x, y, z] (m)", "[x, y]": "two numbers [x, y] (m)"}
-"""The valid form of a list item for messages, by the shape (such as `[x, y]`) in the description of the list."""
+"""The valid form of one item of a list in words, by the shape (such as `[x, y]`) in the description of the list."""
 ELSEWHERE = {"berm": "terrain.berms", "berms": "terrain.berms"}
-"""Where keys belong that users write below `effects` by mistake: the key path in the scene, by the wrong key."""
+"""The right key path in the scene for keys that users write below `effects` by mistake, by the wrong key."""
 
 SECTIONS: dict[str, type[BaseModel]] = {
     "materials.ZONE": Material, "rock": RockSpec, "terrain": TerrainSpec, "sources[0]": SourceSpec,

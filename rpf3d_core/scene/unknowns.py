@@ -19,7 +19,10 @@ PRIOR = "prior"
 ROOTS = ("materials", "rebound", "ground", "contact", "effects", "stop_speed")
 """Keys of a scene below which a value may be an unknown."""
 FEWEST_SETS, MOST_SETS = 40, 4096
-"""Smallest and largest number of parameter sets: the range of 39 or more sets contains a 95 % interval."""
+"""Smallest and largest number of parameter sets of a run.
+
+From 39 sets on, the range of the sets contains a 95 % interval.
+"""
 FORMS = "{min, max} or {mean, sd, min, max}"
 
 

@@ -11,7 +11,7 @@ from rpf3d_core.terrain.plan_view import Window, seen_from_above
 from rpf3d_core.terrain.zones import covered, in_plan
 
 PIXELS = 500
-"""Number of pixels along the longer side of the polygons' box; enough for an error of about 1 % of a share."""
+"""Number of pixels along the longer side of the polygons' box; enough to measure a share to within about 1 %."""
 
 
 def lies_off(terrain: Terrain, polygons: MultiPolygon) -> bool:

@@ -16,11 +16,11 @@ from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.terrain.frame import FloatArray, Frame, Up
 
 MOST_DIFFERENT = 2.0
-"""Median difference (m) between heights in a file and the ground, in addition to `above_ground`, that is suspicious."""
+"""Largest median height (m) of points above or below the ground, in addition to `above_ground`, without a warning."""
 MOST_POINTS = 200
 """Approximate number of points of a source that are compared."""
 AROUND = ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
-"""Places (m) around a point at which the ground is searched: a point at a crest may lie a little beyond the crest."""
+"""Shifts in plan (m) from a point to the places where ground is searched: it may lie a little beyond its crest."""
 
 
 def height_warnings(scene: Scene, engine: Engine, frame: Frame) -> Iterator[str]:

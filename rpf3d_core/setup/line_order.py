@@ -17,9 +17,9 @@ from rpf3d_core.setup.coverage import plain
 from rpf3d_core.terrain.frame import FloatArray, Up
 
 SHARP = 135.0
-"""Change of direction (degrees) at a point from which a line turns back; crests and ramps turn less at a point."""
+"""Change of direction (degrees) at a point above which a line turns back; crests and ramps turn less."""
 LONGER = 1.05
-"""Ratio (-) of the length of a line to the length in another order above which its points are probably unordered."""
+"""Ratio (-) of a line's length to its length in another order; above it, the points are probably out of order."""
 MOST_POINTS = 5_000
 """Largest number of points of a line that is compared; every further point takes longer."""
 

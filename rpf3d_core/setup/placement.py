@@ -18,15 +18,15 @@ from rpf3d_core.setup.source_heights import SourceHeight, heights_of
 from rpf3d_core.terrain.frame import FloatArray
 
 MOST_ABOVE = 30.0
-"""A source is suspicious if all its rocks start more than this (m) above the ground: higher than a bench face."""
+"""Height (m) above the ground, more than a bench face; a source is suspicious if all its rocks start above it."""
 AT_CREST = 5.0
-"""A rock is at a crest if ground is within this (m) of it: the brow of a face, whose foot may be far below."""
+"""Distance (m) to the nearest ground up to which a rock is at a crest, although the face's foot may be far below."""
 MOSTLY = 0.5
-"""A source is at a crest if at least this share (-) of its rocks is."""
+"""Smallest share (-) of a source's rocks at a crest for which the source is at a crest."""
 MOST_TRIED = 500
-"""Approximate number of rocks of a source for which ground is searched in any direction."""
+"""Approximate number of rocks of a source for which the nearest ground is searched in all directions."""
 WHOLE = 0.99
-"""An outline counts as on the terrain if at least this share (-) of its area is, because users draw roughly."""
+"""Smallest share (-) of an outline's area on the terrain without a warning; below 1, because users draw roughly."""
 
 
 def rocks_of_sources(prepared: Prepared) -> list[int]:

@@ -26,7 +26,7 @@ MOST_FEATURES = 1_000_000
 FAMILIES = {"polygon": "polygons", "line": "lines", "point": "points"}
 """Plural of each kind of geometry, for messages."""
 MOST_KEPT = 2**24
-"""Largest size (bytes) of the content of all layers that are kept in memory; layers read last are kept."""
+"""Largest total size (bytes) of the layers that are kept in memory; the layers read last are kept."""
 MOST_ENTRIES = 64
 """Largest number of layers that are kept in memory."""
 COMPANIONS = {".shp": (".shx", ".prj", ".dbf", ".cpg"), ".gpkg": (".gpkg-wal",)}
