@@ -1,4 +1,4 @@
-"""The time for which a body in free flight stays clear of a plane: the step of the search for its first contact."""
+"""Compute for how long a body in free flight stays clear of a plane, as a step of the search for its first contact."""
 
 import math
 from typing import Any, NamedTuple
@@ -9,7 +9,7 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import cross, dot
 
 TURNING = 0.5 + math.sqrt(0.25 + 1.0 / 3.0)
-"""Upper bound of the acceleration of a corner by rotation, over spin_bound^2 times its distance from the centre: 1.264.
+"""Upper bound (-) of a corner's acceleration by rotation, over spin_bound^2 times its distance from the centre: 1.264.
 
 The corner r accelerates by w x (w x r) + w' x r = -w^2 (P + K) r. P is 1 - u u^T with the unit vector u along w. K is
 skew with |K r| <= k |r|, and k = |w'| / w^2 <= 1 / sqrt(3) for every rigid body without torque. P - 1/2 is half a
@@ -66,7 +66,7 @@ def set_arms(arms: Any, corners: Any, first: int, last: int, size: float) -> Non
 
 
 class Descent(NamedTuple):
-    """How the corners of a body approach a plane, for `clear_time`.
+    """The approach of a body's corners to a plane: the numbers that `clear_time` needs.
 
     up : (3,) unit; its scalar product with a corner is the height of the corner above the centre of mass (m)
     across : (3,) 1/s; its scalar product with a corner is the rate of change of this height (m/s)
@@ -85,7 +85,7 @@ class Descent(NamedTuple):
 
 @kernel
 def _descent(sweep: Sweep, plane: tuple[Vec, float]) -> Descent:
-    """Return how the corners of a body approach a plane; plane : as in `clear_time`."""
+    """Return the numbers that describe the approach of a body's corners to a plane; plane : as in `clear_time`."""
     n = plane[0]
     return Descent(
         up=turned_back(sweep.q, n),

@@ -73,7 +73,7 @@ def _fastest_to_goal(rows: Any, count: int, velocity: Velocity) -> tuple[float, 
 
 @routine
 def sustained(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity, within: float) -> Velocity:
-    """Return the velocity of a body in sustained contact: no normal velocity of a contact is below the goal velocity.
+    """Return the velocity of a body in sustained contact: each contact keeps at least its normal goal velocity.
 
     The velocity is the result of `inelastic`; the parameters are those of `inelastic`. If the sweeps do not converge,
     the contacts that still approach are then solved one by one. If the sweeps diverge, as they can for a body that

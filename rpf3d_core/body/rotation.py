@@ -78,8 +78,7 @@ class Turning(NamedTuple):
     q, w : orientation and spin (rad/s, in body axes) at time 0; L : length of the angular momentum
     fastest : rad/s, a spin that the motion never exceeds
     axes, cycle : the relabelled axes and the cycle of the spin
-    start : the constant quaternion by which every later turn is multiplied from the left; the product is the
-        orientation of the body at that time
+    start : constant quaternion; start times the turn of a later time is the orientation of the body at that time
     """
 
     moments: Vec
@@ -138,7 +137,7 @@ def spin_bound(turning: Turning) -> float:
 
 @kernel
 def is_steady(moments: Vec, w: Vec) -> bool:
-    """True if the spin is constant, because it is negligible or, to rounding, parallel to the angular momentum.
+    """Return True if the spin is constant, because it is negligible or, to rounding, parallel to the angular momentum.
 
     moments : (3,) principal moments of inertia, in ascending order; w : (3,) rad/s, spin
     """
@@ -153,7 +152,7 @@ def is_steady(moments: Vec, w: Vec) -> bool:
 
 @kernel
 def beyond_separatrix(moments: Vec, w: Vec) -> float:
-    """Return L^2 - 2 T I2 without cancellation error.
+    """Return L^2 - 2 T I2 of a rotating body, without cancellation error.
 
     The result is positive if the spin circles the axis of the largest moment of inertia, negative for the smallest,
     and 0 on the boundary between the two (separatrix). L : angular momentum; T : rotational energy; I2 : middle moment.
@@ -221,7 +220,7 @@ def axes_of(moments: Vec, w: Vec, low: bool) -> Axes:
 
 @kernel
 def relabelled(axes: Axes, w: Vec) -> Vec:
-    """Return the components of a spin, given in the body's own axes, along the relabelled axes."""
+    """Return the components of a spin along the relabelled axes; w : (3,) along the body's own axes."""
     f, g = axes.signs
     if axes.low:
         return f * w[2], -f * g * w[1], g * w[0]
@@ -230,7 +229,7 @@ def relabelled(axes: Axes, w: Vec) -> Vec:
 
 @kernel
 def labelled_back(axes: Axes, w: Vec) -> Vec:
-    """Return the components of a spin, given along the relabelled axes, in the body's own axes."""
+    """Return the components of a spin along the body's own axes; w : (3,) along the relabelled axes."""
     f, g = axes.signs
     if axes.low:
         return g * w[2], -f * g * w[1], f * w[0]

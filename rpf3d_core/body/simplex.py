@@ -106,7 +106,7 @@ def _on_outline(a: Vertex, b: Vertex, c: Vertex, beyond: tuple[bool, bool, bool]
 
 @kernel
 def hides(a: Vec, b: Vec, c: Vec, d: Vec) -> bool:
-    """True if the origin lies on the same side of the plane through a, b and c as the point d.
+    """Return True if the origin lies on the same side of the plane through a, b and c as the point d.
 
     Then the triangle a b c is not the part of the tetrahedron a b c d that is nearest to the origin.
     """
@@ -152,14 +152,14 @@ def extended(a: Vertex, old: Simplex, apart: bool) -> Simplex:
 
 @kernel
 def holds(simplex: Simplex, new: Vertex) -> bool:
-    """True if the simplex already has the vertex `new`, so that the vertex would change nothing."""
+    """Return True if the simplex already has the vertex `new`, so that the vertex would change nothing."""
     a, b, c = simplex.a, simplex.b, simplex.c
     return same(new, a) or (simplex.size > 1 and same(new, b)) or (simplex.size > 2 and same(new, c))
 
 
 @kernel
 def same(a: Vertex, b: Vertex) -> bool:
-    """True if two vertices are differences of the same corners."""
+    """Return True if two vertices are differences of the same corners."""
     return a.body == b.body and a.corner == b.corner
 
 

@@ -19,7 +19,7 @@ REFUSED = 2
 """Exit code of the separate process if it refuses a file; the reason is on its standard output."""
 
 Arrays = dict[str, Any]
-"""Arrays by name: what a reader in the separate process returns."""
+"""The result of a reader in the separate process: arrays by name."""
 
 
 def read_apart(path: Path, reader: str, *options: str) -> Arrays:
@@ -32,6 +32,8 @@ def read_apart(path: Path, reader: str, *options: str) -> Arrays:
     ------
     TerrainError
         The file is refused, or the separate process crashes or exceeds its limits of memory or time.
+    RuntimeError
+        The separate process fails for another reason, such as an error of rpf3d.
     """
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "arrays.npz"

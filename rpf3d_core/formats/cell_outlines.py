@@ -17,7 +17,9 @@ CELLS_AROUND = 8
 
 
 def cell_outlines(numbers: NDArray[np.int32], transform: Affine) -> dict[int, list[Any]]:
-    """Return the polygons around the cells of each number except 0, as rings in plan coordinates (m), by number.
+    """Return the polygons around the cells of each number except 0, by number.
+
+    A polygon is a list of rings in plan coordinates (m): its outline, then its holes.
 
     numbers : (H, W) number of each cell; transform : from columns and rows to plan coordinates
     """
@@ -29,7 +31,7 @@ def cell_outlines(numbers: NDArray[np.int32], transform: Affine) -> dict[int, li
 
 
 def write_outlines(path: Path, rings: list[Any]) -> None:
-    """Write rings as a GeoJSON file of polygons, from which a scene can read a zone."""
+    """Write polygons as a GeoJSON file, from which a scene can read a zone; rings : polygons, as in `cell_outlines`."""
     geometry = {"type": "MultiPolygon", "coordinates": rings}
     path.write_text(json.dumps(geometry, allow_nan=False) + "\n", encoding="utf-8")
 

@@ -20,7 +20,7 @@ def features_of(path: Path, family: str, heights: bool = False) -> Any:
     """Return the geometries of a file as the content of a GeoJSON file.
 
     family : kind of geometry that the scene needs: "polygon", "line" or "point"
-    heights : True to keep the heights of lines; points always keep them, and polygons lose them, except in GeoJSON
+    heights : True to keep the heights of lines; points always keep their heights, and GeoJSON keeps all heights
 
     Raises
     ------

@@ -23,7 +23,7 @@ from rpf3d_core.terrain.frame import FloatArray, Up
 
 GEOJSON = (".geojson", ".json")
 OTHERS = (".gpkg", ".shp", ".dxf", ".str")
-"""Extensions of files with points that are neither text nor GeoJSON."""
+"""Extensions of files of points that `features.py` reads: GeoPackage, Shapefile, DXF, Surpac strings."""
 SEPARATORS = ";\t,"
 """Separators of cells in order of priority. The first separator that occurs in the first line separates all cells, so
 a decimal comma does not separate cells in a file with semicolons or tabs."""
@@ -46,7 +46,10 @@ SPREADSHEETS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 
 
 class AxisColumn(NamedTuple):
-    """The column of a coordinate: its place in a row, from 0, and the length (m) of the unit that its header states."""
+    """The column of a coordinate in a table.
+
+    place : index of the column, from 0; unit : length (m) of the unit that its header states, 1 if it states none
+    """
 
     place: int
     unit: float = 1.0
@@ -111,7 +114,7 @@ def decimal_comma(text: str) -> str:
 
 
 def _some(path: Path, points: list[tuple[float, ...]]) -> FloatArray:
-    """Return points (N, 3) m as an array, after a check that there is at least one."""
+    """Return points as an array (N, 3) m; raise an InputError if there are none."""
     if not points:
         raise InputError(f"{path}: holds no point; each line must begin with x y z")
     return np.array(points)
@@ -277,7 +280,7 @@ def _positions(path: Path, content: Any) -> Iterator[Any]:
 
 
 def _position(path: Path, position: Any, up: Up, heights: bool) -> tuple[float, ...]:
-    """Return the coordinates (3,) m of a GeoJSON position after a check.
+    """Return the coordinates (3,) m of a GeoJSON position; raise an InputError if they are not finite numbers.
 
     If heights are optional, two horizontal coordinates are enough; the height is then 0.
     """

@@ -87,7 +87,7 @@ def geometries(path: Path, content: Any, wanted: tuple[str, ...]) -> Iterator[An
 
 
 def _polygons(path: Path, geometry: Any) -> list[Any]:
-    """Return the polygons of one GeoJSON Polygon or MultiPolygon, after a check that they are valid."""
+    """Return the polygons of one GeoJSON Polygon or MultiPolygon; raise an InputError if one is not valid."""
     try:
         read = shape(geometry)
     except (ValueError, TypeError, KeyError, IndexError, AttributeError, shapely.errors.ShapelyError) as fault:

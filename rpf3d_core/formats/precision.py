@@ -11,7 +11,7 @@ from rpf3d_core.formats.surface import FileMesh
 from rpf3d_core.terrain.frame import FloatArray
 
 LEAST_LOSS = 0.01
-"""A loss is reported if it moves vertices by more than this share (-) of the median edge (facets turn by 0.6 deg)."""
+"""Error of a vertex, as a share (-) of the median edge, above which it is reported; it turns a facet by 0.6 degrees."""
 MOST_FACETS = 100_000
 """Largest number of facets that are used to compute the median edge."""
 
@@ -41,7 +41,7 @@ def _steps(surface: FileMesh) -> FloatArray:
 
 
 def _was_single(column: FloatArray, step: float) -> bool:
-    """True if numbers (N,) in double precision were rounded to single precision earlier, for example by an export.
+    """Return True if numbers (N,) in double precision were rounded to single precision earlier, such as by an export.
 
     Two conditions must hold. Every number is also a number of single precision. And at least one number is not a
     multiple of 2 * step: else the numbers lie on a grid that is coarser than single precision, and nothing was lost.

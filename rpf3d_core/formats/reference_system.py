@@ -50,12 +50,12 @@ def why_unusable(name: str) -> str | None:
 
 
 def are_same(name: str, other: str) -> bool:
-    """True if two names, both known, mean the same coordinate reference system."""
+    """Return True if two names, both known, mean the same coordinate reference system."""
     return bool(_named(name) == _named(other))
 
 
 def is_in_degrees(name: str) -> bool:
-    """True if a coordinate reference system is known and in degrees, such as WGS84 (EPSG:4326)."""
+    """Return True if a coordinate reference system is known and in degrees, such as WGS84 (EPSG:4326)."""
     from rasterio.errors import CRSError
 
     try:

@@ -28,7 +28,7 @@ _FACET_LINES = (("facet normal", 3), ("outer loop", 0), _VERTEX, _VERTEX, _VERTE
 
 
 def is_ascii_stl(path: Path) -> bool:
-    """True if the file starts like an ASCII STL: `solid`, then text. A binary STL may also begin with `solid`."""
+    """Return True if a file starts like an ASCII STL: `solid`, then text. A binary STL may also begin with `solid`."""
     with path.open("rb") as file:
         head = file.read(HEADER)
     return head.lstrip().startswith(b"solid") and b"\0" not in head
@@ -123,7 +123,7 @@ def _fault_in(lines: Iterator[tuple[int, list[str]]]) -> str | None:
 
 
 def _fits(words: list[str], keyword: str, numbers: int) -> bool:
-    """True if a line of an ASCII STL consists of a keyword and the given number of numbers."""
+    """Return True if a line of an ASCII STL consists of a keyword and the given number of numbers."""
     keys = keyword.split()
     values = words[len(keys) :]
     return words[: len(keys)] == keys and len(values) == numbers and all(_is_number(word) for word in values)

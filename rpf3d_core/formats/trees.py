@@ -11,7 +11,7 @@ from rpf3d_core.formats.words import either
 from rpf3d_core.terrain.frame import Up
 
 UNIT = re.compile(r"(_m|\s*\(m\)|\s*\[m\])$")
-"""Unit at the end of the name of a column; coordinates and heights of trees are in m."""
+"""Pattern of the unit at the end of a column's name; coordinates and heights of trees are in m."""
 KINDS = ("conifer", "broadleaved", "silver_fir")
 NAMES = {
     "dbh": ("dbh_cm", "dbh", "diameter_cm"),

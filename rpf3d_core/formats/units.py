@@ -1,4 +1,4 @@
-"""Units of length of terrain files, by the key that a scene uses for a file's unit; units in the headers of tables."""
+"""Define the units of length that a scene may state for a file, and find the units in the headers of tables."""
 
 import re
 import unicodedata
@@ -35,7 +35,7 @@ _SUFFIX = re.compile(r"(^|_|,\s*|\s)([a-z]+3?)$")
 _MEGAGRAM = re.compile(r"(?<![A-Za-z])Mg(?![A-Za-z])")
 """The symbol of a megagram (a tonne); in small letters, it would be the symbol of a milligram."""
 _NO_WORD = ("l", "g", "t", "m", "in")
-"""Units that are not read after a blank, because they may be other words."""
+"""Units that are not recognised after a blank, because they may be other words, such as "in"."""
 _TONS = ("ton", "tons")
 """Words that are always uncertain: a ton is read as 1,000 kg, but may also be 907 or 1,016 kg."""
 _SYMBOLS = (("length", "l"), ("mass", "m"), ("thickness", "t"))

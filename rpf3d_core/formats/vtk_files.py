@@ -128,7 +128,10 @@ def _surface(path: Path, data: vtkPolyData) -> FileMesh:
 
 
 def _refuse_damaged_cells(path: Path, cells: Any, points: int) -> None:
-    """Refuse damaged cells, which would make VTK read outside its arrays and crash."""
+    """Raise a TerrainError for damaged cells, which would make VTK read outside its arrays and crash.
+
+    cells : a vtkCellArray; points : number of points to which the cells may refer
+    """
     if cells.GetNumberOfCells() == 0:
         return
     corners, offsets = vtk_to_numpy(cells.GetConnectivityArray()), vtk_to_numpy(cells.GetOffsetsArray())

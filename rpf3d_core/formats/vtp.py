@@ -101,7 +101,7 @@ def _narrow_array(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _header(data: PolyData, arrays: Sequence[Array], offsets: Sequence[int]) -> bytes:
-    """Return the XML header of a .vtp file; offsets : begin of each array in the appended data (bytes)."""
+    """Return the XML header of a .vtp file; offsets : bytes from the start of the appended data to each array."""
     following = zip(arrays, offsets, strict=True)
     cells = f'NumberOfVerts="0" NumberOfStrips="0" NumberOf{data.kind}="{len(data.ends)}"'
     other = "Lines" if data.kind == "Polys" else "Polys"

@@ -83,7 +83,7 @@ class _Composer(yaml.BaseLoader):
 
 
 class _Reading:
-    """The state while the content of a YAML file is converted into plain values.
+    """Converts the nodes of a YAML file into plain values, and counts the values that aliases repeat.
 
     alias : the alias that is being copied; the outermost one if aliases are nested; None outside aliases
     repeated : number of values that aliases have repeated so far

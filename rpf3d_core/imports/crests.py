@@ -19,19 +19,19 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.height_image import HeightImage, height_image, heights_at
 
 SHORTEST, LONGEST = 10.0, 300.0
-"""Smallest length (m) of a crest, and largest length, above which a crest is cut."""
+"""Smallest and largest length (m) of a crest; a longer crest is cut into several."""
 SPACING = 3.0
 """Distance (m) between the points of a crest."""
 OVER = 0.2
 """Distance (m) in plan of a crest in front of the brow, so that rocks fall and do not stop behind the brow."""
 SEARCHED = 3.0
-"""The brow is searched within this distance (m) in front of and behind the border of a face."""
+"""Largest distance (m) of the brow in front of or behind the border of a face."""
 STRAY = 1.0
-"""A brow farther than this (m) from the median of five neighbours is taken as noise of the survey."""
+"""Largest distance (m) of a point of the brow from the median of five neighbours; beyond it, the point is noise."""
 BEHIND = 5
-"""Number of steps FINE behind the brow where there must be ground, because the edge of the survey is not a crest."""
+"""Number of steps FINE from the brow back to a place that must have ground: the edge of a survey is not a crest."""
 HIGHEST = 40.0
-"""The foot of the face below a crest is searched within this distance (m) in plan."""
+"""Largest distance (m) in plan from the border of a face at which the foot of the face is searched."""
 FINE, PIXEL = 0.1, 0.2
 """Step (m) of the search for brow and foot, and side (m) of the pixels of the image in which they are searched."""
 COARSE = 1.0
@@ -46,13 +46,13 @@ Sources
 Jaboyedoff & Labiouse 2011, Nat. Hazards Earth Syst. Sci. 11, 819: energy lines of rockfalls have 27 to 37 degrees.
 """
 LONG = 50.0
-"""Length (m) from which a crest may be the first, because a short one may be a gap of a road or noise of the survey."""
+"""Smallest length (m) of the first crest; a shorter crest may be a gap of a road or noise of the survey."""
 STOPPING = 1.0
-"""Ground that rises this (m) above the line from a crest stops rocks, such as a wide road below a cut."""
+"""Height (m) of ground above the line of ENERGY_LINE from which the ground stops rocks, such as a wide road."""
 LOW = 0.1
 """Percentile (%) of the heights of the vertices that counts as the lowest ground, because of spikes of the survey."""
 RAYS, STEPS = 12, 250
-"""Number of places along a crest where its fall is searched, and number of points of the ground in front of each."""
+"""Number of places along a crest from which its fall is computed, and number of ground points in front of each."""
 
 
 class Crest(NamedTuple):
@@ -69,7 +69,10 @@ class Crest(NamedTuple):
 
 
 def crests_of(terrain: Terrain) -> list[Crest]:
-    """Return at most MOST_CRESTS crests of a terrain: first the one with the longest fall, then the largest ones."""
+    """Return the crests of a terrain in the order of `listed`: the crest with the longest fall, then the largest.
+
+    Faces are searched in a coarse image; the lines of the first MOST_CRESTS crests are searched again in a fine image.
+    """
     image = height_image(terrain, terrain.vertices[:, :2], 2.0 * COARSE, COARSE)
     lowest = float(np.percentile(terrain.vertices[:, 2], LOW, method="lower"))
     lines = [part for line in upper_borders(image, SHORTEST) for part in _stretches(line)]
@@ -84,9 +87,9 @@ def crests_of(terrain: Terrain) -> list[Crest]:
 
 
 def listed(crests: Sequence[Crest], most: int) -> list[Crest]:
-    """Return at most `most` >= 2 of the crests: first the one with the longest fall, then the largest ones.
+    """Return at most `most` >= 2 of the crests: the crest with the longest fall, then the largest.
 
-    The highest crest is always one of them.
+    The highest crest is always included.
     """
     return [crests[i] for i in _in_order(crests, most)]
 
@@ -109,7 +112,7 @@ def _in_order(crests: Sequence[Crest], most: int) -> list[int]:
 
 
 def _size(crest: Crest) -> float:
-    """Return the area (m2) of the face below a crest, seen from the front, by which crests are ranked."""
+    """Return the area (m2) of the face below a crest, seen from the front; crests are sorted by this area."""
     return crest.length * crest.height
 
 
@@ -176,7 +179,7 @@ def _outwards(line: FloatArray) -> FloatArray:
 
 
 def _in_line(brow: FloatArray) -> FloatArray:
-    """Return the distances (N,) m from points of a line to the brow, without noise.
+    """Return the distances (N,) m from points of a line to the brow, after removal of noise.
 
     A distance counts as noise if it differs by more than STRAY from the median of five neighbours, which replaces it.
     """

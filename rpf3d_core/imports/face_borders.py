@@ -32,7 +32,10 @@ HEADING = 4.0
 
 
 class _Grid(NamedTuple):
-    """Heights (H, W) m at the centres of pixels, NaN without ground; x : (W,) m; y : (H,) m."""
+    """Heights at the centres of the pixels of an image.
+
+    heights : (H, W) m, NaN without ground; x, y : (W,), (H,) m, plan coordinates of columns and rows, local frame
+    """
 
     heights: FloatArray
     x: FloatArray
@@ -163,7 +166,7 @@ def _neighbours(parts: list[FloatArray], heights: list[FloatArray]) -> Iterator[
 
 
 def _continues(part: FloatArray, other: FloatArray) -> bool:
-    """True if the part `other`, and the gap before it, run in about the direction in which `part` ends.
+    """Return True if the part `other`, and the gap before it, run in about the direction in which `part` ends.
 
     part, other : (N, 2) m, parts of borders
     """

@@ -82,7 +82,7 @@ def _grid_name(path: Path) -> str:
 
 
 def require(folder: Path, found: Mapping[str, Path], names: Sequence[str], program: str) -> None:
-    """Check that a folder has all grids that the import needs.
+    """Raise an error if a folder lacks a grid that the import needs.
 
     found : grids in the folder; names : needed grids; program : name of the other program, for the message
 

@@ -18,11 +18,11 @@ from rpf3d_core.terrain.frame import FloatArray
 
 SCENE, ZONES, SOURCES = "scene.yaml", "zones", "sources"
 COMPANIONS = (".prj",)
-"""Extensions of files next to the elevation grid that belong to it and are copied, such as its reference system."""
+"""Extensions of the companion files of the elevation grid that are copied with it: its reference system."""
 
 
 class Imported(NamedTuple):
-    """The report of an import: the path of the new scene, and sentences on which input the scene includes.
+    """The report of an import.
 
     scene : path of the scene file; taken : sentences on imported input; left : sentences on input that is not imported
     """

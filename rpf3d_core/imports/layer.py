@@ -52,7 +52,7 @@ def import_layer(
 
 
 def _read(path: Path, kind: Kind, layer: str) -> VectorLayer:
-    """Return the geometries of one kind in a file, and their reference system."""
+    """Return the geometries of one kind in a file or in one layer of it, and the reference system that it states."""
     if path.suffix.lower() in VECTOR_EXTENSIONS:
         return read_vector(path, kind, layer)
     if layer:

@@ -33,7 +33,7 @@ MOST_CRESTS = 8
 
 
 class FileChoice(NamedTuple):
-    """How to read a terrain file.
+    """The user's choices for reading a terrain file.
 
     up : axis that points up, "y" or "z"; unit : unit of the coordinates, a key of `units.LENGTHS`
     crs : name of the coordinate reference system, None for the system that the file states
@@ -154,7 +154,7 @@ def _sentences(found: NewScene) -> list[str]:
 
 
 def _on_crests(found: NewScene) -> list[str]:
-    """Return sentences on the crests of a new scene: which there are, and why one of them is the source."""
+    """Return sentences on the crests of a new scene: number and data of the crests, and why crest_1 is the source."""
     if found.misread:
         return ["no crest searched, because the unit or the axes look wrong: see the first note"]
     if not found.crests:

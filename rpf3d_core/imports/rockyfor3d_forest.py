@@ -76,7 +76,7 @@ def _means(grids: Grids, cells: Cells) -> ImportedForest:
 
 
 def has_forest() -> bool:
-    """True if this version of rpf3d has the effect `forest`, so that the import can use it."""
+    """Return True if this version of rpf3d has the effect `forest`, so that the import can use it."""
     return "forest" in EffectsSpec.model_fields
 
 

@@ -79,7 +79,10 @@ HEAD = (
 
 
 class Restitution(NamedTuple):
-    """The unit of the restitution grids. unit : its name; whole : the number that means a restitution of 1."""
+    """The unit of the restitution grids.
+
+    unit : name of the unit; whole : number in a grid that means a restitution of 1: 100 or 1
+    """
 
     unit: str
     whole: float

@@ -14,12 +14,12 @@ from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.materials.normal_quantile import normal_quantile
 
 FIXED, UNIFORM, NORMAL, LOGNORMAL, POWER_LAW, WEIBULL, TRIANGULAR = range(7)
-"""Kinds of distribution, as numbers that compiled code can compare."""
+"""The kinds of distributions (`Distribution.kind`), as numbers that compiled code can compare."""
 
 RAREST = 2.0**-54
-"""Number that replaces the uniform number 0 where 0 would give an infinite result: half the next uniform number."""
+"""Number that replaces the uniform number 0 where 0 would give an infinite result: half the smallest other number."""
 COMMONEST = 1.0 - 2.0**-53
-"""Largest float below 1: the largest probability for which a Weibull number is finite."""
+"""Largest float (-) below 1, and so the largest probability for which a Weibull number is finite."""
 LARGEST_EXPONENT = 700.0
 """Exponent above which a Weibull probability is 1 and its terms would overflow."""
 FEW = 5_000

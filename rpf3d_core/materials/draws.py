@@ -1,9 +1,10 @@
 """Ground properties that are drawn at random: for each rock, or for each impact of a rock.
 
-A draw is a function of seed, source, rock, zone, impact and coefficient. The draw is therefore the same on any engine,
-in any order, and whatever else is drawn. Between two impacts of a rock the ground of a zone stays the same. The last
-small bounces of a rock are computed as a sum: they all use one restitution, and the slide after them uses one friction
-angle; both are drawn for the next impact. Otherwise the result would depend on the number of facets of the mesh.
+A draw is a function of seed, source, rock, zone, impact and coefficient. The draw is therefore the same on any engine
+and in any order, and does not depend on other draws. Between two impacts of a rock the ground of a zone stays the same.
+The last small bounces of a rock are computed as a sum: they all use one restitution, and the slide after them uses one
+friction angle; both are drawn for the next impact. Otherwise the result would depend on the number of facets of the
+mesh.
 """
 
 import math
@@ -92,12 +93,12 @@ def as_drawn(surfaces: list[DrawnSurface]) -> DrawnMaterials:
 
 
 def are_fixed(surfaces: Sequence[Drawn]) -> bool:
-    """True if no coefficient of any zone is random."""
+    """Return True if no coefficient of any zone is random."""
     return all(draw.kind == FIXED for surface in surfaces for draw in surface.coefficients)
 
 
 def drawn_columns(surfaces: Sequence[Drawn]) -> dict[str, Any]:
-    """Return the arrays of `DrawnMaterials` by name, for lumped masses or for rocks with a shape."""
+    """Return the fields of `DrawnMaterials` or `DrawnBodyMaterials` by name, from the ground of Z zones."""
     draws = [surface.coefficients for surface in surfaces]
     return {
         "kind": np.array([[draw.kind for draw in row] for row in draws], dtype=np.int64),

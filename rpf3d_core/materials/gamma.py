@@ -11,7 +11,7 @@ ATTEMPTS = 60
 At most one attempt in twenty is rejected, so the chance that all 60 attempts are rejected is only 1e-78.
 """
 LEAST_SD = 1e-6
-"""Ratio (-) of standard deviation to mean, up to which every random number is the mean."""
+"""Largest ratio (-) of standard deviation to mean for which every random number is the mean itself."""
 
 
 def gamma_of(seed: int, purpose: Purpose, number: NDArray[np.int64], mean: float, sd: float) -> NDArray[np.float64]:

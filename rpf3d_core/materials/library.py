@@ -45,7 +45,7 @@ def materials_of(surfaces: list[Surface]) -> Materials:
 def surface_of(materials: object, zone: int, rock: RockContext) -> Surface:
     """Return the ground properties of a zone for a rock's next impact.
 
-    There is one rule for fixed materials, and one for each kind of drawn materials.
+    A rule computes the properties for each type of `materials`; they are fixed, or drawn at random for the rock.
     materials : `Materials`, `DrawnMaterials` or `DrawnBodyMaterials`; zone : number of the zone
     """
 

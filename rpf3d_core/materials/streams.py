@@ -139,6 +139,7 @@ def uniform(seed: int, source: ArrayLike, rock: ArrayLike, purpose: Purpose) -> 
 
     seed : 0 <= seed < 2^64; rock : (R,) number of each rock in its source, 0 to 2^32 - 1
     source : number of the source, 0 to 2^32 - 1, one for all rocks or (R,) one for each rock
+    purpose : what the numbers are for, which selects their stream
     """
     rocks = np.asarray(rock, dtype=np.uint64)
     if HAS_NUMBA and rocks.size >= MANY:

@@ -11,7 +11,7 @@ from rpf3d_core.scene.values import Count, Name, Number, StrictModel, no_two_ali
 MOST_UNKNOWNS = 12
 """Largest number of unknowns of a calibration: data of a slope determines far fewer."""
 VALUES = ("speeds", "heights", "energies")
-"""Keys of a gate with one value for each observed rock."""
+"""Keys of a gate whose value is a list with one number for each rock observed there."""
 
 if TYPE_CHECKING:
     Column = int | str
@@ -25,7 +25,7 @@ Measured = tuple[Annotated[Number, Field(ge=0)], ...]
 
 
 class GateSpec(StrictModel):
-    """Rocks observed where they passed a line across the slope: speeds, heights above the ground, energies."""
+    """Observations at a gate, a line across the slope: speeds, heights and energies of the rocks that passed it."""
 
     name: Name = Field(description="a name that no other gate has")
     at: Number = Field(
@@ -54,7 +54,7 @@ class GateSpec(StrictModel):
 
 
 class ShareSpec(StrictModel):
-    """How many of the observed rocks stopped in, or reached, an area of interest or a section."""
+    """The number of observed rocks that stopped in an area of interest or a section, or that reached it."""
 
     place: Name = Field(description="the name of an area of interest, or of a section of `observed`")
     stopped: Count | None = Field(
@@ -75,7 +75,7 @@ class ShareSpec(StrictModel):
 
 
 def _part_of(count: int | None, whole: int | None, key: str) -> None:
-    """Raise an error if a count of rocks is given without the number of observed rocks, or is above this number.
+    """Raise a PydanticCustomError if a count of rocks is above the number of observed rocks, or this number is None.
 
     count : the count, None if not given; whole : number of observed rocks, None if not given
     key : the key of the count in the scene, for the message
@@ -85,14 +85,14 @@ def _part_of(count: int | None, whole: int | None, key: str) -> None:
 
 
 def _few_enough(unknowns: Mapping[str, PriorSpec]) -> Mapping[str, PriorSpec]:
-    """Return the unknowns unchanged, after a check of their number."""
+    """Return the unknowns unchanged; raise a PydanticCustomError if there are more than MOST_UNKNOWNS."""
     if len(unknowns) > MOST_UNKNOWNS:
         raise refuse(f"has {len(unknowns)} unknowns; at most {MOST_UNKNOWNS} can be sampled")
     return unknowns
 
 
 class CalibrationSpec(StrictModel):
-    """What a calibration of the scene determines, and from which data; a run of the scene ignores it."""
+    """The settings of a calibration: the unknowns that it determines, and the observations. A run ignores them."""
 
     unknowns: Annotated[Mapping[str, PriorSpec], AfterValidator(_few_enough)] = Field(
         default_factory=dict, description="a mapping of key paths such as materials.*.friction to {min, max} or "

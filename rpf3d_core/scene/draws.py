@@ -21,11 +21,11 @@ from rpf3d_core.materials.distributions import (
 from rpf3d_core.scene.values import Number, StrictModel, refuse
 
 LEAST_SPAN = 1e-9
-"""Smallest probability between the bounds of a Weibull distribution; with less, drawn numbers lose precision."""
+"""Smallest share (-) of a Weibull distribution that its bounds may leave; with less, drawn numbers lose precision."""
 
 
 class Normal(StrictModel):
-    """A normal distribution, cut off at its bounds; the scene file contains {mean, sd, min, max} without a name."""
+    """A normal distribution, cut off at its bounds; a scene states it as {mean, sd, min, max}, without a name."""
 
     mean: Number = Field(description="a number from min to max, the mean before the cut")
     sd: Number = Field(ge=0, description="a number >= 0, the standard deviation before the cut")
@@ -54,7 +54,7 @@ class Normal(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The distribution in the form from which the flight loops draw."""
+        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
         return truncated_normal(self.mean, self.sd, self.min, self.max)
 
 
@@ -74,7 +74,7 @@ class LognormalSpec(Normal):
 
     @property
     def prepared(self) -> Distribution:
-        """The distribution in the form from which the flight loops draw."""
+        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
         return truncated_lognormal(self.mean, self.sd, self.min, self.max)
 
 
@@ -95,12 +95,12 @@ class PowerLawSpec(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The distribution in the form from which the flight loops draw."""
+        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
         return truncated_power_law(self.exponent, self.min, self.max)
 
 
 class Lognormal(StrictModel):
-    """A lognormal distribution, cut off at its bounds."""
+    """The form `{lognormal: {mean, sd, min, max}}` of a random number in a scene."""
 
     lognormal: LognormalSpec = Field(description="a mapping with mean, sd, min and max")
 
@@ -111,12 +111,12 @@ class Lognormal(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The distribution in the form from which the flight loops draw."""
+        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
         return self.lognormal.prepared
 
 
 class PowerLaw(StrictModel):
-    """A truncated power law."""
+    """The form `{power_law: {exponent, min, max}}` of a random number in a scene."""
 
     power_law: PowerLawSpec = Field(description="a mapping with exponent, min and max")
 
@@ -127,12 +127,12 @@ class PowerLaw(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The distribution in the form from which the flight loops draw."""
+        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
         return self.power_law.prepared
 
 
 class Uniform(StrictModel):
-    """A uniform distribution between two bounds."""
+    """The form `{uniform: [low, high]}` of a random number in a scene: all numbers in between are equally likely."""
 
     uniform: tuple[Number, Number] = Field(description="two numbers [low, high] with low < high")
 
@@ -150,12 +150,12 @@ class Uniform(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The distribution in the form from which the flight loops draw."""
+        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
         return uniform_between(*self.uniform)
 
 
 class WeibullSpec(StrictModel):
-    """A Weibull distribution, 1 - exp(-(x/scale)^shape) below x, cut off at its bounds."""
+    """A Weibull distribution, cut off at its bounds; uncut, the share 1 - exp(-(x/scale)^shape) lies below x."""
 
     shape: Number = Field(gt=0, description="a number above 0 (-), k in 1 - exp(-(x/scale)^k)")
     scale: Number = Field(gt=0, description="a number above 0, below which 63 % of the numbers are before the cut")
@@ -172,12 +172,12 @@ class WeibullSpec(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The distribution in the form from which the flight loops draw."""
+        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
         return truncated_weibull(self.shape, self.scale, self.min, self.max)
 
 
 class Weibull(StrictModel):
-    """A Weibull distribution, cut off at its bounds."""
+    """The form `{weibull: {shape, scale, min, max}}` of a random number in a scene."""
 
     weibull: WeibullSpec = Field(description="a mapping with shape, scale, min and max")
 
@@ -188,7 +188,7 @@ class Weibull(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The distribution in the form from which the flight loops draw."""
+        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
         return self.weibull.prepared
 
 
@@ -208,7 +208,7 @@ class TriangularSpec(StrictModel):
 
 
 class Triangular(StrictModel):
-    """A triangular distribution."""
+    """The form `{triangular: {min, mode, max}}` of a random number in a scene."""
 
     triangular: TriangularSpec = Field(description="a mapping with min, mode and max")
 
@@ -219,7 +219,7 @@ class Triangular(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """The distribution in the form from which the flight loops draw."""
+        """The same distribution as a `Distribution`, from which the flight loops draw numbers."""
         return triangular_between(self.triangular.min, self.triangular.mode, self.triangular.max)
 
 
@@ -229,21 +229,21 @@ KINDS: dict[str, type[StrictModel]] = {
     "[normal]": Normal, "[lognormal]": Lognormal, "[power_law]": PowerLaw, "[uniform]": Uniform, "[weibull]": Weibull,
     "[triangular]": Triangular,
 }  # fmt: skip
-"""The distributions that a scene may use, by the mark that pydantic adds to the key path of each."""
+"""The forms of random numbers in a scene, by the mark that pydantic adds to key paths in its errors."""
 NUMBER = "[number]"
 MEASURED = "[measured]"
 MARKS = (*KINDS, MEASURED, NUMBER)
 
 
 def distribution_of(value: float | Draw) -> Distribution:
-    """Return the distribution for a value of a scene (number or distribution), from which the flight loops draw."""
+    """Return the distribution from which the flight loops draw, for a number or a random number of a scene."""
     return fixed(float(value)) if isinstance(value, int | float) else value.prepared
 
 
 def drawn(unit: str, further: Mapping[str, type[StrictModel]] = MappingProxyType({}), **limits: float) -> Any:
     """Return the type of a scene field that takes a number or a distribution within limits (ge, gt, le, lt).
 
-    A mark is the name in brackets by which pydantic selects the type of a value, such as `[uniform]`.
+    A mark is the name in brackets with which pydantic selects the type of a value, such as `[uniform]`.
     further : types that the field takes besides KINDS, by mark, which check their limits themselves
     unit : unit of the numbers, for messages
     """
@@ -266,7 +266,11 @@ def _kind_of(kinds: Mapping[str, type[StrictModel]], value: Any) -> str:
 
 
 def _within(limits: Mapping[str, float], unit: str, value: Any) -> Any:
-    """Return the value unchanged, after a check that a distribution cannot give a number outside the limits."""
+    """Return the value unchanged; raise a PydanticCustomError for a distribution that may give a number out of limits.
+
+    Only distributions are checked here: pydantic checks plain numbers, and further types check themselves.
+    limits : limits by pydantic's names ge, gt, le, lt; unit : unit of the numbers, for the message
+    """
     if not isinstance(value, Draw):
         return value
     low, high = (value.min, value.max) if isinstance(value, Normal) else value.bounds
@@ -280,11 +284,11 @@ def _within(limits: Mapping[str, float], unit: str, value: Any) -> Any:
 
 
 WORDS = {"ge": "at least", "gt": "above", "le": "at most", "lt": "below"}
-"""Words for the limits of a number, for messages."""
+"""Words for the limits of a number in messages, by pydantic's names of the limits."""
 
 
 def rising(low: float, high: float) -> None:
-    """Raise an error unless the lower bound of a distribution is below its upper bound."""
+    """Raise a PydanticCustomError for the key `min` unless the lower bound of a distribution is below the upper one."""
     if low >= high:
         raise refuse(f"is {low:g}, but must be a number below max {high:g}", "min")
 

@@ -1,7 +1,7 @@
 """Describe the errors of a scene file as sentences: line, key, wrong value and valid values.
 
-The errors are found by pydantic. For other kinds of files, `root` is the pydantic model that checks the file. Without
-`root`, the file is a scene.
+Pydantic finds the errors. In all functions, `root` is the pydantic model that checks the file; with None, the file is
+a scene.
 """
 
 import difflib
@@ -36,9 +36,9 @@ They stand for the key of a mapping, or for the chosen type of a union.
 """
 
 PLACES = {"[x, y, z]": "three numbers [x, y, z] (m)", "[x, y]": "two numbers [x, y] (m)"}
-"""The valid form of a list item for messages, by the shape (such as `[x, y]`) in the description of the list."""
+"""The valid form of one item of a list in words, by the shape (such as `[x, y]`) in the description of the list."""
 ELSEWHERE = {"berm": "terrain.berms", "berms": "terrain.berms"}
-"""Where keys belong that users write below `effects` by mistake: the key path in the scene, by the wrong key."""
+"""The right key path in the scene for keys that users write below `effects` by mistake, by the wrong key."""
 
 SECTIONS: dict[str, type[BaseModel]] = {
     "materials.ZONE": Material, "rock": RockSpec, "terrain": TerrainSpec, "sources[0]": SourceSpec,
@@ -157,7 +157,7 @@ def _nearest(path: KeyPath, root: Root) -> str | None:
 def nearest_key(word: str, known: Sequence[str]) -> str | None:
     """Return the known key that a wrong key probably means; None if no known key is near.
 
-    Three keys are tried in turn: a key of nearly the same spelling, a key of the same meaning, a key that is similar.
+    The order of preference is: a key of nearly the same spelling, a key of the same meaning, a key of similar spelling.
     """
     misspelt = difflib.get_close_matches(word, known, n=1, cutoff=MISSPELT)
     similar = difflib.get_close_matches(word, known, n=1)
@@ -166,9 +166,9 @@ def nearest_key(word: str, known: Sequence[str]) -> str | None:
 
 
 def _section_of(path: KeyPath) -> str | None:
-    """Return where in a scene an unknown key of the top level belongs, such as `rock.mass`; None if nowhere.
+    """Return the key path to which an unknown key of the top level belongs, such as `rock.mass`; None if unknown.
 
-    The result is also None for a key that is not at the top level.
+    For a key that is not at the top level, the result is None.
     """
     word = str(path[-1])
     for section, model in SECTIONS.items():

@@ -25,7 +25,10 @@ def digest_of_file(path: Path) -> str:
 
 
 def _files(key: str, value: Any) -> Iterator[tuple[str, Path]]:
-    """Yield the files in a value of a scene; key : key path of the value, "" for the whole scene."""
+    """Yield key path and file of each file in a value of a scene, as `files_of`.
+
+    key : key path of the value, "" for the whole scene
+    """
     if isinstance(value, Path):
         yield key, value
         if (other := companion_of(value)) is not None:

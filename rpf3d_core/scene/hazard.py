@@ -32,7 +32,10 @@ def _ascending(levels: tuple[float, ...]) -> tuple[float, ...]:
 
 
 def _table(rows: Any) -> Any:
-    """Return the table of class names of a matrix unchanged, after a check that it is a list of lists of names."""
+    """Return the table of class names of a matrix unchanged.
+
+    Raise a PydanticCustomError unless the table is a list of lists whose items are names or None.
+    """
     if not isinstance(rows, list | tuple) or not all(isinstance(row, list | tuple) for row in rows):
         raise refuse("must be a table of class names: one list of names per energy band, lowest first")
     for number, row in enumerate(rows, start=1):
@@ -126,5 +129,5 @@ def matrix_of(spec: HazardSpec) -> Matrix | None:
 
 
 def asks_ways(spec: HazardSpec) -> bool:
-    """True if the hazard maps of a scene need passages per metre, so that path lengths must be counted."""
+    """Return True if the hazard maps of a scene need passages per metre, so that path lengths must be counted."""
     return spec.passage_per_metre or (spec.matrix is not None and spec.matrix.object_width is not None)

@@ -53,11 +53,11 @@ def with_values(scene: Scene, values: Mapping[str, Any]) -> Scene:
 
 
 def _without_entries(scene: Scene, changes: Mapping[str, Any]) -> Scene:
-    """Return the scene without the values of library entries that a change of `library` replaces by another entry.
+    """Return the scene; each material to which the changes give another library entry loses its old coefficients.
 
-    The values of an entry are coefficients and priors of a material. A prior stays if the new entry has a range for the
-    same coefficient; the new range replaces the prior later. So the priors keep their order, and the order is that of
-    a scene file with the new entry.
+    The material loses the numbers and priors that it took from the old entry. A prior stays if the new entry has a
+    range for the same coefficient; the new range replaces the prior later. So the priors keep the order that a scene
+    file with the new entry would give them.
     changes : tree of changes, as in `_put`
     """
     of_materials = changes.get("materials", {})
@@ -239,11 +239,11 @@ def _merged(part: Any, changes: Any) -> Any:
 def _given(part: BaseModel) -> list[str]:
     """Return the fields of a section that the scene file states; all other fields have their defaults.
 
-    Of a material for bodies, the coefficients of points are left out: `read_scene` fills them in.
+    For a material of bodies, the coefficients of points are left out, because the check of a material fills them in.
     """
     names = [name for name in type(part).model_fields if name in part.model_fields_set]
     if isinstance(part, Material) and part.is_of_a_body:
-        return [name for name in names if name not in POINT_KEYS]  # read_scene fills these keys in
+        return [name for name in names if name not in POINT_KEYS]
     return names
 
 
@@ -253,7 +253,7 @@ def _alias(part: BaseModel, name: str) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Return a part of a scene without objects, to quote wrong values in messages."""
+    """Return a part of a scene as nested mappings and tuples without objects, so that messages can quote its values."""
     if isinstance(value, StrictModel):
         return value.model_dump(by_alias=True)
     if isinstance(value, Mapping):
@@ -273,7 +273,7 @@ def given_keys(section: BaseModel, above: Steps = ()) -> Iterator[str]:
 
 
 def _given_below(value: Any, above: Steps) -> Iterator[str]:
-    """Yield the key paths of the stated values below a value of a scene."""
+    """Yield the key paths of the stated values below a value of a scene; above : the keys that lead to the value."""
     if isinstance(value, BaseModel):
         yield from given_keys(value, above)
     elif isinstance(value, Mapping | list | tuple):

@@ -1,4 +1,4 @@
-"""Words that users write for the keys of a scene, by meaning rather than by letters, for "did you mean"."""
+"""Find the key of a scene that a user meant by another word, such as `weight` for `mass`, for "did you mean"."""
 
 from collections.abc import Sequence
 

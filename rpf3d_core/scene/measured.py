@@ -52,7 +52,7 @@ class MeasuredList(StrictModel):
         return {key: value for key, value in plain(self).items() if key != "column" or value is not None}
 
     def sizes(self, measure: str) -> Measured:
-        """Return the sizes (m, kg or m3) in the form from which they are drawn; measure : as in `check_sizes`.
+        """Return the sizes (m, kg or m3) in ascending order, to draw from; measure : `diameter`, `mass` or `volume`.
 
         Raises
         ------
@@ -145,7 +145,10 @@ else:
 
 
 def check_sizes(spec: StrictModel, measures: Sequence[str]) -> None:
-    """Refuse measured sizes of a section that are not above 0 or of another quantity; measures : keys of sizes."""
+    """Refuse measured sizes of a section that are not above 0, or that are of another quantity than their key states.
+
+    spec : the section; measures : the keys of sizes that it may have, such as `mass`
+    """
     for measure in measures:
         size = getattr(spec, measure)
         if isinstance(size, MeasuredList):
@@ -153,8 +156,8 @@ def check_sizes(spec: StrictModel, measures: Sequence[str]) -> None:
 
 
 def sizes_from(value: float | Draw | MeasuredList, measure: str) -> Distribution | Measured:
-    """Return the distribution, or the measured sizes, from which sizes are drawn.
+    """Return the distribution, or the measured sizes (m, kg or m3), from which sizes of rocks are drawn.
 
-    value : of the scene; measure : its key, such as `mass`
+    value : number, distribution or measured sizes in the scene; measure : the key of the value, such as `mass`
     """
     return value.sizes(measure) if isinstance(value, MeasuredList) else distribution_of(value)

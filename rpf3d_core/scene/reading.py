@@ -72,7 +72,7 @@ def _checked(path: Path, document: Document) -> Scene:
 
 
 def check_unknowns(scene: Scene) -> None:
-    """Refuse priors whose key paths lead nowhere, or whose ends are no valid values of the scene.
+    """Refuse priors whose key path leads to no value of the scene, or whose `min` or `max` is not a valid value there.
 
     Raises
     ------
@@ -152,8 +152,8 @@ def _a_rock_a_point(source: SourceSpec, scene: Scene) -> SourceSpec:
 def scene_digest(scene: Scene) -> str:
     """Return a digest (SHA-256, 64 hex digits) of everything in a scene that affects the result.
 
-    The digest covers all keys, defaults included, except `path` and `data_hint`. Of a file, the digest covers the
-    content, not the name or folder. Equal digests therefore mean equal results with the same version of rpf3d.
+    The digest covers all keys, defaults included, except `path`, `data_hint` and `calibration`. For a file, it covers
+    the content, not the name or folder. Equal digests therefore mean equal results with the same version of rpf3d.
     """
     content = _without_optional(scene.model_dump(exclude={"path", "data_hint"}), scene.rock.is_body)
     content["terrain"] = _given({**content["terrain"], "files": _files(scene)}, ("benches", "split"))

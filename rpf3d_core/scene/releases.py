@@ -43,7 +43,7 @@ PLACES = ("points", "points_file", "line", "crest", "polygon", "zone")
 
 
 def _no_line(value: Any) -> Any:
-    """Return the value of `crest` unchanged, after a check that it is not a line: points or a file belong to `line`."""
+    """Return the value of `crest`; raise a PydanticCustomError for points or a file, which belong to the key `line`."""
     if isinstance(value, list | tuple | str):
         raise refuse("is a line, but must be the number of a face of `terrain.benches`; did you mean `line`?")
     return value
@@ -92,7 +92,7 @@ class RockSpec(StrictModel):
 
     @property
     def has_own_size(self) -> bool:
-        """True if the rocks have the size of their box or file."""
+        """True if the box or the files of the shape determine the size of the rocks, because no size key is given."""
         return self.is_body and all(getattr(self, name) is None for name in SIZES)
 
 
@@ -203,7 +203,7 @@ class SourceSpec(StrictModel):
 
 
 def check_crests(sources: Sequence[SourceSpec], benches: Benches | None) -> None:
-    """Raise an error if a source falls from the edge of a face that the terrain of the scene does not have."""
+    """Raise a PydanticCustomError if a source names a face (`crest`) that the terrain of the scene does not have."""
     for i, source in enumerate(sources):
         if source.crest is None:
             continue

@@ -19,7 +19,10 @@ PRIOR = "prior"
 ROOTS = ("materials", "rebound", "ground", "contact", "effects", "stop_speed")
 """Keys of a scene below which a value may be an unknown."""
 FEWEST_SETS, MOST_SETS = 40, 4096
-"""Smallest and largest number of parameter sets: the range of 39 or more sets contains a 95 % interval."""
+"""Smallest and largest number of parameter sets of a run.
+
+From 39 sets on, the range of the sets contains a 95 % interval.
+"""
 FORMS = "{min, max} or {mean, sd, min, max}"
 
 
@@ -59,7 +62,7 @@ class PriorSpec(StrictModel):
 
 
 class UnknownsSpec(StrictModel):
-    """The unknowns of a run: its rocks are shared out among parameter sets, whose results differ."""
+    """The unknowns of a run, and the number of parameter sets among which the rocks of the run are divided."""
 
     sets: Count = Field(
         64, ge=FEWEST_SETS, le=MOST_SETS, description=f"a whole number from {FEWEST_SETS} to {MOST_SETS}, the "
@@ -115,7 +118,7 @@ def with_priors_apart(values: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _priors_in(value: Any, path: tuple[str, ...]) -> Iterator[tuple[str, PriorSpec]]:
-    """Yield the key path and the prior of each `{prior: ...}` below a value of a scene."""
+    """Yield the key path and the prior of each `{prior: ...}` in a value of a scene; path : keys that lead to it."""
     if not isinstance(value, Mapping):
         return
     if PRIOR in value:
@@ -127,7 +130,10 @@ def _priors_in(value: Any, path: tuple[str, ...]) -> Iterator[tuple[str, PriorSp
 
 
 def _prior(value: Mapping[str, Any], path: tuple[str, ...]) -> PriorSpec:
-    """Return the prior of a value `{prior: ...}`, after its checks."""
+    """Return the prior of a value `{prior: ...}`; raise a PydanticCustomError if it is wrong.
+
+    path : the keys that lead to the value, for the error
+    """
     if set(value) != {PRIOR}:
         other = next(key for key in value if key != PRIOR)
         raise refuse("cannot stand next to `prior`; a value is unknown, or varies, or its mean is unknown: "

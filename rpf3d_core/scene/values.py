@@ -44,7 +44,7 @@ def existing_file(value: Any, info: ValidationInfo) -> Path:
 
 
 def exactly_one(part: BaseModel, *names: str) -> None:
-    """Raise an error unless exactly one of the named keys is given in a section of the scene."""
+    """Raise a PydanticCustomError unless exactly one of the named keys of a section is given (not None)."""
     given = [name for name in names if getattr(part, name) is not None]
     if len(given) != 1:
         has = " and ".join(given) if given else "none of them"
@@ -52,7 +52,7 @@ def exactly_one(part: BaseModel, *names: str) -> None:
 
 
 def no_two_alike(parts: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return the items of a list unchanged, after a check that all have different names."""
+    """Return the items of a list unchanged; raise a PydanticCustomError if two items have the same name."""
     first: dict[str, int] = {}
     for i, part in enumerate(parts):
         if first.setdefault(part.name, i) != i:
@@ -64,7 +64,7 @@ def no_two_alike(parts: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 def _enclosing(corners: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
-    """Return the corners (N, 2) of an outline unchanged, after a check that they are a polygon with an area."""
+    """Return the corners (N, 2) m of an outline unchanged; raise a PydanticCustomError if they are no polygon."""
     try:
         polygon_of(corners)
     except InputError as fault:

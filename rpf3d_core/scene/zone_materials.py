@@ -11,7 +11,7 @@ from rpf3d_core.scene.material import POINT_KEYS, Material
 from rpf3d_core.scene.model import Scene
 
 BEGIN = re.compile(r"([^\W\d_]+)_?")
-"""First word of the name of a zone, in letters, and the underscore that follows it."""
+"""Pattern of the first word of the name of a zone (letters only), with the underscore that follows it."""
 MOST_NAMED = 12
 """Largest number of zones that a message lists, because a pit has dozens of zones."""
 
@@ -58,7 +58,7 @@ def _whole(scene: Scene, zone: str) -> str:
 
 
 def without_friction(scene: Scene, zones: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the materials that use the default friction angle; () if no model needs the angle.
+    """Return the names of the materials that have no friction angle of their own; () if no model needs the angle.
 
     zones : names of the zones of the terrain; materials that no zone uses are left out
 

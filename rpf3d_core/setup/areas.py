@@ -25,7 +25,7 @@ REACHED_BY = (
 def read_areas(scene: Scene) -> dict[str, MultiPolygon]:
     """Return the polygons of each area of interest, by name, in plan coordinates of the input.
 
-    Errors are as in `read_polygons`. Overlapping polygons of one area are united, so the overlap lies inside the area.
+    Overlapping polygons of one area are united, so the overlap lies inside the area. Errors are as in `read_polygons`.
     """
     areas = {}
     for number, area in enumerate(scene.areas_of_interest):
@@ -56,8 +56,8 @@ def area_outlines(
 ) -> dict[str, list[FloatArray]]:  # fmt: skip
     """Return the outlines (N, 2) m of each area of interest, in the local frame.
 
-    areas : polygons from `read_areas`; refused if no part of an area lies on the terrain
-    coordinates : in which coordinates the areas must be, for messages
+    areas : polygons from `read_areas`
+    coordinates : the coordinates that areas must have, in words, for the message
 
     Raises
     ------

@@ -11,11 +11,11 @@ from rpf3d_core.terrain.plan_view import Window, seen_from_above
 from rpf3d_core.terrain.zones import covered, in_plan
 
 PIXELS = 500
-"""Number of pixels along the longer side of the polygons' box; enough for an error of about 1 % of a share."""
+"""Number of pixels along the longer side of the polygons' box; enough to measure a share to within about 1 %."""
 
 
 def lies_off(terrain: Terrain, polygons: MultiPolygon) -> bool:
-    """True if no part of the polygons lies on the terrain; polygons : in plan coordinates of the input."""
+    """Return True if no part of the polygons lies on the terrain; polygons : in plan coordinates of the input."""
     plan = in_plan(terrain.frame, terrain.vertices)
     low_x, low_y, high_x, high_y = polygons.bounds
     near = plan[(plan[:, 0] >= low_x) & (plan[:, 0] <= high_x) & (plan[:, 1] >= low_y) & (plan[:, 1] <= high_y)]

@@ -27,7 +27,7 @@ NOT_STATED = "CRS not stated"
 
 
 class Extent(NamedTuple):
-    """Where one input of a scene lies, in the input's own axes.
+    """The extent of one input of a scene, in the input's own axes.
 
     name : of the input, such as "source west"; low, high : (3,) m, NaN along an axis without coordinates
     file : the file of the input; None if the scene has the coordinates

@@ -16,15 +16,15 @@ from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.terrain.frame import FloatArray, Frame, Up
 
 MOST_DIFFERENT = 2.0
-"""Median difference (m) between heights in a file and the ground, in addition to `above_ground`, that is suspicious."""
+"""Largest median height (m) of points above or below the ground, in addition to `above_ground`, without a warning."""
 MOST_POINTS = 200
 """Approximate number of points of a source that are compared."""
 AROUND = ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
-"""Places (m) around a point at which the ground is searched: a point at a crest may lie a little beyond the crest."""
+"""Shifts in plan (m) from a point to the places where ground is searched: it may lie a little beyond its crest."""
 
 
 def height_warnings(scene: Scene, engine: Engine, frame: Frame) -> Iterator[str]:
-    """Yield a warning for each source file whose heights differ from the ground, and are not used.
+    """Yield a warning for each file of a source whose heights, which are not used, lie far above or below the ground.
 
     frame : frame of the terrain, in whose local coordinates the engine searches
     """
@@ -50,7 +50,7 @@ def height_warnings(scene: Scene, engine: Engine, frame: Frame) -> Iterator[str]
 def _points_with_heights(spec: SourceSpec, up: Up) -> FloatArray:
     """Return the points (P, 3) m in the file of a source that have heights; (0, 3) if the file has no heights.
 
-    Heights that are all 0 are no heights. Heights of lines are known only if z points up.
+    Heights that are all 0 count as no heights. Lines have heights only if z points up.
     """
     height = 2 if up == "z" else 1
     if not isinstance(spec.line, Path):
@@ -64,15 +64,16 @@ def _points_with_heights(spec: SourceSpec, up: Up) -> FloatArray:
 
 
 def _above_ground(points: FloatArray, engine: Engine, frame: Frame) -> tuple[FloatArray, FloatArray]:
-    """Return the heights of points above the ground, negative below it; without the points off the terrain.
+    """Return the heights (m) of points above the ground, negative below it; points off the terrain are left out.
 
     points : (P, 3) m, in the axes of the input
 
     Returns
     -------
     tuple
-        Two arrays (N,) m: heights above the ground straight below or above, and above the ground of that place in
-        AROUND where the height above the ground is closest to 0.
+        Two arrays (N,) m. The first has the heights above the ground at the points themselves, the second the heights
+        above the ground at the place in AROUND where the height is closest to 0. The first has the second's value for a
+        point over a hole.
     """
     x = frame.points_to_local(points)
     over = float(engine.facets.high[2]) + 1.0

@@ -10,7 +10,7 @@ from rpf3d_core.scene.model import Scene
 
 @contextmanager
 def named_by_key(scene: Scene, *key: str | int) -> Iterator[None]:
-    """Context manager: an InputError about a file also names the key of the scene that names the file.
+    """Add the key of the scene to an InputError about a file that is raised in a `with` block.
 
     key : names and indices that lead to the key, such as "sources", 0, "points_file"
 

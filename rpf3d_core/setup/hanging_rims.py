@@ -32,7 +32,7 @@ class HangingRim(NamedTuple):
 
 
 def hanging_rim(terrain: Terrain, engine: Engine) -> HangingRim | None:
-    """Return the part of the rim that hangs at least LEAST_HEIGHT over other ground; None if there is none.
+    """Return the part of the rim that hangs at least LEAST_HEIGHT (m) over other ground; None if there is none.
 
     An example is a muck pile whose rim lies above the ground. A side of the rim counts if its middle hangs over ground.
     """

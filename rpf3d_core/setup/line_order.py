@@ -17,9 +17,9 @@ from rpf3d_core.setup.coverage import plain
 from rpf3d_core.terrain.frame import FloatArray, Up
 
 SHARP = 135.0
-"""Change of direction (degrees) at a point from which a line turns back; crests and ramps turn less at a point."""
+"""Change of direction (degrees) at a point above which a line turns back; crests and ramps turn less."""
 LONGER = 1.05
-"""Ratio (-) of the length of a line to the length in another order above which its points are probably unordered."""
+"""Ratio (-) of a line's length to its length in another order; above it, the points are probably out of order."""
 MOST_POINTS = 5_000
 """Largest number of points of a line that is compared; every further point takes longer."""
 
@@ -54,8 +54,8 @@ def _in_words(line: FloatArray, ordered: FloatArray) -> str:
 def shorter_order(line: FloatArray) -> IntArray | None:
     """Return an order (P,) of the points of a line (P, 2) m in which the line is much shorter; None if there is none.
 
-    Only lines with a sharp turn are compared. The order goes on to the nearest point that is left, from the point that
-    lies farthest from the middle.
+    Only lines with a sharp turn, and with 4 to MOST_POINTS points, are compared. The other order is that of
+    `_by_neighbours`.
     """
     if not 4 <= len(line) <= MOST_POINTS or not len(sharp_turns(line)):
         return None
@@ -65,14 +65,17 @@ def shorter_order(line: FloatArray) -> IntArray | None:
 
 
 def sharp_turns(line: FloatArray) -> IntArray:
-    """Return the indices (T,) of the points at which a line (P, 2) m turns back."""
+    """Return the indices (T,) of the points at which a line (P, 2) m turns by more than SHARP degrees."""
     heading = np.arctan2(*np.diff(line, axis=0).T[::-1])
     turn = np.abs((np.diff(heading) + math.pi) % (2.0 * math.pi) - math.pi)
     return np.asarray(np.flatnonzero(np.degrees(turn) > SHARP) + 1)
 
 
 def _by_neighbours(line: FloatArray) -> IntArray:
-    """Return the order (P,) of points (P, 2) m that goes from each point to the nearest one that is left."""
+    """Return the indices (P,) of points (P, 2) m in the order of a walk to the nearest point not yet visited.
+
+    The walk begins at the point farthest from the mean of all points.
+    """
     left = np.ones(len(line), dtype=bool)
     at = int(np.argmax(np.linalg.norm(line - line.mean(axis=0), axis=1)))
     order = [at]

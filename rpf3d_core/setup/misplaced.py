@@ -55,7 +55,7 @@ def placing_notes(
 
     The result is empty if everything looks right. The function reads no file.
     faults : the report on the mesh of the terrain; others : from `extents.other_extents`
-    is_run : True for the notes of a run, which trusts an axis `up` that the scene states although facets are vertical
+    is_run : True for the notes of a run: if the scene states `up`, there is no note on a terrain of vertical facets
     """
     terrain = terrain_extent(scene, faults)
     up = scene.terrain.up
@@ -98,7 +98,7 @@ def _mostly_vertical(terrain: Extent, faults: FaultReport, up: str) -> Iterator[
 
 
 def is_misread(scene: Scene, faults: FaultReport) -> bool:
-    """True if the terrain is larger than any slope, or lies on its side: the scene then states a wrong unit or axis.
+    """Return True if the terrain is larger than any slope or lies on its side, so that its unit or axis is wrong.
 
     faults : the report on the mesh of the terrain
     """
@@ -195,7 +195,7 @@ def _is_too_large(terrain: Extent, up: str) -> bool:
 
 
 def _is_on_its_side(terrain: Extent, up: str) -> bool:
-    """True if the heights of a terrain can only be northings or eastings, and the other axis (y or z) has heights."""
+    """Return True if a terrain's heights can only be northings or eastings, and its other axis (y or z) has heights."""
     height, other = (2, 1) if up == "z" else (1, 2)
     largest = np.maximum(np.abs(terrain.low), np.abs(terrain.high))
     relief = float(terrain.high[other] - terrain.low[other])
@@ -224,19 +224,19 @@ def _on_its_side_in_words(terrain: Extent, up: str) -> str:
 
 
 def _is_northing_first(box: Box) -> bool:
-    """True if the first coordinates of a box can only be northings, and the second coordinates look like eastings."""
+    """Return True if the first coordinates of a box can only be northings, and the second look like eastings."""
     low, high = box
     return bool(low[0] > LEAST_NORTHING and EASTINGS[0] < low[1] < high[1] < EASTINGS[1])
 
 
 def _is_turned_over(faults: FaultReport) -> bool:
-    """True if nearly all facets with an area were turned over, as in a mirrored terrain."""
+    """Return True if nearly all facets with an area were turned over, as in a mirrored terrain."""
     of = faults.triangles - faults.zero_area_facets
     return faults.flipped_facets > 0 and faults.flipped_facets >= NEARLY_ALL * of
 
 
 def _are_axes_known(terrain: Extent, others: Sequence[Extent], up: str) -> bool:
-    """True if coordinates show which of the terrain's axes points north.
+    """Return True if coordinates show which of the terrain's axes points north.
 
     The coordinates of the terrain show the order of the axes if the northings are larger than any easting can be. The
     file of another input shows the order if the input lies on the terrain, but would lie elsewhere with swapped axes.
@@ -287,7 +287,7 @@ def _off_the_terrain(other: Extent, terrain: Extent, crs: str | None, up: str) -
 
 
 def _is_near_the_origin(ground: Box) -> bool:
-    """True if the terrain's box is so near to the origin that scaled coordinates prove nothing about a unit.
+    """Return True if the terrain's box is so near to the origin that scaled coordinates prove nothing about a unit.
 
     Near the origin, an input in almost any unit would lie on the terrain.
     """
@@ -342,7 +342,7 @@ def _in_a_command(path: Path) -> str:
 
 
 def _is_upside_down(other: Extent, terrain: Extent) -> bool:
-    """True if the elevations of an input overlap the elevations of the terrain only after a change of sign."""
+    """Return True if the elevations of an input overlap those of the terrain only after a change of sign."""
     low, high = terrain.low[2], terrain.high[2]
     if other.low[2] <= high and low <= other.high[2]:
         return False
@@ -369,7 +369,7 @@ def refuse_other_systems(extents: Sequence[Extent], crs: str | None) -> None:
 
 
 def _is_in_another_system(other: Extent, crs: str | None) -> bool:
-    """True if a file states another reference system than the terrain, and its coordinates are possible in that system.
+    """Return True if a file states another reference system than the terrain, and its coordinates are possible there.
 
     crs : reference system of the terrain; None if unknown
     """

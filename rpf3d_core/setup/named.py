@@ -33,7 +33,7 @@ def models_of(scene: Scene, terrain: Terrain) -> Models:
 
 
 def _check_hooks(scene: Scene, effects: list[Any]) -> None:
-    """Refuse effects that have no rule at all, and for rocks with a shape, effects with a rule for a hook of points."""
+    """Refuse effects without any rule and, if the rocks have a shape, effects with a rule for a hook of points only."""
     for effect in effects:
         name = type(effect).__name__
         if not any(hook.has_rule(type(effect)) for hook in HOOKS):

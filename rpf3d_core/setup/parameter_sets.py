@@ -35,12 +35,12 @@ class Ready(Protocol):
 
 
 def check_names(scene: Scene, names: tuple[str, ...]) -> None:
-    """Refuse key paths that a parameter set cannot change, such as those of the terrain, the releases or obstacles.
+    """Refuse key paths that a parameter set cannot change, such as key paths of the terrain, releases or obstacles.
 
     Raises
     ------
     InputError
-        A key path does not begin with a key of the ground or of the models; the message names the path.
+        A key path does not begin with a key in `scene.unknowns.ROOTS`, or changes obstacles; the message names it.
     """
     for name in names:
         check_may_be_unknown(scene, name)

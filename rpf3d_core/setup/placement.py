@@ -18,15 +18,15 @@ from rpf3d_core.setup.source_heights import SourceHeight, heights_of
 from rpf3d_core.terrain.frame import FloatArray
 
 MOST_ABOVE = 30.0
-"""A source is suspicious if all its rocks start more than this (m) above the ground: higher than a bench face."""
+"""Height (m) above the ground, more than a bench face; a source is suspicious if all its rocks start above it."""
 AT_CREST = 5.0
-"""A rock is at a crest if ground is within this (m) of it: the brow of a face, whose foot may be far below."""
+"""Distance (m) to the nearest ground up to which a rock is at a crest, although the face's foot may be far below."""
 MOSTLY = 0.5
-"""A source is at a crest if at least this share (-) of its rocks is."""
+"""Smallest share (-) of a source's rocks at a crest for which the source is at a crest."""
 MOST_TRIED = 500
-"""Approximate number of rocks of a source for which ground is searched in any direction."""
+"""Approximate number of rocks of a source for which the nearest ground is searched in all directions."""
 WHOLE = 0.99
-"""An outline counts as on the terrain if at least this share (-) of its area is, because users draw roughly."""
+"""Smallest share (-) of an outline's area on the terrain without a warning; below 1, because users draw roughly."""
 
 
 def rocks_of_sources(prepared: Prepared) -> list[int]:
@@ -43,10 +43,11 @@ def some_releases(prepared: Prepared, most: int) -> Releases:
 
 
 def _step_over(places: int, every: int) -> int:
-    """Return the step with which some rocks of a source are chosen, so that these rocks use all release points.
+    """Return the step between the numbers of the chosen rocks of a source, so that they use all release points.
 
-    The rocks use the release points in turn: the step, at least `every`, therefore has no common divisor with `places`,
-    the number of release points.
+    Rocks use the release points in turn, so the step has no common divisor with the number of release points.
+
+    places : number of release points of the source; every : smallest step
     """
     while math.gcd(places, every) > 1:
         every += 1
@@ -60,7 +61,7 @@ def source_heights(prepared: Prepared, releases: Releases) -> list[SourceHeight]
 
 
 def placement_warnings(prepared: Prepared, releases: Releases, heights: Sequence[SourceHeight]) -> list[str]:
-    """Return a warning for each source in the air, each source with unused points, and each outline partly off.
+    """Return a warning for each source in the air or with unused points, and each outline partly off the terrain.
 
     releases : from `some_releases`; heights : start heights of the sources, from `source_heights`
     """
@@ -83,7 +84,7 @@ def _high_above(prepared: Prepared, releases: Releases, heights: Sequence[Source
 
 
 def _at_a_crest(prepared: Prepared, x: FloatArray) -> bool:
-    """True if most points have ground within the distance AT_CREST (m) in any direction; only some points are tested.
+    """Return True if at least the share MOSTLY of points have ground within AT_CREST (m); only some points are tested.
 
     x : (N, 3) m, local frame
     """

@@ -198,7 +198,7 @@ def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
 
 
 def scene_settings(scene: Scene) -> Settings:
-    """Return the settings of all flights of a scene."""
+    """Return the flight settings of a scene: gravity, smallest bounce, limits of time and impacts, and seed."""
     return Settings(
         gravity=scene.gravity, smallest_bounce=scene.smallest_bounce, max_time=scene.max_time,
         max_impacts=scene.max_impacts, seed=scene.seed,
@@ -305,7 +305,7 @@ def places_of(prepared: Prepared) -> list[int]:
 
 
 def check_releases(prepared: Prepared, releases: Releases) -> None:
-    """Refuse to fly rocks that start under the ground or off the terrain.
+    """Raise an error if a rock starts under the ground or off the terrain.
 
     Raises
     ------
@@ -337,7 +337,10 @@ def empty_tallies(prepared: Prepared) -> Tallies:
 
 
 def _scales(prepared: Prepared, per_octave: int) -> Scales:
-    """Return the bins for percentiles that cover all results of a scene; all parts of a run have the same bins."""
+    """Return the bins for percentiles, which cover all energies, speeds and heights that rocks of a scene can reach.
+
+    All parts of a run have the same bins. per_octave : number of bins from a value to its double
+    """
     facets, sources = prepared.engine.facets, prepared.sources
     fastest = max((_fastest(source) for source in sources), default=0.0)
     highest = max((_highest(source, facets.high[2]) for source in sources), default=0.0)

@@ -30,7 +30,7 @@ class Round(NamedTuple):
         return sum(self.last) - sum(self.first)
 
     def blocks(self) -> Iterator[list[range]]:
-        """Yield blocks that fit into memory: each is a list with the range of rock numbers of each source."""
+        """Yield the rocks in blocks that fit into memory: each is a list with a range of rocks for each source."""
         return blocks_of(self.first, self.last)
 
     def laps(self, first: int, most: int) -> "Iterator[Round]":
@@ -65,7 +65,7 @@ class EvenRound(NamedTuple):
         return sum(map(len, self.numbers))
 
     def blocks(self) -> Iterator[list[IntArray]]:
-        """Yield the rocks (N,) of each source, in blocks that fit into memory: every n-th rock of each source."""
+        """Yield the rocks in n blocks that fit into memory: each is a list with every n-th rock (N,) of each source."""
         blocks = -(-self.rocks // BLOCK)
         for block in range(blocks):
             yield [its[block::blocks] for its in self.numbers]
@@ -192,7 +192,7 @@ def _least_first(counts: Sequence[int], first: int, sets: int) -> int:
     least = max(first, len(flying))
     if not sets:
         return least
-    # A share is never below the whole part of the exact share.
+    # `share_out` gives a source at least its exact share of the rocks, rounded down.
     return total if min(flying) < sets else max(least, -(-sets * total // min(flying)))
 
 

@@ -145,7 +145,10 @@ def _points(spec: SourceSpec, frame: Frame, benches: Benches | None) -> FloatArr
 
 
 def crest_points(spec: SourceSpec, benches: Benches) -> FloatArray:
-    """Return the points (P, 3) m of a source along the upper edge of a face of a slope, in the input's coordinates."""
+    """Return the points (P, 3) m of a source along the upper edge of a face, in the input's coordinates.
+
+    The points lie `above_ground` of the source above the edge. spec : a source with the key `crest`
+    """
     above: FloatArray = np.array([0.0, 0.0, spec.above_ground or 0.0])
     return brow_of(benches, spec.crest or 1) + above
 
@@ -170,7 +173,7 @@ def line_breaks(spec: SourceSpec) -> tuple[int, ...]:
 
 
 def _throw(spec: SourceSpec) -> Throw | None:
-    """Return the release speed and direction of a source in radians; None if it has a velocity vector instead."""
+    """Return the release speed (m/s) and direction (radians) of a source; None if it states `velocity` instead."""
     if spec.speed is None:
         return None
     return Throw(

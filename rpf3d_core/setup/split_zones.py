@@ -1,4 +1,4 @@
-"""Split zones of the terrain by height as a scene asks, and note zones that count several benches as one."""
+"""Split the zones that a scene names into their surfaces at different heights, and note other such zones."""
 
 from collections.abc import Sequence
 
@@ -14,10 +14,10 @@ MOST_NAMED = 6
 
 
 def split_zones(terrain: Terrain, scene: Scene, edges: Edges) -> tuple[Terrain, tuple[str, ...]]:
-    """Return the terrain after a split of the zones that the scene names, and a note on other zones to split.
+    """Return the terrain with the zones of `terrain.split` split by height, and a note on other zones to split.
 
-    If the scene names no zone, two kinds of terrain have no note: synthetic terrain, where each zone is one bench, and
-    terrain of a single zone, where benches are not distinguished.
+    The note is a tuple of one sentence, or (). If the scene names no zone, two kinds of terrain have no note: synthetic
+    terrain, where each zone is one bench, and terrain of a single zone, where benches are not distinguished.
 
     Raises
     ------

@@ -25,9 +25,9 @@ from rpf3d_core.unknowns.points import spread_points
 def sets_of_scene(scene: Scene) -> ParameterSets:
     """Return the parameter sets that a run of a scene with unknowns flies; all sets have the same weight.
 
-    Each set belongs to a point of an evenly spread sequence. The coordinates of the point are the quantiles of the
-    priors. If the scene has a sample, the first coordinate instead selects a row of the sample, in proportion to the
-    weights. A parameter that has a column in the sample is taken from the sample, whatever its prior.
+    Each set belongs to a point of an evenly spread sequence. Each coordinate u of the point, from 0 to 1, selects the
+    quantile u of one prior. If the scene has a sample, the first coordinate instead selects a row of the sample, in
+    proportion to the weights. A parameter that has a column in the sample is taken from the sample, whatever its prior.
 
     Raises
     ------

@@ -27,13 +27,13 @@ LEAST_STEM = 2.0
 A thinner stem would stop no rock.
 """
 LARGEST_ROCK, SMALLEST_ROCK = 25.0, 0.005
-"""Largest and smallest plausible diameter (m) of a rock: 8,000 m^3 fall as a mass, not as a rock."""
+"""Largest and smallest plausible diameter (m) of a rock; a rockfall of 8,000 m^3 falls as many rocks, not as one."""
 SMALL_ROCK = 0.15
-"""Diameter (m) below which all rocks of a scene are so small that a wrong unit is likely; 4.8 kg of rock."""
+"""Diameter (m), that of 4.8 kg of rock; if all rocks of a scene are smaller, a wrong unit is likely."""
 SMALL_MEASURED = 0.05
-"""Diameter (m) below which all measured diameters in cm or mm are probably in m; 5 m in cm."""
+"""Diameter (m); if all measured diameters of a column in cm or mm are smaller, its numbers are probably in m."""
 LIGHT_ROCK = 50.0
-"""Mass (kg) below which all masses of a column without a unit are probably in t; a block of 50 kg is 0.33 m wide."""
+"""Mass (kg), that of a block 0.33 m wide; masses in a column without a unit are probably in t if all are smaller."""
 UNITS_OF_SIZES = ("cm", "mm")
 """Units in which the size of a rock may be given by mistake."""
 MOST_SPEED = 150.0
@@ -103,7 +103,7 @@ def warnings_of_speed(fastest: float) -> Iterator[str]:
 
 
 def _sizes(scene: Scene) -> Iterator[str]:
-    """Yield a warning if rocks are larger or smaller than any rock of a rockfall."""
+    """Yield warnings on rocks larger or smaller than in any rockfall, and on rocks whose size is probably misread."""
     smallest, largest = (diameter_of(mass, scene.rock.density) for mass in mass_range(rock_of_scene(scene)))
     if largest > LARGEST_ROCK:
         yield (
@@ -117,7 +117,7 @@ def _sizes(scene: Scene) -> Iterator[str]:
 
 
 def _pounds(density: float) -> Iterator[str]:
-    """Yield a warning if a density (kg/m^3) is far below that of rock, but a density of rock in lb/ft^3."""
+    """Yield a warning if a density (kg/m^3) is too low for rock, but is plausible for rock in lb/ft^3."""
     if density <= MOST_POUNDS:
         yield (
             f"`rock.density` is {density:g} kg/m3, far less than rock; did you mean "
@@ -126,7 +126,7 @@ def _pounds(density: float) -> Iterator[str]:
 
 
 def _small_rocks(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each size of the scene whose rocks are all so small that its unit is probably wrong."""
+    """Yield a warning for each size in the scene that makes all rocks so small that its unit is probably wrong."""
     for place, section in _sections_with_sizes(scene):
         for measure in SIZES:
             size = getattr(section, measure)

@@ -34,7 +34,7 @@ CLOUD_READERS: dict[str, Callable[[Path], Cloud]] = {
 
 
 def read_cloud(path: Path) -> Cloud:
-    """Return the points of a file.
+    """Return the cloud of points in a file, after a check of its coordinates.
 
     Raises
     ------

@@ -215,7 +215,7 @@ def _mixed_fans(index: list[int]) -> Ids:
 
 
 def _whole(values: FloatArray) -> Ids:
-    """Return numbers of a DXF file as integers, without decimals; 0 for NaN and for numbers that are too large."""
+    """Return numbers of a DXF file as integers, rounded towards 0; 0 for NaN and for numbers that are too large."""
     sound = np.abs(values) < MOST_TRIANGLES
     return np.where(sound, values, 0.0).astype(np.int64)
 

@@ -80,7 +80,7 @@ def read_drawing(path: Path) -> Drawing:
 
 
 def _inside_section(pairs: Pairs, entity: Ids, kind: Ids, name: str) -> NDArray[np.bool_]:
-    """Return (E,) True for each entity in the named section, between its entities SECTION and ENDSEC."""
+    """Return flags (E,): True for each entity between the entities SECTION and ENDSEC of the section `name`."""
     marks = np.isin(kind, [i for i, text in enumerate(pairs.texts) if text in ("SECTION", "ENDSEC")])
     named = {int(entity[i]) for i in np.flatnonzero(pairs.code == NAME).tolist() if _text(pairs, i) == name}
     opens = np.isin(np.arange(len(kind)), [i for i in named if pairs.texts[kind[i]] == "SECTION"])

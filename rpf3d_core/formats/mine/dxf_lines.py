@@ -46,7 +46,13 @@ def read_dxf_lines(path: Path) -> list[Line]:
 
 
 def read_dxf_points(path: Path) -> FloatArray:
-    """Return all POINT (N, 3) m of a DXF file; errors are as in `read_drawing`."""
+    """Return the places (N, 3) of all POINT entities of a DXF file, in the unit of the file.
+
+    Raises
+    ------
+    InputError
+        As `read_drawing`, or a point lacks a coordinate.
+    """
     drawing = read_drawing(path)
     places = drawing.table(drawing.numbers_of("POINT"), (10, 20, 30))
     if not np.isfinite(places).all():
@@ -62,7 +68,7 @@ def _straight(drawing: Drawing) -> Iterator[Line]:
 
 
 def _light(path: Path, drawing: Drawing) -> Iterator[Line]:
-    """Yield each LWPOLYLINE, with its elevation as height."""
+    """Yield each LWPOLYLINE of a drawing as a line; its elevation is the height of all its points."""
     entities = drawing.numbers_of("LWPOLYLINE")
     flags = np.nan_to_num(drawing.table(entities, (70,))[:, 0]).tolist()
     for entity, flag, layer in zip(entities.tolist(), flags, drawing.layer_names(entities), strict=True):
@@ -77,7 +83,7 @@ def _light(path: Path, drawing: Drawing) -> Iterator[Line]:
 
 
 def _heavy(path: Path, drawing: Drawing) -> Iterator[Line]:
-    """Yield each POLYLINE that is not a mesh."""
+    """Yield each POLYLINE of a drawing that is not a mesh, as a line."""
     heads, vertices = drawing.numbers_of("POLYLINE"), drawing.numbers_of("VERTEX")
     flags = np.nan_to_num(drawing.table(heads, (70,))[:, 0]).astype(np.int64)
     places, bulges = drawing.table(vertices, (10, 20, 30)), drawing.table(vertices, (BULGE,))[:, 0]

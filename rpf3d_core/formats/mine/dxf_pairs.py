@@ -119,8 +119,7 @@ def _block_pairs(path: Path, lines: Any, first: int, texts: dict[bytes, int]) ->
 
 
 def _converted(path: Path, words: Any, first: int, pair: Any, kind: Any, must: str) -> NDArray[Any]:
-    """Return words of a block of lines as numbers (N,); raise a TerrainError that names the line of the first wrong
-    word.
+    """Return words of a block of lines as numbers (N,); raise a TerrainError for the first word that is no number.
 
     words : (N,) arrow array of texts; kind : arrow type of the numbers
     first : number of the block's first line, from 1; must : what a word must be, for the message

@@ -56,7 +56,7 @@ def _scan(file: Any, scan: int) -> Any:
 
 
 def _is_single(pye57: Any, header: Any) -> bool:
-    """True if a scan stores its coordinates in single precision, and its pose has no translation."""
+    """Return True if a scan stores its coordinates in single precision, and its pose has no translation."""
     if "cartesianX" not in header.point_fields:
         return False
     node = pye57.libe57.StructureNode(header.points.prototype())["cartesianX"]

@@ -26,7 +26,7 @@ BLOCK = 2**20
 
 
 class _Content:
-    """The content that has been parsed so far; its methods are callbacks of the parser expat.
+    """The content of a LandXML file, as far as it has been parsed; the methods are callbacks of the parser expat.
 
     surfaces : names; point_ids, points, faces : for each surface, the texts of its elements
     hidden : number of invisible faces; others : names of elements that are not read

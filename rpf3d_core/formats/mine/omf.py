@@ -28,7 +28,9 @@ Element = dict[str, Any]
 
 
 def read_omf(path: Path) -> FileMesh:
-    """Return the triangles of all surfaces of an OMF 1 file; points include the origins of project and surface.
+    """Return the triangles of all surfaces of an OMF 1 file, each surface a zone.
+
+    The origins of the project and of the surface are added to the points.
 
     Raises
     ------

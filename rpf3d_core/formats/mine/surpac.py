@@ -24,7 +24,7 @@ LONGEST_LINE = 10_000
 
 
 class Strings(NamedTuple):
-    """The records of a string file, without its header and its last line.
+    """The records of a Surpac string file, without its header and its last line.
 
     number : (R,) number of the string; 0 for a record that separates segments
     points : (R, 3) m, easting first
@@ -69,7 +69,7 @@ def read_dtm(path: Path) -> FileMesh:
 
 
 def read_strings(path: Path) -> Strings:
-    """Return the records of a string file.
+    """Return the records of a Surpac string file.
 
     Raises
     ------
@@ -137,7 +137,7 @@ def _object(path: Path, i: int, word: bytes) -> int:
 
 
 def _table(path: Path, lines: list[bytes], first: int, must: str) -> FloatArray:
-    """Return the first four numbers of each line (N, 4).
+    """Return the first four numbers (N, 4) of each line of a Surpac file; raise a TerrainError for a wrong line.
 
     first, must : number of the first line, and what a line must be, for messages
     """

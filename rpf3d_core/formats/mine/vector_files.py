@@ -26,7 +26,7 @@ MOST_FEATURES = 1_000_000
 FAMILIES = {"polygon": "polygons", "line": "lines", "point": "points"}
 """Plural of each kind of geometry, for messages."""
 MOST_KEPT = 2**24
-"""Largest size (bytes) of the content of all layers that are kept in memory; layers read last are kept."""
+"""Largest total size (bytes) of the layers that are kept in memory; the layers read last are kept."""
 MOST_ENTRIES = 64
 """Largest number of layers that are kept in memory."""
 COMPANIONS = {".shp": (".shx", ".prj", ".dbf", ".cpg"), ".gpkg": (".gpkg-wal",)}
@@ -40,7 +40,11 @@ An entry has the state of the file when the layer was read, and the arrays of th
 
 
 class VectorLayer(NamedTuple):
-    """The geometries of a layer in the form of GeoJSON, and its coordinate reference system; None if it states none."""
+    """A layer of a GeoPackage or Shapefile.
+
+    geometries : in the form of GeoJSON; crs : the coordinate reference system that the layer states, None if it states
+        none
+    """
 
     geometries: list[dict[str, Any]]
     crs: str | None
@@ -71,9 +75,9 @@ def read_vector(path: Path, family: str, layer: str = "", heights: bool = False)
 def vector_crs(path: Path, family: str) -> str | None:
     """Return the reference system of the only layer with a kind of geometry; None if the layer states none.
 
-    None also if the file cannot be read, or has no such layer or several. The layers of a GeoPackage may have different
-    systems, even if a scene names the file for several inputs.
-    family : kind of geometry: "polygon", "line" or "point"
+    The result is also None if the file cannot be read, or has no such layer or several.
+
+    family : kind of geometry, "polygon", "line" or "point"; the layers of a GeoPackage may have different systems
     """
     try:
         needed(path, "pyogrio")
@@ -97,19 +101,19 @@ def _arrays(path: Path, family: str, layer: str) -> Arrays:
 
 
 def _forget() -> None:
-    """Remove the layers that were read first from memory, until MOST_ENTRIES and MOST_KEPT are not exceeded."""
+    """Remove the layers read longest ago from memory, until neither MOST_ENTRIES nor MOST_KEPT is exceeded."""
     entries = [(key, _size(arrays)) for key, (_, arrays) in list(_kept.items())]  # other threads may read as well
     while len(entries) > MOST_ENTRIES or sum(size for _, size in entries) > MOST_KEPT:
         _kept.pop(entries.pop(0)[0], None)
 
 
 def _size(arrays: Arrays) -> int:
-    """Return the memory of arrays (bytes)."""
+    """Return the memory (bytes) that arrays occupy."""
     return sum(np.asarray(each).nbytes for each in arrays.values())
 
 
 def _state(path: Path) -> State:
-    """Return time of change and size of a file and of its companion files, to find out whether the content changed."""
+    """Return the state of a file: time of change (ns) and size (bytes) of the file and of each companion file."""
     found: list[tuple[int, int] | None] = []
     for file in (path, *(path.with_suffix(end) for end in COMPANIONS.get(path.suffix.lower(), ()))):
         try:

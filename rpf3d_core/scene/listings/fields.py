@@ -22,7 +22,7 @@ ANY_ZONE = "default"
 
 @dataclass(frozen=True)
 class SceneField:
-    """One field of a scene, as a program needs it to offer the field in another form.
+    """One field of a scene, described for a program that offers the field in another form, such as a ROS parameter.
 
     key : key in the scene file, with dots; in a mapping of zones, the key below `default`
     kind : bool, int, float or str; None if the field takes a list, a file or a mapping with names of the user
@@ -117,7 +117,7 @@ def _effect(key: str, field: FieldInfo, model_spec: type[ModelSpec]) -> SceneFie
 
 
 def _is_nameable(field: FieldInfo) -> bool:
-    """True if a model or effect can be named without lists and files: each required parameter takes a single value."""
+    """Return True if a name and single values are enough for a model or effect: no parameter needs a list or a file."""
     model_spec = _part(field.annotation)
     assert model_spec is not None
     required = [each for each in model_spec.model_fields.values() if each.is_required()]

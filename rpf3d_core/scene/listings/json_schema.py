@@ -74,7 +74,7 @@ def model_schema(model: type[BaseModel], title: str) -> Schema:
 
 
 def _without_path(schema: Schema) -> None:
-    """Remove the path of the scene file, which is a field of the model and not a key of the file."""
+    """Remove `path` from the schema of a scene: it is a field of the pydantic model and not a key of the file."""
     del schema["properties"]["path"]
     schema["required"].remove("path")
 
@@ -99,7 +99,10 @@ def _at_most_one(keys: Iterable[str]) -> list[Schema]:
 
 
 def _add_choices(definitions: Schema) -> None:
-    """Add which keys exclude each other (exactly one, or at most one, is given), and which keys need another key."""
+    """Add to the JSON Schema of a scene which keys exclude each other, and which keys need another key.
+
+    definitions : definitions of the schema, by name, changed in place
+    """
     for name, keys in ONE_OF.items():
         definitions[name]["oneOf"] = [_given(key) for key in keys]
     definitions["RockSpec"]["oneOf"] = _at_most_one(SIZES)
@@ -109,13 +112,19 @@ def _add_choices(definitions: Schema) -> None:
 
 
 def _add_models(definitions: Schema) -> None:
-    """Replace the definitions of `rebound`, `ground` and `contact`: a scene has a name, or a name with parameters."""
+    """Allow, for `rebound`, `ground` and `contact`, the name of a model, or a mapping of a name to parameters.
+
+    definitions : definitions of the schema, by name, changed in place
+    """
     for spec in (ReboundSpec, GroundSpec, ContactSpec):
         definitions[spec.__name__] = _model_choice(definitions[spec.__name__], spec, definitions)
 
 
 def _model_choice(section: Schema, spec: type[OneOf], definitions: Schema) -> Schema:
-    """Return the schema of a key that names one of several models; a model with required keys needs a mapping."""
+    """Return the schema of a key that names one of several models; a model with required keys needs a mapping.
+
+    section : schema of the class `spec` as pydantic generates it; definitions : definitions of the schema, by name
+    """
     properties = _of_models(section, definitions)
     names = [name for name in properties if not _needs_keys(_target(properties[name], definitions))]
     mapping: Schema = {"type": "object", "properties": properties, "additionalProperties": False,
@@ -152,7 +161,7 @@ def _own_numbers() -> Schema:
 
 
 def _add_effects(definitions: Schema) -> None:
-    """Add the users' effects, which a scene names by import path."""
+    """Allow the import paths of users' effects as keys of `effects`; definitions : changed in place."""
     section = definitions[EffectsSpec.__name__]
     section["properties"] = _of_models(section, definitions)
     section["patternProperties"] = {OWN_PATH: _own_numbers()}
@@ -174,7 +183,7 @@ def _add_points_in_plan(definitions: Schema) -> None:
 
 
 def _add_shapes(definitions: Schema) -> None:
-    """Allow the shapes of rocks that a scene states by name: point and sphere."""
+    """Allow `point` and `sphere` as values of `rock.shape`, and null; definitions : changed in place."""
     named: Schema = {"enum": [POINT, SPHERE, None]}
     no_sphere: Schema = {"const": {SPHERE: False}}
     shape = definitions["RockSpec"]["properties"]["shape"]

@@ -20,9 +20,9 @@ TERRAINS = {"terrain.benches.": benches, "terrain.pit.": pit}
 
 
 class KeyWords(NamedTuple):
-    """A key in words.
+    """The last key of a key path in words, for the axes and legends of pictures.
 
-    name : the last key of its key path, without a unit, such as `face angle`
+    name : the key without a unit, such as `face angle`
     words : its meaning if there is a short one, else its name
     unit : "-" for a number without a unit, "" for an unknown unit or no number
     """
@@ -33,7 +33,7 @@ class KeyWords(NamedTuple):
 
     @property
     def label(self) -> str:
-        """The words with the unit in brackets."""
+        """The words with the unit in brackets, such as `friction angle (degrees)`."""
         return f"{self.words} ({self.unit})" if self.unit else self.words
 
 

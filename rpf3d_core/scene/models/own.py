@@ -121,5 +121,5 @@ OWN = "[own]"
 
 
 def is_own(name: Any) -> bool:
-    """True if a name in a scene is the import path of a user's class, and not the name of a model of rpf3d."""
+    """Return True if a name in a scene is the import path of a user's class, such as `sand.Sand`."""
     return isinstance(name, str) and all(part.isidentifier() for part in name.split(".")) and "." in name

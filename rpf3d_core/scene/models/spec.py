@@ -63,12 +63,12 @@ class ModelSpec(StrictModel):
         return loaded(self.PHYSICS)  # type: ignore[no-any-return]
 
     def made(self) -> Any:
-        """Return the parameters as an object of the physics class, in the form that the flight loops read."""
+        """Return the parameters of the model as an object of its physics class, which the flight loops read."""
         return self.physics()(**{name: getattr(self, name) for name in type(self).model_fields})
 
 
 def loaded(path: str) -> Any:
-    """Import and return the object at `module:name`, so that only named models are imported."""
+    """Import a module and return its object, both given as `module:name`; models are imported only when named."""
     module, name = path.split(":")
     return getattr(import_module(module), name)
 

@@ -24,7 +24,11 @@ JOULE_PER_KJ = 1000.0
 
 
 class _Piece(NamedTuple):
-    """One part of a barrier: the ends of its foot (2, 3) m, and the numbers of its facet, line and barrier."""
+    """One part of a barrier, on one facet.
+
+    foot : (2, 3) m, the ends of its foot, local frame; facet : number of the facet below it
+    line : number of its straight line, between two corners of the scene's line; barrier : number of its barrier
+    """
 
     foot: FloatArray
     facet: int
@@ -60,7 +64,7 @@ def barriers_of(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Bar
 def barriers_as_obstacles(name: str, model_spec: BarriersSpec, barriers: Barriers) -> Obstacles:
     """Return the barriers of a scene for pictures and recordings: names, heights, and lines along their feet (P, 3) m.
 
-    The height is that of the panel that still stands.
+    A height (m) is that of the part of the barrier that still stands: `height` times `residual_height`.
     """
     panel = barriers.panel
     names = tuple(f"{name}.{spec.name}" for spec in model_spec.panels)

@@ -1,4 +1,4 @@
-"""Build the models for rocks as rigid spheres, and import their rules, which only these models need."""
+"""Build the rebound and ground models of spheres from a scene; importing this module registers their rules."""
 
 from rpf3d_core.kinetics.coulomb_sphere import MATERIALS_OWN, CoulombSphere
 from rpf3d_core.kinetics.sphere_ground import SphereGround

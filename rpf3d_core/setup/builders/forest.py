@@ -25,15 +25,15 @@ from rpf3d_core.terrain.sections import ground_at
 from rpf3d_core.terrain.zones import covered, in_plan
 
 ANGLES = (0.0, 22.5, 67.5, 76.0)
-"""Limits (degrees) of the classes of angles by which a tree deflects rocks, after Rockyfor3D; unconfirmed."""
+"""Limits (degrees) of the three ranges of angles by which a tree deflects rocks, after Rockyfor3D; unconfirmed."""
 CENTIMETRE = 0.01
 SQUARE_METRES_PER_HA = 10_000.0
 MOST_TREES = 20_000_000
-"""Largest number of trees of a scene; this number of trees takes 1 GB of memory."""
+"""Largest number of randomly placed trees; they take 1 GB of memory."""
 OFF_GROUND = 2.0
-"""Largest height (m) of a tree's foot above or below the ground: surveys of trees and of ground differ."""
+"""Largest allowed height (m) of a tree's foot above or below the ground: surveys of trees and of ground differ."""
 ROOM = 1.0 + 1e-9
-"""Factor on the largest rock's radius (-), so that rounding never hides a tree from a search cell."""
+"""Factor (-) that enlarges the largest rock's radius, so that rounding never leaves a tree out of a search cell."""
 
 
 class _Stand(NamedTuple):
@@ -92,7 +92,7 @@ def forest_as_obstacles(name: str, spec: ForestSpec, forest: Forest) -> Obstacle
 
 
 def _largest_radius(scene: Scene) -> float:
-    """Return the radius (m) of the largest rock of the scene, which decides from how far trees must be found."""
+    """Return the radius (m) of the largest rock of the scene, as a sphere: the distance at which it meets a stem."""
     return 0.5 * float(diameter_of(mass_range(rock_of_scene(scene))[1], scene.rock.density))
 
 

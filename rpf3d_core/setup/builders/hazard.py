@@ -13,7 +13,7 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.terrain.facets import Facets
 
 LEAST_DROP = 1e-3
-"""Smallest range of heights that bins cover (-), as a share of the terrain's diagonal, for level terrain."""
+"""Smallest drop that bins cover, as a share (-) of the diagonal of the terrain's box; needed for level terrain."""
 
 
 def memory_of_bins(scene: Scene, raster: Raster, facets: Facets) -> float:
