@@ -250,7 +250,10 @@ class _Queue:
         self._message = _Serialized(allocator=rcl.allocator())
 
     def take(self) -> tuple[int, TakenMessage] | None:
-        """Return the publication time (ns) and the next message; None if there is none or after closing."""
+        """Return the publication time (ns) and the next message; None if no message waits, and after closing.
+
+        Raises RuntimeError if rcl reports an error.
+        """
         if self._closed.is_set():
             return None
         rcl, message, info = self._rcl, self._message, self._info

@@ -43,7 +43,11 @@ class WatchedTopic(NamedTuple):
 
 
 class PublisherFinding(NamedTuple):
-    """A sentence on the publishers of a topic, and whether it is a fault of the evidence or only a warning."""
+    """A fault or warning about the publishers of a topic.
+
+    topic : name of the topic, or of a group of topics without a publisher; sentence : describes the problem
+    is_fault : True for a fault of the evidence, False for a warning
+    """
 
     topic: str
     sentence: str
