@@ -81,6 +81,8 @@ class RecordingFiles:
     ) -> None:
         """Begin the first file.
 
+        file : path of the recording; with rotation, its folder and stem are used for the names of all files
+        rotation : when a new file begins; monotonic : returns the time of a steady clock (s)
         begun : called with the path of each new file
         forgotten : called with the path of each file that is deleted because enough newer files exist
 
