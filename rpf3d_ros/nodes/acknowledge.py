@@ -123,8 +123,8 @@ def _simulator_in_namespace(node: "Node", until: float) -> str:
 
     until : time (s, monotonic) at which the search ends
 
-    Raises InputError if there is none; the message names the simulators of other namespaces. The function never returns
-    one of these, because the only simulator that is discovered so far may be that of another pit.
+    Raises InputError if there is none; the message names the simulators of other namespaces. A simulator of another
+    namespace is never returned, because it may be that of another pit.
     """
     own = f"{node.get_namespace().rstrip('/')}/{SIMULATOR}"
     names: list[str] = []

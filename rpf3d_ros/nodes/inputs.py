@@ -316,6 +316,7 @@ class Inputs:
     ) -> None:
         """Report a refused message: a fault of the alert, because the message may report danger or changed terrain.
 
+        published_ns : when a terrain message was published (ns)
         is_counted : True if the queue of terrain already counts the message as missing
         stamp_ns : stamp of the message (ns), None if it has none, or if it cannot be read
         """

@@ -131,7 +131,7 @@ def _play(options: argparse.Namespace, words: list[str]) -> None:
 
 
 def _clock(node: "Node", begin_ns: int) -> "SimulatedClock":
-    """Return a simulated clock that stands still until `run_at` is called."""
+    """Return a simulated clock that stands still at `begin_ns` (ns) until its method `run_at` is called."""
     from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
     return SimulatedClock(node, begin_ns, speed=0.0)
