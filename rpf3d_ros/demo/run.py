@@ -87,10 +87,7 @@ def _played(options: argparse.Namespace) -> int:
 
 
 def _keep_decisions(made: Path, kept: Path) -> None:
-    """Delete the decision log in the folder `kept`, and copy the decision log in the folder `made` to it.
-
-    Other files in `kept` stay.
-    """
+    """Replace the decision log in the folder `kept` by a copy of the decision log in `made`; other files stay."""
     kept.mkdir(exist_ok=True)
     for _, old in files_in(kept):
         old.unlink()
