@@ -72,7 +72,7 @@ def limits_of(thresholds: Thresholds, name: str) -> AreaLimitsSpec | None:
 
 
 def hidden_level(area: AreaEvidence, thresholds: Thresholds) -> Level | None:
-    """Return the level that an area would have if all rocks in `left` had reached it; None if no rock left the terrain.
+    """Return the level of an area as if all rocks in `left` had reached the area; None if no rock left the terrain.
 
     The energy of these rocks counts as infinite and their arrival as immediate, because both are unknown. If they are
     at most a share RARE of all rocks in the area, the largest known energy takes the place of the p95 energy. Without

@@ -137,8 +137,8 @@ class AlertDesk:
         """Wait at most `seconds` until fewer than MOST_UNDECIDED answers wait for their decision.
 
         Return True if fewer wait, or if the desk is closed; False after the time. The thread that flies rocks calls
-        this method, because a slow disk delays decisions, and each answer needs its own decision: a later answer may
-        hide a danger.
+        this method, so that answers do not come faster than a slow disk can log their decisions. Each answer needs its
+        own decision, because a later answer may show less danger.
         """
         with self._served:
             return self._served.wait_for(lambda: len(self._undecided) < MOST_UNDECIDED or self._closed, seconds)
@@ -212,7 +212,7 @@ class AlertDesk:
         self._requests.put(Request(acknowledged=given, reply=reply, shown=shown))
 
     def tick(self) -> None:
-        """Request a decision if the last one failed or its validity ends soon; call this method regularly.
+        """Request a decision if the last decision failed or its validity ends soon; call this method regularly.
 
         Nothing is requested if a request already waits. In any case, report a decision that takes too long to be
         written to the log, and evidence that has waited too long for its decision: a disk that is slow or hangs raises

@@ -55,7 +55,11 @@ class TerrainListener(Protocol):
 
 
 class Builder:
-    """Builds the terrain from waiting surveys on its own thread, and hands it to the thread that flies rocks."""
+    """Builds the terrain from waiting surveys on its own thread, and passes the terrain to the thread that flies rocks.
+
+    waiting : the queue of surveys; flyer : the thread that flies rocks; listener : receives reports
+    store : keeps the terrain on disk, None for no store; in_use : the whole survey in use at the start
+    """
 
     def __init__(
         self,

@@ -233,7 +233,7 @@ class Flyer:
             raise
 
     def _begin(self, trigger: Trigger) -> None:
-        """Begin to answer a trigger, unless it was forgotten after it left the queue."""
+        """Begin to answer a trigger, unless the trigger was forgotten after it was taken from the queue."""
         with self._changed:
             if self._schedule.current is not trigger:
                 return

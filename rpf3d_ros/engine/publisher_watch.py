@@ -155,7 +155,10 @@ def fitting_of(topic: WatchedTopic, seen: Iterable[SeenPublisher]) -> list[SeenP
 
 
 def sentences_by_topic(findings: Iterable[PublisherFinding], topics: Iterable[str]) -> dict[str, str]:
-    """Return the faults of each topic as one sentence, "" for a topic without a fault."""
+    """Return the faults of each topic, by topic, as one sentence; "" for a topic without a fault.
+
+    findings : from `PublisherWatch` or `MuteSensors`; warnings are skipped
+    """
     told: dict[str, str] = dict.fromkeys(topics, "")
     for finding in findings:
         if finding.is_fault:

@@ -63,11 +63,14 @@ class RefusedInputs:
             self._tell(topic, why)
 
     def understood(self, topic: str, speakers: Callable[[], int], now: float, is_whole: bool) -> None:
-        """End the fault of a topic if the topic has one publisher, because a message of the topic was understood.
+        """Note an understood message of a topic, which may end the topic's fault; do nothing if it has none.
+
+        While the topic has several publishers, the fault stays as it is. Otherwise the fault ends if `is_whole` is
+        True, or if the last refused message is longer ago than `silence_s`. If the fault does not end, a person can end
+        it (`acknowledged`).
 
         speakers : returns the number of publishers of the topic; now : time (s, steady clock)
-        is_whole : True if the message replaces all earlier messages of the topic, as a message of areas does; if
-            False, the fault stays until the last refused message is longer than `silence_s` ago
+        is_whole : True if the message replaces all earlier messages of the topic, as a message of areas does
         """
         refusal = self._refused.get(topic)
         if refusal is None or speakers() > 1:

@@ -36,7 +36,7 @@ NOT_ALONE = 4
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Acknowledge; return the exit code: 0 to 4 as in the module's docstring, 128 + its number after a signal."""
+    """Acknowledge the alert; return the exit code: 0 to 4 as in the module's docstring, 128 + the signal's number."""
     words = sys.argv[1:] if args is None else list(args)
     options = _options(arguments_of_program(words))
     return unless_signalled(lambda: _acknowledged(options, words))

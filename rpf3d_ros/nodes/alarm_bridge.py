@@ -49,9 +49,10 @@ def put_newest(reports: "queue.Queue[str]", report: str) -> None:
 
 
 class AlarmBridgeNode(Node):
-    """Receives `alerts` and `alarm`, and keeps the contacts closed while both are fresh and no alarm sounds.
+    """Receives `alerts` and `alarm`, and keeps the contacts closed while `AlarmState` allows this.
 
-    It does not close a contact while more than one program publishes one of the topics.
+    The contacts are open if an alarm sounds, if the last messages are too old, and while more than one program
+    publishes one of the topics.
     """
 
     def __init__(self) -> None:

@@ -148,7 +148,7 @@ class FileContact:
 
 
 def is_closed(path: Path) -> bool:
-    """True if the dry contact of a file is closed: a process holds its lock, the word is `closed`, and it is valid."""
+    """True if the contact of a file is closed: a process locks the file, and its content is valid and `closed`."""
     try:
         file = os.open(path, os.O_RDONLY)
     except OSError:

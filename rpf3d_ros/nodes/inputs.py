@@ -289,7 +289,7 @@ class Inputs:
         self._take(topic, header, take)
 
     def _take(self, topic: str, header: Header, take: Callable[[], None], published_ns: int = 0) -> None:
-        """Process a message with `take`; refuse it if its stamp is older than the topic's last, or in the future."""
+        """Process a message with `take`; refuse a stamp older than the last one of the topic, or in the future."""
         stamp = nanoseconds(header.stamp)
 
         def guarded() -> None:

@@ -78,9 +78,9 @@ class AnswerEntries:
             yield self._times.of_message(cloud, lambda r: r.energies(energy))
 
     def zones(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield the entries of a message of hazard/zones, if it differs from the last message.
+        """Yield the entries of a message of hazard/zones, if its content is new.
 
-        The first entries delete the last zones; the others draw facets and outline of each zone.
+        The first entries delete the zones of the previous message; the others draw facets and outline of each zone.
         """
         levels = by_name(facets_of_markers(array, self._frame), HAZARD, "level")
         outlines = by_name(outlines_of_markers(array, self._frame), HAZARD, "level")

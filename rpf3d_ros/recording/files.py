@@ -120,7 +120,7 @@ class RecordingFiles:
             self._next()
 
     def check(self) -> None:
-        """Begin a new file if the open one could not be written, or is too large or too old.
+        """Begin a new file if the last file could not be written, or has reached the limit of size or age.
 
         Raises OSError or RuntimeError as `write`.
         """

@@ -103,7 +103,7 @@ class Recording:
         self._log("sources/direction", arrows)
 
     def area(self, name: str, corners: FloatArray) -> None:
-        """Add the outline of an area of interest, corners (N, 3) m: a point for one corner, nothing for none."""
+        """Add the outline of an area of interest; corners : (N, 3) m, N = 1 draws a point, N = 0 no outline."""
         outline = [np.vstack([corners, corners[:1]])] if len(corners) else []
         self._log(_under("areas", name), self._rerun.LineStrips3D(outline, radii=-OUTLINE_PIXELS, colors=AREA_COLOUR))
 
@@ -209,11 +209,14 @@ class Recording:
         self.clear(_under("hazard", level))
 
     def alert(self, level: int) -> None:
-        """Add the alert level, an index into LEVELS, to its plot."""
+        """Add the alert level of the site to the plot of the level; level : index into LEVELS."""
         self._log("alert_level", self._rerun.Scalars(float(level)))
 
     def alert_state(self, name: str, state: str | None) -> None:
-        """Add the state of site, alarm or area (area/<name>) to its lane, a bar over time; None ends the bar."""
+        """Add the state of the site, the alarm or an area to its lane, a bar over time.
+
+        name : site, alarm or area/<name>; state : a key of STATE_COLOURS, None to end the bar
+        """
         lane = _under("alert_state", name)
         if lane not in self._lanes:
             self._lanes.add(lane)
