@@ -422,8 +422,8 @@ class AlertDesk:
         """True if a new decision must be made: the validity of the last decision has ended or ends soon.
 
         Also True if there is no decision yet, if decisions had to wait for the clock, or if the last decision is later
-        than `now`. The validity of a decision ends when its evidence becomes stale. So the alert becomes a fault at the
-        latest at the first call of `tick` after that time.
+        than `now`. The validity of a decision ends at the latest when its evidence becomes stale, so the alert becomes
+        a fault at the latest at the first call of `tick` after that time.
 
         now : present time (ns)
         """

@@ -35,7 +35,7 @@ LEAVING = 1.0
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Play a bag; return the exit code: 0, 2 for bad input, 128 + its number for a signal."""
+    """Play a bag; return the exit code: 0, 2 for bad input, 128 + the signal's number after a signal."""
     words = sys.argv[1:] if args is None else list(args)
     options = _options(arguments_of_program(words))
     return unless_signalled(lambda: _played(options, words))
