@@ -31,8 +31,8 @@ def area_alerts(
 ) -> tuple[AreaAlert, ...]:
     """Return an alert for each area of the answer that has limits, and for each area that the site file names in full.
 
-    An area of the previous decision that is in neither group also gets an alert while there is a fault, or while its
-    held level is above normal.
+    An area of the previous decision that is in neither group also gets an alert if the evidence is not believed, or if
+    its held level is above normal and is not lowered.
 
     Parameters
     ----------
@@ -40,6 +40,8 @@ def area_alerts(
         The previous decision.
     worst : mapping from names to LimitFinding, or None
         For each area, the answer's finding with the highest level, from `worst_of`; None if there is no answer.
+    thresholds : Thresholds
+        The thresholds of the site.
     is_faulty : bool
         True if the evidence is not believed.
     steps_down : bool
@@ -72,7 +74,7 @@ def area_alerts(
 
 
 def worst_of(findings: Iterable[LimitFinding]) -> dict[str, LimitFinding]:
-    """Return for each area, by name, the finding with the highest alert level: it determines the level of the area."""
+    """Return the finding with the highest alert level of each area, by name: this finding gives the area its level."""
     worst: dict[str, LimitFinding] = {}
     for finding in findings:
         if finding.name not in worst or finding.level > worst[finding.name].level:
@@ -116,9 +118,8 @@ def undecided(
 def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
     """Return the held levels of the previous decision: of each area, by name, and one level for all other areas.
 
-    A decision in the log of an older version contains no areas. Then the held level of the site counts for every area,
-    and the names in the result are those of the areas that raised this level, from the sentences in `held_by`, in the
-    words of that version.
+    A decision in the log of an older version contains no areas. The held level of the site then counts for every area,
+    and the names in the result are those of the areas that raised this level, read from the sentences in `held_by`.
     """
     if previous is None:
         return {}, Level.NORMAL

@@ -35,9 +35,10 @@ LATER_OF_AREA = ("since", "origin", "judged")
 
 
 class LevelChange(NamedTuple):
-    """A decision that the reader of an audit must see: a level or the fault state changed, or a person acknowledged.
+    """A decision that the reader of an audit must see: the first one, or one with a change or an acknowledgement.
 
-    The changed level may be that of the site or of an area.
+    Changes that count are those of a level (of the site or of an area), of the alarm, from or to a fault, and of the
+    acknowledgements that wait.
 
     line : number of the line in the log; alert : the decision; before : the previous decision, None if there is none
     version : version of rpf3d that made the decision
@@ -80,7 +81,7 @@ class Audit:
 
 
 def audit_log(path: str | Path, head: str | None = None) -> Audit:
-    """Audit a log, given its folder or one of its files.
+    """Audit a log, given its folder or one of its files, and return the result.
 
     Parameters
     ----------
@@ -286,7 +287,7 @@ def _without(content: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
 
 
 def areas_changed(before: Alert | None, alert: Alert) -> list[tuple[str, Level, Level]]:
-    """Return (name, level before, level after) of each area whose level changed in another way than the site's level.
+    """Return (name, level before, level after) of each area whose level changed differently from the site's level.
 
     The level before is NORMAL for an area that the previous decision does not contain. The list is empty if there is no
     previous decision, or if the previous decision contains no areas.

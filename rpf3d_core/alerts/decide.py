@@ -23,7 +23,7 @@ from rpf3d_core.alerts.time_units import ns_of, when
 class _Held(NamedTuple):
     """The held level after a decision, and why it is held.
 
-    level : the held level; by : the sentences on the areas that raised the level to this value; () at NORMAL
+    level : the held level; by : sentences on the areas whose evidence raised the level to this value; () at NORMAL
     since_ns : time (ns) since when the level is held
     void : why the acknowledgement has no effect, "" if it has an effect or there is none
     """
@@ -114,7 +114,7 @@ def _is_small(evidence: Evidence, thresholds: Thresholds) -> bool:
 
 
 def _stands(previous: Alert | None, now_ns: int) -> bool:
-    """True if the previous decision has no faults and is still valid at the time now (ns).
+    """True if there is a previous decision that has no faults and is still valid; now_ns : present time (ns).
 
     An answer with too few rocks must not replace such a decision.
     """
@@ -178,7 +178,7 @@ def _why_void(
     is_worse: bool,
     now_ns: int,
 ) -> str:
-    """Return why an acknowledgement does not lower the held level; "" if it lowers the level.
+    """Return why an acknowledgement cannot lower the held level; "" if it can, once enough persons have acknowledged.
 
     previous : the previous decision; evident : the level that the evidence gives by itself
     trusted : True if the evidence is believed and enough rocks flew; is_worse : True if the evidence got worse

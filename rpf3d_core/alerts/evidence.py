@@ -99,12 +99,13 @@ class Outdated(NamedTuple):
 
 
 class Evidence(NamedTuple):
-    """The evidence of one answer, all that a decision knows about it: stamps and digests of its inputs, counts by area.
+    """The evidence of one answer, or of several combined: all that a decision knows about the inputs and the results.
 
     result, stage : number of the result (each stage of an answer has its own), and number of the stage, from 0
-    at_ns : time of the answer; trigger_stamp_ns, terrain_stamp_ns : stamps of the sources and of the survey
+    at_ns : time of the answer; trigger_stamp_ns, terrain_stamp_ns : stamps of the sources and of the survey (all ns)
     terrain_digest, sources_digest : digests of the inputs
     sources : number of sources; 0 if the monitoring works and sees no source
+    seed : random seed of the scene; version : version of rpf3d
     areas : if several answers are combined, an area may occur once for each answer: the highest level counts
     faults : sentences from the program that made the evidence, each a reason not to believe the evidence
     unfinished : number of rocks whose flight was cut off (`unfinished_of`)

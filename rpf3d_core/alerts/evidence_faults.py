@@ -137,8 +137,7 @@ def _predictive_faults(area: AreaEvidence) -> Iterator[str]:
 def _end_faults(area: AreaEvidence) -> Iterator[str]:
     """Yield a fault for an `energy_high`, `energy_sets` or `first_arrival_low_s` of an area that cannot be right.
 
-    Such a value is impossible, or less safe than the figure of all rocks together: an energy below it, or a later
-    arrival.
+    Such a value is impossible, an energy below that of all rocks together, or an arrival later than that of all rocks.
     """
     energy, arrival = area.energy_high, area.first_arrival_low_s
     for what, end in (("upper end of the energy", energy), ("lower end of the first arrival", arrival)):
@@ -177,7 +176,7 @@ def _unknown_faults(area: AreaEvidence, thresholds: Thresholds) -> Iterator[str]
 
 
 def _cut_off_faults(area: AreaEvidence, unfinished: int, thresholds: Thresholds) -> Iterator[str]:
-    """Yield a fault if an area would reach a higher limit of the share with the rocks whose flight was cut off.
+    """Yield a fault if the level of an area would be higher if all rocks that were cut off had reached the area.
 
     unfinished : number of rocks of all clusters whose flight was cut off
     """

@@ -40,8 +40,8 @@ def _area_evidence_content(area: AreaEvidence) -> dict[str, Any]:
 def _origins_content(origins: Origins) -> dict[str, Any]:
     """Return the origins of an area's figures as plain values, by figure.
 
-    An origin equal to that of `reached` is left out. The origins of `energy_high` and `first_arrival_low` are left out
-    only if they are None.
+    The origins of `energy_high` and `first_arrival_low` are left out if they are None, every other origin if it equals
+    that of `reached`.
     """
     others = {
         name: origin
@@ -87,7 +87,7 @@ def origin_of(content: dict[str, Any] | None) -> Origin | None:
 
 
 def _written(value: Any) -> Any:
-    """Return a value in a form that JSON supports: NaN and infinity become text."""
+    """Return a value in a form that JSON supports: NaN and infinities as text, any other value unchanged."""
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 

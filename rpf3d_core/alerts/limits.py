@@ -62,16 +62,20 @@ def without_limits(evidence: Evidence, thresholds: Thresholds) -> tuple[str, ...
 
 
 def limits_of(thresholds: Thresholds, name: str) -> AreaLimitsSpec | None:
-    """Return the site's limits for an area: under its full name, else under the first pattern that matches; or None."""
+    """Return the site's limits for an area; None if the site file has none.
+
+    The limits under the full name of the area count before those under the first pattern that matches the name.
+    """
     if name in thresholds.areas:
         return thresholds.areas[name]
     return next((limits for pattern, limits in thresholds.areas.items() if fnmatchcase(name, pattern)), None)
 
 
 def hidden_level(area: AreaEvidence, thresholds: Thresholds) -> Level | None:
-    """Return the level of an area as if all rocks that left the terrain had reached the area; None if no rock left.
+    """Return the level of an area as if all rocks in `left` had reached the area; None if no rock left the terrain.
 
-    The energy of these rocks counts as infinite and their arrival as immediate, because both are unknown. Without
+    The energy of these rocks counts as infinite and their arrival as immediate, because both are unknown. If they are
+    at most a share RARE of all rocks in the area, the largest known energy takes the place of the p95 energy. Without
     `left_high`, all rocks that left are counted in one parameter set, the worst case.
     """
     if area.left <= 0:
@@ -88,7 +92,7 @@ def hidden_level(area: AreaEvidence, thresholds: Thresholds) -> Level | None:
 
 
 def with_more_reached(area: AreaEvidence, count: int) -> AreaEvidence:
-    """Return the evidence of an area as if `count` more of the flown rocks had reached it, all of one parameter set.
+    """Return the evidence of an area if `count` more of the flown rocks had reached it, all of one parameter set.
 
     Only the share of rocks changes, not their energy and arrival.
     """
@@ -117,7 +121,7 @@ def is_small(area: AreaEvidence, terms: EvidenceSpec) -> bool:
 
 
 def lacks_predictive(area: AreaEvidence, terms: EvidenceSpec) -> bool:
-    """True if the site compares predictive intervals, the scene has unknowns, and this answer has no interval yet.
+    """True if an answer still lacks the predictive interval that the site compares; False in a scene without unknowns.
 
     area : evidence of the answer on one area; terms : the site's rules for evidence
     """
@@ -254,7 +258,9 @@ def _known(pooled: float | None, end: float | None, terms: EvidenceSpec) -> tupl
 def _energy(area: AreaEvidence, terms: EvidenceSpec) -> str:
     """Return the energy in an area as text for the reason of an alert level; with unknowns, also its upper end.
 
-    The upper end is that over the parameter sets. terms : the site's rules for evidence
+    The upper end is that over the parameter sets.
+
+    terms : the site's rules for evidence
     """
     what = "largest energy (too few rocks for a p95)" if area.p95_energy is None else "p95 energy"
     told = "no rock reached the area" if area.pooled_energy is None else f"{what} {area.pooled_energy:.6g} J"
@@ -271,7 +277,9 @@ def _energy(area: AreaEvidence, terms: EvidenceSpec) -> str:
 def _arrival(area: AreaEvidence, terms: EvidenceSpec) -> str:
     """Return the first arrival in an area as text for the reason of an alert level; with unknowns, also its lower end.
 
-    The lower end is the first arrival of the fastest parameter set. terms : the site's rules for evidence
+    The lower end is the first arrival of the fastest parameter set.
+
+    terms : the site's rules for evidence
     """
     first = area.first_arrival_s
     told = "no rock reached the area" if first is None else f"the first rock arrives after {first:.1f} s"

@@ -4,8 +4,8 @@ A log is a folder of numbered files. Each line contains the hash of the previous
 so a changed or missing line is found. Each decision is logged with all inputs of `decide`, so `rpf3d audit` can repeat
 the decision.
 
-A state file (`state_file`) in the folder has what the lines cannot have: the last decision while the disk is full, and
-what the node received before (`memory`). A file next to the folder (`witness`) shows that a log was begun.
+A state file (`state_file`) in the folder has facts that the lines lack: the last decision if the disk is full, and what
+the node has received (`memory`). A file next to the folder (`witness`) shows that a log was begun.
 """
 
 import fcntl
@@ -124,9 +124,9 @@ class DecisionLog:
         return self.head
 
     def remember(self, received: dict[str, Any]) -> None:
-        """Keep the values that the node has received, for its next start; write them to disk only if they have changed.
+        """Save the state that the node's next start needs; write it to disk only if it has changed.
 
-        received : plain values
+        received : the state, as plain values, such as the topics that have published
 
         Raises
         ------
@@ -138,7 +138,7 @@ class DecisionLog:
             raise NotLogged(f"{self.folder}: the received inputs cannot be saved for the next start: {why}")
 
     def lose_received(self) -> None:
-        """Note on disk that the values that the node has received are unknown to its next start.
+        """Note on disk that the state for the node's next start (`remember`) could not be saved.
 
         Unless a later call of `remember` succeeds, the next start does not trust the log.
         """
@@ -185,10 +185,10 @@ class DecisionLog:
         return ""
 
     def _follow(self) -> None:
-        """Bring the state file up to date with the decision that has just been written to the log.
+        """Update the state file after a decision was written to the log.
 
-        If this succeeds, nothing is missing on disk. So a note in the witness file that an earlier write failed is
-        removed, and no person has to acknowledge the failure.
+        If then nothing is missing on disk and no earlier level is unknown, this log's own note in the witness file that
+        an earlier write failed is removed, so that no person has to acknowledge the failure.
         """
         wanted = {"lost": 0, "alert": None, "file": self._number, "unknown": self.unknown}
         is_current = all(self._facts.get(name) == value for name, value in wanted.items()) or not self._keep(**wanted)

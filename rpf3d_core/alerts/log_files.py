@@ -69,7 +69,7 @@ def tail_of(path: Path) -> Tail:
 
 
 def _was_interrupted(raw: bytes) -> bool:
-    """True if the bytes are the beginning of a line whose writing was interrupted; such a line was never published.
+    """True if the bytes are the beginning of a line whose writing was interrupted, so that it was never published.
 
     Zeros or other bytes show that the disk has damaged the line after it was written.
     """

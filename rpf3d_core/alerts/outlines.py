@@ -40,9 +40,7 @@ def places_end_ns(
     thresholds: Thresholds,
     is_small: bool,
 ) -> list[int]:
-    """Return the times (ns) until which moved areas may be judged for their former places, one for each such area.
-
-    After such a time, a fault is reported.
+    """Return the times (ns) until which moved areas may still be judged for their former places; then they are a fault.
 
     Parameters as in `decide`; worst : for each area, by name, the answer's finding with the highest level
     is_small : True if too few rocks flew to judge an area

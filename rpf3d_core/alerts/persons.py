@@ -59,7 +59,7 @@ def waiting_sentences(acknowledged: Acknowledged) -> tuple[str, ...]:
 
 
 def _persons_for(held: Level, terms: AcknowledgeSpec) -> int:
-    """Return how many persons must acknowledge before a held level falls."""
+    """Return how many persons must acknowledge before the held level `held` falls."""
     return terms.persons if held >= Level[terms.held_from.upper()] else 1
 
 

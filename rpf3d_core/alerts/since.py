@@ -9,7 +9,7 @@ KEPT_AFTER_ITS_END = (Level.EVACUATE, Level.FAULT)
 
 
 class ShownLevel(NamedTuple):
-    """The level of the site or of an area that a decision shows.
+    """The level that a decision shows for the site or for an area.
 
     since : since when the level is shown; valid_until_ns : end of the validity of the decision (ns)
     """

@@ -1,4 +1,4 @@
-"""Read a site file, which contains the mine's own thresholds, as `Thresholds`; report one sentence for each error."""
+"""Read a site file, which contains the mine's own thresholds, as `Thresholds`, and report every error in it."""
 
 import hashlib
 import json

@@ -9,7 +9,7 @@ EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
 def ns_of(seconds: float) -> int:
-    """Return a period of the site file (s) as whole nanoseconds, the unit of all times in decisions."""
+    """Return a period (s), such as one of the site file, in whole nanoseconds, the unit of all times in decisions."""
     return round(seconds * NS)
 
 

@@ -79,8 +79,7 @@ class Witness:
     def settle(self) -> None:
         """Remove the note that decisions are missing; do nothing if the file cannot be changed.
 
-        The caller has made sure that nothing is missing any more, or that a person has acknowledged the missing
-        decisions.
+        Call this only if nothing is missing any more, or if a person has acknowledged that decisions are missing.
         """
         with contextlib.suppress(OSError):
             if self.unlogged_path.exists():

@@ -26,7 +26,9 @@ _taken: list[IO[str]] = []
 
 
 def isolated_environment(logs: Path) -> dict[str, str]:
-    """Return environment variables that keep nodes on this machine, in a domain that no other process uses.
+    """Return environment variables with which nodes communicate on this machine only, in a ROS domain of their own.
+
+    logs : folder of the nodes' ROS logs
 
     Raises InputError if no domain is free.
     """
@@ -59,7 +61,7 @@ def _end_with_parent() -> None:
 
 
 def ended(process: subprocess.Popen[bytes]) -> int:
-    """End a node by SIGINT and return its exit code; kill the node if it takes longer than GRACE."""
+    """End a node by SIGINT and return its exit code; kill the node if it still runs after GRACE (s)."""
     if process.poll() is None:
         process.send_signal(signal.SIGINT)
     try:

@@ -56,7 +56,7 @@ DECISIONS = "demo-decisions"
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run the demo; return 0 or 1, or 128 + its number after a signal."""
+    """Run the demo; return the exit code: 0 if it succeeded, 1 if not, 128 + the number of a signal."""
     options = _options(args)
     return unless_signalled(lambda: _demo(options))
 
@@ -87,10 +87,7 @@ def _played(options: argparse.Namespace) -> int:
 
 
 def _keep_decisions(made: Path, kept: Path) -> None:
-    """Delete the decision log in the folder `kept`, and copy the decision log in the folder `made` to it.
-
-    Other files in `kept` stay.
-    """
+    """Replace the decision log in the folder `kept` by a copy of the decision log in `made`; other files stay."""
     kept.mkdir(exist_ok=True)
     for _, old in files_in(kept):
         old.unlink()
@@ -115,7 +112,10 @@ def _options(args: Sequence[str] | None) -> argparse.Namespace:
 
 
 def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[str]:
-    """Run the nodes while the shift is played, until everything is recorded; return what is missing."""
+    """Run the nodes while the shift is played, until everything is recorded.
+
+    Return what is missing, as words for a message: topics, alert levels, or nodes that failed; empty if all is well.
+    """
     # This process subscribes in the same domain, so it takes the same environment. Child processes start before rclpy.
     os.environ.update(isolated_environment(logs))
     content = shift_content(options.scene, SOURCES)

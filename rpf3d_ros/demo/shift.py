@@ -111,25 +111,25 @@ class Shift:
         self._publish_sources()
 
     def falls(self) -> None:
-        """Let the radar detect rocks from now on."""
+        """Publish moving rocks as the sources that the radar detects from now on, and wait for the answer."""
         self._detected = (self._content.places, self._content.velocities)
         self._publish_sources()
 
     def quiet(self) -> None:
-        """Let the radar detect nothing from now on."""
+        """Publish that the radar detects no sources from now on, and wait for the answer."""
         self._detected = (NONE, NONE)
         self._publish_sources()
 
     def fails(self) -> None:
-        """Publish the bench with muck on it."""
+        """Publish a patch with muck on the bench, because the crest has failed, and wait for an answer over it."""
         self._update(self._content.muck)
 
     def cleaned(self) -> None:
-        """Publish the bench without muck."""
+        """Publish a patch with the bench without muck, and wait for an answer over it."""
         self._update(self._content.bench)
 
     def acknowledge(self) -> None:
-        """Let the operator acknowledge the alert."""
+        """Acknowledge the alert as the operator. Raises InputError if the acknowledgement is refused."""
         done, answer = self._at_real_time(lambda: self._stand_in.acknowledge(BY, ANSWERING))
         if not done and answer != TAKEN_UP:  # taken up on a slow machine: the later alerts show the level
             raise InputError(f"the acknowledgement was refused: {answer}")
@@ -168,7 +168,7 @@ class Shift:
             self._stand_in.spin_once()
 
     def _await(self, ask: Callable[[], None], answered: Callable[[], bool]) -> None:
-        """Publish after the nodes have received the current time, and wait for the answer.
+        """Publish the current time, then a message, and wait for the answer to this message.
 
         ask : publishes the message; answered : returns True once the answer has been received
 

@@ -73,7 +73,9 @@ class StandIn:
     def wait_for_subscribers(self, seconds: float, count: int = 1, alive: Callable[[], bool] = lambda: True) -> bool:
         """Handle messages until every published topic has `count` subscribers, or `alive` is false.
 
-        Return True if every topic has enough subscribers. alive : returns False if waiting has become useless
+        Return True if every topic has enough subscribers.
+
+        seconds : longest time to wait (s); alive : returns False if waiting has become useless
         """
         offered = self._publishers.values()
 

@@ -1,4 +1,4 @@
-"""Decide whether the contact of an alarm bridge may be closed: only on fresh, valid and agreeing alerts."""
+"""Decide whether an alarm bridge may close its contact to a PLC: only while recent, valid alerts sound no alarm."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -18,7 +18,7 @@ class HeardAlert(NamedTuple):
     sequence : number of the publication; stamp_ns, until_ns : time of the publication, and end of validity (ns, by the
         simulator's clock)
     is_alarm : True if the alert sounds the alarm; level : level as a word
-    run : identifies the run of the simulator, "" if an older version of the simulator published the message
+    run : identifier of the run of the simulator, "" if an older version of the simulator published the message
     """
 
     sequence: int
@@ -48,7 +48,7 @@ class AlarmState:
     - the last messages of both topics are not stale, and the last alert is still valid: by the time since its arrival,
       and by the clock of the bridge
     - for `stale_s`, all alerts came from one run of the simulator, with rising sequence numbers
-    - neither topic has the alarm on, and the level is not `fault`
+    - the alarm is off in the last messages of both topics, and the level is not `fault`
     """
 
     def __init__(self, stale_s: float, offset_s: float = CLOCK_OFFSET) -> None:

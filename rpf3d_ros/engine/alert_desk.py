@@ -119,10 +119,12 @@ class AlertDesk:
         self._thread.start()
 
     def decide_on(self, region: Hashable, evidence: Evidence, topic: str) -> None:
-        """Ask for a decision on new evidence of a region (one wall of the pit); returns at once.
+        """Request a decision on new evidence of a region (one wall of the pit), and return at once.
 
         Evidence without sources applies to all regions of its topic. If MOST_WAITING answers wait already, the message
         counts as lost.
+
+        topic : the topic on which the sources of the evidence were received
         """
         with self._served:
             if len(self._undecided) < MOST_WAITING:
@@ -135,14 +137,14 @@ class AlertDesk:
         """Wait at most `seconds` until fewer than MOST_UNDECIDED answers wait for their decision.
 
         Return True if fewer wait, or if the desk is closed; False after the time. The thread that flies rocks calls
-        this method, because a slow disk delays decisions, and each answer needs its own decision: a later answer may
-        hide a danger.
+        this method, so that answers do not come faster than a slow disk can log their decisions. Each answer needs its
+        own decision, because a later answer may show less danger.
         """
         with self._served:
             return self._served.wait_for(lambda: len(self._undecided) < MOST_UNDECIDED or self._closed, seconds)
 
     def miss(self, topic: str, at_ns: int) -> None:
-        """Report that messages of a topic of sources were lost before they could be read; at_ns : present time (ns)."""
+        """Note that messages of a topic of sources were lost before they could be read; at_ns : present time (ns)."""
         with self._served:
             self._missed[topic] = max(at_ns, self._missed.get(topic, at_ns))
         self._ask(CHANGED)
@@ -175,30 +177,33 @@ class AlertDesk:
             self._ask(MOVED)
 
     def forget(self, why: str, reply: Reply | None = None) -> None:
-        """Ask to forget all evidence; until every topic of sources has published again, the alert has a fault.
+        """Request that all evidence is forgotten; until every topic of sources publishes again, the alert has a fault.
 
         why : the reason why the state is unknown
-        reply : called on the thread of the alert desk after the decision without evidence has been published
+        reply : called on the thread of the alert desk after the decision without evidence has been published; before
+            the clock runs, called without a decision
         """
         self._requests.put(Request(faults=why, reply=reply))
 
     def lose(self, why: str) -> None:
-        """Ask to forget all evidence because of an error of the program.
+        """Request that all evidence is forgotten because of an error of the program.
 
-        From then on, only messages with later stamps count. If a source of topic `clicked_point` is lost, the alert has
-        a fault until the source would be too old.
+        Afterwards, a message of a topic counts only if its stamp is later than that of the topic's last message. If a
+        source of topic `clicked_point` is lost, the alert has a fault until the source would be too old.
 
         why : the reason why the state is unknown
         """
         self._requests.put(Request(faults=why, is_error=True))
 
     def acknowledge(self, by: str, why: str, reply: Reply, client: str = "") -> None:
-        """Ask for a decision with an acknowledgement.
+        """Request a decision with an acknowledgement, and return at once.
 
         A fault that is shown at this call makes the acknowledgement void, even if the fault ends before the decision.
+        The only exception is the fault that the level before the start is unknown.
 
-        by, why : name and reason; client : as in `Acknowledgement`
-        reply : called with the result, on the thread of the alert desk
+        by, why : name of the person, and reason; client : as in `Acknowledgement`
+        reply : called on the thread of the alert desk, with True and a sentence, or with False and why the
+            acknowledgement has no effect
         """
         given = Acknowledgement(by=by, why=why, at_ns=self._now(), client=client)
         faults = self.alert.faults if self.alert is not None else ()
@@ -207,7 +212,7 @@ class AlertDesk:
         self._requests.put(Request(acknowledged=given, reply=reply, shown=shown))
 
     def tick(self) -> None:
-        """Request a decision if the last one failed or its validity ends soon; call this method regularly.
+        """Request a decision if the last decision failed or its validity ends soon; call this method regularly.
 
         Nothing is requested if a request already waits. In any case, report a decision that takes too long to be
         written to the log, and evidence that has waited too long for its decision: a disk that is slow or hangs raises
@@ -285,7 +290,7 @@ class AlertDesk:
                 self._served.notify_all()
 
     def _serve(self, request: Request, following: Request | None) -> None:
-        """Carry out a request; following : the request after it if that one waits already, else None."""
+        """Carry out a request; following : the next request, None if no other request waits."""
         now = self._now()
         if request.faults:
             self._evidence.lose() if request.is_error else self._evidence.forget(now)
@@ -338,7 +343,10 @@ class AlertDesk:
             request.reply((request.acknowledged is None, NO_CLOCK))
 
     def _acknowledge(self, request: Request, now: int) -> None:
-        """Decide with the acknowledgement of a request; if it has no name or reason, only log it. now : time (ns)."""
+        """Decide with the acknowledgement of a request, and reply; now : present time (ns).
+
+        An acknowledgement without a name or reason is only logged as refused.
+        """
         asked = request.acknowledged or Acknowledgement(by="", why="", at_ns=now)
         try:
             given = acknowledgement(*asked)
@@ -411,10 +419,11 @@ class AlertDesk:
         return ""
 
     def _is_over(self, now: int) -> bool:
-        """True if a new decision must be made: the validity of the last decision has ended, or ends soon.
+        """True if a new decision must be made: the validity of the last decision has ended or ends soon.
 
-        A decision is not valid after its evidence has become stale. So the alert becomes a fault at the latest at the
-        first call of `tick` after that time.
+        Also True if there is no decision yet, if decisions had to wait for the clock, or if the last decision is later
+        than `now`. The validity of a decision ends at the latest when its evidence becomes stale, so the alert becomes
+        a fault at the latest at the first call of `tick` after that time.
 
         now : present time (ns)
         """

@@ -1,4 +1,4 @@
-"""The requests to the alert desk, the thread that decides on alerts: each says what has changed or is asked for."""
+"""The requests to the alert desk, the thread that decides on alerts: new evidence, faults and acknowledgements."""
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass

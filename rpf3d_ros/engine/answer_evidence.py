@@ -11,7 +11,7 @@ from rpf3d_ros.engine.configuration import version
 
 @dataclass(frozen=True, eq=False)
 class EvidenceContext:
-    """What the evidence contains in addition to the values of an answer: terrain, time and seed.
+    """The values that evidence needs in addition to those of an answer: terrain, time and seed.
 
     standing : the prepared terrain in use, or None
     at_ns : time of the answer (ns); seed : random seed of the scene

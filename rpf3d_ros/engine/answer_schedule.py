@@ -99,11 +99,15 @@ class AnswerSchedule:
         self._unfinished = None if complete else trigger
 
     def finish(self) -> None:
-        """Note that the current trigger gets no further answer."""
+        """Note that no further stage of the current answer will be flown."""
         self._unfinished = None
 
     def _wants_latest(self) -> bool:
-        """True if the newest trigger must be answered again: the last published answer must be that of this trigger."""
+        """True if the newest trigger must be answered again, so that its answer is the one published last.
+
+        This is necessary after a change of the terrain or the areas, and after an answer to another trigger, but not
+        before all interrupted answers are complete.
+        """
         ends_another = self._finishing and (self._unfinished is not None or self._to_be_completed() is not None)
         return self._latest is not None and (self.repeats or (self.current is not self._latest and not ends_another))
 

@@ -10,7 +10,7 @@ from rpf3d_ros.messages.stamps import SECOND
 
 
 class AnsweredSources:
-    """The last trigger of each region; all are answered again after a change of the terrain or the areas."""
+    """The last trigger (sources of one message) of each region, to be answered again when terrain or areas change."""
 
     def __init__(self, age_s: float = 0.0, most: int = 0) -> None:
         """Keep at most `most` triggers.

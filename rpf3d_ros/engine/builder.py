@@ -31,8 +31,8 @@ class Built(NamedTuple):
     """The terrain after a whole survey or a patch.
 
     ground : the terrain; survey : the survey or patch to store, None if the terrain has not changed
-    repeats : True if the survey is the one that the terrain was built from before; lost : number of patches that were
-        in the terrain, and are not any more, although the survey is not newer than they are
+    repeats : True if the message contained the survey that the terrain was already built from
+    lost : number of patches that the terrain no longer contains, because it was built again from a repeated survey
     """
 
     ground: LiveTerrain
@@ -55,7 +55,11 @@ class TerrainListener(Protocol):
 
 
 class Builder:
-    """Builds the terrain from waiting surveys on its own thread, and hands it to the thread that flies rocks."""
+    """Builds the terrain from waiting surveys on its own thread, and passes the terrain to the thread that flies rocks.
+
+    waiting : the queue of surveys; flyer : the thread that flies rocks; listener : receives reports
+    store : keeps the terrain on disk, None for no store; in_use : the whole survey in use at the start
+    """
 
     def __init__(
         self,
@@ -115,7 +119,8 @@ class Builder:
     def _whole(self, arrival: Arrival) -> Built:
         """Build the terrain of a whole survey and put it into use.
 
-        If the terrain in use was built from the same survey, it stays with its stamp and its patches.
+        If the terrain in use was built from the same survey, the terrain stays with its stamp and its patches, unless
+        `SurveyInUse.may_stay` is False. Raises MessageRefused for a mesh that was in use before the present survey.
         """
         standing, in_use = self._flyer.standing, self._in_use
         known = standing.ground if standing is not None and isinstance(standing.ground, LiveTerrain) else None
@@ -139,7 +144,7 @@ class Builder:
         return Built(ground, survey, repeats, lost=in_use.patches if repeats else 0)
 
     def _patched(self, arrival: Arrival) -> Built:
-        """Join a patch to the terrain in use."""
+        """Build a patch into the terrain in use. Raises MessageRefused if the patch is not a point cloud."""
         patch = arrival.convert()
         if not isinstance(patch, CloudSurvey | GridSurvey):
             raise MessageRefused("a patch must be a point cloud")
@@ -159,10 +164,12 @@ class Builder:
 
 
 def _stood_on(before: PreparedTerrain, ground: LiveTerrain) -> PreparedTerrain:
-    """Return the prepared terrain after a patch; the patch has already changed the arrays of the terrain.
+    """Return the prepared terrain after a patch.
 
-    For the thread that flies rocks, TerrainError means that nothing was changed. Therefore an error here raises
-    MessageRefused instead.
+    before : the prepared terrain before the patch; ground : the terrain with the patch, which has changed its arrays
+
+    Raises MessageRefused in place of TerrainError, because the thread that flies rocks takes a TerrainError to mean
+    that nothing was changed.
     """
     try:
         return stand_after(before, ground)

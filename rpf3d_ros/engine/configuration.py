@@ -80,7 +80,8 @@ class StationConfiguration:
     def most_ahead(self) -> float:
         """Time (s) that stamps may be ahead of the clock: `most_ahead`, and at most `clock_tolerance_s` of a site file.
 
-        A stamp further ahead must be refused here, because the evidence of several regions has the oldest stamp only.
+        A message with a stamp further ahead is refused when it is received, because the combined evidence of several
+        regions contains the oldest stamp only.
         """
         if self.thresholds is None:
             return self.parameters.most_ahead
@@ -273,7 +274,7 @@ def _restored(
 
 
 def _check_origin(last: StoredSurveys, map_origin: tuple[float, float, float]) -> None:
-    """Raise InputError if stored surveys lie in a map with an unknown origin (m), or another than the node's map."""
+    """Raise InputError if surveys were stored with an unknown `map_origin` (m), or with another one than the node's."""
     stored = last.pieces[-1].map_origin
     if stored is None:
         raise InputError("it was stored by an older version, without map_origin: publish the whole terrain")
@@ -287,8 +288,8 @@ def _check_origin(last: StoredSurveys, map_origin: tuple[float, float, float]) -
 def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:
     """Open the decision log; return the log, and the problems that were found in it, "" without problems.
 
-    If the log cannot be opened, return None and the reason. Alerts also work without a log, but it is then unknown
-    which level was held before, and the next start must know that decisions are missing in the log.
+    If the log cannot be opened, return None and the reason. Alerts also work without a log, but the level that was held
+    before is then unknown. A note on disk lets the next start know that the log lacks decisions.
     """
     folder = parameters.decision_log or str(Path(parameters.site_file).parent / DECISIONS)
     try:

@@ -72,8 +72,9 @@ class Flyer:
     ) -> None:  # fmt: skip
         """Start the thread; nothing is answered before `activate`.
 
-        spread : distribution of the rocks around each source; size : number of rocks of an answer, and its clusters
-        results : yields a number for each result, that is for each stage of an answer
+        spread : distribution of the rocks around each source; size : number of rocks of an answer, and size of clusters
+        sources : the queue of triggers; results : yields a number for each result, that is for each stage of an answer
+        answered : keeps the triggers that are answered again after a change; None to answer only the latest again
         """
         self._spread, self._size, self._results, self._listener = spread, size, results, listener
         answered = answered or AnsweredSources()
@@ -125,7 +126,7 @@ class Flyer:
 
     @property
     def outlines(self) -> dict[str, str]:
-        """Return the digest of each area's present outline, by name: areas of the scene, then live areas."""
+        """The digest of the present outline of each area of interest, by name: areas of the scene, then live areas."""
         with self._changed:
             standing, areas = self.standing, self._live_areas()
         if standing is not None:
@@ -134,7 +135,7 @@ class Flyer:
 
     @property
     def terrain_digest(self) -> str:
-        """Return the digest of the terrain in use; "" without terrain."""
+        """The digest of the terrain in use; "" without terrain."""
         standing = self.standing
         return "" if standing is None else standing.ground.digest
 
@@ -232,7 +233,7 @@ class Flyer:
             raise
 
     def _begin(self, trigger: Trigger) -> None:
-        """Begin to answer a trigger, unless it was forgotten after it left the queue."""
+        """Begin to answer a trigger, unless the trigger was forgotten after it was taken from the queue."""
         with self._changed:
             if self._schedule.current is not trigger:
                 return

@@ -216,8 +216,9 @@ class LargeMessages:
         self._hand_on(topic, data, info["source_timestamp"])
 
     def _hand_on(self, topic: LargeTopic, content: Buffer, published_ns: int, lost: int = 0) -> None:
-        """Pass a message to its callback, and report the message if the callback raises. Other messages continue.
+        """Pass a message to its callback; if the callback raises, report the message, and return as usual.
 
+        content : the CDR bytes; published_ns : time of publication (ns)
         lost : number of messages that were lost before this message
         """
         try:
@@ -229,7 +230,10 @@ class LargeMessages:
                 report_error(partial(self._refused, topic.name, published_ns), error)
 
     def _report(self, errors: Sequence[Exception]) -> None:
-        """Report the errors of a check if they differ from those of the last check; report "" if they have ended."""
+        """Report the errors of a check if they differ from those of the previous check; report "" when they have ended.
+
+        errors : the errors of this check, empty without errors
+        """
         sentence = "; ".join(dict.fromkeys(f"{type(error).__name__}: {error}" for error in errors))
         if sentence == self._errors or not self._node.context.ok():
             return
@@ -250,7 +254,10 @@ class _Queue:
         self._message = _Serialized(allocator=rcl.allocator())
 
     def take(self) -> tuple[int, TakenMessage] | None:
-        """Return the publication time (ns) and the next message; None if there is none or after closing."""
+        """Return the publication time (ns) and the next message; None if no message waits, and after closing.
+
+        Raises RuntimeError if rcl reports an error.
+        """
         if self._closed.is_set():
             return None
         rcl, message, info = self._rcl, self._message, self._info

@@ -92,10 +92,10 @@ class MessageGaps:
         return last
 
     def _overwritten(self, received_ns: int) -> int:
-        """Return how many earlier first messages of publishers turn out, by this message, to be read from a full queue.
+        """Return for how many publishers this message shows that the queue was full when their first message was read.
 
-        received_ns : when the message was received (ns since the epoch). A message that was received before a first
-            message was read waited in the queue at the same time.
+        received_ns : when this message was received (ns since the epoch). If it was received before a first message was
+            read, both messages waited in the queue at the same time.
         """
         waiting = [each._replace(queued=each.queued + 1) for each in self._first if received_ns <= each.taken_ns]
         self._first = [each for each in waiting if not 0 < self._depth <= each.queued]

@@ -43,7 +43,11 @@ class WatchedTopic(NamedTuple):
 
 
 class PublisherFinding(NamedTuple):
-    """A sentence on the publishers of a topic, and whether it is a fault of the evidence or only a warning."""
+    """A fault or warning about the publishers of a topic.
+
+    topic : name of the topic, or of a group of topics without a publisher; sentence : describes the problem
+    is_fault : True for a fault of the evidence, False for a warning
+    """
 
     topic: str
     sentence: str
@@ -151,7 +155,10 @@ def fitting_of(topic: WatchedTopic, seen: Iterable[SeenPublisher]) -> list[SeenP
 
 
 def sentences_by_topic(findings: Iterable[PublisherFinding], topics: Iterable[str]) -> dict[str, str]:
-    """Return the faults of each topic as one sentence, "" for a topic without a fault."""
+    """Return the faults of each topic, by topic, as one sentence; "" for a topic without a fault.
+
+    findings : from `PublisherWatch` or `MuteSensors`; warnings are skipped
+    """
     told: dict[str, str] = dict.fromkeys(topics, "")
     for finding in findings:
         if finding.is_fault:

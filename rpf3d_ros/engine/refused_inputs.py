@@ -19,9 +19,10 @@ CAUSE = "refused: {}"
 
 
 class Refusal(NamedTuple):
-    """The refused messages of a topic since the last one that was understood.
+    """The refused messages of a topic with a fault.
 
-    why : why the first was refused, also before a restart; at : when the last was refused (s, by a steady clock)
+    why : why the first of these messages was refused; it may have been received before a restart
+    at : when the last of them was refused (s, steady clock)
     is_followed : True if a later message of the topic was understood
     """
 
@@ -31,7 +32,7 @@ class Refusal(NamedTuple):
 
 
 class RefusedInputs:
-    """The topics whose last message was refused. Only one thread may call the methods.
+    """The topics that have a fault because a message was refused. Only one thread may call the methods.
 
     report : called with the cause and the sentence of each fault; an empty sentence ends the fault
     """
@@ -41,8 +42,8 @@ class RefusedInputs:
     ) -> None:
         """Begin without refusals.
 
-        silence_s : time (s) for which sources count; longer after the last refused message of a topic, an understood
-            message or a person ends the fault
+        silence_s : time (s) for which sources count. When the last refused message of a topic is longer ago, an
+            understood message or an acknowledgement ends the fault
         terms : how many persons must acknowledge to end the fault, whatever level is held; None for one person
         """
         self._report, self._silence, self._terms = report, silence_s, terms or AcknowledgeSpec()
@@ -62,11 +63,14 @@ class RefusedInputs:
             self._tell(topic, why)
 
     def understood(self, topic: str, speakers: Callable[[], int], now: float, is_whole: bool) -> None:
-        """End the fault of a topic if the topic has one publisher, because a message of the topic was understood.
+        """Note an understood message of a topic, which may end the topic's fault; do nothing if it has none.
+
+        While the topic has several publishers, the fault stays as it is. Otherwise the fault ends if `is_whole` is
+        True, or if the last refused message is longer ago than `silence_s`. If the fault does not end, a person can end
+        it (`acknowledged`).
 
         speakers : returns the number of publishers of the topic; now : time (s, steady clock)
-        is_whole : True if the message replaces all earlier messages of the topic, as a message of areas does; if
-            False, the fault stays until the last refused message is longer than `silence_s` ago
+        is_whole : True if the message replaces all earlier messages of the topic, as a message of areas does
         """
         refusal = self._refused.get(topic)
         if refusal is None or speakers() > 1:
@@ -82,13 +86,11 @@ class RefusedInputs:
             )
 
     def acknowledged(self, by: str, now: float) -> tuple[str, ...]:
-        """End the faults of topics whose last refused message is followed by an understood one, or is too long ago.
+        """Note an acknowledgement; return the topics whose faults it ends, none until enough persons have acknowledged.
 
-        Return these topics. Too long ago means longer than `silence_s`.
-
-        Until enough persons have acknowledged, no fault ends and the result is empty. An acknowledgement counts only
-        for topics that met this condition when the person acknowledged. A message that is refused later, on any topic,
-        cancels all acknowledgements.
+        The fault of a topic can end if a message was understood after the last refused message, or if the last refused
+        message is longer ago than `silence_s`. An acknowledgement counts only for topics that met this condition when
+        the person acknowledged. A message that is refused later, on any topic, cancels all acknowledgements.
 
         by : name of the person; now : time (s, steady clock)
         """

@@ -32,9 +32,9 @@ class TopicEvidence(NamedTuple):
         return self._replace(evidence=self.evidence._replace(faults=faults))
 
     def clears(self, other: "TopicEvidence") -> bool:
-        """True if this evidence is of a message without sources, and so makes `other` of the same topic invalid.
+        """True if this evidence, of a message without sources, replaces `other` of the same topic with an older stamp.
 
-        The message must have a later stamp. If the stamps are equal, the sources of the other evidence still count.
+        If the stamps are equal, the sources of the other evidence still count.
         """
         return other.topic == self.topic and other.stamp_ns < self.stamp_ns
 
@@ -62,7 +62,7 @@ class RegionEvidence:
 
     @property
     def missed(self) -> dict[str, int]:
-        """Topic -> time (ns) at which its messages were last lost; only topics whose lost sources may still count."""
+        """The time (ns) at which messages were last lost, by topic; only topics whose lost sources may still count."""
         return self._topics.missed
 
     def note(self, region: Hashable, topic: str, evidence: Evidence) -> None:
@@ -105,8 +105,8 @@ class RegionEvidence:
     def fresh(self, now_ns: int) -> Evidence | None:
         """Return the evidence of all regions, combined into one for a decision; None if there is no evidence.
 
-        Stale evidence is left out, because the radar may have reported later that the rocks are at other places. If the
-        radar has reported nothing later, its silence is a fault. If all evidence is stale, the newest evidence counts.
+        Stale evidence is left out, because a later message of its sensor may have reported other sources. If the sensor
+        has reported nothing later, its silence is a fault. If all evidence is stale, the newest evidence counts.
         Evidence without sources counts only if no other evidence has sources. `outdated` of the result lists each area
         whose present outline is missing in the evidence of a region. `faults` of the result also names silent topics,
         lost messages, and answers over the former terrain.

@@ -48,7 +48,7 @@ class SourceTopics:
 
     @property
     def missed(self) -> dict[str, int]:
-        """Topic -> time (ns) at which its messages were last lost; only topics whose lost sources may still count."""
+        """The time (ns) at which messages were last lost, by topic; only topics whose lost sources may still count."""
         return dict(self._missed)
 
     @property
@@ -65,7 +65,7 @@ class SourceTopics:
             self._last[topic] = max(stamp_ns, self._last.get(topic, stamp_ns))
 
     def silent(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
-        """Return one sentence for each silent topic: its last message is too old, or it must publish and has not yet.
+        """Return a sentence for each silent topic: its last message is too old, or the topic has yet to publish.
 
         The result also has a sentence for each topic with lost messages, a sentence for a clicked source that was lost
         by an error, and a sentence if the node has sensors but has received messages of topic `clicked_point` only.

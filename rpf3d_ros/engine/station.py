@@ -71,7 +71,7 @@ class Ending(Protocol):
     """A thread of the station that can be ended."""
 
     def close(self, timeout: float) -> bool:
-        """Wait at most `timeout` (s); return True if the thread has ended."""
+        """End the thread, and wait for it for at most `timeout` (s); return True if it has ended."""
 
 
 def _all_end(threads: Iterable[Ending], timeout: float) -> bool:
@@ -176,7 +176,7 @@ class Station:
         return {"refused": self._refused_inputs.reasons, **others, **terrain}
 
     def _note_terrain_before(self) -> None:
-        """Note the patches that the restored terrain contains, and the number of patches that it lacks.
+        """Note the patches that the restored terrain contains, and the patches and whole survey that it lacks.
 
         A whole survey that arrives late, but was published before these patches, lacks all of them.
         """
@@ -296,12 +296,13 @@ class Station:
         self._outlets.health.set("store", WARN if store.fault else OK, store.fault or sentence)
 
     def acknowledged(self, acknowledged_by: str, client: str = "") -> tuple[bool, str]:
-        """Acknowledge the alert ("NAME: REASON"); return True and the new level, or False and the reason.
+        """Acknowledge the alert; return True and a sentence with the new level, or False and why the level stays.
 
-        An acknowledgement that ends the fault of a silent topic has no other effect, because the person has seen a
-        fault, not the level that follows.
+        If the decision is not in the log within ANSWER_WITHIN, return False and TAKEN_UP. An acknowledgement that ends
+        the fault of a refused message has no other effect, because the person has seen a fault, not the level that
+        follows.
 
-        client : the nodes that may have called, for the log
+        acknowledged_by : "NAME: REASON"; client : the nodes that may have called, for the log
         """
         if self.desk is None:
             return False, "no site_file is set, so there are no alerts"
@@ -355,8 +356,8 @@ class Station:
     def failed(self, error: BaseException, trigger: Trigger | None = None) -> None:
         """Report an unforeseen error, which is a fault of the alert.
 
-        trigger : the sources without an answer; their wall has a fault until it gets an answer, also if other walls get
-            answers. Without a trigger it is unknown what failed, so every topic must publish again.
+        trigger : the sources without an answer; their wall has a fault until this wall gets an answer. None if it is
+            unknown what failed; every topic must then publish again
         """
         self._outlets.logger.error("".join(traceback.format_exception(error)))
         self._outlets.health.set("run", ERROR, f"{type(error).__name__}: {error}")
@@ -411,7 +412,10 @@ class Station:
         self._refused_inputs.refused(topic, why, time.monotonic())
 
     def input_understood(self, topic: str, speakers: Callable[[], int]) -> None:
-        """End the fault of a topic, unless several publishers use the topic; speakers : returns their number."""
+        """Note an understood message, which ends the fault of its topic under the conditions of `RefusedInputs`.
+
+        speakers : returns the number of publishers of the topic; while there are several, the fault stays
+        """
         self._refused_inputs.understood(topic, speakers, time.monotonic(), is_whole=topic in AREA_TOPICS)
 
     def report_fault(self, cause: str, sentence: str) -> None:

@@ -59,7 +59,7 @@ class SurveyInUse(NamedTuple):
 
     digest : SHA-256 (hex) of the survey without patches; "" if it is not known
     stamp_ns : stamp of the survey (ns); for a mesh, the time at which it was first received
-    mesh : the bytes of the last message with this survey, if the survey is a mesh
+    mesh : bytes and transform of the last message with this survey; the bytes are empty if the survey is not a mesh
     patches : number of patches in the terrain since this survey
     """
 
@@ -69,7 +69,10 @@ class SurveyInUse(NamedTuple):
     patches: int = 0
 
     def is_same_mesh(self, arrival: Arrival) -> bool:
-        """True if a message has the bytes of the last message with this survey; a quick check before `is_repeated`."""
+        """True if a message is a mesh with the bytes and transform of the last message with this survey.
+
+        This is a quick check before `is_repeated`, which needs the digest.
+        """
         return arrival.is_mesh and arrival.mesh.repeats(self.mesh)
 
     def is_repeated(self, arrival: Arrival, digest: str) -> bool:
@@ -91,9 +94,10 @@ class SurveyInUse(NamedTuple):
 
 
 def survey_in_use(ground: LiveTerrain | None, memory: Mapping[str, Any]) -> SurveyInUse:
-    """Return the survey in use at a start.
+    """Return the whole survey that is in use when the node starts.
 
-    ground : the restored terrain, None without one; memory : from `terrain_to_remember`, used without a terrain
+    ground : the restored terrain, None without one
+    memory : the facts that `terrain_to_remember` saved before the start; used only without a restored terrain
     """
     if ground is None:
         return SurveyInUse(digest=str(memory.get("whole", "")), stamp_ns=int(memory.get("whole_ns", 0)))

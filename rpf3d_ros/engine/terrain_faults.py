@@ -14,7 +14,7 @@ NOT_STORED = "the survey in use before the start is not in the store"
 
 
 class TerrainLack(NamedTuple):
-    """What a terrain lacks.
+    """The patches and the whole survey that a terrain lacks.
 
     patches : number of missing patches; why_refused : why a whole survey was refused, "" if none was refused
     """
@@ -85,8 +85,9 @@ def not_restored(memory: Mapping[str, Any], ground: LiveTerrain | None, unread: 
 
     Without a store, all patches are missing. With a store, surveys and patches may be missing that were not written
     before the node was killed. The digests show this. The numbers of patches do not, because a store counts from 0
-    again at each whole terrain that it writes. If the digests differ, the restored terrain counts as lacking at least
-    one patch. It may instead be newer, by messages of the last second before a kill; this counts as a fault as well.
+    again at each whole terrain that it writes. If the digests differ and no stored patch is unreadable, at least one
+    patch counts as missing. This also applies if the restored terrain is newer than `memory`, which can happen with
+    messages of the last second before a kill.
 
     memory : from `terrain_to_remember`; ground : the restored terrain; None if there is none
     unread : number of stored patches that cannot be read

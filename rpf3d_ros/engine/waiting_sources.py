@@ -1,6 +1,6 @@
 """The queue of sources that wait for an answer: the newest message of each region; dropped messages are counted.
 
-Any thread may put triggers in the queue; `put` is quick. The thread that flies rocks takes them, region after region.
+`put` is quick. The thread that flies rocks takes the triggers from the queue; the regions take turns.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ Region = frozenset[Place]
 
 
 class WaitingSources:
-    """Waiting triggers (the sources of one message each): a new trigger replaces those in parts of its region.
+    """Waiting triggers (the sources of one message each); a new trigger replaces triggers whose regions it covers.
 
     After a flood of messages about one wall, only the newest message is answered; triggers of other walls stay.
     """
@@ -34,11 +34,11 @@ class WaitingSources:
         self.dropped = 0
 
     def put(self, trigger: Trigger) -> Trigger | None:
-        """Put a trigger in the queue; if too many then wait, remove and return the one that has waited longest.
+        """Put a trigger in the queue; if more than `most` then wait, remove and return the one that has waited longest.
 
-        The trigger replaces the waiting triggers whose places are all in its own region. A trigger with a source at
-        another place stays, because nothing newer is known about this source. Replaced and removed triggers count in
-        `dropped`.
+        Return None if no trigger must be removed. The new trigger replaces the waiting triggers whose places are all in
+        its own region. A trigger with a source at another place stays, because nothing newer is known about this
+        source. Replaced and removed triggers count in `dropped`.
         """
         region = self.region_of(trigger)
         for replaced in [waiting for waiting in self._waiting if waiting <= region]:
@@ -82,7 +82,7 @@ class WaitingSources:
         return frozenset((trigger.topic, *place) for place in places.tolist()) or frozenset({(trigger.topic,)})
 
     def _last_turn(self, region: Region) -> int:
-        """Return the last turn of the region's place that has waited longest: 0 if it had none, larger if later."""
+        """Return the last turn of the place of a region that has waited longest: 0 for no turn yet, larger if later."""
         for turn in range(len(self._served), 0, -1):
             region -= self._served[turn - 1]
             if not region:

@@ -300,8 +300,8 @@ class WaitingTerrain(Generic[M]):
     def forget_received(self, is_clock_back: bool) -> None:
         """Forget the received patches, because the clock went back or the node unsubscribes: none is applied again.
 
-        That they were received is remembered, also of patches from before a restart: an earlier survey that lacks them
-        may still arrive.
+        Their times of publication are kept, because a whole survey that was published earlier, and lacks them, may
+        still arrive.
 
         is_clock_back : True if the clock went back, so that the stamps of the patches mean nothing any more
         """

@@ -51,13 +51,11 @@ class AlertPublishers:
         self.closed = False
 
     def publish(self, alert: Alert, evidence: Evidence | None, frame: str) -> bool:
-        """Publish the alert of a decision: `alarm` and `alerts`.
+        """Publish the alert of a decision on `alarm` and `alerts`; return False, without publishing, if inactive.
 
         `alerts` has the stamp of the oldest sources of the decision, or the time of the decision if there is no answer.
 
         evidence : the evidence of the decision, None if there is no answer; frame : frame of `alerts`
-
-        Return False if the node is not active, so that nothing was published.
         """
         if self.closed or not self._alerts.is_activated:
             return False
@@ -72,7 +70,7 @@ class AlertPublishers:
         return True
 
     def sound_alarm(self) -> None:
-        """Publish `alarm` as true; call this if no decision can be made or published."""
+        """Publish `alarm` as true, and repeat it until the next decision; call this if no decision can be published."""
         with self._lock:
             self._sound()
 

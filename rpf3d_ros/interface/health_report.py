@@ -48,9 +48,10 @@ class HealthReport:
     def set(self, part: str, level: int, message: str, values: Mapping[str, str] | None = None) -> None:
         """Set the state of a part of the node, for example "terrain".
 
+        A changed level or sentence is published at once, or within PERIOD if the last publication was less than SPACING
+        ago. The state is logged if it is not OK, and when it is OK again.
+
         level : OK, WARN, ERROR or STALE; message : a sentence; values : further figures, by name
-        The state is logged if it is not OK, or OK again after a fault; a changed level or sentence is published at
-        once.
         """
         if self.closed:
             return
@@ -75,7 +76,7 @@ class HealthReport:
             self._publish()
 
     def _publish_soon(self) -> None:
-        """Publish at once, or with the timer if the last publication was less than SPACING ago."""
+        """Publish at once, unless the last publication was less than SPACING (s) ago; the timer then publishes."""
         if time.monotonic() - self._published >= SPACING:
             self._publish()
 

@@ -40,7 +40,8 @@ def parameter(
 ) -> Any:
     """Return a dataclass field with the default, description, range and choices of its ROS parameter.
 
-    low, high : ends of the range, both allowed; None for no range. choices : allowed values; () for any value
+    low, high : ends of the range, both allowed; None for no range
+    choices : allowed values; () for any value
     """
     about = {"description": description, "low": low, "high": high, "choices": choices}
     return field(default=default, metadata=about)

@@ -13,7 +13,9 @@ from rpf3d_ros.interface.recorded_topics import TOPICS
 def publishers_of(node: Node, topics: Iterable[str]) -> dict[str, Publisher]:
     """Return a publisher for each given input topic of the simulator, by the topic's name.
 
-    This is for programs that publish in place of a sensor. topics : keys of `recorded_topics.TOPICS`
+    This is for programs that publish in place of a sensor.
+
+    topics : keys of `recorded_topics.TOPICS`
     """
     return {
         name: node.create_publisher(TOPICS[name].message_class, name, given_qos(TOPICS[name].offered))

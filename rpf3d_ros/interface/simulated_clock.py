@@ -30,32 +30,32 @@ class SimulatedClock:
         self._thread = threading.Thread(target=self._run, name="simulated clock", daemon=True)
 
     def now_ns(self) -> int:
-        """Return the time (ns)."""
+        """Return the present simulated time (ns)."""
         with self._lock:
             return self._now_ns()
 
     def now(self) -> Time:
-        """Return the time as a stamp."""
+        """Return the present simulated time as a stamp."""
         return stamp_of(self.now_ns())
 
     def jump(self, seconds: float) -> None:
-        """Jump forward, or back if seconds < 0, at once."""
+        """Set the clock forward by `seconds`, or back if `seconds` is negative."""
         with self._lock:
             self._base_ns += round(seconds * SECOND)
 
     def skip_to(self, ns: int) -> None:
-        """Jump to a later time (ns); do nothing if the clock is already later."""
+        """Set the clock forward to a time (ns); do nothing if the clock is already later."""
         with self._lock:
             self._base_ns += max(ns - self._now_ns(), 0)
 
     def run_at(self, speed: float) -> None:
-        """Continue at another speed; at 0 the clock stands still."""
+        """Set the speed of the clock (seconds of the clock per second of wall-clock time); 0 stops the clock."""
         with self._lock:
             self._base_ns, self._since = self._now_ns(), time.monotonic_ns()
             self._speed = speed
 
     def publish(self) -> None:
-        """Publish the time at once; call this before publishing a message with the present time as its stamp."""
+        """Publish the simulated time at once; call this before you publish a message with this time as its stamp."""
         with self._lock:  # publishes the times in order
             self._publisher.publish(Clock(clock=stamp_of(self._now_ns())))
 

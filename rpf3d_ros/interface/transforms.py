@@ -62,7 +62,7 @@ class InputFrames:
         self._frame, self._transforms, self._max_age_s = frame, transforms, max_age_s
 
     def of(self, frame_id: str, stamp_ns: int) -> MapFrame:
-        """Return the map frame that converts a message in frame_id with a stamp (ns).
+        """Return the map frame that converts a message; frame_id, stamp_ns : frame and stamp (ns) of the message.
 
         No transform is looked up for the frames in the parameters. Raises MessageRefused if there is no transform, and
         for a transform that is too old or not a rotation.

@@ -10,13 +10,16 @@ NOTHING, SOURCES, FAULT, NOT_KNOWN = "nothing", "sources", "fault", "unknown"
 
 
 def causes_of_site(alert: Alert) -> dict[str, str]:
-    """Return the values of the site: the cause is taken from the first area with the same held level as the site."""
+    """Return the values that explain the level of the site: cause, cluster of sources, terrain, and since when.
+
+    The cause is that of the first area whose held level is the held level of the site.
+    """
     raised = next((area for area in alert.areas if area.held == alert.held), None)
     return _values(alert, raised, alert)
 
 
 def causes_of_area(area: AreaAlert, alert: Alert) -> dict[str, str]:
-    """Return the values of an area: cause, cluster of sources, terrain, and since when its level is shown."""
+    """Return the values that explain the level of an area: cause, cluster of sources, terrain, and since when."""
     return _values(area, area, alert)
 
 

@@ -24,7 +24,7 @@ A fault is STALE, which is above ERROR. A subscriber that looks for ERROR and ab
 class Publication(NamedTuple):
     """A publication of an alert: its number, which grows by 1 each time, and its time (ns) by the node's clock.
 
-    run : identifies the run of the node, in which the numbers grow
+    run : identifier of the run of the node, in which the numbers grow
     """
 
     sequence: int
@@ -64,7 +64,7 @@ def alerts_message(
 
 
 def _waiting_values(alert: Alert) -> dict[str, str]:
-    """Return who has acknowledged, why and until when this counts, while another person must acknowledge, too.
+    """Return the names, the reasons and the end (ns) of the acknowledgements that wait for another person, as values.
 
     All values are "" if no acknowledgement waits for another person.
     """

@@ -36,8 +36,8 @@ SMALLEST = 1e-36
 def columns_of_cloud(cloud: "PointCloud2", names: Sequence[str]) -> dict[str, NDArray[Any]]:
     """Return the named fields of a point cloud as columns (height, width), without copying the data.
 
-    Each column has the type of its field. Raises MessageRefused if a field is missing, has an unknown type, has more
-    than one value, or lies outside the point, and if the data are shorter than the announced sizes.
+    Each column has the type of its field. Raises MessageRefused as `check_sizes`, and if a field is missing, has an
+    unknown type, has more than one value, or lies outside the point.
     """
     check_sizes(cloud)
     fields = [_field(cloud, name) for name in names]

@@ -30,10 +30,12 @@ class RockPositions(NamedTuple):
 
 
 def motion_of(points: FloatArray, t: FloatArray, rock: IntArray) -> RockPositions:
-    """Return where rocks are at equally spaced times, from the points of their trajectories.
+    """Return the positions of at most MOST_ROCKS rocks every FRAME seconds, from the points of their trajectories.
 
-    points : (N, 3) m; t : (N,) s after release; rock : (N,) rock of each point
-    Between points, the motion is linear. Points are grouped by rock, in order of time.
+    Between points, the motion is linear.
+
+    points : (N, 3) m, grouped by rock, in order of time; t : (N,) s after release; rock : (N,) rock of each point
+
     Raises MessageRefused for times that are not finite, that are negative, or that decrease within a rock.
     """
     if not bool(np.isfinite(t).all()) or bool((t < 0.0).any()):

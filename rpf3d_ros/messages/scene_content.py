@@ -37,7 +37,7 @@ class SceneContent:
 
 
 def scene_content(path: Path, frame: MapFrame) -> SceneContent:
-    """Read a scene, its terrain and its releases.
+    """Read a scene file, and return the scene's terrain and releases in the map frame.
 
     Raises InputError if the scene is refused, or if its terrain is too far from the map's origin for float32 messages.
     """

@@ -131,7 +131,10 @@ def _check_rows(cloud: PointCloud2) -> None:
 
 
 def _known_points(unknown: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return which points of a cloud have a position (N,); unknown : (N, 3), True where x, y or z is NaN."""
+    """Return flags (N,), True for points of a cloud with a position; unknown : (N, 3), True where x, y or z is NaN.
+
+    Raises MessageRefused if only a part of x, y, z of a point is NaN, and if no point has a position.
+    """
     there = ~unknown.all(axis=1)
     half = np.flatnonzero(there & unknown.any(axis=1))
     if len(half):

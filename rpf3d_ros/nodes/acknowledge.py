@@ -36,7 +36,7 @@ NOT_ALONE = 4
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Acknowledge; return the exit code: 0 to 4 as in the module's docstring, 128 + its number after a signal."""
+    """Acknowledge the alert; return the exit code: 0 to 4 as in the module's docstring, 128 + the signal's number."""
     words = sys.argv[1:] if args is None else list(args)
     options = _options(arguments_of_program(words))
     return unless_signalled(lambda: _acknowledged(options, words))
@@ -123,8 +123,8 @@ def _simulator_in_namespace(node: "Node", until: float) -> str:
 
     until : time (s, monotonic) at which the search ends
 
-    Raises InputError if there is none; the message names the simulators of other namespaces. The function never returns
-    one of these, because the only simulator that is discovered so far may be that of another pit.
+    Raises InputError if there is none; the message names the simulators of other namespaces. A simulator of another
+    namespace is never returned, because it may be that of another pit.
     """
     own = f"{node.get_namespace().rstrip('/')}/{SIMULATOR}"
     names: list[str] = []

@@ -49,9 +49,10 @@ def put_newest(reports: "queue.Queue[str]", report: str) -> None:
 
 
 class AlarmBridgeNode(Node):
-    """Receives `alerts` and `alarm`, and keeps the contacts closed while both are fresh and no alarm sounds.
+    """Receives `alerts` and `alarm`, and keeps the contacts closed while `AlarmState` allows this.
 
-    It does not close a contact while more than one program publishes one of the topics.
+    The contacts are open if an alarm sounds, if the last messages are too old, and while more than one program
+    publishes one of the topics.
     """
 
     def __init__(self) -> None:
@@ -93,7 +94,8 @@ class AlarmBridgeNode(Node):
     def _publishers_of(self, topic: str) -> list[str]:
         """Return the full names of the nodes that publish a topic.
 
-        The name "unknown" is added for each publisher that DDS reports, but the ROS graph does not show yet.
+        If the ROS graph shows fewer publishers than the liveliness events of DDS report, the name "unknown" is added
+        for each of the others.
         """
         seen = self.get_publishers_info_by_topic(self._subscriptions_of[topic].topic_name)
         names = [f"{one.node_namespace.rstrip('/')}/{one.node_name}" for one in seen]
@@ -132,7 +134,7 @@ class AlarmBridgeNode(Node):
             self.look()
 
     def destroy_node(self) -> None:
-        """Open all dry contacts, so that the alarm is on, then destroy the node."""
+        """Open all contacts, so that every reader takes the alarm to be on, then destroy the node."""
         for contact in self.contacts:
             contact.close()
         self.contacts = []

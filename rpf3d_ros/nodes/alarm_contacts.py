@@ -36,7 +36,7 @@ REPEAT = 0.5
 
 
 class Wanted:
-    """The state in which the bridge wants a contact: closed only if the last call of `set` was recent, else open."""
+    """The state that a contact must have: closed if the last call of `set` asked for this and was recent, else open."""
 
     def __init__(self) -> None:
         self.changed = threading.Condition()
@@ -100,14 +100,15 @@ class FileContact:
         self._thread.start()
 
     def set(self, is_closed: bool) -> None:
-        """Close or open the contact soon; returns at once. Call this again at least every LOOKED seconds.
+        """Ask the contact's thread to close or open the contact, and return at once; call this every LOOKED seconds.
 
-        The contact cannot be closed while another program reads the file; it then stays open for another BEAT.
+        The contact cannot be closed while another program holds a lock on the file to read it; the next attempt follows
+        after BEAT seconds.
         """
         self._wanted.set(is_closed)
 
     def close(self) -> None:
-        """Open the contact for ever, end its thread, and close the file."""
+        """Open the contact, end its thread, and close the file; the contact cannot be used afterwards."""
         self._wanted.end()
         self._thread.join(1.0)
         os.close(self._file)
@@ -147,7 +148,7 @@ class FileContact:
 
 
 def is_closed(path: Path) -> bool:
-    """True if the dry contact of a file is closed: a process holds its lock, the word is `closed`, and it is valid."""
+    """True if the contact of a file is closed: a process locks the file, and its content is valid and `closed`."""
     try:
         file = os.open(path, os.O_RDONLY)
     except OSError:
@@ -186,7 +187,7 @@ class TcpContact:
         threading.Thread(target=self._accept, name="contact", daemon=True).start()
 
     def set(self, is_closed: bool) -> None:
-        """Close or open the contact. Call this again at least every LOOKED seconds."""
+        """Close or open the contact; call this at least every LOOKED seconds."""
         self._wanted.set(is_closed)
 
     def close(self) -> None:

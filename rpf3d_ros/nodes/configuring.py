@@ -31,8 +31,9 @@ class ContextEnded(Exception):
 def on_a_thread(node: LifecycleNode, work: Callable[[], T], meanwhile: Callable[[], None]) -> T:
     """Do long work on a thread while signals are handled, and return its result.
 
-    `meanwhile` is called every REPEAT seconds. Raises the exception of the work, or ContextEnded if the context has
-    ended.
+    meanwhile : called every REPEAT seconds until the work is done
+
+    Raises the exception of the work, or ContextEnded if a signal has ended the context of rclpy.
     """
     found: list[T] = []
     raised: list[BaseException] = []
@@ -59,7 +60,7 @@ def on_a_thread(node: LifecycleNode, work: Callable[[], T], meanwhile: Callable[
 
 
 def refuse_impossible_transitions(node: LifecycleNode) -> None:
-    """Refuse a request for a transition that the state does not allow, instead of ending the node with an exception."""
+    """Make a node refuse requests for transitions that its state does not allow; rclpy would end the node instead."""
     service: Any = node._service_change_state
     change = service.callback
 
@@ -91,7 +92,10 @@ def noting_errors(transition: Callable[[Any, Any], T]) -> Callable[[Any, Any], T
 
 
 def watch_clock(node: Any, went_back: Callable[[float], None]) -> None:
-    """Call `went_back` each time the node's clock goes back, with the length of the step (s)."""
+    """Arrange that `went_back` is called with the length of the step (s) each time the node's clock goes back.
+
+    ROS reports steps of simulated time only.
+    """
 
     def after(jump: TimeJump) -> None:
         if jump.delta is not None and jump.delta.nanoseconds < 0:

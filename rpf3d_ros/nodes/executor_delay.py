@@ -36,7 +36,7 @@ class ExecutorDelay:
         self._busiest_round()
 
     def report(self) -> None:
-        """Report the longest time since the last report; the timer calls this."""
+        """Report for how long (ms) the executor was busy at most since the last report; the timer calls this."""
         now = time.monotonic()
         gap = max(now - self._last - PERIOD, self._busiest_round())
         self._last, self.longest = now, max(self.longest, gap)

@@ -32,16 +32,19 @@ class FramesOnArrival:
         self._closed = threading.Event()
 
     def of(self, frame_id: str, stamp_ns: int) -> MapFrame:
-        """Return the map frame that converts a message of frame_id and stamp (ns); may wait for the first transforms.
+        """Return the map frame that converts a message; wait for the first transforms if the thread may wait.
+
+        frame_id, stamp_ns : frame and stamp (ns) of the message
 
         Raises MessageRefused, as in `InputFrames.of`.
         """
         return self._when_known(lambda: self._frames.of(frame_id, stamp_ns))
 
     def static(self, frame_id: str, because: str) -> MapFrame:
-        """Return the map frame that converts data without a time, such as a mesh; may wait for the first transforms.
+        """Return the map frame that converts data without a time, such as a mesh; wait as in `of`.
 
         frame_id, because : as in `InputFrames.static`
+
         Raises MessageRefused.
         """
         return self._when_known(lambda: self._frames.static(frame_id, because))

@@ -20,7 +20,10 @@ time. With this setting the memory of the node stays constant (docs/explanation/
 
 
 def return_large_arrays() -> None:
-    """Return large arrays to the system when they are freed; do nothing if the C library is not glibc."""
+    """Set glibc's allocator so that arrays of LARGE bytes and more go back to the system when they are freed.
+
+    Do nothing if the C library is not glibc.
+    """
     if sys.platform != "linux":
         return
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)

@@ -289,7 +289,7 @@ class Inputs:
         self._take(topic, header, take)
 
     def _take(self, topic: str, header: Header, take: Callable[[], None], published_ns: int = 0) -> None:
-        """Process a message with `take`; refuse it if its stamp is older than the topic's last, or in the future."""
+        """Process a message with `take`; refuse a stamp older than the last one of the topic, or in the future."""
         stamp = nanoseconds(header.stamp)
 
         def guarded() -> None:
@@ -316,6 +316,7 @@ class Inputs:
     ) -> None:
         """Report a refused message: a fault of the alert, because the message may report danger or changed terrain.
 
+        published_ns : when a terrain message was published (ns)
         is_counted : True if the queue of terrain already counts the message as missing
         stamp_ns : stamp of the message (ns), None if it has none, or if it cannot be read
         """

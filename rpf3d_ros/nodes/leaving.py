@@ -64,7 +64,7 @@ def unless_signalled(work: Callable[[], int]) -> int:
 
 @contextlib.contextmanager
 def _handled_by(signals: _Signals) -> Iterator[None]:
-    """Set signal handlers, and restore the former handlers at the end; main thread only."""
+    """Context manager: set signal handlers, and restore the former handlers at the end; main thread only."""
     handlers = {signal.SIGINT: signals.leave, signal.SIGTERM: signals.leave, signal.SIGALRM: signals.leave_again}
     before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
     hook, sys.unraisablehook = sys.unraisablehook, signals.dropped

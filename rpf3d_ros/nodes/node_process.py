@@ -29,9 +29,9 @@ SOURCE_PLACE = re.compile(r",? at /\S+:\d+")
 
 
 def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> int:
-    """Run a node until a signal; return 0 after SIGINT or SIGTERM, 2 if arguments or parameters are refused.
+    """Run a node until a signal; return 0 after SIGINT or SIGTERM, BAD_INPUT if arguments or parameters are refused.
 
-    make_node : returns the node
+    make_node : returns the node; the docstring of its module is printed for --help
     """
     listening = _leave_on_signals()
     unknown = arguments_of_program(sys.argv[1:] if args is None else args)

@@ -35,7 +35,7 @@ LEAVING = 1.0
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Play a bag; return 0, 2 for bad input, 128 + its number after a signal."""
+    """Play a bag; return the exit code: 0, 2 for bad input, 128 + the signal's number after a signal."""
     words = sys.argv[1:] if args is None else list(args)
     options = _options(arguments_of_program(words))
     return unless_signalled(lambda: _played(options, words))
@@ -131,7 +131,7 @@ def _play(options: argparse.Namespace, words: list[str]) -> None:
 
 
 def _clock(node: "Node", begin_ns: int) -> "SimulatedClock":
-    """Return a simulated clock that stands still until `run_at` is called."""
+    """Return a simulated clock that stands still at `begin_ns` (ns) until its method `run_at` is called."""
     from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
     return SimulatedClock(node, begin_ns, speed=0.0)

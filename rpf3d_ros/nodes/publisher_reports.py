@@ -70,7 +70,7 @@ class PublisherReports:
         self._look_at = 0.0
 
     def look_soon(self) -> None:
-        """Make the next `look` check all publishers; call this if messages of a publisher cannot be received."""
+        """Make the next call of `look` check all publishers, even within LOOK seconds of the last check."""
         self._look_at = 0.0
 
     def look(self) -> None:
@@ -88,7 +88,7 @@ class PublisherReports:
         self._report([*wrong, *mute], seen)
 
     def understood(self, topic: str) -> None:
-        """Note that a message of a topic was accepted; its fault of a mute sensor, if any, ends at the next check."""
+        """Note that a message of a topic was accepted; if the topic had a fault as mute, it ends at the next check."""
         self._mute.understood(topic)
 
     def _report(self, findings: Sequence[PublisherFinding], seen: Mapping[str, Sequence[SeenPublisher]]) -> None:

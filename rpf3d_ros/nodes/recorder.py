@@ -95,8 +95,8 @@ class RecorderNode(Node):
     def _take(self, topic: str, read: Read) -> None:
         """Record all messages that are due after a message was received, and count the received message.
 
-        The received message is not counted if it is refused or cannot be written. It is counted now even if it waits to
-        be recorded later.
+        The received message is not counted if it is refused or cannot be written. If it waits to be recorded later, it
+        is counted now.
 
         topic : topic of the received message; read : returns the message
         """
@@ -163,7 +163,10 @@ class RecorderNode(Node):
         self.health.set(RECORDING, ERROR, sentence)
 
     def destroy_node(self) -> None:
-        """Close the recording and its bag, then destroy the node; an unclosed file must be repaired before `verify`."""
+        """Close the recording and its bag, then destroy the node.
+
+        A file that was not closed must be repaired (`rpf3d recover`) before `rerun rrd verify` accepts it.
+        """
         for reading in self.log.rest():
             self._record(reading)
         self.health.closed = True

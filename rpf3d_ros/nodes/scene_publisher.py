@@ -70,7 +70,7 @@ class ScenePublisherNode(Node):
             self.publish_sources()
 
     def repeat(self) -> None:
-        """Publish the sources again, unless this is the first time or `repetitions` is reached (0 for no limit)."""
+        """Publish the sources again, if they were published, and fewer than `repetitions` times (0 for no limit)."""
         most = self.parameters.repetitions
         if self.repeated and (most == 0 or self.repeated < most):
             self.publish_sources()

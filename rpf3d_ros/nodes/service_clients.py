@@ -14,8 +14,8 @@ LOOK = 0.02
 def clients_of(node: Node, service: str) -> str:
     """Return the nodes that have a client of a service now, each with its enclave, as text; "" if none is known.
 
-    The enclave is the identity of a node under SROS2; without security it is "/". While no node is known, the function
-    waits up to PATIENCE for one.
+    The enclave is the identity of a node under SROS2; without security it is "/". If no node is known, wait for one,
+    at most PATIENCE seconds.
 
     service : full name of the service
     """

@@ -54,9 +54,10 @@ DONE, FAILED = (
 
 
 class SimulatorNode(LifecycleNode):
-    """The simulator node: configure reads and compiles, activate subscribes and answers, cleanup frees the memory.
+    """The simulator node, with the transitions of a lifecycle node.
 
-    Deactivate ends the subscriptions and forgets waiting sources.
+    `configure` reads files and compiles; `activate` subscribes and begins to answer; `deactivate` ends the
+    subscriptions and forgets waiting sources; `cleanup` frees the memory.
     """
 
     def __init__(self) -> None:

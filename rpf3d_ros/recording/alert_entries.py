@@ -27,7 +27,7 @@ class AlertEntries:
         self.changes = 0
 
     def makers(self) -> Mapping[str, EntryMaker]:
-        """Return for each topic the method that converts its messages."""
+        """Return the methods that convert messages to entries, by the topic of the messages."""
         return {"alerts": self.alerts, "alarm": self.alarm, "/diagnostics": self.diagnostics}
 
     def alerts(self, array: Any) -> Iterator[RecordingEntry]:

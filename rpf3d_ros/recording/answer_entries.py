@@ -30,20 +30,19 @@ NOTHING = np.empty(0)
 
 
 class AnswerEntries:
-    """Converts the messages of an answer to recording entries, in the event to which the answer's sources belong."""
+    """Converts the messages of an answer to entries of a recording; all belong to the event of the answer's sources."""
 
     def __init__(self, frame: MapFrame, times: EntryTimes, last: LastContents | None = None) -> None:
         """Begin before the first answer.
 
         frame : the frame of the messages; times : gives each entry its time and event
-
         last : contents of the last recorded maps, so that an equal map is not recorded again; None to record every map
         """
         self._frame, self._times, self._last = frame, times, last
         self._levels: set[str] = set()
 
     def makers(self) -> Mapping[str, EntryMaker]:
-        """Return for each topic the method that converts its messages."""
+        """Return the methods that convert messages to entries, by the topic of the messages."""
         clouds = {topic: partial(self.cloud, topic) for topic in ("trajectories/points", "impacts", "deposits")}
         return {
             **clouds,
@@ -79,9 +78,9 @@ class AnswerEntries:
             yield self._times.of_message(cloud, lambda r: r.energies(energy))
 
     def zones(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield the entries of a message of hazard/zones, if it differs from the last message.
+        """Yield the entries of a message of hazard/zones, if its content is new.
 
-        The first entries delete the last zones; the others draw facets and outline of each zone.
+        The first entries delete the zones of the previous message; the others draw facets and outline of each zone.
         """
         levels = by_name(facets_of_markers(array, self._frame), HAZARD, "level")
         outlines = by_name(outlines_of_markers(array, self._frame), HAZARD, "level")
@@ -124,7 +123,9 @@ class AnswerEntries:
     def _keeps(self, name: str) -> str:
         """Return the value of `RecordingEntry.keeps` for a map or a part of a map; "" if every map is recorded.
 
-        If equal maps are not recorded again, every new file must begin with the last map. name : of the map or the part
+        If equal maps are not recorded again, every new file must begin with the last map.
+
+        name : name of the map or of the part
         """
         return f"answer/{name}" if self._last is not None else ""
 

@@ -35,7 +35,7 @@ class AreaEntries:
         self.rings: Mapping[str, list[FloatArray]] = {}
 
     def makers(self) -> Mapping[str, EntryMaker]:
-        """Return for each topic the method that converts its messages."""
+        """Return the methods that convert messages to entries, by the topic of the messages."""
         return {"areas/polygon": self.polygon, "areas/equipment": self.equipment, "areas/outlines": self.outlines}
 
     def _frame_of(self, message: Any) -> MapFrame:

@@ -25,7 +25,7 @@ def import_rosbags() -> Any:
 
 
 def typestore() -> Any:
-    """Return the definitions of ROS 2 Jazzy's messages, which a bag needs."""
+    """Return the definitions of ROS 2 Jazzy's messages, which are needed to write a bag and to read its messages."""
     rosbags = import_rosbags()
     return rosbags.typesys.get_typestore(rosbags.typesys.Stores.ROS2_JAZZY)
 

@@ -81,6 +81,8 @@ class RecordingFiles:
     ) -> None:
         """Begin the first file.
 
+        file : path of the recording; with rotation, its folder and stem are used for the names of all files
+        rotation : when a new file begins; monotonic : returns the time of a steady clock (s)
         begun : called with the path of each new file
         forgotten : called with the path of each file that is deleted because enough newer files exist
 
@@ -118,7 +120,7 @@ class RecordingFiles:
             self._next()
 
     def check(self) -> None:
-        """Begin a new file if the open one could not be written, or is too large or too old.
+        """Begin a new file if the last file could not be written, or has reached the limit of size or age.
 
         Raises OSError or RuntimeError as `write`.
         """

@@ -60,9 +60,11 @@ class Converted(NamedTuple):
 
 
 def topics_of(bag: Path, namespace: str = "") -> list[str]:
-    """Return the recorded topics that have messages in a bag.
+    """Return the recorded topics that have messages in a bag, in the order of TOPICS.
 
-    Raises InputError if the bag is not a complete bag.
+    namespace : namespace of the topics in the bag
+
+    Raises InputError if the bag cannot be read or is incomplete.
     """
     with _reading(bag) as reader:
         held = {topic_called(c.topic, namespace) for c in _chosen(reader, namespace) if c.msgcount}
@@ -70,9 +72,11 @@ def topics_of(bag: Path, namespace: str = "") -> list[str]:
 
 
 def messages_of(bag: Path, namespace: str = "") -> Iterator[Raw]:
-    """Yield the messages of the recorded topics, in order of time.
+    """Yield the messages of the recorded topics in a bag, in order of time.
 
-    Raises InputError if the bag is not a complete bag.
+    namespace : namespace of the topics in the bag
+
+    Raises InputError if the bag cannot be read or is incomplete.
     """
     with _reading(bag) as reader:
         chosen = _chosen(reader, namespace)
@@ -126,9 +130,13 @@ def _begins_only(file: Path) -> bool:
 def convert(
     bag: Path, out: Path, frame: MapFrame, mesh_frame: str, namespace: str = "", thinning: Thinning = WHOLE
 ) -> Converted:
-    """Convert a bag into a recording file, and return the numbers of recorded and refused messages.
+    """Convert a bag into a recording file; return the numbers of recorded messages, and why others were refused.
 
-    Raises InputError if the bag is not a bag or has none of the topics, OSError if the recording cannot be written.
+    out : path of the recording; frame : the map frame and survey frame of the messages
+    mesh_frame : name of the frame of terrain/mesh; namespace : namespace of the topics in the bag
+    thinning : what the recording leaves out
+
+    Raises InputError if the bag cannot be read or has none of the topics, OSError if the recording cannot be written.
     """
     types, now = typestore(), [0]
     log = MessageLog(frame, mesh_frame, lambda: now[0], thinning)
@@ -153,6 +161,7 @@ def convert(
 def _record(readings: Iterator[Reading], files: RecordingFiles, out: Path, now: list[int], done: Converted) -> None:
     """Write messages into a recording, and add the refused messages to `done`.
 
+    readings : the messages to write; files, out : the recording, and its path for error messages
     now : list with the time (ns) of the current message of the bag
     """
     for reading in readings:

@@ -35,7 +35,8 @@ class IncidentBag:
     def begin_with(self, recording: Path) -> None:
         """Close the last bag, and begin the bag for a new file of the recording; recording : path of this file.
 
-        Raises OSError if the first bag cannot be written. For later bags, `fault` states the error.
+        Raises OSError if the first bag cannot be written, InputError if rosbags is missing. If a later bag cannot be
+        written, `fault` states the error.
         """
         if self._prefix is None:
             return

@@ -47,7 +47,8 @@ class MessageLog:
 
         frame : the map frame and survey frame; mesh_frame : name of the frame of terrain/mesh
         now : returns the time (ns since the epoch) at which the current message was received
-        frames : finds the frames of the inputs; None if there are no other frames
+        thinning : what the recording leaves out
+        frames : finds the frames of the inputs; None to accept the map frame and the survey frame only
         """
         frames = frames or InputFrames(frame)
         self._now, self._thinning, times = now, thinning, EntryTimes(now)

@@ -50,7 +50,7 @@ class RockEntries:
         self.held = HeldLines()
 
     def makers(self) -> Mapping[str, EntryMaker]:
-        """Return for each topic the method that converts its messages."""
+        """Return the methods that convert messages to entries, by the topic of the messages."""
         hits = {topic: partial(self.hits, topic) for topic in ("impacts", "deposits")}
         return {LINES: self.lines, PATHS: self.paths, **hits}
 
@@ -133,7 +133,10 @@ class RockEntries:
     def _shown(self, cloud: Any, points: FloatArray) -> NDArray[np.bool_]:
         """Return flags (N,), True for points of the chosen rocks: the same rocks as in the paths of the answer.
 
-        If no paths of the answer have arrived, the rocks are chosen from the points (N, 3) m.
+        If no paths of the answer have arrived, the rocks are chosen from the points. If the cloud has no field `rock`,
+        all flags are True.
+
+        points : (N, 3) m, the points of the cloud
         """
         if not _has(cloud, "rock"):
             return np.ones(len(points), dtype=bool)
@@ -143,9 +146,9 @@ class RockEntries:
         return np.isin(rock, self._chosen[1])
 
     def _rows(self, rows: IntArray, rock: IntArray) -> list[IntArray]:
-        """Return for each chosen rock the rows of its recorded points in the cloud.
+        """Return the rows of the cloud with the recorded points of each chosen rock: one array for each rock.
 
-        rows : (N,) rows of all points of the chosen rocks; rock : (N,) rock of each of these points
+        rows : (N,) rows of all points of the chosen rocks; rock : (N,) rock of each of these points, grouped by rock
         """
         begins = run_starts(rock)
         ends, most = np.append(begins[1:], len(rock)), POINTS_A_ROCK if self._most else len(rock)

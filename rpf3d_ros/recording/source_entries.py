@@ -26,7 +26,7 @@ class SourceEntries:
         self._frames, self._times = frames, times
 
     def makers(self) -> Mapping[str, EntryMaker]:
-        """Return for each topic the method that converts its messages."""
+        """Return the methods that convert messages to entries, by the topic of the messages."""
         return {"sources": self.poses, "clicked_point": self.click, "source_cloud": self.cloud}
 
     def poses(self, poses: Any) -> Iterator[RecordingEntry]:

@@ -75,7 +75,10 @@ class Recording:
         self._stream.set_time("event", sequence=event)
 
     def terrain(self, vertices: FloatArray, triangles: IntArray) -> None:
-        """Add the terrain as one zone, vertices (V, 3) m; the patches of the previous terrain are cleared."""
+        """Add the terrain as one zone, and delete the patches of the previous terrain from the screen.
+
+        vertices : (V, 3) m; triangles : (T, 3) indices of vertices
+        """
         zone = np.zeros(len(triangles), dtype=np.int32)
         mesh = coloured_mesh(Terrain(vertices=vertices, triangles=triangles, zone=zone, zones=("terrain",)))
         self.clear("terrain/updates")
@@ -100,7 +103,7 @@ class Recording:
         self._log("sources/direction", arrows)
 
     def area(self, name: str, corners: FloatArray) -> None:
-        """Add the outline of an area of interest, corners (N, 3) m: a point for one corner, nothing for none."""
+        """Add the outline of an area of interest; corners : (N, 3) m, N = 1 draws a point, N = 0 no outline."""
         outline = [np.vstack([corners, corners[:1]])] if len(corners) else []
         self._log(_under("areas", name), self._rerun.LineStrips3D(outline, radii=-OUTLINE_PIXELS, colors=AREA_COLOUR))
 
@@ -111,7 +114,7 @@ class Recording:
         self._log(entity, self._rerun.LineStrips3D(strips, radii=-OUTLINE_PIXELS, colors=AREA_COLOUR, labels=[name]))
 
     def clear_area(self, name: str) -> None:
-        """Delete the outlines of an area of interest from the screen."""
+        """Delete the outlines that `area_outline` has added for an area of interest from the screen."""
         self.clear(_outline_of_area(name))
 
     def places(self, name: str, positions: FloatArray) -> None:
@@ -119,7 +122,10 @@ class Recording:
         self._log(_under("areas", name), self._points(positions, AREA_COLOUR, DEPOSIT_PIXELS))
 
     def trajectories(self, strips: list[Strip]) -> None:
-        """Add the trajectories, as separate segments, because a line of rerun has only one colour."""
+        """Add the trajectories, as separate segments, because a line of rerun has only one colour.
+
+        If the trajectories extend more than FARTHER times as far as before, the viewer's eye moves to show all of them.
+        """
         pieces = [np.stack([strip.points[:-1], strip.points[1:]], axis=1) for strip in strips]
         colours = [strip.colours[:-1] for strip in strips]
         lines = self._rerun.LineStrips3D(
@@ -178,7 +184,7 @@ class Recording:
     def hazard(self, level: str, corners: FloatArray, colour: Colour) -> None:
         """Add the facets of a hazard zone, corners (F, 3, 3) m, lifted so that the ground does not hide them.
 
-        level : name of the zone
+        level : name of the zone; colour : red, green, blue, opacity, 0 to 1
         """
         lifted = _lifted(corners.reshape(-1, 3))
         triangles = np.arange(len(lifted)).reshape(-1, 3)
@@ -203,11 +209,14 @@ class Recording:
         self.clear(_under("hazard", level))
 
     def alert(self, level: int) -> None:
-        """Add the alert level, an index into LEVELS, to its plot."""
+        """Add the alert level of the site to the plot of the level; level : index into LEVELS."""
         self._log("alert_level", self._rerun.Scalars(float(level)))
 
     def alert_state(self, name: str, state: str | None) -> None:
-        """Add the state of site, alarm or area (area/<name>) to its lane, a bar over time; None ends the bar."""
+        """Add the state of the site, the alarm or an area to its lane, a bar over time.
+
+        name : site, alarm or area/<name>; state : a key of STATE_COLOURS, None to end the bar
+        """
         lane = _under("alert_state", name)
         if lane not in self._lanes:
             self._lanes.add(lane)
@@ -216,7 +225,7 @@ class Recording:
         self._log(lane, self._rerun.StateChange(state=[state]))
 
     def text(self, entity: str, health: Health) -> None:
-        """Add the state of a part of a node as a line of text."""
+        """Add the state of a part of a node as a line of text; entity : name of the log in the recording."""
         levels = {OK: self._rerun.TextLogLevel.INFO, WARN: self._rerun.TextLogLevel.WARN}
         text = "; ".join([health.message, *(f"{key} {value}" for key, value in health.values.items())])
         level = levels.get(health.level, self._rerun.TextLogLevel.ERROR)

@@ -29,7 +29,7 @@ class TerrainEntries:
         self._digest, self._updates = b"", 0
 
     def makers(self) -> Mapping[str, EntryMaker]:
-        """Return for each topic the method that converts its messages."""
+        """Return the methods that convert messages to entries, by the topic of the messages."""
         return {"terrain/points": self.cloud, "terrain/mesh": self.mesh, "terrain/update": self.update}
 
     def cloud(self, cloud: Any) -> Iterator[RecordingEntry]:

@@ -127,7 +127,10 @@ class ViewerFeed:
         recording.flush(PATIENCE)
 
     def _empty(self) -> None:
-        """Drop and count the lists that waited while there was no viewer; the viewer gets the current state instead."""
+        """Drop and count the entries that waited for a viewer: a new viewer receives the current state in their place.
+
+        The count `dropped` is that of lists of entries.
+        """
         while True:
             try:
                 self._queue.get_nowait()

@@ -37,7 +37,7 @@ BEFORE, AFTER = -300.0, 150.0
 
 
 def blueprint(strips: Sequence[Strip] = ()) -> Any:
-    """Return the viewer's layout; the eye looks at the trajectories, if there are any, from the front."""
+    """Return the viewer's layout; strips : trajectories at which the viewer's eye looks from the front, if any."""
     rrb = import_rerun().blueprint
     around = _around()
     series = (

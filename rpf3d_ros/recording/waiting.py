@@ -13,7 +13,9 @@ SETTLED = 1_000_000_000
 class PacedMessages:
     """Passes the messages of a topic on at a limited rate: the first at once, then the newest of each interval.
 
-    An interval begins when the previous interval ends, even if `due` is called late.
+    While messages wait, an interval begins when the previous interval ends, even if `due` is called late.
+
+    interval_ns : length of an interval (ns)
     """
 
     def __init__(self, interval_ns: int) -> None:
@@ -46,7 +48,7 @@ class PacedMessages:
         return self.rest()
 
     def rest(self) -> list[Read]:
-        """Return the waiting message, if there is one; call this at the end, when no message follows."""
+        """Return the waiting message, if any, in a list; call this at the end, when no message follows."""
         waiting, self._waiting = self._waiting, None
         return [waiting] if waiting is not None else []
 
@@ -62,7 +64,7 @@ class HeldLines:
         self._since = 0
 
     def take(self, now_ns: int, read: Read) -> list[Read]:
-        """Keep a message, and return the previous message if it still waits: its points have not arrived.
+        """Keep a message; return, in a list, the previous message if its points have not arrived, else an empty list.
 
         now_ns : time of reception (ns); read : deserializes the message
         """
@@ -71,7 +73,7 @@ class HeldLines:
         return before
 
     def due(self, now_ns: int) -> list[Read]:
-        """Return the waiting message if its points have not arrived in time, or if the clock went back."""
+        """Return the waiting message, in a list, if its points are late or the clock went back; now_ns : time (ns)."""
         return self.rest() if not 0 <= now_ns - self._since < SETTLED else []
 
     def drop(self) -> None:
@@ -79,6 +81,6 @@ class HeldLines:
         self._waiting = None
 
     def rest(self) -> list[Read]:
-        """Return the message that still waits; call this at the end, when no message follows."""
+        """Return the message that still waits, if any, in a list; call this at the end, when no message follows."""
         waiting, self._waiting = self._waiting, None
         return [waiting] if waiting is not None else []
