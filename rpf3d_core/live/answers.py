@@ -67,8 +67,8 @@ class EnsembleSize:
     """How many rocks an answer flies, and how its sources are divided into clusters.
 
     first : approximate number of rocks in the first stage, of all clusters together
-    least : smallest number of rocks of each cluster from the second stage on, even if the target is met earlier: with
-        fewer rocks, the site lowers no alert level
+    least : smallest number of rocks of each cluster from the second stage on, even if the target is met with fewer
+        rocks, because an alert level does not fall on fewer rocks (`evidence.fewest_rocks` of the site file)
     cluster : m, side of the squares in plan whose sources form one cluster; 0: each source is a cluster; infinite: all
         sources are one cluster
     """
@@ -93,7 +93,8 @@ class Answer:
     outcomes : number of rocks with each outcome; maps : hazard maps; both are of all rocks flown so far
     areas : outlines of the areas of interest in the maps, local frame
     evidence : for each area, the worst figures of all clusters of sources
-    unfinished : number of rocks whose flight was cut off in the worst cluster, scaled to the smallest cluster
+    unfinished : number of rocks whose flight was cut off, in the worst cluster; scaled to the number of rocks of the
+        cluster with the fewest rocks
     seconds : s, since the work on the trigger began; left_out : a sentence on the sources without rocks, and why
     doubtful, elsewhere : a sentence on the sources that are too far from the ground, and on those far from the place
         where the scene was calibrated; "" if there are none
@@ -190,7 +191,7 @@ def answers(
 def _clusters(
     standing: PreparedTerrain, trigger: Trigger, released: Released, tallies: Tallies, outlines: Outlines, side: float
 ) -> list[ClusterTally]:
-    """Return empty counts for each cluster of sources; an empty list if no source was received.
+    """Return empty counts for each cluster of sources; an empty list if the message has no sources.
 
     tallies : the counts of the answer; outlines : the areas of interest in them
     side : m, of the squares in plan whose sources form one cluster
@@ -214,7 +215,10 @@ def _clusters(
 
 
 def _origin(standing: PreparedTerrain, trigger: Trigger, places: FloatArray) -> Origin:
-    """Return the origin of a cluster whose sources are at places (N, 3) m, local frame."""
+    """Return the origin of a cluster: the mean place of its sources, and which message and terrain they belong to.
+
+    places : (N, 3) m, of the sources of the cluster, local frame
+    """
     ground = standing.ground
     x, y, z = ground.terrain.frame.points_to_input(places.mean(axis=0)).tolist()
     return Origin(
@@ -280,7 +284,7 @@ def _outcomes(clusters: Sequence[ClusterTally]) -> dict[Outcome, int]:
 def _evidence(
     standing: PreparedTerrain, clusters: Sequence[ClusterTally], outlines: Outlines, digests: Mapping[str, str]
 ) -> tuple[tuple[AreaEvidence, ...], int]:
-    """Return the evidence of each area, and the number of rocks cut off in flight in the worst cluster.
+    """Return the evidence of each area from all clusters, and the number of rocks cut off in the worst cluster.
 
     The evidence includes the share of the area without terrain, and the digest of the outline of the area.
 

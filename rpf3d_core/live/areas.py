@@ -19,7 +19,9 @@ CORNERS_A_QUARTER = 8
 
 
 def outline_of(corners: Sequence[tuple[float, float]]) -> list[FloatArray]:
-    """Return the outlines (P, 2) m of an area of interest; corners : at least three, (x, y) in plan, m.
+    """Return the area of interest with the given corners as a list of rings (P, 2) m.
+
+    corners : at least three, (x, y) in plan, m
 
     Raises
     ------
@@ -30,10 +32,10 @@ def outline_of(corners: Sequence[tuple[float, float]]) -> list[FloatArray]:
 
 
 def circles_around(places: FloatArray, radius: float) -> list[FloatArray]:
-    """Return the outlines (P, 2) m of the area within circles around places (N, 2) m, such as vehicles.
+    """Return the area within circles around places (N, 2) m, such as vehicles, as a list of rings (P, 2) m.
 
-    Overlapping circles form one area. Outlines of holes are included. Each circle is drawn as a polygon that encloses
-    the circle, so a rock on the circle is counted. radius : of the circles, m
+    Overlapping circles share one outline. The rings of holes are included. Each circle is drawn as a polygon that
+    encloses the circle, so a rock on the circle is counted. radius : of the circles, m
     """
     drawn = radius / np.cos(np.pi / (4 * CORNERS_A_QUARTER))
     circles = shapely.buffer(shapely.points(places), drawn, quad_segs=CORNERS_A_QUARTER)
@@ -45,7 +47,9 @@ SMALLEST = 1.0
 
 
 def too_small(rings: Iterable[FloatArray]) -> str:
-    """Return why an area of interest is too small to watch, without its name; "" if it is large enough.
+    """Return a clause that says why an area of interest is too small to watch; "" if the area is large enough.
+
+    The caller writes the name of the area before the clause.
 
     rings : rings (P, 2) m of the area
     """

@@ -56,7 +56,12 @@ def cells_after(
 
 
 def _span(low: float, high: float, origin: float, cell: float, count: int) -> slice:
-    """Return the range of columns, or rows, of a map whose cells of side `cell` lie between low and high (m)."""
+    """Return the range of columns, or rows, of a map whose cells overlap the interval from `low` to `high` (m).
+
+    The range has at least one cell: the nearest one if the interval is outside the map.
+
+    origin : m, where the map begins; cell : m, side of a cell; count : number of columns, or rows, of the map
+    """
     first, last = (int(np.clip(np.floor((edge - origin) / cell), 0, count - 1)) for edge in (low, high))
     return slice(first, last + 1)
 

@@ -151,7 +151,9 @@ class ClusterTally:
 
 
 def _with_ends(areas: tuple[AreaEvidence, ...], sets: ClusterSets, layers: Layers) -> tuple[AreaEvidence, ...]:
-    """Return the evidence of areas with the number of parameter sets and, if enough rocks flew, `SafeEnds` added.
+    """Return the evidence of areas, with the figures from all parameter sets added.
+
+    These are the number of parameter sets and, if enough rocks flew, the figures of `SafeEnds`.
 
     areas : the evidence without parameter sets; sets : counts of each parameter set; layers : map values of the areas
     """

@@ -13,7 +13,7 @@ class Trigger:
     """The S sources of one message; S = 0 means that the walls were watched and no source was seen.
 
     positions : (S, 3) m, map frame; velocities : (S, 3) m/s; diameters : (S,) m, NaN where unknown, or None
-    stamp_ns : stamp of the message
+    stamp_ns : stamp (ns) of the message
     digest : SHA-256 (hex) of the values above, as from `digest_of`; topic : the topic of the message
     """
 
