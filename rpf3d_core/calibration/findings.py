@@ -68,7 +68,8 @@ class Findings:
         not include the misfit either. None if no end points were observed; K is 0 if none has a prediction
     whole_rank : (K, 2) as `rank`, but with the misfit added to the measuring error
     misfit : m, mean error of the model over the posterior; None if there were too few end points to estimate it
-    left : share (-) of the simulated rocks, weighted by the posterior, that left the terrain or did not stop
+    left : share (-) of the simulated rocks that left the terrain or did not stop, with the sets weighted by the
+        posterior
     sets, rocks : number of flown parameter sets, and number of rocks of each set
     of_data : warnings about the observations, as sentences; left_out : sentences on sources without a flown rock
     unpredicted : number of observed stops without a prediction, because hardly a rock of their kind stopped; they are

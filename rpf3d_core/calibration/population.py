@@ -33,10 +33,10 @@ If there are fewer, the likelihood is raised to a smaller power (`flattened`).
 
 
 class Mixture(NamedTuple):
-    """A proposal: normal kernels of one shape at K centres, and the prior with the share FROM_PRIOR.
+    """The proposal of a round: a mixture of K normal kernels, and the prior with the share FROM_PRIOR (10 %).
 
-    centres : (K, U) in the space of `normal_space`; shares : (K,) of the kernels, sum 1
-    root : (U, U) lower triangular root of the kernels' covariance
+    centres : (K, U) of the kernels, in the space of `normal_space`; shares : (K,) of the kernels, sum 1
+    root : (U, U) lower triangular root of the covariance, which is the same for all kernels
     A mixture without centres (K = 0) is the prior alone.
     """
 
@@ -78,9 +78,9 @@ def log_density(mixture: Mixture, z: FloatArray) -> FloatArray:
 
 
 def log_importance(z: FloatArray, mixtures: Sequence[Mixture], counts: Sequence[int]) -> FloatArray:
-    """Return the logarithm (S,) of the importance of all sets z (S, U): prior density over density of the proposal.
+    """Return the logarithm (S,) of the importance of each set: its prior density over its proposal density.
 
-    The proposal is the mixture of the proposals of all rounds.
+    The proposal density is that of the mixture of the proposals of all rounds.
     z : (S, U) (-), as in `normal_space`; mixtures : proposal of each round; counts : number of sets of each round
     """
     total = np.full(len(z), -np.inf)

@@ -1,4 +1,4 @@
-"""How much of the time of a calibration is reserved for the work after the flights: scores, pictures and files."""
+"""Compute how much time of a calibration is reserved for the work after the flights: scores, pictures and files."""
 
 import time
 from dataclasses import dataclass

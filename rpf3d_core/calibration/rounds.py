@@ -51,8 +51,8 @@ class Control(NamedTuple):
 
     deadline : `time.monotonic()` at which everything must be written
     began : `time.monotonic()` at the start of the budget; None if the budget starts with the first round
-    progress : called with a Status
-    stop : returns True after Ctrl-C; threads : None for one per core
+    progress : called with a `Status` after each flown set
+    stop : returns True after Ctrl-C; threads : number of threads, None for one per core
     """
 
     deadline: float
@@ -130,7 +130,7 @@ def fly_rounds(
 
 
 def _either(stop: Callable[[], bool], pace: Pace, until: float) -> Callable[[], bool]:
-    """Return a function that returns True if no further set may start: after an interruption, or if time is too short.
+    """Return a function that returns True if no further parameter set may start: after an interruption, or too late.
 
     stop : returns True after an interruption; pace : the time that a set takes
     until : `time.monotonic()` by which a set must end

@@ -58,7 +58,7 @@ class Round(NamedTuple):
 
 
 class Observed(NamedTuple):
-    """What the likelihood needs to know of the C observations, apart from their densities.
+    """The properties of the C observations that the likelihood depends on, apart from their densities.
 
     counts : (C,) number of rocks behind each observation: the power of the observation's density in the likelihood
     anywhere : (C,) density of an observation that may lie anywhere in the possible range, such as on the whole terrain
@@ -115,7 +115,10 @@ def drawn_sets(proposed: Proposed, number: int, seed: int) -> FloatArray:
 
 
 def with_next(proposed: Proposed, rounds: Sequence[Round], observed: Observed, seed: int) -> Proposed:
-    """Return the proposals of all rounds and of the next round, whose proposal follows from all rounds flown so far."""
+    """Return the proposals with that of the next round added, which is computed from all rounds flown so far.
+
+    proposed : proposals of the flown rounds; seed : of the calibration
+    """
     z, log_ratio = _together(rounds, proposed.mixtures)
     densities = _densities(rounds, observed)
     both = weighed(densities, nearness(z, proposed.covariance), group_shares(len(rounds), seed, 0))

@@ -80,7 +80,7 @@ def _read_plan(path: Path) -> dict[str, Any]:
 
 
 def open_state(out: Path, scene: Scene) -> Path:
-    """Return the folder of flown sets in the folder of a calibration; both are created if they do not exist.
+    """Return the folder of flown sets within `out`, the folder of a calibration; both are created if missing.
 
     Raises
     ------

@@ -57,7 +57,7 @@ def warnings_of(found: Findings) -> list[str]:
 
 
 def _combinations(found: Findings) -> list[str]:
-    """Return a sentence for each pair of parameters if the data determines only a combination of both."""
+    """Return a sentence for each pair of parameters of which the data determines only a combination."""
     pairs = combinations(range(len(found.estimates)), 2)
     names = [estimate.name for estimate in found.estimates]
     return [
@@ -168,7 +168,7 @@ def _of_coverage(found: Findings) -> list[str]:
 
 
 def _is_too_few(share: float, blocks: int) -> bool:
-    """Return True if correct 90 % intervals would contain so few blocks with a probability below 5 % (binomial).
+    """Return True if correct 90 % intervals would contain this few blocks only with a probability below 5 % (binomial).
 
     share : share (-) of the blocks inside their intervals; blocks : number of all blocks
     """
