@@ -136,7 +136,7 @@ class Runner:
             self._listener.busy("")
 
     def _prepare(self, written: Written) -> Ready:
-        """Return a scene prepared for the reference engine, from memory if the scene's text and files are unchanged."""
+        """Return a scene prepared for the reference engine; the last prepared scene is returned if nothing has changed."""
         kept = self._ready
         if kept is not None and kept.written == written and kept.stamp == stamp_of(kept.prepared.scene):
             return kept
