@@ -134,7 +134,7 @@ def findings(prices: PriceList, target: float) -> list[str]:
 
 
 def _unbought(prices: PriceList, target: float) -> list[str]:
-    """Return a sentence if the parametric error is unknown, or so large that no number of rocks meets the target.
+    """Return a sentence, in a list, if the parametric error is unknown or above the target, whatever rocks fly.
 
     The list is empty if the parametric error is within the target.
 
