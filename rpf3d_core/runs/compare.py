@@ -2,8 +2,8 @@
 
 A difference is significant if its 95 % interval (`ensemble.two_shares`) excludes 0. Of many comparisons of equal runs,
 about 5 % are significant by chance; `p_holm` is corrected for the number of comparisons. Interval and p value assume
-independent rocks in the two runs. But two runs with the same sources and the same seed release the same rocks: the
-intervals are then usually too wide.
+that the rocks of the two runs are independent. But two runs with the same sources and the same seed release the same
+rocks; the intervals are then usually too wide.
 """
 
 from collections.abc import Iterator, Mapping
@@ -205,7 +205,7 @@ def counted_section(counted: Counted) -> dict[str, Any]:
 
 
 def _caught(facts: Facts) -> int:
-    """Return the number of rocks that barriers caught."""
+    """Return the number of rocks that barriers caught in a run; facts : content of its summary."""
     return int(facts.get("outcomes", {}).get(CAUGHT, {}).get("rocks", 0))
 
 
@@ -224,9 +224,9 @@ def _energy_p95(facts: Facts, kind: str, name: str) -> float | None:
 
 
 def _counted_in_both(a: Facts, b: Facts, kind: str, name: str, measure: str) -> tuple[Counted, Counted] | None:
-    """Return a share in run A and in run B; None if no rock reached the place in any run.
+    """Return a share in run A and in run B; None if no rock reached the place in either run.
 
-    For `retained`, the result is also None if no rock reached the place in one of the runs.
+    For `retained`, which is a share of the rocks that reached the place, rocks must have reached it in both runs.
 
     kind, name : of the place; measure : one of MEASURES
     """

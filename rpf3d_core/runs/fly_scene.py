@@ -117,7 +117,7 @@ def _plan(prepared: Prepared, first: int | None, sets: int) -> Sequence[AnyRound
 
 
 def _kept(prepared: Prepared, plan: Sequence[AnyRound], shown: int | None) -> Shown:
-    """Return the rocks to keep in memory, and the rocks whose paths are also kept, for the pictures.
+    """Return which rocks to keep in memory for the pictures, and which of them with their paths.
 
     plan : rounds of the run; shown : number of rocks to keep, None for all
     """
