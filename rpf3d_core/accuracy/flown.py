@@ -125,7 +125,12 @@ def reached_in(tallies: Tallies, flown: int) -> Reached:
 
 
 def places_in(prepared: Prepared, tallies: Tallies, flown: int) -> Step:
-    """Return the shares of rocks that reach or stop in each area of interest; in each zone if there are no areas."""
+    """Return the shares of rocks that reach or stop in each area of interest.
+
+    In a scene without areas, the shares are those of the zones that rocks reached.
+
+    tallies : counts that were added during the flights; flown : number of rocks
+    """
     return step_of(tallies.places(flown, prepared.area_names), prepared.terrain.zones)
 
 

@@ -136,7 +136,7 @@ class Runner:
             self._listener.busy("")
 
     def _prepare(self, written: Written) -> Ready:
-        """Return a scene prepared for the reference engine; the last prepared scene is returned if nothing has changed."""
+        """Return a scene prepared for the reference engine: the last one, if its text and files have not changed since."""
         kept = self._ready
         if kept is not None and kept.written == written and kept.stamp == stamp_of(kept.prepared.scene):
             return kept
