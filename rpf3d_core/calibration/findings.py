@@ -174,7 +174,7 @@ def _counts_of_rocks(slope: Slope) -> IntArray:
 
 
 def _kept_out(slope: Slope, result: Result, book: Flown | None, seed: int) -> dict[str, Any]:
-    """Return scores and ranks of observations, by the names in `Findings`.
+    """Return the scores and ranks of kept-out observations, by the names of the fields of `Findings`.
 
     Each observation is predicted from the observations outside its fold.
     book : the flown parameter set of the book values, or None

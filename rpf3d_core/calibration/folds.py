@@ -177,7 +177,7 @@ def covered(rank: FloatArray, share: float, blocks: int) -> FloatArray:
 
 
 def _probabilities(z: FloatArray) -> FloatArray:
-    """Return the standard normal probability below each z (...), with an error of less than 1e-7.
+    """Return the standard normal probability below each z, with an error of less than 1e-7; z : of any shape.
 
     Source: Abramowitz & Stegun 1964, Handbook of Mathematical Functions, formula 26.2.17.
     """

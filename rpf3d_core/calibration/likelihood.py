@@ -115,7 +115,7 @@ def log_likelihoods(weighed: Weighed, kept: NDArray[np.bool_] | None = None) -> 
 
 
 def over_misfits(log_likelihood: FloatArray) -> FloatArray:
-    """Return the logarithms (..., S) of likelihoods averaged over M misfits, from log-likelihoods (..., S, M)."""
+    """Return the logarithm (..., S) of the mean over M misfits of likelihoods whose logarithms are (..., S, M)."""
     return np.asarray(np.logaddexp.reduce(log_likelihood, axis=-1) - np.log(log_likelihood.shape[-1]))
 
 
@@ -135,7 +135,7 @@ def noise_of(log_likelihood: FloatArray, weights: FloatArray) -> float:
 
     Noise that all sets have in common does not count, because it does not change a weight.
 
-    log_likelihood : (D, S) from `over_misfits`; weights : (S,)
+    log_likelihood : (D, S) from `over_misfits`; weights : (S,) posterior weights of the sets, sum 1
     """
     centred = log_likelihood[1:] - (log_likelihood[1:] @ weights)[:, None]
     deviations = centred - centred.mean(axis=0)

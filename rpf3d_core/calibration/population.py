@@ -46,14 +46,15 @@ class Mixture(NamedTuple):
 
 
 def prior_mixture(unknowns: int) -> Mixture:
-    """Return the proposal of the first round: the prior alone."""
+    """Return the proposal of the first round: the prior alone; unknowns : number of unknowns."""
     return Mixture(centres=np.empty((0, unknowns)), shares=np.empty(0), root=np.eye(unknowns))
 
 
 def draw(mixture: Mixture, count: int, seed: int, number: int) -> FloatArray:
-    """Return S = count parameter sets of a round, drawn from its proposal: z (S, U) (-), as in `normal_space`.
+    """Return `count` parameter sets drawn from the proposal of a round: z (count, U) (-), as in `normal_space`.
 
-    The numbers depend on the seed and on the number of the round only; the first round is quasi-random.
+    The random numbers depend only on the seed and on `number`, the number of the round. The sets of the first round are
+    quasi-random, that is evenly spread.
     """
     unknowns = mixture.centres.shape[1]
     if not len(mixture.centres):
@@ -139,7 +140,7 @@ def next_mixture(z: FloatArray, log_ratio: FloatArray, log_likelihood: FloatArra
 
 
 def covariance_of(z: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the covariance (U, U) (-) of sets z (S, U) with weights (S,).
+    """Return the covariance (U, U) (-) of parameter sets z (S, U) with weights (S,) whose sum is 1.
 
     A small number is added to the diagonal (a ridge), so that the matrix has an inverse.
     """

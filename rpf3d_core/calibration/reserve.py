@@ -15,7 +15,7 @@ MARGIN = 1.25
 
 
 class Reserve(NamedTuple):
-    """The time that is reserved for the work after the flights (scores, files), and the data to compute this time.
+    """The data from which the time reserved for the work after the flights (scores, files) is computed.
 
     began : `time.monotonic()` at the start of the budget; budget : s
     scores_s, files_s : s, measured times of scores and of files for `sets` parameter sets; 0 if not measured

@@ -166,7 +166,7 @@ def _measured(reserve: Reserve, sets: int, end: Callable[[], float]) -> Reserve:
 def _teller(
     control: Control, before: int, number: int, posterior: Posterior | None, until: float
 ) -> Callable[[int], None]:
-    """Return the function that reports the progress of a round, given the number of its flown sets.
+    """Return a function that reports the progress of a round; its argument is the number of flown sets of this round.
 
     before : number of sets of earlier rounds; number : number of the round, from 0
     posterior : from the earlier rounds, None if it is not known yet

@@ -109,7 +109,7 @@ def first_proposal(unknowns: int) -> Proposed:
 
 
 def drawn_sets(proposed: Proposed, number: int, seed: int) -> FloatArray:
-    """Return the parameter sets of round `number`, from 0, as standard normal numbers z (S, U)."""
+    """Return the parameter sets of round `number`, from 0, as standard normal numbers z (S sets, U unknowns)."""
     mixture = proposed.mixtures[number]
     return draw(mixture, sets_of_round(number, mixture.root.shape[0]), seed, number)
 

@@ -136,7 +136,7 @@ class Runner:
             self._listener.busy("")
 
     def _prepare(self, written: Written) -> Ready:
-        """Return a scene prepared for the reference engine: the last one, if its text and files have not changed since."""
+        """Return a scene prepared for the reference engine: the previous one if its text and files are unchanged."""
         kept = self._ready
         if kept is not None and kept.written == written and kept.stamp == stamp_of(kept.prepared.scene):
             return kept

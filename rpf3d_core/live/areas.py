@@ -117,7 +117,8 @@ class AreaGround(NamedTuple):
     """The terrain below an area of interest (`live.coverage`).
 
     uncovered : share (-) of the area in plan that has no terrain below it
-    lowest : lower bound of the height (m, local frame) of the ground in the area; -infinite if it is not known
+    lowest : (m, local frame) estimate on the safe side of the lowest height of the ground in the area; -infinite if it
+        is not known
     """
 
     uncovered: float
@@ -125,7 +126,10 @@ class AreaGround(NamedTuple):
 
 
 def outlines_for_places(areas: Mapping[str, Sequence[FloatArray]]) -> list[AreaOutline]:
-    """Return the areas of interest, given as rings (P, 2) m, prepared for tests whether places are inside."""
+    """Return areas of interest prepared for tests whether places are inside, in the order of `areas`.
+
+    areas : rings (P, 2) m of each area, by name
+    """
     return [
         AreaOutline(rings=[shapely.Polygon(ring) for ring in rings], hull=_hull(np.concatenate(list(rings))))
         for rings in areas.values()

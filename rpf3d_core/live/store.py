@@ -95,9 +95,11 @@ def read_last(folder: Path) -> StoredSurveys | None:
 
 
 class Store:
-    """Writes each new terrain to a folder on its own thread, so that a restarted simulator has a terrain at once.
+    """Writes each new terrain to a folder on a separate thread, so that a restarted simulator has a terrain at once.
 
     A new whole terrain replaces the surveys that are not yet written.
+
+    fault : a sentence on why the terrain could not be saved, or the folder not be locked; None without a fault
     """
 
     def __init__(
