@@ -18,10 +18,10 @@ PERIOD = 3600.0
 def progress(what: str = ROCKS) -> Iterator[tuple[Callable[[int], Callable[[int], None]], Callable[[], None]]]:
     """Show a progress bar; yield the functions `begin` and `writing`.
 
-    begin(rocks) : call this function when rocks start to fly; each further call adds rocks to the total. The call
-        returns a function, which must be called with the number of rocks flown since its previous call
-    writing() : call this function when the writing of the results starts
-    what : text that names the counted things, such as ROCKS; they may also be other things than rocks
+    begin(rocks) : to be called when rocks start to fly; each further call adds rocks to the total. The call returns a
+        function, which must be called with the number of rocks flown since its previous call
+    writing() : to be called when the writing of the results starts
+    what : text that names the counted things, such as ROCKS or "flying cells"
     """
     rate = (_Rate(),) if what == ROCKS else ()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), *rate, TimeRemainingColumn())
