@@ -12,9 +12,9 @@ def usable_cores() -> int:
 
 
 def has_spare_core() -> bool:
-    """True if a processor core is free for a second process: the load is below the number of cores.
+    """Return True if a processor core is free for a second process: the load is below the number of cores.
 
-    Without a free core a second process is a loss, because two processes need a sixth more computing time in total.
+    Without a free core, a second process costs time, because two processes need a sixth more computing time in total.
     """
     cores = usable_cores()
     return cores >= FEWEST_CORES and (not hasattr(os, "getloadavg") or os.getloadavg()[0] < cores)

@@ -38,7 +38,7 @@ class _Copied(JITCodeLibrary):
 
     @property
     def codegen(self) -> _NoMachineCode:
-        """The object that numba asks for its code generator; for a kernel, it generates nothing."""
+        """The code generator that numba uses for this kernel; it generates nothing."""
         return _NoMachineCode()
 
     def get_pointer_to_function(self, name: str) -> int:
