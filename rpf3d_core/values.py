@@ -1,4 +1,4 @@
-"""The immutable values that the whole package shares: motion, rock, outcome.
+"""Immutable values that the whole package shares: the motion of a rock, its mass and radius, and its outcome.
 
 SI units, z up, right-handed, in the terrain's local frame (`terrain/frame.py`).
 """
