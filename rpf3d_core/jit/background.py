@@ -84,7 +84,7 @@ class BackgroundCompiler:
             self.end()
 
     def has_done(self, part: Any) -> bool:
-        """True if a loop or function needs no waiting: it is done, was not requested, or there is no process."""
+        """Return True if a loop or function needs no wait: it is done or was not requested, or there is no process."""
         with suppress(queue.Empty):
             while True:
                 self._note(self._answers.get_nowait())

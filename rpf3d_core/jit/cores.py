@@ -7,7 +7,7 @@ FEWEST_CORES = 2
 
 
 def usable_cores() -> int:
-    """Return the number of cores that this process may use, or of all cores if the system does not report it."""
+    """Return the number of cores that this process may use; that of all cores if the system does not report it."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -27,7 +27,7 @@ for _name in ("codegen", "get_pointer_to_function", "_optimize_final_module", "_
 
 
 class _NoMachineCode:
-    """Takes the place of numba's code generator (`codegen`) for a kernel, which has no machine code of its own."""
+    """A replacement for numba's code generator (`codegen`) that does nothing, because kernels have no machine code."""
 
     def set_env(self, name: str, env: Any) -> None:
         """Do nothing: a kernel needs no Python objects."""

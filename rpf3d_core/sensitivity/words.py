@@ -100,7 +100,7 @@ def _total_in_words(indices: Indices, u: int, y: int) -> tuple[str, str]:
 
 
 def content_of(found: Sensitivity) -> dict[str, Any]:
-    """Return the content of sensitivity.json: by result, then by unknown."""
+    """Return the content of sensitivity.json: the effect of each unknown on each result, by result and unknown."""
     return {
         "sets": found.sets,
         "rocks": found.rocks,
