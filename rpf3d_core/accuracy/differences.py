@@ -125,7 +125,7 @@ def first_bounces(flights: Flights, gravity: float) -> FloatArray:
     The height is v^2 / (2 gravity), where v is the speed along the facet's normal after the impact: the rise of a rock
     that leaves level ground with this speed. The real rise is not used, because a rock may not rise at all from a steep
     facet. NaN if the rock did not fly after the impact, hit an obstacle first, or has no path.
-    gravity : m/s^2
+    flights : flights of R rocks, with impacts and paths; gravity : m/s^2
     """
     rises = np.full(len(flights.deposits.rock), np.nan)
     paths = flights.paths

@@ -105,7 +105,7 @@ def _too_short(slope: Slope, priors: list[Distribution], prepared_s: float, cont
     """Return a message on a budget that ended before the first flight: what took the time, and which budget is enough.
 
     To estimate the time of the first SOME_ROUNDS (3) rounds, one parameter set is flown.
-    priors : prior of each unknown; prepared_s : s, time of reading and compiling
+    priors : prior of each unknown; prepared_s : s, time of reading and compiling; control : with the number of threads
     """
     prepared, began = slope.prepared, time.monotonic()
     middle = [float(quantiles(prior, np.array([0.5]))[0]) for prior in priors]

@@ -206,6 +206,7 @@ def _kept_out(slope: Slope, result: Result, book: Flown | None, seed: int) -> di
 def _ranks(slope: Slope, places: list[Stops], weights: FloatArray) -> dict[str, Any]:
     """Return `rank`, `whole_rank` and `unpredicted` of `Findings` by name, from the stops of all sets.
 
+    places : the stops of each of S sets
     weights : (N, S, M) of the sets and misfits for each observed stop, from the stops outside its fold
     """
     observed, without = slope.field.stops, weights.sum(axis=2, keepdims=True)

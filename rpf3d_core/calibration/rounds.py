@@ -95,7 +95,8 @@ def fly_rounds(
 
     Sets that are on disk in the folder `state` are not flown again.
 
-    seed : of the proposals; state : folder of the flown sets
+    priors : of the unknowns; seed : of the proposals; state : folder of the flown sets
+    control : deadline, progress reports, interruption and threads
     ending : function that does the work after the flights (scores, pictures, files) once, to measure its time, and
         returns the time (s) for the files. None to reserve a fixed part of the budget
     """

@@ -117,7 +117,7 @@ def drawn_sets(proposed: Proposed, number: int, seed: int) -> FloatArray:
 def with_next(proposed: Proposed, rounds: Sequence[Round], observed: Observed, seed: int) -> Proposed:
     """Return the proposals with that of the next round added, which is computed from all rounds flown so far.
 
-    proposed : proposals of the flown rounds; seed : of the calibration
+    proposed : proposals of the flown rounds; rounds : the flown sets of these rounds; seed : of the calibration
     """
     z, log_ratio = _together(rounds, proposed.mixtures)
     densities = _densities(rounds, observed)
@@ -129,7 +129,10 @@ def with_next(proposed: Proposed, rounds: Sequence[Round], observed: Observed, s
 
 
 def posterior_of(proposed: Proposed, rounds: Sequence[Round], observed: Observed, seed: int) -> Posterior:
-    """Return the posterior from all flown sets; the last round may be incomplete."""
+    """Return the posterior from all flown sets; the last round may be incomplete.
+
+    proposed : proposals of the rounds; rounds : the flown sets of each round; seed : of the calibration
+    """
     z, log_ratio = _together(rounds, proposed.mixtures)
     both = weighed(_densities(rounds, observed), nearness(z, proposed.covariance), group_shares(len(rounds), seed))
     logs = log_likelihoods(both)

@@ -81,7 +81,7 @@ class Runner:
     """A thread that does its tasks one after another: prepare a scene, fly its rocks, write a report."""
 
     def __init__(self, listener: Listener) -> None:
-        """Start the thread."""
+        """Start the thread; listener : receives the results and messages."""
         self._listener = listener
         self._tasks: queue.SimpleQueue[Callable[[], object] | None] = queue.SimpleQueue()
         self._stop = threading.Event()
@@ -163,6 +163,8 @@ class Runner:
         """Return the terrain of a scene and the faults of its mesh.
 
         The terrain is read again only if the scene's terrain, its zones or one of its files has changed.
+
+        stamp : state of the scene's files, from `stamp_of`
         """
         key = scene.terrain, scene.zones, stamp
         if self._ground is None or self._ground[0] != key:

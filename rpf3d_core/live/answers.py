@@ -237,7 +237,8 @@ def _fly(
 ) -> bool:
     """Fly the next rocks of a cluster; return False if the flight was stopped.
 
-    released : all sources; numbers : two lists over all sources: first rock number to fly, and number after the last
+    stream : flies the rocks; released : all sources
+    numbers : two lists over all sources: number of the first rock to fly, and the number after the last rock
     size : approximate number of rocks in a block (the function may stop after each block); None for the blocks of a run
     """
     sources = cluster.sources
@@ -258,7 +259,8 @@ def _fly_sets(
 ) -> bool:
     """Fly the next rocks of a cluster, one parameter set after another; return False if the flight was stopped.
 
-    numbers : two lists over the sources of the cluster: first rock number to fly, and the number after the last rock
+    stream : flies the rocks; released : all sources
+    numbers : two lists over the sources of the cluster: number of the first rock to fly, and the number after the last
     """
     sets, over, sources = standing.sets, cluster.over_sets, cluster.sources
     assert sets is not None and over is not None
@@ -318,6 +320,7 @@ def warm_answers(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpr
 
     Return the duration (s).
 
+    trigger : sources, at least one; around : how rocks are spread around each source
     rocks : number of rocks. It must be so large that the cells that rocks reach have more than `hazard.layers.FEW` bins
         in total; for fewer bins the code uses NumPy, and the loop would not be compiled
     """

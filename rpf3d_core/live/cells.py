@@ -74,6 +74,8 @@ def cover(vertices: Any, triangles: Any, raster: Raster, covered: Any, height: A
 
     In all cells to be computed, `covered` must be False and `height` NaN before the call. Each facet is compared with
     all cells in the facet's box in plan.
+
+    vertices : (V, 3) m, local frame; triangles : (F, 3) indices into vertices
     """
     x, y, cell, nx, ny = raster.x, raster.y, raster.cell, raster.nx, raster.ny
     for f in range(len(triangles)):

@@ -140,9 +140,9 @@ def _from_file(path: str, given: Mapping[str, Any]) -> Scene:
 
 
 def _fault(name: str, value: Any) -> str | None:
-    """Return a sentence on an error in the name of a parameter or of a model; None if there is no error.
+    """Return a sentence on an error in the name of a parameter, or in the model that it names; None without an error.
 
-    Everything else is checked by the scene's model.
+    All other values are checked when the scene is made of them.
     """
     known = {field.key: field for field in live_parameters()} if name else {}
     if name not in known:

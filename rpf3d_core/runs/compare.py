@@ -124,7 +124,7 @@ def compare_runs(folder_a: str | Path, folder_b: str | Path) -> Comparison:
 
 
 def compare_summaries(a: Facts, b: Facts) -> Comparison:
-    """Compare two runs, given the content of their summaries; each run has at least one rock."""
+    """Compare two runs by their summaries; a, b : content of the summaries, each of a run with at least one rock."""
     both = [(kind, name) for kind, name in _places(a) if (kind, name) in _places(b)]
     counts = [
         (kind, name, measure, *counted)

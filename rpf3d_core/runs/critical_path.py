@@ -37,6 +37,7 @@ def fly_one(prepared: Prepared, source: int, rock: int, threads: int | None = No
     """Fly one rock of a prepared scene with its path, bit for bit as in the whole run.
 
     source : number of the source, from 0; rock : number of the rock in its source, from 0
+    threads : number of threads for the compiled engine; None for one thread for each core
     """
     outputs = prepared.scene.outputs
     kept = outputs.model_copy(update={"trajectories": max(outputs.trajectories, 1)})

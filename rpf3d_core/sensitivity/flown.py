@@ -83,7 +83,10 @@ def fly_all(
 
 
 def results_of(what: Compared, values: Sequence[float] | FloatArray) -> FloatArray:
-    """Return the results (Y,) of one parameter set; values : (U,) values of the unknowns, in the units of the scene."""
+    """Return the results (Y,) of one parameter set, in the units of `Compared.units`.
+
+    what : inputs of the analysis; values : (U,) values of the unknowns, in the units of the scene
+    """
     prepared, rocks = what.prepared, len(what.releases.x)
     flight = flight_of_set(prepared, dict(zip(what.names, map(float, values), strict=True)))
     paths = bool(prepared.area_names)

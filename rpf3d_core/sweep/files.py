@@ -51,6 +51,8 @@ def check_out(out: str | Path) -> Path:
 def write_sweep(folder: Path, varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord]) -> None:
     """Write sweep.csv and sweep.png into an existing folder.
 
+    varied : the keys with their values; cells, records : the cells and, in the same order, their records
+
     Raises
     ------
     InputError

@@ -192,6 +192,7 @@ def _brackets(figure: Figure, has_unknowns: bool, text: Callable[[Ends], str]) -
     Without a predictive interval, the text has only the sampling interval. This interval is marked as such if the scene
     has unknowns.
 
+    has_unknowns : True if a cell of the sweep has unknowns
     text : function that returns the ends of an interval as text
     """
     sampling = text((figure.sampling_low, figure.sampling_high))
