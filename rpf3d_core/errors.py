@@ -10,4 +10,4 @@ class SceneError(InputError):
 
 
 class TerrainError(InputError):
-    """An error that is raised if a terrain is refused, because no rock can be simulated on its file or mesh."""
+    """An error that is raised if a terrain file or mesh is refused, because no rock can be simulated on it."""

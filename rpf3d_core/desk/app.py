@@ -1,4 +1,4 @@
-"""The desk: carries out what the user asks for on the page, and shows results and messages there."""
+"""The program behind the page of the desk: it does what the user asks for, and shows results and messages."""
 
 import asyncio
 import threading

@@ -40,7 +40,7 @@ def _ground_of(standing: PreparedTerrain, area: AreaOutline) -> AreaGround:
 
     The lowest ground is an estimate on the safe side: the lowest corner of all facets at the probes and at the corners
     of the area, minus the distance between neighbouring probes. So a slope of 45 degrees between two probes is
-    included; a narrow and steep ditch may be missed. If any of them has no ground, the lowest ground is unknown.
+    included; a narrow and steep ditch may be missed. If a place has no ground, the lowest ground is unknown.
     """
     probes, step = _probes(area)
     uncovered = float(np.mean(~standing.has_ground(probes)))
