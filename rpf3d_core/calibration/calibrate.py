@@ -31,7 +31,7 @@ END_S = 4.0
 """Time (s) that a small calibration takes for scores, pictures and files; used to suggest a budget that is enough."""
 
 SOME_ROUNDS = 3
-"""Number of rounds whose time the message on a short budget states: fewer rounds hardly determine anything."""
+"""Number of rounds for which the message on a too short budget estimates the time; fewer rounds are of little use."""
 
 
 class Calibrated(NamedTuple):

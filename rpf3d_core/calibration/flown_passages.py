@@ -12,9 +12,9 @@ from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.terrain.frame import FloatArray
 
 HALVINGS = 40
-"""Number of halvings of a segment until the time of a passage is known to rounding."""
+"""Number of bisections of a path segment, after which the time of a passage is exact to rounding."""
 STEP = 0.5
-"""Largest distance (m) of points on a path that are compared with an area."""
+"""Largest distance (m) between neighbouring points of a path that are compared with an area."""
 
 
 class Passages(NamedTuple):

@@ -54,7 +54,7 @@ from rpf3d_core.unknowns.places import Surroundings, place_around
 FloatArray = NDArray[np.float64]
 
 ROCKS_A_BLOCK, SIZED_ROCKS_A_BLOCK = 24, 4
-"""Rocks of a parameter set for each observed block: points, and rocks with a size, which take much longer.
+"""Number of rocks of a parameter set per observed block: of points, and of spheres or bodies, which take much longer.
 
 Densities are averaged over neighbouring sets, so more sets of few rocks determine more than few sets of many rocks.
 """

@@ -7,9 +7,9 @@ from typing import NamedTuple
 LARGEST = 0.25
 """Largest part (-) of the budget that is reserved; until the time is measured, this whole part is reserved."""
 WORTH_S = 15.0
-"""Reserve (s) up to which measuring costs more than it gains: scores, pictures and files take some seconds."""
+"""Largest possible reserve (s) up to which the time is not measured, because measuring takes some seconds itself."""
 MEASURED_AT = 0.5
-"""Part (-) of the budget after which the time is measured: a calibration that ends earlier does not need it."""
+"""Part (-) of the budget after which the time is measured; a calibration that ends earlier does not need the time."""
 MARGIN = 1.25
 """Factor (-) on measured times, because other programs may become busier."""
 

@@ -3,7 +3,7 @@
 import os
 
 FEWEST_CORES = 2
-"""Least number of cores with which a second process saves time."""
+"""Smallest number of cores with which a second process saves time."""
 
 
 def usable_cores() -> int:

@@ -43,7 +43,7 @@ def circles_around(places: FloatArray, radius: float) -> list[FloatArray]:
 
 
 SMALLEST = 1.0
-"""Least size (m2) of an area of interest; a machine's own ground is larger."""
+"""Smallest allowed size (m2) of an area of interest; the ground below a single machine is larger."""
 
 
 def too_small(rings: Iterable[FloatArray]) -> str:
@@ -66,7 +66,7 @@ def _rings(area: shapely.Geometry) -> list[FloatArray]:
 
 
 FEWEST_CORNERS = 3
-"""Least number of corners of a ring that encloses an area."""
+"""Smallest number of corners of a ring that encloses an area."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,9 +28,10 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Vec
 
 WIDER = 1.25
-"""Largest growth of the terrain's diagonal (factor) by patches, because the contact tolerance stays the same.
+"""Largest factor by which patches may lengthen the terrain's diagonal.
 
-The tolerance has a margin of a factor of 200 (`RELATIVE_TOLERANCE`).
+The contact tolerance, which depends on the diagonal, stays the same; its margin is a factor of 200
+(`RELATIVE_TOLERANCE`).
 """
 
 

@@ -22,7 +22,7 @@ SCENE = "scene"
 """Name of the parameter that gives the path of a scene file."""
 
 WRITTEN_NOWHERE = Path("parameters")
-"""Stands for the path of the scene file in messages, if the scene has no file."""
+"""Path that messages name instead of a scene file, if the scene has no file."""
 
 LISTED = "is a list, a file or a mapping, which a parameter cannot hold"
 FROM_MESSAGES = "is received in messages"

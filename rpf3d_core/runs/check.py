@@ -41,7 +41,7 @@ from rpf3d_core.values import Outcome
 PILOT_ROCKS = 20
 """Number of rocks of the whole scene that the reference engine flies to measure the time of one rock."""
 OF_A_SOURCE = 3
-"""Smallest number of pilot rocks of a source, if it has as many: they show whether its rocks fall."""
+"""Smallest number of pilot rocks of a source, if the source has as many; they show whether its rocks fall."""
 MOST_CHECKED = 50_000
 """Largest number of rocks whose start is checked, evenly spread over each source, so that a check takes seconds."""
 COMPILED_GAIN = 300.0

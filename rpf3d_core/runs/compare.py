@@ -22,9 +22,9 @@ MEASURES = ("reached", "stopped", "retained")
 `reached` and `stopped` are shares of all rocks, `retained` is a share of the rocks that reached the place.
 """
 CAUGHT = "caught"
-"""The measure of the rocks that barriers caught, a share of all rocks, which has a row if a run has such rocks."""
+"""Measure for the share of all rocks that barriers caught; it has a row if at least one of the runs has such rocks."""
 OUTCOME, ALL_ROCKS = "outcome", "all rocks"
-"""Kind and place of the row of CAUGHT."""
+"""Kind and place in the row of the measure CAUGHT, which belongs to no zone or area."""
 SECTIONS = {ZONE: "benches", AREA: "areas_of_interest"}
 LEVEL = 0.05
 

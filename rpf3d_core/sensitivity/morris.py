@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 LEVELS = 4
 """Number of levels of each unknown in the grid of the trajectories."""
 STEP = LEVELS / (2.0 * (LEVELS - 1.0))
-"""Step (-) of an unknown's quantile: two thirds of the range, with which all levels are equally likely."""
+"""Step (-) of an unknown's quantile: two thirds of the range, so that all levels are equally likely."""
 REDRAWS = 1000
 """Number of times that the trajectories are drawn again, for intervals."""
 ENDS = (2.5, 97.5)

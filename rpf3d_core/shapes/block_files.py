@@ -23,10 +23,10 @@ from rpf3d_core.terrain.mesh.edges import collapsed, edges_of, shared_by_two
 from rpf3d_core.terrain.mesh.welding import weld
 
 FEWEST_CORNERS, MOST_CORNERS = 4, 200
-"""Limits of the number of corners: a solid has at least 4, and each corner makes the simulation of a fall longer."""
+"""Limits of the number of corners: a solid has at least 4, and each further corner makes the simulation slower."""
 
 AS_CONVEX = 0.001
-"""Share of the volume of its hull that a solid may lack, or exceed, and still count as convex."""
+"""Largest difference between the volumes of a solid and its hull, as a share (-), if the solid counts as convex."""
 
 
 class Solid(NamedTuple):

@@ -27,7 +27,7 @@ SAME_PLACE = 1e-6
 """Distance, as a share of the size of a body, within which points count as equal and triangles as in one plane (-)."""
 
 FLAT = 1e-5
-"""Thickness of a body, as a share of its length, at which the body counts as flat."""
+"""Thickness of a body, as a share (-) of its length, up to which the body counts as flat."""
 
 SMALLEST = 1e-9
 """Smallest size (m) of a body; a smaller size comes from damage or from wrong units."""

@@ -15,7 +15,7 @@ FloatArray = NDArray[np.float64]
 WEIGHT = "weight"
 """Column with the weights in a file of parameter sets."""
 PLACE = "rpf3d_calibrated_in"
-"""Key of the metadata of a file of parameter sets with the place of the calibration: west, south, east, north (m)."""
+"""Key, in the metadata of a file of parameter sets, of the place of calibration: west, south, east, north (m)."""
 
 
 @dataclass(frozen=True, eq=False)
