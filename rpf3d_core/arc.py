@@ -1,4 +1,4 @@
-"""The free flight of a rock without size (a lumped mass), which both engines use: an exact parabola.
+"""Compute the free flight of a rock without size (a lumped mass), an exact parabola, for both engines.
 
 Source: thesis, equations 2-1 and 2-2.
 """
@@ -48,7 +48,7 @@ def arc_length(arc: Arc, t: float) -> float:
 
 @kernel
 def _length_term(h: float, u: float) -> float:
-    """Return the antiderivative of sqrt(h + u^2) with respect to u; `arc_length` computes the difference of two values.
+    """Return the antiderivative (m^2/s^2) of sqrt(h + u^2) with respect to u, from which `arc_length` follows.
 
     h : squared horizontal speed (m^2/s^2); u : vertical speed (m/s)
 
@@ -85,7 +85,7 @@ def gravity_along(n: Vec, gravity: float) -> Vec:
 
 @kernel
 def fall_time(z_speed: float, height: float, gravity: float) -> float:
-    """Return the time (s) that a rock flies until it is a given height below its start.
+    """Return the time (s) after which a flying rock is a given height below its start.
 
     z_speed : m/s, vertical speed at the start, positive upwards; height : m, at least 0
     """
@@ -97,11 +97,12 @@ def fall_time(z_speed: float, height: float, gravity: float) -> float:
 
 @kernel
 def falling_time(c: float, b: float, a: float) -> float:
-    """Return the first time t >= 0 (s) when c + b t + a t^2 falls through zero, as when a rock reaches a plane.
+    """Return the first time t >= 0 (s) at which c + b t + a t^2 falls through zero, as when a rock reaches a plane.
 
     The result is inf if c + b t + a t^2 never falls through zero.
 
-    c, b, a : height (m), speed (m/s) and half the acceleration (m/s^2) of the rock above the plane
+    c, b, a : height (m) of the rock above the plane, its speed (m/s) and half its acceleration (m/s^2), both away from
+        the plane
 
     The result is the root with 2 a t + b < 0, in the form without cancellation between b and the square root.
     """

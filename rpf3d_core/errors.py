@@ -2,12 +2,12 @@
 
 
 class InputError(ValueError):
-    """Error: an input of the user is refused. The command line prints its message and exits with code 2."""
+    """An error that is raised if an input is refused; the command line prints its message and exits with code 2."""
 
 
 class SceneError(InputError):
-    """Error: a scene file is refused, because one of its keys or values is wrong."""
+    """An error that is raised if a scene file is refused, because one of its keys or values is wrong."""
 
 
 class TerrainError(InputError):
-    """Error: a terrain file or mesh is refused, because no rock can be simulated on the terrain."""
+    """An error that is raised if a terrain file or mesh is refused, because no rock can be simulated on it."""

@@ -1,4 +1,4 @@
-"""The immutable values that the whole package shares: motion, rock, outcome.
+"""Immutable values that the whole package shares: the motion of a rock, its mass and radius, and its outcome.
 
 SI units, z up, right-handed, in the terrain's local frame (`terrain/frame.py`).
 """
@@ -14,7 +14,7 @@ STANDARD_GRAVITY = 9.81
 
 
 SPHERE_INERTIA_RATIO = 0.4
-"""Moment of inertia of a solid sphere, I / (m R^2) (-)."""
+"""Moment of inertia I of a solid sphere with mass m and radius R, as I / (m R^2) (-)."""
 
 
 class Motion(NamedTuple):

@@ -1,4 +1,4 @@
-"""Arithmetic with vectors (x, y, z) as tuples of floats: Python and compiled code round in the same order."""
+"""Compute with vectors (x, y, z) as tuples of floats; Python and compiled code round in the same order."""
 
 import math
 

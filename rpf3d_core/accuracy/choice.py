@@ -94,8 +94,8 @@ def cheapest(prices: PriceList, target: float) -> Choice | None:
 def cheapest_by_events(prices: PriceList, target: float) -> Choice | None:
     """Return the setting with exact contacts, the full terrain and the fewest rocks that meet a target.
 
-    Rocks with a shape keep the scene's accuracy of contact. Return None if no number of rocks meets the target. A run
-    with `--accuracy` uses this setting.
+    For rocks with a shape, the setting has the scene's own accuracy of contact. Return None if no number of rocks meets
+    the target. A run with `--accuracy` uses this setting.
 
     target : largest total error (-)
     """

@@ -122,10 +122,10 @@ def _rows_that_struck_first(flights: Flights) -> IntArray:
 def first_bounces(flights: Flights, gravity: float) -> FloatArray:
     """Return the bounce height (R,) m of each rock after its first impact, to compare the results of two methods.
 
-    The height is computed from the speed after the impact: the rise on level ground with the speed along the facet's
-    normal, because a rock may not rise at all from a steep facet. NaN if the rock did not fly after the impact, hit an
-    obstacle first, or has no path.
-    gravity : m/s^2
+    The height is v^2 / (2 gravity), where v is the speed along the facet's normal after the impact: the rise of a rock
+    that leaves level ground with this speed. The real rise is not used, because a rock may not rise at all from a steep
+    facet. NaN if the rock did not fly after the impact, hit an obstacle first, or has no path.
+    flights : flights of R rocks, with impacts and paths; gravity : m/s^2
     """
     rises = np.full(len(flights.deposits.rock), np.nan)
     paths = flights.paths

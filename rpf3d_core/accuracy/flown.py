@@ -95,8 +95,8 @@ def fly(prepared: Prepared, releases: Releases, budget: float = math.inf, paths:
 def affordable(rocks: int, seconds: float, budget: float) -> int:
     """Return how many rocks can be flown within a time budget: the given number, halved until the rocks fit.
 
-    The result is at least PILOT (40), unless fewer rocks are given. Because the number is halved, machines of similar
-    speed fly equally many rocks, and so find equal errors.
+    The result is at least PILOT (40), unless fewer rocks are given. Because the number can only be halved, machines of
+    similar speed usually fly equally many rocks, and so find equal errors.
 
     rocks : the given number; seconds : s, time of one rock; budget : s, time for all rocks
     """
@@ -106,7 +106,7 @@ def affordable(rocks: int, seconds: float, budget: float) -> int:
 
 
 def spread(rows: IntArray, some: int) -> IntArray:
-    """Return at most `some` rows, selected at even distances from rows (N,), to fly fewer rocks of the same sources."""
+    """Return at most `some` of the rows (N,), at even distances, so that the selected rocks represent all sources."""
     return np.asarray(rows[np.unique(np.linspace(0, len(rows) - 1, min(some, len(rows))).astype(np.int64))])
 
 
@@ -125,7 +125,12 @@ def reached_in(tallies: Tallies, flown: int) -> Reached:
 
 
 def places_in(prepared: Prepared, tallies: Tallies, flown: int) -> Step:
-    """Return the shares of rocks that reach or stop in each area of interest; in each zone if there are no areas."""
+    """Return the shares of rocks that reach or stop in each area of interest.
+
+    In a scene without areas, the shares are those of the zones that rocks reached.
+
+    tallies : counts that were added during the flights; flown : number of rocks
+    """
     return step_of(tallies.places(flown, prepared.area_names), prepared.terrain.zones)
 
 

@@ -37,7 +37,10 @@ class Coarser(NamedTuple):
 
 
 def coarser_terrains(prepared: Prepared, releases: Releases, exact: FlownSample) -> Iterator[Coarser]:
-    """Yield the error and cost of coarser and coarser terrains; the rocks start at the same heights above the ground.
+    """Yield the error and the cost of each coarser terrain, from 1/2 of the triangles down to 1/64.
+
+    On each terrain, the rocks start at the same heights above the ground. Terrains with fewer than FEWEST (8) triangles
+    are left out.
 
     exact : result of the same releases over the full terrain
     """

@@ -1,7 +1,7 @@
 """Measure the rounding error of exact contacts: compute the impacts of some rocks again with 50 digits.
 
-The sequence of facets is taken from the recorded flight, so the comparison covers places and times. The differences
-also show whether rounding could select a wrong facet: a wrong facet must be nearer to the exact impact than the error
+The sequence of facets is taken from the recorded flight, so only places and times are compared. The differences also
+show whether rounding could select a wrong facet, because such a facet must be nearer to the exact impact than the error
 of place. Python's decimal numbers are enough, because an impact needs only sums, products and one square root.
 """
 

@@ -92,7 +92,7 @@ def _sampled(pair: Pair, everything: Reached) -> Sampled:
 
 
 def together(one: Reached, other: Reached) -> Reached:
-    """Return the map of the rocks of two maps together, as if they had flown at once; no rock may be in both maps."""
+    """Return the map of all rocks of two maps, as if they had flown together; no rock may be in both maps."""
     cells, place = np.unique(np.concatenate([one.cells, other.cells]), return_inverse=True)
     rocks = np.bincount(place, np.concatenate([one.rocks, other.rocks]), len(cells)).astype(np.int64)
     return Reached(cells, rocks, one.flown + other.flown)
@@ -101,10 +101,10 @@ def together(one: Reached, other: Reached) -> Reached:
 def distance_from_truth(some: Reached, everything: Reached) -> float:
     """Return the estimated distance (-) between the map of some rocks and the map of infinitely many rocks.
 
-    The distance between the maps of n rocks and of all N flown rocks is measured. This distance is smaller than the
-    distance from infinitely many rocks by the factor sqrt(1 - n/N), the correction for a finite population. The
-    distance between two small ensembles, divided by two or by sqrt(2), would be wrong: in a cell that hardly any rock
-    reaches, two small ensembles are no further apart than each ensemble is from the map of infinitely many rocks.
+    The measured distance is that between the maps of n rocks and of all N flown rocks. It is smaller than the distance
+    from infinitely many rocks by the factor sqrt(1 - n/N), the correction for a finite population. Half the distance
+    between two small ensembles, or this distance over sqrt(2), would be wrong: in a cell that hardly any rock reaches,
+    two small ensembles are no further apart than each ensemble is from the map of infinitely many rocks.
 
     some : map of n rocks; everything : map of all N flown rocks, which include these n rocks
 
@@ -151,12 +151,12 @@ def floor_of(rocks: int, sampled: list[Sampled]) -> float:
 
 
 def beyond_chance(distance: float, chance: float) -> float:
-    """Return the part (-) of a distance of two maps that chance does not explain, 0 if chance explains all of it.
+    """Return the part (-) of the distance between two maps that chance does not explain; 0 if chance explains all.
 
-    The distance has two causes: chance, and the difference of the settings (or grounds). The squares of both effects
-    add up. Chance has an effect even if both settings fly the same rocks: the paths of rocks with a shape are chaotic.
-    With another accuracy, such a rock soon takes another path, and the two maps differ as much as maps of different
-    rocks.
+    The distance has two causes: chance, and the difference of the settings (or grounds). Its square is the sum of the
+    squares of both effects. Chance has an effect even if both settings fly the same rocks: the paths of rocks with a
+    shape are chaotic. With another accuracy, such a rock soon takes another path, and the two maps differ as much as
+    maps of different rocks.
 
     distance : (-), between the maps of two settings
     chance : (-), distance between two maps of one setting, from two groups of different rocks of equal number

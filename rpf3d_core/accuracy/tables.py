@@ -134,9 +134,10 @@ def findings(prices: PriceList, target: float) -> list[str]:
 
 
 def _unbought(prices: PriceList, target: float) -> list[str]:
-    """Return a sentence if the parametric error is unknown, or so large that no number of rocks meets the target.
+    """Return a list with a sentence if the parametric error is unknown or above the target.
 
-    The list is empty if the parametric error is within the target.
+    If the parametric error is above the target, no number of rocks meets the target. Within the target, the list is
+    empty.
 
     target : largest total error (-)
     """

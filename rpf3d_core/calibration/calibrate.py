@@ -31,7 +31,7 @@ END_S = 4.0
 """Time (s) that a small calibration takes for scores, pictures and files; used to suggest a budget that is enough."""
 
 SOME_ROUNDS = 3
-"""Number of rounds whose time the message on a short budget states: fewer rounds hardly determine anything."""
+"""Number of rounds for which the message on a too short budget estimates the time; fewer rounds are of little use."""
 
 
 class Calibrated(NamedTuple):
@@ -45,7 +45,9 @@ class Calibrated(NamedTuple):
 
 
 def calibrate(scene: Scene | str | Path, out: str | Path, control: Control, engine: str | None = None) -> Calibrated:
-    """Calibrate a scene and write the result into a folder; flown sets in the folder are used again.
+    """Calibrate a scene and write the result into a folder.
+
+    Parameter sets that an earlier call has flown are read from the folder, and not flown again.
 
     Parameters
     ----------
@@ -102,8 +104,8 @@ def deadline_after(budget: float | None) -> float:
 def _too_short(slope: Slope, priors: list[Distribution], prepared_s: float, control: Control) -> str:
     """Return a message on a budget that ended before the first flight: what took the time, and which budget is enough.
 
-    This function flies one parameter set, to estimate the time of the first SOME_ROUNDS (3) rounds.
-    priors : prior of each unknown; prepared_s : s, time of reading and compiling
+    To estimate the time of the first SOME_ROUNDS (3) rounds, one parameter set is flown.
+    priors : prior of each unknown; prepared_s : s, time of reading and compiling; control : with the number of threads
     """
     prepared, began = slope.prepared, time.monotonic()
     middle = [float(quantiles(prior, np.array([0.5]))[0]) for prior in priors]

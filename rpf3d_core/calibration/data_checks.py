@@ -20,12 +20,14 @@ FEW_STOPS = 20
 
 
 def check_field(scene: Scene, field: Field) -> None:
-    """Refuse observations that are only end points, and too few of them; no end points at all are not refused.
+    """Refuse observations that are end points only, if there are fewer than LEAST_STOPS (3).
+
+    Observations without end points pass.
 
     Raises
     ------
     InputError
-        There are fewer than LEAST_STOPS (3) end points; the message has their number and the smallest allowed number.
+        There are too few end points; the message has their number and the smallest allowed number.
     """
     if 0 < len(field.stops) < LEAST_STOPS and not field.values and not field.counted:
         points = "1 end point is" if len(field.stops) == 1 else f"{len(field.stops)} end points are"

@@ -44,9 +44,9 @@ LEAST_RATIO = 0.25
 def misfits_of(observed: FloatArray) -> FloatArray:
     """Return the possible misfits (M,) m of a model, from observed stops (N, 2) m; a single 0 if they are unknown.
 
-    The spread of the stops is the geometric mean of their standard deviations along and across. Stops on one line,
-    such as chainages or a surveyed toe, say nothing about the error of the model across the line, and their geometric
-    mean would be 0: no error at all. So the smaller standard deviation counts as at least LEAST_RATIO of the larger.
+    The misfits are the multiples MISFITS of the spread of the stops: the geometric mean of their standard deviations
+    along and across. For stops on one line, such as chainages or a surveyed toe, this mean would be 0, as if the model
+    had no error. So the smaller standard deviation counts as at least LEAST_RATIO of the larger.
     """
     if len(observed) < LEAST_STOPS:
         return np.zeros(1)
@@ -89,8 +89,8 @@ def kernel_matrix(values: FloatArray, observed: FloatArray, widths: FloatArray) 
     The unit is 1 over the product of the units of the D axes.
     widths : (D,) standard deviations of the normal densities (the kernel), from `kernel_widths`
 
-    Distances are measured from the middle of the simulated values: the squares of coordinates of some thousand
-    kilometres would leave no digits for a distance of a metre.
+    Both values are measured from the mean of the simulated values, to keep precision: the squares of coordinates of
+    some thousand kilometres would leave no digits for a distance of a metre.
     """
     middle = values.mean(axis=0)
     scaled, seen = (values - middle) / widths, (observed - middle) / widths

@@ -68,7 +68,8 @@ class Findings:
         not include the misfit either. None if no end points were observed; K is 0 if none has a prediction
     whole_rank : (K, 2) as `rank`, but with the misfit added to the measuring error
     misfit : m, mean error of the model over the posterior; None if there were too few end points to estimate it
-    left : share (-) of the simulated rocks, weighted by the posterior, that left the terrain or did not stop
+    left : share (-) of the simulated rocks that left the terrain or did not stop, with the sets weighted by the
+        posterior
     sets, rocks : number of flown parameter sets, and number of rocks of each set
     of_data : warnings about the observations, as sentences; left_out : sentences on sources without a flown rock
     unpredicted : number of observed stops without a prediction, because hardly a rock of their kind stopped; they are
@@ -173,7 +174,7 @@ def _counts_of_rocks(slope: Slope) -> IntArray:
 
 
 def _kept_out(slope: Slope, result: Result, book: Flown | None, seed: int) -> dict[str, Any]:
-    """Return scores and ranks of observations, by the names in `Findings`.
+    """Return the scores and ranks of kept-out observations, by the names of the fields of `Findings`.
 
     Each observation is predicted from the observations outside its fold.
     book : the flown parameter set of the book values, or None
@@ -205,6 +206,7 @@ def _kept_out(slope: Slope, result: Result, book: Flown | None, seed: int) -> di
 def _ranks(slope: Slope, places: list[Stops], weights: FloatArray) -> dict[str, Any]:
     """Return `rank`, `whole_rank` and `unpredicted` of `Findings` by name, from the stops of all sets.
 
+    places : the stops of each of S sets
     weights : (N, S, M) of the sets and misfits for each observed stop, from the stops outside its fold
     """
     observed, without = slope.field.stops, weights.sum(axis=2, keepdims=True)

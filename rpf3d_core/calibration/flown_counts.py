@@ -28,7 +28,7 @@ COPIES = 16
 
 
 class Extent(NamedTuple):
-    """How far along the slope each of R rocks went: distances in the input's coordinates.
+    """How far along the slope each of R rocks went, as distances in the input's coordinates.
 
     begin : (R,) m, distance along the slope at which the rock began
     least, most : (R,) m, smallest and largest distance along the slope on its path
@@ -151,7 +151,7 @@ def _paths_of(batch: Batch) -> _Paths:
 
 
 def _area_of(outlines: list[FloatArray]) -> Any:
-    """Return an area as a prepared polygon, from closed outlines (P, 2) m of which an inner one is a hole."""
+    """Return an area as a prepared polygon, from closed outlines (P, 2) m; an outline within another one is a hole."""
     area = reduce(shapely.symmetric_difference, shapely.make_valid([shapely.polygons(ring) for ring in outlines]))
     shapely.prepare(area)
     return area
@@ -170,9 +170,9 @@ def unit_displacements() -> FloatArray:
 
 
 def _share(flags_at: Callable[[FloatArray], NDArray[np.bool_]], sd: float) -> FloatArray:
-    """Return, for each rock, the share (R,) of its displaced copies that are flagged.
+    """Return, for each of R rocks, the share (R,) (-) of its displaced copies for which `flags_at` returns True.
 
-    For an error of 0, the result is 1 or 0: the flag of the rock itself.
+    If sd is 0, the result is 1 or 0: the flag of the rock itself.
     flags_at : returns flags (R,) of the copies with a displacement in plan (2,) m
     sd : m, standard deviation of the displacements in each direction
     """

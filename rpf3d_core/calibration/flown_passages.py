@@ -12,9 +12,9 @@ from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.terrain.frame import FloatArray
 
 HALVINGS = 40
-"""Number of halvings of a segment until the time of a passage is known to rounding."""
+"""Number of bisections of a path segment, after which the time of a passage is exact to rounding."""
 STEP = 0.5
-"""Largest distance (m) of points on a path that are compared with an area."""
+"""Largest distance (m) between neighbouring points of a path that are compared with an area."""
 
 
 class Passages(NamedTuple):
@@ -36,7 +36,7 @@ def passages(batch: Batch, directions: Directions, at: float, engine: Engine) ->
     """Return the first passage of each of R rocks through a gate, a vertical plane across the slope.
 
     at : m, distance of the gate along the slope, in the input's coordinates
-    A segment of flight is an exact parabola between its ends; a slide is taken as a motion of constant acceleration.
+    Between its ends, a segment of flight is an exact parabola; a slide counts as motion with constant acceleration.
     """
     rows = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
     first, last = _segments(rows)
@@ -52,9 +52,9 @@ def passages(batch: Batch, directions: Directions, at: float, engine: Engine) ->
 
 
 def _segments(rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the indices of the events at the start and at the end of each path segment; rows : (S,) rock of an event.
+    """Return the indices of the events at the start and at the end of each path segment, as two arrays.
 
-    Two successive events of the same rock are the ends of a path segment.
+    Two successive events of the same rock are the ends of a path segment. rows : (S,) rock of each event
     """
     first = np.flatnonzero(rows[1:] == rows[:-1])
     return first, first + 1
@@ -82,7 +82,7 @@ def _at_plane(
 
 
 def _above_ground(engine: Engine, x: FloatArray) -> FloatArray:
-    """Return the heights (K,) m of points (K, 3) above the highest ground below or at them."""
+    """Return the heights (K,) m of points (K, 3) m above the highest ground at their places in plan."""
     if not len(x):
         return np.empty(0)
     top = np.array(x)

@@ -54,7 +54,7 @@ from rpf3d_core.unknowns.places import Surroundings, place_around
 FloatArray = NDArray[np.float64]
 
 ROCKS_A_BLOCK, SIZED_ROCKS_A_BLOCK = 24, 4
-"""Rocks of a parameter set for each observed block: points, and rocks with a size, which take much longer.
+"""Number of rocks of a parameter set per observed block: of points, and of spheres or bodies, which take much longer.
 
 Densities are averaged over neighbouring sets, so more sets of few rocks determine more than few sets of many rocks.
 """
@@ -144,7 +144,7 @@ def slope_of(scene: Scene) -> Slope:
 
 
 def rocks_a_set(scene: Scene, blocks: int) -> int:
-    """Return the number of rocks of a parameter set, from 128 to 4096, for a number of observed blocks."""
+    """Return the number of rocks of a parameter set, from 128 to 4096; blocks : number of observed blocks."""
     each = SIZED_ROCKS_A_BLOCK if scene.rock.shape is not None else ROCKS_A_BLOCK
     return int(np.clip(each * blocks, LEAST_ROCKS, MOST_ROCKS))
 
@@ -171,10 +171,10 @@ def releases_of_round(slope: Slope, number: int) -> Releases:
 
 
 def _alike(field: Field, releases: Releases) -> FloatArray | None:
-    """Return the weight (-) of each simulated rock in the prediction for each observed block: (N, R), or None.
+    """Return the weight (N, R) (-) of each simulated rock in the prediction for each observed block.
 
-    A weight falls with the difference of mass, and is 0 for another shape. None if the observed blocks have neither
-    masses nor shapes.
+    The more the masses of rock and block differ, the smaller is the weight; it is 0 if their shapes differ. None if the
+    observed blocks have neither masses nor shapes.
 
     releases : of the R rocks
     """
@@ -192,9 +192,10 @@ def _alike(field: Field, releases: Releases) -> FloatArray | None:
 def observed_of(slope: Slope) -> Observed:
     """Return the number of rocks behind each of C observations, and the density of an observation by pure chance.
 
-    The order is that of `Flown.densities`: end points, values at gates, counts of rocks. By pure chance means: a stop
-    anywhere on the terrain, a value between 0 and twice the largest observed value, or a share of one half. A count of
-    rocks gives two observations: the rocks that did what was counted, such as reaching an area, and the other rocks.
+    The order is that of `Flown.densities`: end points, values at gates, counts of rocks. "By pure chance" means: a stop
+    is equally likely anywhere on the terrain, a value anywhere between 0 and twice the largest observed value, and the
+    share of counted rocks is one half. A count of rocks gives two observations: the rocks that did what was counted,
+    such as reaching an area, and the other rocks.
     """
     field = slope.field
     counts, anywhere = [np.ones(len(field.stops))], [np.full(len(field.stops), anywhere_density(slope))]
@@ -228,7 +229,7 @@ def workers_of(slope: Slope, threads: int | None) -> int:
 def fly_sets(
     slope: Slope, values: FloatArray, number: int, stop: Callable[[], bool], threads: int | None = None
 ) -> Iterator[Flown]:
-    """Fly parameter sets (S, U) of a round, a thread for each set, and yield the results in their order.
+    """Fly the parameter sets of a round, each on one thread, and yield their results in the order of the sets.
 
     values : (S, U), each in the unit of its key in the scene; number : number of the round, which selects the rocks
     stop : called before each set, on its thread; after True no further set is yielded
@@ -255,8 +256,9 @@ def fly_sets(
 
 
 def fly_set(slope: Slope, values: Sequence[float] | FloatArray, releases: Releases) -> Flown:
-    """Fly the rocks of one parameter set on the calling thread.
+    """Fly the rocks of one parameter set on the calling thread, and return their stops, energies and densities.
 
+    releases : of the rocks
     values : (U,), each in the unit that its key has in the scene, such as (-) or degrees
     """
     prepared, rocks = slope.prepared, len(releases.x)

@@ -40,9 +40,11 @@ class Score(NamedTuple):
 
 
 def folds_of(count: int, seed: int) -> IntArray:
-    """Divide observations at random into folds of equal size; return the number of the fold of each (N,), from 0.
+    """Divide observations at random into folds of about equal size; return the number of the fold of each (N,), from 0.
 
-    count : number N of observations; seed : of the random order. There are 5 folds, or N if N is less
+    There are FOLDS (5) folds, or N if N is less; their sizes differ by at most 1.
+
+    count : number N of observations; seed : of the random order
     """
     folds = min(FOLDS, count)
     order = np.random.Generator(np.random.Philox(key=[seed, 2**32 + 1])).permutation(count)
@@ -106,7 +108,9 @@ def curve_score(observed: FloatArray, folds: IntArray, error: float, anywhere: f
 
 
 def _student_density(x: FloatArray, sample: FloatArray, least: float) -> FloatArray:
-    """Return the predictive density (K, D) at x (K, D) of a normal distribution known by a sample (N, D) alone, N > 1.
+    """Return the predictive density (K, D) at x (K, D) of a normal distribution that is known only from a sample.
+
+    sample : (N, D), N > 1; the D axes are independent
 
     least : smallest standard deviation of the sample, in its unit
     Source: Gelman et al. 2013, Bayesian Data Analysis, section 3.2, with the prior 1 / variance.
@@ -173,7 +177,7 @@ def covered(rank: FloatArray, share: float, blocks: int) -> FloatArray:
 
 
 def _probabilities(z: FloatArray) -> FloatArray:
-    """Return the standard normal probability below each z (...), with an error of less than 1e-7.
+    """Return the standard normal probability below each z, with an error of less than 1e-7; z : of any shape.
 
     Source: Abramowitz & Stegun 1964, Handbook of Mathematical Functions, formula 26.2.17.
     """

@@ -45,7 +45,7 @@ class Densities(NamedTuple):
 
 
 class Weighed(NamedTuple):
-    """The log-likelihood of S sets with its noise.
+    """The log densities from which the log-likelihood of S parameter sets and its noise follow.
 
     log_densities : (D, S, M, C) logarithms of the averaged densities: at index 0 with equal weights of all groups, at
         each further index of D with the weights of one draw of groups (`group_shares`)
@@ -57,10 +57,10 @@ class Weighed(NamedTuple):
 
 
 def group_shares(rounds: int, seed: int, redraws: int = REDRAWS) -> FloatArray:
-    """Return weights of the GROUPS groups of rocks in each of T rounds, (D, T, GROUPS), each row with the sum 1.
+    """Return D sets of weights of the groups of rocks in each of T rounds: (D, T, GROUPS), each row with the sum 1.
 
-    The first of the D weightings is equal for all groups. The others draw groups with replacement (bootstrap); their
-    spread shows the noise of the likelihood.
+    In the first set, all groups have equal weights. In each other set, groups are drawn with replacement (bootstrap);
+    the spread over these sets shows the noise of the likelihood.
 
     rounds : number of rounds T; redraws : number of draws, D - 1
     """
@@ -70,7 +70,9 @@ def group_shares(rounds: int, seed: int, redraws: int = REDRAWS) -> FloatArray:
 
 
 def nearness(z: FloatArray, covariance: FloatArray) -> FloatArray:
-    """Return the weight of each set (column) in the average around each set (row): (S, S), each row with the sum 1.
+    """Return the weights (S, S) with which densities are averaged around each parameter set; each row has the sum 1.
+
+    Row i has the weights of all sets in the average around set i; they fall with the distance in z.
 
     z : (S, U) unknowns as standard normal numbers (`normal_space`); covariance : (U, U) of the posterior in z
     """
@@ -95,7 +97,10 @@ def weighed(densities: Densities, near: FloatArray, shares: FloatArray) -> Weigh
 
 
 def _mixed(densities: Densities, share: FloatArray) -> FloatArray:
-    """Return the densities (S, M * C) of all rocks of each set; share : (T, GROUPS) weights as `group_shares`."""
+    """Return the densities (S, M * C) of each parameter set, averaged over its groups of rocks.
+
+    share : (T, GROUPS) weights of the groups in each round, as from `group_shares`
+    """
     mixed = np.einsum("sg,sgk->sk", share[densities.rounds], densities.values.reshape(*densities.values.shape[:2], -1))
     return np.asarray(mixed)
 
@@ -110,7 +115,7 @@ def log_likelihoods(weighed: Weighed, kept: NDArray[np.bool_] | None = None) -> 
 
 
 def over_misfits(log_likelihood: FloatArray) -> FloatArray:
-    """Return the logarithms (..., S) of likelihoods averaged over M misfits, from log-likelihoods (..., S, M)."""
+    """Return the logarithm (..., S) of the mean over M misfits of likelihoods whose logarithms are (..., S, M)."""
     return np.asarray(np.logaddexp.reduce(log_likelihood, axis=-1) - np.log(log_likelihood.shape[-1]))
 
 
@@ -130,7 +135,7 @@ def noise_of(log_likelihood: FloatArray, weights: FloatArray) -> float:
 
     Noise that all sets have in common does not count, because it does not change a weight.
 
-    log_likelihood : (D, S) from `over_misfits`; weights : (S,)
+    log_likelihood : (D, S) from `over_misfits`; weights : (S,) posterior weights of the sets, sum 1
     """
     centred = log_likelihood[1:] - (log_likelihood[1:] @ weights)[:, None]
     deviations = centred - centred.mean(axis=0)

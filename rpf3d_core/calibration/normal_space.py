@@ -20,24 +20,27 @@ LOG_ROOT_TAU = 0.5 * math.log(2.0 * math.pi)
 
 
 def probability_below(z: FloatArray) -> FloatArray:
-    """Return the standard normal probability below each z (...), between 0 and 1, exact in both tails."""
+    """Return the standard normal probability below each z, from 0 to 1, exact in both tails; z : of any shape."""
     z = np.asarray(z, dtype=float)
     flat = [0.5 * math.erfc(-value / math.sqrt(2.0)) for value in z.ravel().tolist()]
     return np.array(flat).reshape(z.shape)
 
 
 def normal_of(u: FloatArray) -> FloatArray:
-    """Return the standard normal quantiles z (...) of probabilities u (...), 0 < u < 1."""
+    """Return the standard normal quantile z of each probability u, 0 < u < 1; u : of any shape."""
     u = np.asarray(u, dtype=float)
     return np.array([normal_quantile(value) for value in u.ravel().tolist()]).reshape(u.shape)
 
 
 def values_of(priors: Sequence[Distribution], z: FloatArray) -> FloatArray:
-    """Return the values (S, U) of the unknowns from their standard normal numbers z (S, U)."""
+    """Return the values (S, U) of U unknowns in S parameter sets, in the units of the scene.
+
+    priors : of the unknowns; z : (S, U) the unknowns as standard normal numbers
+    """
     u = probability_below(z)
     return np.stack([quantiles(prior, u[:, k]) for k, prior in enumerate(priors)], axis=1)
 
 
 def log_prior(z: FloatArray) -> FloatArray:
-    """Return the logarithm of the prior density at z (S, U): the sum of standard normal log densities (S,)."""
+    """Return the logarithm (S,) of the prior density at z (S, U): the sum over U standard normal log densities."""
     return np.asarray(-0.5 * (z * z).sum(axis=1) - z.shape[1] * LOG_ROOT_TAU)

@@ -65,7 +65,7 @@ class Counted(NamedTuple):
 
 
 class Field(NamedTuple):
-    """All observations of a slope.
+    """All field observations of a scene.
 
     stops : (N, 2) m, along and across, in the input's coordinates; (0, 2) if no end points were observed
     masses : (N,) kg, or None if unknown; shapes : (N,) numbers of the shapes from 0, or None if unknown

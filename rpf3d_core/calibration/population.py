@@ -33,10 +33,10 @@ If there are fewer, the likelihood is raised to a smaller power (`flattened`).
 
 
 class Mixture(NamedTuple):
-    """A proposal: normal kernels of one shape at K centres, and the prior with the share FROM_PRIOR.
+    """The proposal of a round: a mixture of K normal kernels, and the prior with the share FROM_PRIOR (10 %).
 
-    centres : (K, U) in the space of `normal_space`; shares : (K,) of the kernels, sum 1
-    root : (U, U) lower triangular root of the kernels' covariance
+    centres : (K, U) of the kernels, in the space of `normal_space`; shares : (K,) of the kernels, sum 1
+    root : (U, U) lower triangular root of the covariance, which is the same for all kernels
     A mixture without centres (K = 0) is the prior alone.
     """
 
@@ -46,14 +46,15 @@ class Mixture(NamedTuple):
 
 
 def prior_mixture(unknowns: int) -> Mixture:
-    """Return the proposal of the first round: the prior alone."""
+    """Return the proposal of the first round: the prior alone; unknowns : number of unknowns."""
     return Mixture(centres=np.empty((0, unknowns)), shares=np.empty(0), root=np.eye(unknowns))
 
 
 def draw(mixture: Mixture, count: int, seed: int, number: int) -> FloatArray:
-    """Return S = count parameter sets of a round, drawn from its proposal: z (S, U) (-), as in `normal_space`.
+    """Return `count` parameter sets drawn from the proposal of a round: z (count, U) (-), as in `normal_space`.
 
-    The numbers depend on the seed and on the number of the round only; the first round is quasi-random.
+    The random numbers depend only on the seed and on `number`, the number of the round. The sets of the first round are
+    quasi-random, that is evenly spread.
     """
     unknowns = mixture.centres.shape[1]
     if not len(mixture.centres):
@@ -78,9 +79,9 @@ def log_density(mixture: Mixture, z: FloatArray) -> FloatArray:
 
 
 def log_importance(z: FloatArray, mixtures: Sequence[Mixture], counts: Sequence[int]) -> FloatArray:
-    """Return the logarithm (S,) of the importance of all sets z (S, U): prior density over density of the proposal.
+    """Return the logarithm (S,) of the importance of each set: its prior density over its proposal density.
 
-    The proposal is the mixture of the proposals of all rounds.
+    The proposal density is that of the mixture of the proposals of all rounds.
     z : (S, U) (-), as in `normal_space`; mixtures : proposal of each round; counts : number of sets of each round
     """
     total = np.full(len(z), -np.inf)
@@ -139,7 +140,7 @@ def next_mixture(z: FloatArray, log_ratio: FloatArray, log_likelihood: FloatArra
 
 
 def covariance_of(z: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the covariance (U, U) (-) of sets z (S, U) with weights (S,).
+    """Return the covariance (U, U) (-) of parameter sets z (S, U) with weights (S,) whose sum is 1.
 
     A small number is added to the diagonal (a ridge), so that the matrix has an inverse.
     """

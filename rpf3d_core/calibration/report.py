@@ -77,7 +77,7 @@ def _flown(found: Findings) -> str:
 
 
 def _worst_pair(found: Findings) -> tuple[int, int] | None:
-    """Return the two parameters with the strongest correlation; None for a single parameter."""
+    """Return the indices of the two parameters with the strongest correlation; None for a single parameter."""
     if len(found.estimates) < 2:
         return None
     i, j = np.unravel_index(np.argmax(np.abs(np.tril(found.correlation, -1))), found.correlation.shape)

@@ -1,4 +1,4 @@
-"""How much of the time of a calibration is reserved for the work after the flights: scores, pictures and files."""
+"""Compute how much time of a calibration is reserved for the work after the flights: scores, pictures and files."""
 
 import time
 from dataclasses import dataclass
@@ -7,15 +7,15 @@ from typing import NamedTuple
 LARGEST = 0.25
 """Largest part (-) of the budget that is reserved; until the time is measured, this whole part is reserved."""
 WORTH_S = 15.0
-"""Reserve (s) up to which measuring costs more than it gains: scores, pictures and files take some seconds."""
+"""Largest possible reserve (s) up to which the time is not measured, because measuring takes some seconds itself."""
 MEASURED_AT = 0.5
-"""Part (-) of the budget after which the time is measured: a calibration that ends earlier does not need it."""
+"""Part (-) of the budget after which the time is measured; a calibration that ends earlier does not need the time."""
 MARGIN = 1.25
 """Factor (-) on measured times, because other programs may become busier."""
 
 
 class Reserve(NamedTuple):
-    """The time that is reserved for the work after the flights (scores, files), and the data to compute this time.
+    """The data from which the time reserved for the work after the flights (scores, files) is computed.
 
     began : `time.monotonic()` at the start of the budget; budget : s
     scores_s, files_s : s, measured times of scores and of files for `sets` parameter sets; 0 if not measured

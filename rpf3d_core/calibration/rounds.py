@@ -51,8 +51,8 @@ class Control(NamedTuple):
 
     deadline : `time.monotonic()` at which everything must be written
     began : `time.monotonic()` at the start of the budget; None if the budget starts with the first round
-    progress : called with a Status
-    stop : returns True after Ctrl-C; threads : None for one per core
+    progress : called with a `Status` after each flown set
+    stop : returns True after Ctrl-C; threads : number of threads, None for one per core
     """
 
     deadline: float
@@ -95,7 +95,8 @@ def fly_rounds(
 
     Sets that are on disk in the folder `state` are not flown again.
 
-    seed : of the proposals; state : folder of the flown sets
+    priors : of the unknowns; seed : of the proposals; state : folder of the flown sets
+    control : deadline, progress reports, interruption and threads
     ending : function that does the work after the flights (scores, pictures, files) once, to measure its time, and
         returns the time (s) for the files. None to reserve a fixed part of the budget
     """
@@ -130,7 +131,7 @@ def fly_rounds(
 
 
 def _either(stop: Callable[[], bool], pace: Pace, until: float) -> Callable[[], bool]:
-    """Return a function that returns True if no further set may start: after an interruption, or if time is too short.
+    """Return a function that returns True if no further parameter set may start: after an interruption, or too late.
 
     stop : returns True after an interruption; pace : the time that a set takes
     until : `time.monotonic()` by which a set must end
@@ -166,7 +167,7 @@ def _measured(reserve: Reserve, sets: int, end: Callable[[], float]) -> Reserve:
 def _teller(
     control: Control, before: int, number: int, posterior: Posterior | None, until: float
 ) -> Callable[[int], None]:
-    """Return the function that reports the progress of a round, given the number of its flown sets.
+    """Return a function that reports the progress of a round; its argument is the number of flown sets of this round.
 
     before : number of sets of earlier rounds; number : number of the round, from 0
     posterior : from the earlier rounds, None if it is not known yet

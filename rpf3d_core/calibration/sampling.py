@@ -58,7 +58,7 @@ class Round(NamedTuple):
 
 
 class Observed(NamedTuple):
-    """What the likelihood needs to know of the C observations, apart from their densities.
+    """The properties of the C observations that the likelihood depends on, apart from their densities.
 
     counts : (C,) number of rocks behind each observation: the power of the observation's density in the likelihood
     anywhere : (C,) density of an observation that may lie anywhere in the possible range, such as on the whole terrain
@@ -109,13 +109,16 @@ def first_proposal(unknowns: int) -> Proposed:
 
 
 def drawn_sets(proposed: Proposed, number: int, seed: int) -> FloatArray:
-    """Return the parameter sets of round `number`, from 0, as standard normal numbers z (S, U)."""
+    """Return the parameter sets of round `number`, from 0, as standard normal numbers z (S sets, U unknowns)."""
     mixture = proposed.mixtures[number]
     return draw(mixture, sets_of_round(number, mixture.root.shape[0]), seed, number)
 
 
 def with_next(proposed: Proposed, rounds: Sequence[Round], observed: Observed, seed: int) -> Proposed:
-    """Return the proposals of all rounds and of the next round, whose proposal follows from all rounds flown so far."""
+    """Return the proposals with that of the next round added, which is computed from all rounds flown so far.
+
+    proposed : proposals of the flown rounds; rounds : the flown sets of these rounds; seed : of the calibration
+    """
     z, log_ratio = _together(rounds, proposed.mixtures)
     densities = _densities(rounds, observed)
     both = weighed(densities, nearness(z, proposed.covariance), group_shares(len(rounds), seed, 0))
@@ -126,7 +129,10 @@ def with_next(proposed: Proposed, rounds: Sequence[Round], observed: Observed, s
 
 
 def posterior_of(proposed: Proposed, rounds: Sequence[Round], observed: Observed, seed: int) -> Posterior:
-    """Return the posterior from all flown sets; the last round may be incomplete."""
+    """Return the posterior from all flown sets; the last round may be incomplete.
+
+    proposed : proposals of the rounds; rounds : the flown sets of each round; seed : of the calibration
+    """
     z, log_ratio = _together(rounds, proposed.mixtures)
     both = weighed(_densities(rounds, observed), nearness(z, proposed.covariance), group_shares(len(rounds), seed))
     logs = log_likelihoods(both)

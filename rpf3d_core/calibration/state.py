@@ -80,7 +80,7 @@ def _read_plan(path: Path) -> dict[str, Any]:
 
 
 def open_state(out: Path, scene: Scene) -> Path:
-    """Return the folder of flown sets in the folder of a calibration; both are created if they do not exist.
+    """Return the folder of flown sets within `out`, the folder of a calibration; both are created if missing.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def open_state(out: Path, scene: Scene) -> Path:
 def save_part(state: Path, number: int, part: int, kept: Kept) -> None:
     """Write some flown sets of a round as one file: complete, or not at all.
 
-    number : of the round; part : number of the file within the round; both from 0
+    state : folder of the flown sets; number : of the round; part : of the file within the round; both from 0
     """
     path, unfinished = _path(state, number, part), state / "unfinished.npz"
     with unfinished.open("wb") as file:
@@ -118,6 +118,8 @@ def save_part(state: Path, number: int, part: int, kept: Kept) -> None:
 
 def read_round(state: Path, number: int, unknowns: int) -> tuple[Kept, int]:
     """Return the flown sets of a round, and the number of files that contain them.
+
+    state : folder of the flown sets; number : of the round, from 0; unknowns : number of unknowns
 
     Raises
     ------

@@ -11,7 +11,7 @@ from rpf3d_core.calibration.sampling import FLOOR, MOST_ROUNDS
 from rpf3d_core.ensemble.two_shares import log_choose
 
 STRONG = 0.8
-"""Correlation (-) of two parameters at which, or above which, only a combination of them is determined."""
+"""Smallest absolute correlation (-) of two parameters for the warning that only a combination is determined."""
 AT_EDGE = 0.2
 """Smallest share (-) of a posterior in the outermost twentieth of its prior's range to warn that the prior decides.
 
@@ -20,7 +20,7 @@ A uniform posterior has a share of 0.05 there.
 MANY_LEFT = 0.02
 """Smallest share (-) of simulated rocks that left the terrain, or did not stop, for which a calibration warns."""
 NOISY = 1.5
-"""Noise of the log-likelihood (-) above which more rocks for each set are the advice after more time."""
+"""Noise of the log-likelihood (-) above which a refused calibration is advised to fly more rocks for each set, too."""
 SURELY = 2.0
 """Number of standard errors by which a score must exceed another score to count as better.
 
@@ -57,7 +57,7 @@ def warnings_of(found: Findings) -> list[str]:
 
 
 def _combinations(found: Findings) -> list[str]:
-    """Return a sentence for each pair of parameters if the data determines only a combination of both."""
+    """Return a sentence for each pair of parameters of which the data determines only a combination."""
     pairs = combinations(range(len(found.estimates)), 2)
     names = [estimate.name for estimate in found.estimates]
     return [
@@ -168,7 +168,7 @@ def _of_coverage(found: Findings) -> list[str]:
 
 
 def _is_too_few(share: float, blocks: int) -> bool:
-    """Return True if correct 90 % intervals would contain so few blocks with a probability below 5 % (binomial).
+    """Return True if correct 90 % intervals would contain this few blocks only with a probability below 5 % (binomial).
 
     share : share (-) of the blocks inside their intervals; blocks : number of all blocks
     """

@@ -68,7 +68,7 @@ def _row(change: "LevelChange") -> tuple[str, ...]:
 
 
 def _counts(alert: "Alert") -> str:
-    """Return the words that state the effect of an acknowledgement; the name of the person follows them in the table.
+    """Return a phrase for the table that states the effect of an acknowledgement; the person's name follows.
 
     alert : a decision with an acknowledgement
     """

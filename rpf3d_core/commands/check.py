@@ -80,10 +80,10 @@ def _describe_cost(cost: "Cost") -> str:
 
 
 def _compiling(cost: "Cost") -> str:
-    """Return a clause on the time to compile, as an addition to the cost; "" for the reference engine.
+    """Return a clause on the time to compile, to be added to the cost; "" for the reference engine.
 
-    The clause is not empty even if compiled code for these models is in the disk cache, because a run with other
-    effects or materials may have to compile.
+    There is a clause even if compiled code for these models is in the disk cache, because a run with other effects or
+    materials may have to compile.
     """
     from rpf3d_core.runs.check import COMPILE_S
     from rpf3d_core.simulation.engines import Compiled

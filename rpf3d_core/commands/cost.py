@@ -40,7 +40,7 @@ def rocks_within(accuracy: float, scene: Path, out: Path) -> tuple["Scene", int]
     """Return the scene with exact contacts, and the number of rocks for `rpf3d run --accuracy`; print the findings.
 
     accuracy : largest allowed total error (-)
-    out : folder of the price list, which is measured and written if the folder has none
+    out : folder of the price list, which is measured and written if the folder has none of this scene
     """
     from rpf3d_core.accuracy.choice import exact_run
     from rpf3d_core.accuracy.command import kept_or_measured

@@ -74,7 +74,7 @@ def layer(
 
 
 def _numbers(text: str) -> tuple[int, ...]:
-    """Return the whole numbers of a text such as "2,8"; an empty text gives (). InputError for other text."""
+    """Return the whole numbers in a text such as "2,8"; () for an empty text. Raise InputError for other text."""
     words = [word.strip() for word in text.split(",") if word.strip()]
     if not all(word.isdecimal() for word in words):
         raise InputError(f"--classes is {text!r}; it must be whole numbers between commas, such as 2,8")
@@ -82,7 +82,7 @@ def _numbers(text: str) -> tuple[int, ...]:
 
 
 def _tell(imported: "Imported") -> None:
-    """Print the input that was imported, the input that was not imported, and the path of the scene."""
+    """Print which input was imported, which was not, and the path of the new scene."""
     from rpf3d_core.imports.scene_text import NOT_CARRIED
 
     for sentence in imported.taken:

@@ -23,9 +23,9 @@ NOTE = (
     "-: the entry has no value. A scene then assumes a range: {}."
 )
 NEEDED_BY = {"rolling_friction": " of spheres", "rolling_resistance": " of rocks with a shape"}
-"""Text on the rocks for which the range of a coefficient is assumed, by key.
+"""Text that names the rocks for which the range of a coefficient is assumed, by key of the coefficient.
 
-The range of the friction angle, which has no text, is assumed for points and spheres.
+The friction angle has no text; its range is assumed for points and spheres.
 """
 
 

@@ -16,7 +16,7 @@ EngineOption = Annotated[str | None, typer.Option(help="reference, compiled or a
 
 
 def number_of_rocks(text: str | None) -> "Rocks":
-    """Return the value of --rocks: a number or "auto"; None if the option is missing; InputError for other text."""
+    """Return the value of --rocks: a number or "auto"; None without the option. Raise InputError for other text."""
     if text is None:
         return None
     if text == "auto":

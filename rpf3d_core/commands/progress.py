@@ -11,17 +11,17 @@ from rpf3d_core.commands.screen import screen
 
 ROCKS = "flying rocks"
 PERIOD = 3600.0
-"""Length (s) of the most recent period whose speed gives the estimate of the time left: a cell may take minutes."""
+"""Length (s) of the recent period from whose speed the time left is estimated; long, as a cell may take minutes."""
 
 
 @contextmanager
 def progress(what: str = ROCKS) -> Iterator[tuple[Callable[[int], Callable[[int], None]], Callable[[], None]]]:
     """Show a progress bar; yield the functions `begin` and `writing`.
 
-    begin(rocks) : call this function when rocks start to fly; each further call adds rocks to the total. The call
-        returns a function, which must be called with the number of rocks flown since its previous call
-    writing() : call this function when the writing of the results starts
-    what : text that names the counted things, such as ROCKS; they may also be other things than rocks
+    begin(rocks) : to be called when rocks start to fly; each further call adds rocks to the total. The call returns a
+        function, which must be called with the number of rocks flown since its previous call
+    writing() : to be called when the writing of the results starts
+    what : text that names the counted things, such as ROCKS or "flying cells"
     """
     rate = (_Rate(),) if what == ROCKS else ()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), *rate, TimeRemainingColumn())

@@ -68,7 +68,10 @@ def run(
 def _chosen(
     scene: Path, out: Path, rocks: str | None, accuracy: float | None, times: RunTimes
 ) -> "tuple[Path | Scene, Rocks]":
-    """Return the scene to run and its number of rocks, from --rocks or --accuracy; `InputError` if both are given."""
+    """Return the scene to run, or its file, and the number of rocks, from --rocks or --accuracy.
+
+    Raise InputError if both options are given. times : receives the time of the measurements for --accuracy
+    """
     if accuracy is None:
         return scene, number_of_rocks(rocks)
     if rocks is not None:

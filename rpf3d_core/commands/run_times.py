@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from rpf3d_core.results.findings import Run
 
 IMPORTED = time.perf_counter()
-"""Time of this module's import; it is used as the start of the process if the system does not state the start."""
+"""Time at which this module was imported: the start of the process, if the system does not state the start."""
 STAT = Path("/proc/self/stat")
 START_TIME = 19
 """Index of the start time (clock ticks since the boot) in the fields of STAT after the program's name (proc(5))."""

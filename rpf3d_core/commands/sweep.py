@@ -75,9 +75,9 @@ def _executor(workers: int | None) -> Iterator[Executor]:
 def _counting(begin: Callable[[int], Callable[[int], None]], writing: Callable[[], None]) -> Callable[[int, int], None]:
     """Return a function of (done, of) that shows the progress of the cells of a sweep.
 
-    The progress bar counts only the cells that had no result at the start.
+    Its arguments are the number of cells that have a result, and the number of all cells. The progress bar counts only
+    the cells that had no result at the start.
 
-    done, of : number of cells that have a result, and number of all cells
     begin, writing : functions of the progress bar, from `progress`
     """
     advance: list[Callable[[int], None]] = []

@@ -1,1 +1,1 @@
-"""The desk: a scene in the browser of this machine, to place sources, edit materials, fly rocks and read results."""
+"""The desk: a page in a browser of this machine, to place sources, edit materials, fly rocks and read results."""

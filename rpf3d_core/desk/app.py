@@ -1,4 +1,4 @@
-"""The desk: it does what the user asks for on the page, and shows results and messages on the page."""
+"""The program behind the page of the desk: it does what the user asks for, and shows results and messages."""
 
 import asyncio
 import threading
@@ -64,7 +64,7 @@ class Desk:
         return self.server.state
 
     def connected(self) -> None:
-        """Do the work that `_later` has stored; call this once in the server's thread, when browsers can connect."""
+        """Do the work that waited until browsers can connect; call this once, in the server's thread, when they can."""
         with self._connecting:
             self._loop = asyncio.get_event_loop()
             waiting, self._waiting = self._waiting, []

@@ -81,7 +81,7 @@ class Runner:
     """A thread that does its tasks one after another: prepare a scene, fly its rocks, write a report."""
 
     def __init__(self, listener: Listener) -> None:
-        """Start the thread."""
+        """Start the thread; listener : receives the results and messages."""
         self._listener = listener
         self._tasks: queue.SimpleQueue[Callable[[], object] | None] = queue.SimpleQueue()
         self._stop = threading.Event()
@@ -136,7 +136,7 @@ class Runner:
             self._listener.busy("")
 
     def _prepare(self, written: Written) -> Ready:
-        """Return a scene prepared for the reference engine, from memory if the scene's text and files are unchanged."""
+        """Return a scene prepared for the reference engine: the previous one if its text and files are unchanged."""
         kept = self._ready
         if kept is not None and kept.written == written and kept.stamp == stamp_of(kept.prepared.scene):
             return kept
@@ -163,6 +163,8 @@ class Runner:
         """Return the terrain of a scene and the faults of its mesh.
 
         The terrain is read again only if the scene's terrain, its zones or one of its files has changed.
+
+        stamp : state of the scene's files, from `stamp_of`
         """
         key = scene.terrain, scene.zones, stamp
         if self._ground is None or self._ground[0] != key:

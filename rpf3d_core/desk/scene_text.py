@@ -135,7 +135,7 @@ def _plain(value: Any) -> Any:
 def _first_difference(one: Any, other: Any, path: KeyPath) -> KeyPath | None:
     """Return the key path of the first value that differs between two trees of values; None if the trees are equal.
 
-    path : key path of the two trees
+    path : key path that leads to the two trees; () for whole scenes
     """
     if isinstance(one, dict) and isinstance(other, dict):
         items = [(key, one.get(key, MISSING), other.get(key, MISSING)) for key in {**one, **other}]

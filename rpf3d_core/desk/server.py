@@ -120,7 +120,7 @@ def serve(server: Any, gate: Gate, ready: Callable[[], None]) -> None:
 
 
 def guard(gate: Gate) -> Any:
-    """Return aiohttp middleware that refuses requests, removes the token from paths, and adds headers to answers."""
+    """Return aiohttp middleware that lets a gate admit requests, removes the token from paths, and adds the headers."""
     web = library_of("desk", "aiohttp.web", "the desk needs")
 
     @web.middleware  # type: ignore[untyped-decorator]
@@ -143,9 +143,9 @@ def guard(gate: Gate) -> Any:
 
 
 async def _answer(request: Any, path: str) -> Any:
-    """Return the answer of an aiohttp server to a request, as if the request had another path.
+    """Return the answer of an aiohttp server to a request whose path is replaced.
 
-    path : this path, the path of the request without the token
+    path : the new path, that is the path of the request without the token
     """
     inner = request.clone(rel_url=request.rel_url.with_path(path).with_query(request.rel_url.query))
     route = await request.app.router.resolve(inner)

@@ -73,7 +73,7 @@ class DrapedMap(NamedTuple):
 
 
 def ground_seen(terrain: Terrain) -> Seen:
-    """Return the terrain with at most about MOST_TRIANGLES triangles, which browsers can turn smoothly."""
+    """Return the terrain to draw, reduced to about MOST_TRIANGLES triangles, so that browsers can turn it smoothly."""
     number = len(terrain.triangles)
     vertices, triangles = terrain.vertices, terrain.triangles
     if number > MOST_TRIANGLES:
@@ -89,7 +89,7 @@ def ground_mesh(seen: Seen) -> Mesh:
 
 
 def path_lines(run: Run) -> Lines:
-    """Return the kept paths of the rocks flown so far."""
+    """Return the recorded paths of the rocks flown so far, at most as many as the scene outputs."""
     paths = run.flights.paths
     rows = displayed_rows(paths, run.scene.outputs.trajectories)
     if not len(rows):
@@ -143,8 +143,8 @@ def _near(seen: Seen, grid: HazardGrid) -> Seen:
 def downhill(seen: Seen, places: FloatArray) -> FloatArray:
     """Return the direction in plan, a unit vector (2,), from places (N, 3) m to the lower ground around them.
 
-    Only ground nearer than three times the extent of the places, or nearer than NEARBY, counts. Without lower ground
-    the result points south.
+    Ground counts within three times the extent of the places, at least within NEARBY (100 m). If no ground there is
+    lower, the result points south.
     """
     middle = places.mean(axis=0)
     reach = max(NEARBY, 3.0 * float(np.ptp(places[:, :2], axis=0).max()))

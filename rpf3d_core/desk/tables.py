@@ -52,7 +52,10 @@ def run_notes(run: Run) -> list[str]:
 
 
 def scene_section(scene: Scene, values: dict[str, Any]) -> dict[str, Any]:
-    """Return the lists of sources, areas and materials of a scene for the page; values : plain values of its file."""
+    """Return the sources, areas and materials of a scene as lists for the page, and the density of its rocks as text.
+
+    values : plain values of the scene's file
+    """
     return {
         "sources": [{"name": each.name, "rocks": each.rocks, "kind": _kind(each)} for each in scene.sources],
         "areas": [{"name": area.name} for area in scene.areas_of_interest],

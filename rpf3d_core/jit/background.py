@@ -51,11 +51,12 @@ class BackgroundCompiler:
             threading.Thread(target=_listen, args=(process, self._answers), daemon=True).start()
 
     def compile(self, *calls: Call) -> None:
-        """Request that the background process compiles loops (compiled functions).
+        """Request that the background process compiles loops.
+
+        The caller must call `wait` before it first calls these loops; otherwise two processes could write the same
+        cache file.
 
         calls : each loop with example arguments
-
-        Call `wait` before you first call these loops; otherwise two processes could write the same cache file.
         """
         if self._process is not None:
             self._order([(*_address(loop), tuple(map(loop.typeof_pyval, given))) for loop, given in calls])
@@ -83,7 +84,7 @@ class BackgroundCompiler:
             self.end()
 
     def has_done(self, part: Any) -> bool:
-        """True if a loop or function needs no waiting: it is done, was not requested, or there is no process."""
+        """Return True if a loop or function needs no wait: it is done or was not requested, or there is no process."""
         with suppress(queue.Empty):
             while True:
                 self._note(self._answers.get_nowait())
@@ -141,7 +142,7 @@ def background_compiler(*loops: Any) -> Iterator[BackgroundCompiler]:
 
 
 def _are_missing(loops: Sequence[Any]) -> bool:
-    """True if a background process helps: no loop is in the disk cache, and the cache can store all loops."""
+    """Return True if a background process helps: no loop is in the disk cache, and the cache can store all loops."""
     return all(hasattr(loop, "typeof_pyval") and not is_cached(loop) and keeps_compiled(loop) for loop in loops)
 
 

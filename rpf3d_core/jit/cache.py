@@ -88,7 +88,7 @@ def cache_folder(module: str) -> Path:
 
 
 def is_cached(loop: Any, *classes: type) -> bool:
-    """True if the disk cache contains compiled code of a loop for arguments of some classes, so that a call is fast.
+    """Return True if the disk cache has compiled code of a loop for arguments of given classes, so that a call is fast.
 
     classes : classes that must be among the argument types, such as those of the models; none for any compiled code
     """
@@ -99,14 +99,14 @@ def is_cached(loop: Any, *classes: type) -> bool:
 
 
 def keeps_compiled(loop: Any) -> bool:
-    """True if the compiled code of a loop can be stored in the disk cache for the next process."""
+    """Return True if the compiled code of a loop can be stored in the disk cache for the next process."""
     with in_cache_folder(loop.__module__) as usable:
         return usable
 
 
 @contextmanager
 def in_cache_folder(module: str) -> Iterator[bool]:
-    """Make numba use the folder of `cache_folder` for the loops of a module; yield true if the folder is usable.
+    """Make numba use the folder of `cache_folder` for the loops of a module; yield True if the folder is usable.
 
     numba itself checks only whether the file of the decorated function has changed. In numba's own folder, outdated
     code would therefore run after an edit of another file whose functions the loop calls. If the folder is not
@@ -185,10 +185,12 @@ class PackageSources:
 
 
 def _imported(text: str) -> Iterator[str]:
-    """Yield the paths of everything that a source file imports from the package, such as `terrain/facets`.
+    """Yield the paths of all files that a source file may import from the package, such as `terrain/facets`.
 
-    For each name that is imported from a file, the path of the file and the path file/name are yielded, because the
-    name may itself be a file.
+    For each name that is imported from a file or folder, the path of the file or folder and the path with the name
+    added are yielded, because the name may itself be a file.
+
+    text : content of the source file
     """
     for match in IMPORT.finditer(text):
         package = match[1].strip(".").replace(".", "/")

@@ -1,4 +1,4 @@
-"""How to start a program of this package in a process of its own: its command line and its environment."""
+"""Make the command line and the environment with which a module of this package runs in a separate process."""
 
 import os
 import sys
@@ -14,5 +14,5 @@ def command_of(module: str, *words: str) -> list[str]:
 
 
 def environment_of_child() -> dict[str, str]:
-    """Return this process's environment, in which another Python finds the same modules."""
+    """Return the environment of this process, with the module paths added, so that another Python finds its modules."""
     return {**os.environ, "PYTHONPATH": os.pathsep.join([str(HOME), *filter(None, sys.path)])}

@@ -3,18 +3,18 @@
 import os
 
 FEWEST_CORES = 2
-"""Least number of cores with which a second process saves time."""
+"""Smallest number of cores with which a second process saves time."""
 
 
 def usable_cores() -> int:
-    """Return the number of cores that this process may use, or of all cores if the system does not report it."""
+    """Return the number of cores that this process may use; that of all cores if the system does not report it."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def has_spare_core() -> bool:
-    """True if a processor core is free for a second process: the load is below the number of cores.
+    """Return True if a processor core is free for a second process: the load is below the number of cores.
 
-    Without a free core a second process is a loss, because two processes need a sixth more computing time in total.
+    Without a free core, a second process costs time, because two processes need a sixth more computing time in total.
     """
     cores = usable_cores()
     return cores >= FEWEST_CORES and (not hasattr(os, "getloadavg") or os.getloadavg()[0] < cores)

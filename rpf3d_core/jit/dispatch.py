@@ -51,7 +51,7 @@ class ModelFunction(Protocol):
     __name__: str
 
     def __call__(self, model: Any, *args: Any) -> Any:
-        """Call the rule for the model's class."""
+        """Call the rule for the class of `model`, and return its result."""
 
     def rule(self, cls: type) -> Callable[[F], F]:
         """Return a decorator that registers a function as the rule for a class."""
@@ -60,7 +60,7 @@ class ModelFunction(Protocol):
         """Register a function as the rule for all classes without a rule of their own."""
 
     def has_rule(self, cls: type) -> bool:
-        """True if a class has a rule of its own."""
+        """Return True if a class has a rule of its own."""
 
 
 def kernel(function: F) -> F:

@@ -27,7 +27,7 @@ for _name in ("codegen", "get_pointer_to_function", "_optimize_final_module", "_
 
 
 class _NoMachineCode:
-    """Takes the place of numba's code generator (`codegen`) for a kernel, which has no machine code of its own."""
+    """A replacement for numba's code generator (`codegen`) that does nothing, because kernels have no machine code."""
 
     def set_env(self, name: str, env: Any) -> None:
         """Do nothing: a kernel needs no Python objects."""
@@ -38,7 +38,7 @@ class _Copied(JITCodeLibrary):
 
     @property
     def codegen(self) -> _NoMachineCode:
-        """The object that numba asks for its code generator; for a kernel, it generates nothing."""
+        """The code generator that numba uses for this kernel; it generates nothing."""
         return _NoMachineCode()
 
     def get_pointer_to_function(self, name: str) -> int:

@@ -1,7 +1,7 @@
 """Arrays whose memory is reused, and work that is shared among threads.
 
 The first access to new memory takes longer than the writing of data. A live terrain of millions of facets is replaced
-again and again, so each new survey reuses the memory of an earlier survey.
+often, so each new survey reuses the memory of an earlier survey.
 """
 
 from collections.abc import Callable, Sequence

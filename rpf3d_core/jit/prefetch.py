@@ -1,4 +1,4 @@
-"""Ask the processor to load data early that a loop will soon write; this makes counting in large grids faster."""
+"""Ask the processor to load data shortly before a loop writes them, so that counting in large grids is faster."""
 
 from collections.abc import Callable
 from typing import Any

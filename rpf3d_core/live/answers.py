@@ -67,8 +67,8 @@ class EnsembleSize:
     """How many rocks an answer flies, and how its sources are divided into clusters.
 
     first : approximate number of rocks in the first stage, of all clusters together
-    least : smallest number of rocks of each cluster from the second stage on, even if the target is met earlier: with
-        fewer rocks, the site lowers no alert level
+    least : smallest number of rocks of each cluster from the second stage on, even if the target is met with fewer
+        rocks: an answer with fewer rocks cannot lower an alert level (`evidence.fewest_rocks` of the site file)
     cluster : m, side of the squares in plan whose sources form one cluster; 0: each source is a cluster; infinite: all
         sources are one cluster
     """
@@ -93,7 +93,8 @@ class Answer:
     outcomes : number of rocks with each outcome; maps : hazard maps; both are of all rocks flown so far
     areas : outlines of the areas of interest in the maps, local frame
     evidence : for each area, the worst figures of all clusters of sources
-    unfinished : number of rocks whose flight was cut off in the worst cluster, scaled to the smallest cluster
+    unfinished : number of rocks whose flight was cut off, in the worst cluster; scaled to the number of rocks of the
+        cluster with the fewest rocks
     seconds : s, since the work on the trigger began; left_out : a sentence on the sources without rocks, and why
     doubtful, elsewhere : a sentence on the sources that are too far from the ground, and on those far from the place
         where the scene was calibrated; "" if there are none
@@ -190,7 +191,7 @@ def answers(
 def _clusters(
     standing: PreparedTerrain, trigger: Trigger, released: Released, tallies: Tallies, outlines: Outlines, side: float
 ) -> list[ClusterTally]:
-    """Return empty counts for each cluster of sources; an empty list if no source was received.
+    """Return empty counts for each cluster of sources; an empty list if the message has no sources.
 
     tallies : the counts of the answer; outlines : the areas of interest in them
     side : m, of the squares in plan whose sources form one cluster
@@ -214,7 +215,10 @@ def _clusters(
 
 
 def _origin(standing: PreparedTerrain, trigger: Trigger, places: FloatArray) -> Origin:
-    """Return the origin of a cluster whose sources are at places (N, 3) m, local frame."""
+    """Return the origin of a cluster: the mean place of its sources, and which message and terrain they belong to.
+
+    places : (N, 3) m, of the sources of the cluster, local frame
+    """
     ground = standing.ground
     x, y, z = ground.terrain.frame.points_to_input(places.mean(axis=0)).tolist()
     return Origin(
@@ -233,7 +237,8 @@ def _fly(
 ) -> bool:
     """Fly the next rocks of a cluster; return False if the flight was stopped.
 
-    released : all sources; numbers : two lists over all sources: first rock number to fly, and number after the last
+    stream : flies the rocks; released : all sources
+    numbers : two lists over all sources: number of the first rock to fly, and the number after the last rock
     size : approximate number of rocks in a block (the function may stop after each block); None for the blocks of a run
     """
     sources = cluster.sources
@@ -254,7 +259,8 @@ def _fly_sets(
 ) -> bool:
     """Fly the next rocks of a cluster, one parameter set after another; return False if the flight was stopped.
 
-    numbers : two lists over the sources of the cluster: first rock number to fly, and the number after the last rock
+    stream : flies the rocks; released : all sources
+    numbers : two lists over the sources of the cluster: number of the first rock to fly, and the number after the last
     """
     sets, over, sources = standing.sets, cluster.over_sets, cluster.sources
     assert sets is not None and over is not None
@@ -280,7 +286,7 @@ def _outcomes(clusters: Sequence[ClusterTally]) -> dict[Outcome, int]:
 def _evidence(
     standing: PreparedTerrain, clusters: Sequence[ClusterTally], outlines: Outlines, digests: Mapping[str, str]
 ) -> tuple[tuple[AreaEvidence, ...], int]:
-    """Return the evidence of each area, and the number of rocks cut off in flight in the worst cluster.
+    """Return the evidence of each area from all clusters, and the number of rocks cut off in the worst cluster.
 
     The evidence includes the share of the area without terrain, and the digest of the outline of the area.
 
@@ -314,6 +320,7 @@ def warm_answers(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpr
 
     Return the duration (s).
 
+    trigger : sources, at least one; around : how rocks are spread around each source
     rocks : number of rocks. It must be so large that the cells that rocks reach have more than `hazard.layers.FEW` bins
         in total; for fewer bins the code uses NumPy, and the loop would not be compiled
     """

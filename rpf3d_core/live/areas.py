@@ -19,7 +19,9 @@ CORNERS_A_QUARTER = 8
 
 
 def outline_of(corners: Sequence[tuple[float, float]]) -> list[FloatArray]:
-    """Return the outlines (P, 2) m of an area of interest; corners : at least three, (x, y) in plan, m.
+    """Return the area of interest with the given corners as a list of rings (P, 2) m.
+
+    corners : at least three, (x, y) in plan, m
 
     Raises
     ------
@@ -30,10 +32,10 @@ def outline_of(corners: Sequence[tuple[float, float]]) -> list[FloatArray]:
 
 
 def circles_around(places: FloatArray, radius: float) -> list[FloatArray]:
-    """Return the outlines (P, 2) m of the area within circles around places (N, 2) m, such as vehicles.
+    """Return the area within circles around places (N, 2) m, such as vehicles, as a list of rings (P, 2) m.
 
-    Overlapping circles form one area. Outlines of holes are included. Each circle is drawn as a polygon that encloses
-    the circle, so a rock on the circle is counted. radius : of the circles, m
+    Overlapping circles share one outline. The rings of holes are included. Each circle is drawn as a polygon that
+    encloses the circle, so a rock on the circle is counted. radius : of the circles, m
     """
     drawn = radius / np.cos(np.pi / (4 * CORNERS_A_QUARTER))
     circles = shapely.buffer(shapely.points(places), drawn, quad_segs=CORNERS_A_QUARTER)
@@ -41,11 +43,13 @@ def circles_around(places: FloatArray, radius: float) -> list[FloatArray]:
 
 
 SMALLEST = 1.0
-"""Least size (m2) of an area of interest; a machine's own ground is larger."""
+"""Smallest allowed size (m2) of an area of interest; the ground below a single machine is larger."""
 
 
 def too_small(rings: Iterable[FloatArray]) -> str:
-    """Return why an area of interest is too small to watch, without its name; "" if it is large enough.
+    """Return a clause that says why an area of interest is too small to watch; "" if the area is large enough.
+
+    The caller writes the name of the area before the clause.
 
     rings : rings (P, 2) m of the area
     """
@@ -62,7 +66,7 @@ def _rings(area: shapely.Geometry) -> list[FloatArray]:
 
 
 FEWEST_CORNERS = 3
-"""Least number of corners of a ring that encloses an area."""
+"""Smallest number of corners of a ring that encloses an area."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +117,8 @@ class AreaGround(NamedTuple):
     """The terrain below an area of interest (`live.coverage`).
 
     uncovered : share (-) of the area in plan that has no terrain below it
-    lowest : lower bound of the height (m, local frame) of the ground in the area; -infinite if it is not known
+    lowest : (m, local frame) estimate on the safe side of the lowest height of the ground in the area; -infinite if it
+        is not known
     """
 
     uncovered: float
@@ -121,7 +126,10 @@ class AreaGround(NamedTuple):
 
 
 def outlines_for_places(areas: Mapping[str, Sequence[FloatArray]]) -> list[AreaOutline]:
-    """Return the areas of interest, given as rings (P, 2) m, prepared for tests whether places are inside."""
+    """Return areas of interest prepared for tests whether places are inside, in the order of `areas`.
+
+    areas : rings (P, 2) m of each area, by name
+    """
     return [
         AreaOutline(rings=[shapely.Polygon(ring) for ring in rings], hull=_hull(np.concatenate(list(rings))))
         for rings in areas.values()

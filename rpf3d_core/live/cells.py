@@ -56,7 +56,12 @@ def cells_after(
 
 
 def _span(low: float, high: float, origin: float, cell: float, count: int) -> slice:
-    """Return the range of columns, or rows, of a map whose cells of side `cell` lie between low and high (m)."""
+    """Return the range of columns, or rows, of a map whose cells overlap the interval from `low` to `high` (m).
+
+    The range has at least one cell: the nearest one if the interval is outside the map.
+
+    origin : m, where the map begins; cell : m, side of a cell; count : number of columns, or rows, of the map
+    """
     first, last = (int(np.clip(np.floor((edge - origin) / cell), 0, count - 1)) for edge in (low, high))
     return slice(first, last + 1)
 
@@ -69,6 +74,8 @@ def cover(vertices: Any, triangles: Any, raster: Raster, covered: Any, height: A
 
     In all cells to be computed, `covered` must be False and `height` NaN before the call. Each facet is compared with
     all cells in the facet's box in plan.
+
+    vertices : (V, 3) m, local frame; triangles : (F, 3) indices into vertices
     """
     x, y, cell, nx, ny = raster.x, raster.y, raster.cell, raster.nx, raster.ny
     for f in range(len(triangles)):

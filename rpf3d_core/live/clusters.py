@@ -151,7 +151,9 @@ class ClusterTally:
 
 
 def _with_ends(areas: tuple[AreaEvidence, ...], sets: ClusterSets, layers: Layers) -> tuple[AreaEvidence, ...]:
-    """Return the evidence of areas with the number of parameter sets and, if enough rocks flew, `SafeEnds` added.
+    """Return the evidence of areas, with the figures from all parameter sets added.
+
+    These are the number of parameter sets and, if enough rocks flew, the figures of `SafeEnds`.
 
     areas : the evidence without parameter sets; sets : counts of each parameter set; layers : map values of the areas
     """
@@ -177,6 +179,8 @@ def worst_evidence(clusters: Sequence[ClusterTally], names: Sequence[str]) -> tu
     """Return the worst evidence of each area over all clusters, and the number of rocks cut off in the worst cluster.
 
     Numbers of rocks are scaled as if each cluster had flown as many rocks as the cluster with the fewest.
+
+    clusters : at least one; names : of the areas, in the order in which visits are counted
     """
     flown = min(cluster.flown for cluster in clusters)
     unfinished = max(scaled(unfinished_of(each.outcomes), each.flown, flown) for each in clusters)

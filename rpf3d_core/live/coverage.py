@@ -1,6 +1,6 @@
-"""Measure the terrain below an area of interest: which share of the area has none, and how low the ground reaches.
+"""Find which share of an area of interest has no terrain below it, and how low the ground in the area is.
 
-An area may have no terrain below a part of it, beyond the survey or over the holes of the survey.
+A part of an area has no terrain below it if this part lies beyond the survey or over a hole of the survey.
 """
 
 import math
@@ -21,7 +21,7 @@ MOST_PLACES = 40_000
 def grounds_of(standing: PreparedTerrain, areas: Outlines) -> dict[str, AreaGround]:
     """Return the terrain below each area, by name.
 
-    It is computed once for each outline and terrain, and kept in `standing.area_grounds`.
+    The result for an outline is computed once for each terrain, and kept in `standing.area_grounds`.
 
     areas : rings (P, 2) m, local frame
     """
@@ -39,8 +39,8 @@ def _ground_of(standing: PreparedTerrain, area: AreaOutline) -> AreaGround:
     """Return the terrain below an area.
 
     The lowest ground is an estimate on the safe side: the lowest corner of all facets at the probes and at the corners
-    of the area, minus the distance of two probes. So a slope of 45 degrees between two probes is included, a narrow and
-    steep ditch may not be. If a place has no ground, the lowest ground is unknown.
+    of the area, minus the distance between neighbouring probes. So a slope of 45 degrees between two probes is
+    included; a narrow and steep ditch may be missed. If a place has no ground, the lowest ground is unknown.
     """
     probes, step = _probes(area)
     uncovered = float(np.mean(~standing.has_ground(probes)))
@@ -50,10 +50,10 @@ def _ground_of(standing: PreparedTerrain, area: AreaOutline) -> AreaGround:
 
 
 def _probes(area: AreaOutline) -> tuple[FloatArray, float]:
-    """Return about PROBES places (N, 2) m, at least one, and their distance (m).
+    """Return about PROBES places (N, 2) m in an area, at least one, and the distance (m) between neighbours.
 
     The places are the middles of squares that are evenly spread over the area. If no middle is inside the area, the
-    places are the corners of its convex hull.
+    places are the corners of its convex hull, and the distance is the diagonal of the box around the hull.
     """
     low, high = area.hull.min(axis=0), area.hull.max(axis=0)
     step = max(np.sqrt(_surface(area) / PROBES), np.sqrt(np.prod(high - low) / MOST_PLACES), np.finfo(float).tiny)

@@ -156,7 +156,8 @@ def _predictive_of(results: list[AreaEvidence], low: float, high: float) -> tupl
 def _left_high_of(results: list[AreaEvidence], predictive_high: float | None) -> float | None:
     """Return the largest `left_high` of several results, at least `predictive_high`, the worst upper end (-).
 
-    `left_high` is the upper end (-) of a share if all rocks that left the terrain had reached the area ahead.
+    `left_high` is the upper end (-) of the share of rocks that reach an area, if every rock that left the terrain and
+    may have reached the area had reached it.
     None if no result is from parameter sets, or if a result from parameter sets lacks the value.
     """
     ends = [area.left_high for area in results if area.sets]

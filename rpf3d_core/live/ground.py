@@ -152,7 +152,8 @@ class Workshop:
     ) -> LiveTerrain:  # fmt: skip
         """Return the terrain built from a whole survey, ready for flights.
 
-        Raises TerrainError if the survey is too large or is not a terrain.
+        Raises TerrainError if the survey is too large, is not a terrain, or has a shape that no ground has
+        (`live.plausible`).
 
         stamp_ns : stamp of the survey (ns); digest : the digest of the survey if it is known, "" to compute it
         whole_ns, whole_digest : for a survey that already includes patches, the stamp (ns) and the digest of its whole
@@ -192,8 +193,9 @@ class Workshop:
         Raises
         ------
         TerrainError
-            The patch is too large, is not a terrain, folds over itself in plan, does not touch the terrain, reaches far
-            beyond the terrain, or cannot be joined to the terrain. The terrain is then unchanged.
+            The patch is too large, is not a terrain, has a steep facet that is too tall, folds over itself in plan,
+            does not touch the terrain, reaches far beyond the terrain, or cannot be joined to the terrain. The terrain
+            is then unchanged.
         ValueError
             `ground` has been patched already; only the terrain after that patch is valid.
         """
@@ -279,7 +281,10 @@ def _kept(mesh: Mesh, room: Room) -> Mesh:
 
 
 def _laid_out(terrain: Terrain, room: Room, share: Share) -> Facets:
-    """Return the facets of a terrain; their arrays are in the memory of this terrain (`room`)."""
+    """Return the facets of a terrain, with their arrays in the memory of this terrain (`room`).
+
+    share : runs functions in parallel
+    """
     count = len(terrain.triangles)
     geometry = room.memory("geometry", 12 * count, np.float64).reshape(-1, 12)
     room.memory("marks", count, np.uint8)[:] = STAYS

@@ -28,20 +28,22 @@ class LeavingTally:
     """Counts for each area of interest the rocks that left the terrain and may have reached it; any thread may call."""
 
     def __init__(self, areas: Sequence[AreaOutline], lowest: Sequence[float], gravity: float) -> None:
-        """Begin without rocks.
+        """Create the counts, with no rocks counted.
 
+        areas : the A areas of interest
         lowest : height (m, local frame) of the lowest ground of each area, -infinite if unknown
-        gravity : of the scene, m/s^2
+        gravity : m/s^2, of the scene
         """
         self._areas, self._lowest, self._gravity = areas, lowest, gravity
         self._lock = threading.Lock()
         self.counts: IntArray = np.zeros(len(areas), dtype=np.int64)
 
     def count(self, batch: Batch, radius: FloatArray, displace: Displace | None = None) -> None:
-        """Count the rocks of a batch, with all records; radius : (N,) m.
+        """Count, for each area, the rocks of a batch that left the terrain and may have reached the area.
 
-        displace : returns displaced paths, if the arrivals are counted with them; a rock then counts as arrived before
-            it left only if both of its paths had a part inside the area
+        batch : N rocks with complete paths; radius : (N,) m, of the rocks
+        displace : returns displaced paths, if arrivals are counted on displaced paths. A rock then counts as arrived
+            only if both its own path and its displaced path had a part inside the area
         """
         left = np.isin(batch.counts[:, 0], CODES)
         if not left.any() or not self._areas:
@@ -58,7 +60,7 @@ class LeavingTally:
 
 
 def energy_heads(batch: Batch, radius: FloatArray, gravity: float) -> FloatArray:
-    """Return the heights (N,) m, local frame, to which the energies of rocks suffice at the ends of their paths.
+    """Return the heights (N,) m, local frame, to which rocks could climb with their energy at the ends of their paths.
 
     The energy includes the rotation of rocks that spin.
 

@@ -51,7 +51,7 @@ class DigestHistory:
 
     @property
     def since_ns(self) -> int:
-        """Time (ns) since when the present digest is watched."""
+        """Time (ns) from which the present digest has been watched."""
         return self._since_ns[-1]
 
     def watch(self, digest: str, now_ns: int) -> None:
@@ -97,8 +97,8 @@ class WatchedOutlines:
     def watch(self, digests: Mapping[str, str], now_ns: int) -> None:
         """Watch these areas, and no others, from now (ns) on; an outline that is watched already keeps its time.
 
-        The former outlines of a removed area are still known when it is set again. So the time of an area that is
-        removed and set again and again counts from its first change that is not answered.
+        The former outlines of a removed area are remembered until the area is set again. So if an area is removed and
+        set repeatedly, its outline counts as replaced from the first change that no answer includes.
 
         digests : for each area, by name, the digest of its outline
         """
@@ -121,7 +121,10 @@ class WatchedOutlines:
             self._known = {name: DigestHistory(known.present, now_ns) for name, known in self._known.items()}
 
     def described(self, evidence: Evidence) -> Evidence:
-        """Return the evidence with `outlined_ns` set for each area: since when its present outline is watched."""
+        """Return the evidence with `outlined_ns` set for each area: when (ns) the watch of its present outline began.
+
+        `outlined_ns` is 0 for an area that is not watched.
+        """
         with self._lock:
             since = {name: known.since_ns for name, known in self._known.items()}
         return evidence._replace(
@@ -129,7 +132,9 @@ class WatchedOutlines:
         )
 
     def outdated(self, parts: Sequence[Evidence]) -> tuple[Outdated, ...]:
-        """Return each watched area whose present outline is missing in a part of the evidence, and when the area moved.
+        """Return the watched areas for which a part of the evidence used a former outline or none, and since when (ns).
+
+        "Since when" is the earliest time at which an outline that a part used was replaced.
 
         parts : the evidence of each wall. A part without areas is skipped: its sources have no answer, and the missing
             answer is a separate fault

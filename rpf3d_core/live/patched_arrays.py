@@ -28,9 +28,10 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Vec
 
 WIDER = 1.25
-"""Largest growth of the terrain's diagonal (factor) by patches, because the contact tolerance stays the same.
+"""Largest factor by which patches may lengthen the terrain's diagonal.
 
-The tolerance has a margin of a factor of 200 (`RELATIVE_TOLERANCE`).
+The contact tolerance, which depends on the diagonal, stays the same; its margin is a factor of 200
+(`RELATIVE_TOLERANCE`).
 """
 
 
@@ -87,6 +88,8 @@ def _vertices(terrain: Terrain, change: PatchChange, room: Room) -> tuple[NDArra
 def _rows(before: int, change: PatchChange, room: Room) -> tuple[NDArray[np.int32], NDArray[np.int32], int]:
     """Return the rows (S,) for the added facets, the rows (U,) that stay unused, and the new number of rows.
 
+    Added facets get the rows of removed facets and unused rows first, then rows after the last one.
+
     before : number of rows before the patch
     """
     coming = len(change.triangles)
@@ -100,7 +103,7 @@ def _box(facets: Facets, change: PatchChange, marks: NDArray[np.uint8], share: S
 
     Raises TerrainError if the box becomes too wide for the terrain's contact tolerance.
 
-    marks : (F,) from `change_of`: STAYS or GOES for each facet
+    marks : (F,) from `change_of`: STAYS or GOES for each facet; share : runs functions in parallel
     """
     going = facets.corners[change.gone].reshape(-1, 3)
     box = np.array([facets.low, facets.high])

@@ -123,7 +123,7 @@ def _check_sheet(corners: FloatArray) -> None:
 
 
 def _any_stays(facets: Facets, marks: NDArray[np.uint8]) -> bool:
-    """True if a facet with an area stays in the terrain, so that the patch is not the whole terrain."""
+    """Return True if a facet with an area stays in the terrain, so that the patch is not the whole terrain."""
     stays = np.flatnonzero(marks[: len(facets.zone)] == 0)
     return bool(facets.normals[stays].any())
 

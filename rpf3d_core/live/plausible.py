@@ -1,6 +1,6 @@
 """Refuse a survey whose shape no ground has: heights that stand for missing points, and grids that fold back.
 
-Rocks stop in the false pit of such a survey, or where its layers lie on each other, and seem to reach nothing.
+On such a survey, rocks would stop in a pit or between layers that do not exist, and would seem to reach nothing.
 """
 
 import math
@@ -25,7 +25,9 @@ FOLD = 1.0
 
 
 def check_heights(terrain: Terrain, corners: FloatArray, normals: FloatArray, tallest: float) -> None:
-    """Raise TerrainError if a steep facet is taller than `tallest` (m), as next to a height that means "no data".
+    """Raise TerrainError if a facet steeper than STEEP (80 degrees) is taller than `tallest` (m).
+
+    Such facets arise next to a height that means "no data".
 
     corners : (F, 9) m; normals : (F, 3), unit vectors, or 0 for a facet without an area
     """
@@ -45,7 +47,9 @@ def check_heights(terrain: Terrain, corners: FloatArray, normals: FloatArray, ta
 
 
 def check_no_fold(terrain: Terrain, normals: FloatArray, points: FloatArray) -> None:
-    """Raise TerrainError if a grid folds back over itself in plan by more than FOLD, so heights are not unique.
+    """Raise TerrainError if a grid folds back over itself in plan by more than FOLD (1 m).
+
+    A place under a fold has several heights.
 
     terrain : made from the grid; normals : (F, 3), of its facets
     points : (H, W, 3) m, the grid, with NaN where a point is missing

@@ -170,7 +170,7 @@ def _spread(half: float, purposes: Sequence[Purpose], seed: int, source: IntArra
 def _sized(mass: FloatArray, radius: FloatArray, diameter: FloatArray, density: float) -> tuple[FloatArray, FloatArray]:
     """Return masses (R,) kg and radii (R,) m from the diameters (R,) m of the message.
 
-    A rock with the diameter NaN keeps its mass and radius.
+    A rock with the diameter NaN keeps its mass and radius. density : kg/m^3
     """
     known = np.isfinite(diameter)
     return np.where(known, mass_of(diameter, density), mass), np.where(known, 0.5 * diameter, radius)
@@ -207,7 +207,10 @@ def _distances(standing: PreparedTerrain, x: FloatArray, above: float | None) ->
 
 
 def _too_far(positions: FloatArray, distances: FloatArray, sound: Flags, highest: float) -> str:
-    """Return a sentence on the sound sources farther from the ground than `highest` (m); "" if there are none."""
+    """Return a sentence on the sound sources farther from the ground than `highest` (m); "" if there are none.
+
+    positions : (S, 3) m, map frame; distances : (S,) m, from the ground; sound : (S,) True if a source releases rocks
+    """
     far = np.flatnonzero(sound & (distances > highest))
     if not len(far):
         return ""
@@ -250,7 +253,11 @@ def _raised(standing: PreparedTerrain, x: FloatArray, heights: FloatArray) -> Fl
 
 
 def _sentence(positions: FloatArray, off: Flags, depth: FloatArray) -> str:
-    """Return a sentence for the user on the sources that release no rocks, and why; "" if there are none."""
+    """Return a sentence for the user on the sources that release no rocks, and why; "" if there are none.
+
+    positions : (S, 3) m, of the sources, map frame; off : (S,) True off the terrain
+    depth : (S,) m under the ground, 0 above the ground
+    """
     parts = []
     for which, why in ((off, "off the terrain"), (depth > 0.0, "under the ground")):
         bad = np.flatnonzero(which)

@@ -22,7 +22,7 @@ SCENE = "scene"
 """Name of the parameter that gives the path of a scene file."""
 
 WRITTEN_NOWHERE = Path("parameters")
-"""Stands for the path of the scene file in messages, if the scene has no file."""
+"""Path that messages name instead of a scene file, if the scene has no file."""
 
 LISTED = "is a list, a file or a mapping, which a parameter cannot hold"
 FROM_MESSAGES = "is received in messages"
@@ -140,9 +140,9 @@ def _from_file(path: str, given: Mapping[str, Any]) -> Scene:
 
 
 def _fault(name: str, value: Any) -> str | None:
-    """Return a sentence on an error in the name of a parameter or of a model; None if there is no error.
+    """Return a sentence on an error in the name of a parameter, or in the model that it names; None without an error.
 
-    Everything else is checked by the scene's model.
+    All other values are checked when the scene is made of them.
     """
     known = {field.key: field for field in live_parameters()} if name else {}
     if name not in known:

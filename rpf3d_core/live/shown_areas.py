@@ -30,8 +30,9 @@ def shown_areas(areas: Outlines, cells: TerrainCells, raster: Raster, frame: Fra
 
 
 def _laid_on(ring: FloatArray, cells: TerrainCells, raster: Raster) -> FloatArray:
-    """Return one outline as a closed line (T, 3) m on the ground, local frame, with a point in each cell.
+    """Return one outline as a closed line (T, 3) m on the ground, local frame.
 
+    Its points are the corners, and points about a cell apart; on a long outline they are farther apart (MOST_STEPS).
     The line is empty if it crosses no cell with known height.
     """
     corners = np.vstack([ring, ring[:1]])

@@ -84,6 +84,7 @@ OF_THE_MAP = "the map frame (x y): map_origin is not applied to areas_of_interes
 class PreparedTerrain:
     """A terrain with all data that its answers share; for one thread and one answer at a time.
 
+    ground, scene : the terrain and the live scene; rock : mass and radius of the scene's rocks, or how they are drawn
     flight : materials, settings and models of the rocks; with unknowns, those of the first parameter set
     areas : rings of the scene's own areas of interest, local frame
     tallies : counts for the maps of the current answer, emptied for the next answer
@@ -109,9 +110,9 @@ class PreparedTerrain:
         return np.asarray(self.ground.engine.ground_below(self._above(places))[:, 1] >= 0)
 
     def lowest_ground(self, places: FloatArray) -> FloatArray:
-        """Return the height (N,) m of the lowest corner of all facets at each of N places; infinite without a facet.
+        """Return the height (N,) m, local frame, of the lowest corner of all facets above or below each place.
 
-        places : (N, 2) m in plan, local frame
+        The height is infinite at a place without a facet. places : (N, 2) m in plan, local frame
         """
         lowest, x = np.full(len(places), np.inf), self._above(places)
         facets, at = self.ground.facets, np.arange(len(places))

@@ -95,9 +95,11 @@ def read_last(folder: Path) -> StoredSurveys | None:
 
 
 class Store:
-    """Writes each new terrain to a folder on its own thread, so that a restarted simulator has a terrain at once.
+    """Writes each new terrain to a folder on a separate thread, so that a restarted simulator has a terrain at once.
 
     A new whole terrain replaces the surveys that are not yet written.
+
+    fault : a sentence on why the terrain could not be saved, or the folder not be locked; None without a fault
     """
 
     def __init__(
@@ -105,7 +107,8 @@ class Store:
     ) -> None:
         """Open the store in a folder, which is created if it is missing.
 
-        map_origin : origin (m) of the map frame of all surveys, written with each of them; None if it is not known
+        most_patches : largest number of stored patches; the next patch is stored as a whole terrain instead
+        map_origin : (m) origin of the map frame of all surveys, written with each of them; None if it is not known
 
         Raises
         ------
@@ -151,7 +154,10 @@ class Store:
             self._changed.notify_all()
 
     def follow(self, last: StoredSurveys) -> None:
-        """Continue after a restart from the surveys read from this folder; later patches are added to these surveys."""
+        """Continue after a restart from the surveys that are in this folder, so that later patches are added to them.
+
+        last : these surveys, from `read_last`
+        """
         self._last, self._patches = last.pieces[-1].digest, len(last.pieces) - 1
 
     def flush(self, timeout: float | None = None) -> bool:

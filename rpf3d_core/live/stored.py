@@ -36,7 +36,8 @@ class StoredSurvey(NamedTuple):
         an older version did not store them
     patches : for a terrain that was stored whole after patches, the number of these patches, or a lower bound; 1 for a
         patch that has replaced the whole terrain; else 0
-    map_origin : origin (m) of the map frame of the survey, as the node's parameter; None if it is not known
+    map_origin : (m) origin of the map frame of the survey, from the node's parameter `map_origin`; None if it is not
+        known
     """
 
     survey: Survey

@@ -13,7 +13,7 @@ class Trigger:
     """The S sources of one message; S = 0 means that the walls were watched and no source was seen.
 
     positions : (S, 3) m, map frame; velocities : (S, 3) m/s; diameters : (S,) m, NaN where unknown, or None
-    stamp_ns : stamp of the message
+    stamp_ns : stamp (ns) of the message
     digest : SHA-256 (hex) of the values above, as from `digest_of`; topic : the topic of the message
     """
 
@@ -30,7 +30,8 @@ def trigger_of(
 ) -> Trigger:
     """Return the sources of one message as a trigger, with a digest that identifies them in logs.
 
-    positions : (S, 3) m; velocities : (S, 3) m/s; diameters : (S,) m or None; stamp_ns : stamp of the message, ns
+    positions : (S, 3) m, map frame; velocities : (S, 3) m/s; diameters : (S,) m, or None
+    stamp_ns : stamp (ns) of the message; topic : topic of the message
     """
     digest = digest_of(positions, velocities, diameters, stamp_ns)
     return Trigger(positions, velocities, diameters, stamp_ns, digest, topic)

@@ -1,4 +1,4 @@
-"""Hazard zones for display: where reach probability is above each of the user's levels, with outlines."""
+"""Hazard zones for display: the facets with at least each of the user's reach levels, and the outlines around them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

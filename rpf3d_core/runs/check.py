@@ -41,7 +41,7 @@ from rpf3d_core.values import Outcome
 PILOT_ROCKS = 20
 """Number of rocks of the whole scene that the reference engine flies to measure the time of one rock."""
 OF_A_SOURCE = 3
-"""Smallest number of pilot rocks of a source, if it has as many: they show whether its rocks fall."""
+"""Smallest number of pilot rocks of a source, if the source has as many; they show whether its rocks fall."""
 MOST_CHECKED = 50_000
 """Largest number of rocks whose start is checked, evenly spread over each source, so that a check takes seconds."""
 COMPILED_GAIN = 300.0
@@ -57,7 +57,7 @@ COMPILE_S = 20.0
 class Cost:
     """The estimated time of a run, from a pilot run of a few rocks.
 
-    rocks : number of rocks of the run; auto : True if the scene states `rocks: auto`; `rocks` is then the maximum
+    rocks : number of rocks of the run; auto : True if the scene has `rocks: auto`; `rocks` is then the largest number
     engine : name of the engine of the run; fly_s : time (s) to fly all rocks
     compile_s : time (s) to compile; 0 for the reference engine, or if the compiled code is in the disk cache
     impacts : mean number of impacts of a rock; pilot : number of pilot rocks
@@ -242,9 +242,10 @@ def _with_pilot(report: Check, prepared: Prepared, releases: Releases) -> Check:
 
 
 def _pilots(source: IntArray) -> IntArray:
-    """Return the rows of the pilot rocks: some evenly spread over all rocks, and OF_A_SOURCE of each rare source.
+    """Return the rows (P,) of the pilot rocks: PILOT_ROCKS (20) evenly spread ones, and some of each rare source.
 
-    A rare source has fewer than OF_A_SOURCE of the evenly spread rocks; at most PILOT_ROCKS rare sources count.
+    A rare source has fewer than OF_A_SOURCE (3) of the evenly spread rocks; up to OF_A_SOURCE of its rocks are added.
+    At most PILOT_ROCKS rare sources count.
 
     source : (N,) number of the source of each checked rock
     """

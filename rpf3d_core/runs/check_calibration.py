@@ -17,9 +17,10 @@ NAMED = 5
 
 
 def observations_in_words(prepared: Prepared) -> tuple[tuple[str, ...], list[str]]:
-    """Return lines of text on the observations that `rpf3d calibrate` reads, and warnings.
+    """Return lines of text on the observations that `rpf3d calibrate` reads, and a list of warnings about them.
 
-    Without a calibration in the scene, there are no lines, and only warnings on observed stops outside the terrain.
+    Without a calibration in the scene, there are no lines, and only warnings on observed stops outside the terrain. If
+    `rpf3d calibrate` would refuse the observations, there are no lines, and the one warning states the reason.
     """
     if prepared.scene.calibration is None:
         return (), list(_stops_outside(prepared))

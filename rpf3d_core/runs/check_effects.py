@@ -48,7 +48,9 @@ def _carrying_on(scene: Scene) -> str:
 
 
 def idle_effects(prepared: Prepared, releases: Releases, flown: Flights) -> Iterator[str]:
-    """Yield a warning for each effect of a scene without which the pilot rocks fly exactly as with all effects.
+    """Yield a warning for each effect that changes the flight of no pilot rock.
+
+    To find these effects, the pilot rocks fly again without each of them in turn.
 
     releases, flown : releases of the pilot rocks, and their flights with all effects of the scene
     """
@@ -60,11 +62,11 @@ def idle_effects(prepared: Prepared, releases: Releases, flown: Flights) -> Iter
 
 
 def _with_only(flight: Flight, effects: list[object]) -> Flight:
-    """Return a copy of the flight settings with only the given effects; effects : the effects that are kept."""
+    """Return a copy of the flight settings in which only the given effects act."""
     return replace(flight, models=flight.models._replace(effects=chain_of(effects)))
 
 
 def _same(one: Flights, other: Flights) -> bool:
-    """True if the same rocks have the same impact points and end points in both flights, to the last bit."""
+    """Return True if the rocks have the same impact points and end points in both flights, to the last bit."""
     pairs = ((one.deposits.x, other.deposits.x), (one.impacts.x, other.impacts.x))
     return all(a.shape == b.shape and np.array_equal(a, b) for a, b in pairs)

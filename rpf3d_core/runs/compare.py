@@ -2,8 +2,8 @@
 
 A difference is significant if its 95 % interval (`ensemble.two_shares`) excludes 0. Of many comparisons of equal runs,
 about 5 % are significant by chance; `p_holm` is corrected for the number of comparisons. Interval and p value assume
-independent rocks in the two runs. But two runs with the same sources and the same seed release the same rocks: the
-intervals are then usually too wide.
+that the rocks of the two runs are independent. But two runs with the same sources and the same seed release the same
+rocks; the intervals are then usually too wide.
 """
 
 from collections.abc import Iterator, Mapping
@@ -22,9 +22,9 @@ MEASURES = ("reached", "stopped", "retained")
 `reached` and `stopped` are shares of all rocks, `retained` is a share of the rocks that reached the place.
 """
 CAUGHT = "caught"
-"""The measure of the rocks that barriers caught, a share of all rocks, which has a row if a run has such rocks."""
+"""Measure for the share of all rocks that barriers caught; it has a row if at least one of the runs has such rocks."""
 OUTCOME, ALL_ROCKS = "outcome", "all rocks"
-"""Kind and place of the row of CAUGHT."""
+"""Kind and place in the row of the measure CAUGHT, which belongs to no zone or area."""
 SECTIONS = {ZONE: "benches", AREA: "areas_of_interest"}
 LEVEL = 0.05
 
@@ -124,7 +124,7 @@ def compare_runs(folder_a: str | Path, folder_b: str | Path) -> Comparison:
 
 
 def compare_summaries(a: Facts, b: Facts) -> Comparison:
-    """Compare two runs, given the content of their summaries; each run has at least one rock."""
+    """Compare two runs by their summaries; a, b : content of the summaries, each of a run with at least one rock."""
     both = [(kind, name) for kind, name in _places(a) if (kind, name) in _places(b)]
     counts = [
         (kind, name, measure, *counted)
@@ -205,7 +205,7 @@ def counted_section(counted: Counted) -> dict[str, Any]:
 
 
 def _caught(facts: Facts) -> int:
-    """Return the number of rocks that barriers caught."""
+    """Return the number of rocks that barriers caught in a run; facts : content of its summary."""
     return int(facts.get("outcomes", {}).get(CAUGHT, {}).get("rocks", 0))
 
 
@@ -224,9 +224,9 @@ def _energy_p95(facts: Facts, kind: str, name: str) -> float | None:
 
 
 def _counted_in_both(a: Facts, b: Facts, kind: str, name: str, measure: str) -> tuple[Counted, Counted] | None:
-    """Return a share in run A and in run B; None if no rock reached the place in any run.
+    """Return a share in run A and in run B; None if no rock reached the place in either run.
 
-    For `retained`, the result is also None if no rock reached the place in one of the runs.
+    For `retained`, which is a share of the rocks that reached the place, rocks must have reached it in both runs.
 
     kind, name : of the place; measure : one of MEASURES
     """

@@ -1,6 +1,6 @@
 """Fly the critical rock of a run again, if its path is not among the kept paths, so that a report can draw it.
 
-The critical rock is the one that stopped farthest from its release. Which rock this is, is known only at the end.
+The critical rock is the rock that stopped farthest from its release. It is known only after all rocks have flown.
 """
 
 from dataclasses import replace
@@ -19,7 +19,9 @@ from rpf3d_core.setup.rounds import Round
 
 
 def with_critical_path(run: Run, threads: int | None = None) -> Run:
-    """Return a run with the flight of its critical rock; the same run if its path is kept, or if no rock stopped.
+    """Return the run with the flight of its critical rock added in `Run.critical`.
+
+    The run is returned unchanged if the path of this rock is already kept, or if no rock stopped.
 
     threads : number of threads for the compiled engine; None for one thread for each core
     """
@@ -35,6 +37,7 @@ def fly_one(prepared: Prepared, source: int, rock: int, threads: int | None = No
     """Fly one rock of a prepared scene with its path, bit for bit as in the whole run.
 
     source : number of the source, from 0; rock : number of the rock in its source, from 0
+    threads : number of threads for the compiled engine; None for one thread for each core
     """
     outputs = prepared.scene.outputs
     kept = outputs.model_copy(update={"trajectories": max(outputs.trajectories, 1)})
@@ -52,7 +55,7 @@ def rows_of(deposits: Deposits, rock: FarthestRock) -> np.ndarray:
 
 
 def _is_kept(run: Run, rock: FarthestRock) -> bool:
-    """Return True if the path of a rock is among those that the result of a run has."""
+    """Return True if the path of a rock is among the kept paths that the result of a run displays."""
     flights = run.flights
     drawn = displayed_rows(flights.paths, run.scene.outputs.trajectories)
     return bool(np.isin(rows_of(flights.deposits, rock), drawn).any())

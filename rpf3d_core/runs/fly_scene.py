@@ -117,7 +117,7 @@ def _plan(prepared: Prepared, first: int | None, sets: int) -> Sequence[AnyRound
 
 
 def _kept(prepared: Prepared, plan: Sequence[AnyRound], shown: int | None) -> Shown:
-    """Return the rocks to keep in memory, and the rocks whose paths are also kept, for the pictures.
+    """Return which rocks to keep in memory for the pictures, and which of them with their paths.
 
     plan : rounds of the run; shown : number of rocks to keep, None for all
     """
@@ -178,6 +178,7 @@ def _fly_rounds(
 
     Return the number of planned rocks, and with `rocks: auto` the convergence after each round. The releases have
     already been checked; with `rocks: auto`, only those of the first round.
+    plan : the rounds; control : progress reports, and the function that is called after each round
     fly : function that flies a round, and returns False if the run was stopped
     places : function that returns the hazard maps of all rocks flown so far, with shares of rocks in zones and areas
     so_far : function that returns the result so far, given the number of planned rocks and the convergence
@@ -207,7 +208,8 @@ def finished_run(
 ) -> Run:  # fmt: skip
     """Return the finished run of a prepared scene, with its maps; the wall time of the run ends at this call.
 
-    planned : number of rocks that were to fly, without fragments
+    tallies, totals, flights : counts for the maps, sums and kept flights of all rocks flown
+    planned : number of rocks that were to fly, without fragments; steps : convergence after each round
     sets : figures of the parameter sets, if the scene has unknowns
     """
     maps = tallies.maps(totals.rocks, prepared.area_names, totals.outcomes[Outcome.LOST_TO_HOLE])

@@ -128,7 +128,7 @@ def fly_parts(
 
 
 def fly_part(scene: Scene, part: Round, shown: int | None, paths: int, threads: int) -> RunPart:
-    """Fly a part of a scene's rocks in this process; the workers of `fly_parts` call this function.
+    """Fly a part of a scene's rocks in this process, and return the results; the workers of `fly_parts` call this.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Report on a study of the thesis: whether the runs of rpf3d confirm its differences, which come from 21 rocks.
+"""Report on a study of the thesis: which of the differences that the thesis found with 21 rocks rpf3d confirms.
 
-The percentages of the thesis are multiples of 1 / 21. The mesh of the thesis is not public, so the study is repeated on
-the synthetic pit. Therefore signs and sizes of the differences can be compared, but not the shares.
+The mesh of the thesis is not public, so the study is repeated on the synthetic pit. Therefore signs and sizes of the
+differences can be compared, but not the shares.
 """
 
 import json
@@ -39,8 +39,9 @@ NOT_SEEN = "no rock stops there"
 class ThesisColumn(NamedTuple):
     """One column of the thesis' table: the counts of the thesis, and those of rpf3d for comparison.
 
-    printed : the printed column; thesis_a, thesis_b : counts of the thesis, out of 21 rocks
-    a, b, part : counts of the rpf3d runs: rocks that stopped in the column's zones; a spill belongs to the bench below
+    printed : the printed column; thesis_a, thesis_b : counts of run A and run B of the thesis, out of 21 rocks
+    a, b, part : counts of rocks that stopped in the column's zones, in run A, run B and the third run of rpf3d; rocks
+        on a spill count for the bench below
     """
 
     printed: Printed
@@ -244,7 +245,8 @@ def report_section(report: Report) -> dict[str, Any]:
 def _of_21(percentage: float) -> Counted:
     """Return the count out of 21 rocks that is nearest to a printed percentage of the thesis.
 
-    Only 27 % is not exactly a count; the nearest count is 6.
+    All printed percentages are such a count, rounded or cut off to a whole percent, except 27 %: the nearest count is
+    6 (28.6 %).
     """
     return Counted(round(percentage / 100.0 * ROCKS_OF_THESIS), ROCKS_OF_THESIS)
 

@@ -1,4 +1,4 @@
-"""Measure the sensitivity of a scene: fly the parameter sets of a design, and compare the effects of the unknowns."""
+"""Measure how much each unknown affects the results of a scene: fly parameter sets, and compare their results."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -103,7 +103,10 @@ def sensitivity(
 
 
 def _check(scene: Scene, unknowns: int, asked: Asked) -> None:
-    """Raise an error if there is no unknown to vary, a sample would be ignored, or a number in `asked` is wrong."""
+    """Raise InputError if there is no unknown to vary, a sample would be ignored, or a number in `asked` is wrong.
+
+    unknowns : number of unknowns of the scene
+    """
     if scene.unknowns is not None and scene.unknowns.sample is not None:
         raise InputError(f"{scene.path}: `unknowns.sample` gives the values of a calibration, which a sensitivity "
                          "cannot vary one by one; use the scene that was calibrated, or remove the key")  # fmt: skip

@@ -41,8 +41,8 @@ class Compared:
 def compared(prepared: Prepared, names: tuple[str, ...], rocks: int) -> Compared:
     """Return the inputs of a sensitivity analysis of a scene, after a check of the releases.
 
-    The results are the share of rocks that reaches each area, the mean and p95 runout, and the p95 energy. In a scene
-    without areas, the share that stops in each zone replaces the share that reaches each area.
+    The results are the shares of rocks that reach each area, the mean and the p95 runout, and the p95 energy. In a
+    scene without areas, the shares that stop in each zone replace the shares that reach each area.
     names : key paths of the unknowns; rocks : number of rocks of each parameter set
 
     Raises
@@ -83,7 +83,10 @@ def fly_all(
 
 
 def results_of(what: Compared, values: Sequence[float] | FloatArray) -> FloatArray:
-    """Return the results (Y,) of one parameter set; values : (U,) values of the unknowns, in the units of the scene."""
+    """Return the results (Y,) of one parameter set, in the units of `Compared.units`.
+
+    what : inputs of the analysis; values : (U,) values of the unknowns, in the units of the scene
+    """
     prepared, rocks = what.prepared, len(what.releases.x)
     flight = flight_of_set(prepared, dict(zip(what.names, map(float, values), strict=True)))
     paths = bool(prepared.area_names)

@@ -6,7 +6,7 @@ Morris 1991, Technometrics 33:161-174: elementary effects along random trajector
 Campolongo, Cariboni & Saltelli 2007, Environ. Model. Softw. 22:1509-1518: the mean of their absolute values, mu*.
 
 mu* is a change per whole range of the unknown. Here, mu* is multiplied by the step that was flown, two thirds of the
-range, because mu* can be larger than any possible change: if a share changes from 0 to 1 in one step, mu* is 150 %.
+range, because mu* alone can be larger than any possible change: if a share changes from 0 to 1 in a step, mu* is 150 %.
 """
 
 from typing import NamedTuple
@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 LEVELS = 4
 """Number of levels of each unknown in the grid of the trajectories."""
 STEP = LEVELS / (2.0 * (LEVELS - 1.0))
-"""Step (-) of an unknown's quantile: two thirds of the range, with which all levels are equally likely."""
+"""Step (-) of an unknown's quantile: two thirds of the range, so that all levels are equally likely."""
 REDRAWS = 1000
 """Number of times that the trajectories are drawn again, for intervals."""
 ENDS = (2.5, 97.5)
@@ -41,9 +41,11 @@ class Effects(NamedTuple):
 
 
 def trajectories(count: int, unknowns: int, seed: int) -> FloatArray:
-    """Return T = count random trajectories (T, U + 1, U) (-) in the unit cube; each step moves one unknown.
+    """Return `count` random trajectories (count, U + 1, U) (-) in the unit cube; each step moves one unknown.
 
     Each coordinate is one of LEVELS levels from 0 to 1.
+
+    unknowns : number U of unknowns
     """
     random = np.random.Generator(np.random.Philox(key=[seed, 2**33]))
     paths = np.empty((count, unknowns + 1, unknowns))
@@ -58,7 +60,11 @@ def trajectories(count: int, unknowns: int, seed: int) -> FloatArray:
 
 
 def effects_of(paths: FloatArray, results: FloatArray, seed: int) -> Effects:
-    """Return the effects from trajectories (T, U + 1, U) (-) and the results (T, U + 1, Y) at their points."""
+    """Return the effects of U unknowns on Y results.
+
+    paths : (T, U + 1, U) (-) trajectories; results : (T, U + 1, Y) at their points
+    seed : of the random draws for the intervals
+    """
     moved = np.argmax(np.abs(np.diff(paths, axis=1)), axis=2)
     up = np.sign(np.take_along_axis(np.diff(paths, axis=1), moved[:, :, None], axis=2))
     changes = np.empty((len(paths), paths.shape[2], results.shape[2]))

@@ -32,9 +32,11 @@ class Indices(NamedTuple):
 
 
 def design(count: int, unknowns: int, seed: int) -> FloatArray:
-    """Return the points of Sobol's design: (N, U + 2, U) (-) in the unit cube, N = count.
+    """Return the points of Sobol's design in the unit cube: (count, U + 2, U) (-).
 
-    Each of the N rows has a point A, a point B and, for each unknown u, the point A with coordinate u of B.
+    Each of the `count` rows has a point A, a point B and, for each unknown u, the point A with coordinate u of B.
+
+    unknowns : number U of unknowns
     """
     both = spread_points(count, 2 * unknowns, seed)
     a, b = both[:, :unknowns], both[:, unknowns:]
@@ -44,7 +46,10 @@ def design(count: int, unknowns: int, seed: int) -> FloatArray:
 
 
 def indices_of(results: FloatArray, seed: int) -> Indices:
-    """Return the indices from the results (N, U + 2, Y) at the points of a design; intervals by the bootstrap."""
+    """Return the Sobol indices of U unknowns on Y results, with intervals by the bootstrap.
+
+    results : (N, U + 2, Y) at the points of a design; seed : of the random draws for the intervals
+    """
     random = np.random.Generator(np.random.Philox(key=[seed, 2**33 + 2]))
     count = len(results)
     first, total = _estimates(results)
@@ -55,7 +60,10 @@ def indices_of(results: FloatArray, seed: int) -> Indices:
 
 
 def _estimates(results: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the first-order and total indices (U, Y) from results (N, U + 2, Y)."""
+    """Return the first-order and the total indices, two arrays (U, Y); NaN for a result that does not vary.
+
+    results : (N, U + 2, Y) at the points of a design
+    """
     a, b, mixed = results[:, 0], results[:, 1], results[:, 2:]
     variance = np.concatenate([a, b]).var(axis=0)
     varies = variance > 1e-24 * np.maximum(np.abs(a).max(axis=0), 1.0) ** 2

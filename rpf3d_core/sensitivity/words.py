@@ -1,4 +1,4 @@
-"""The result of a sensitivity analysis in words, as a table, and as the content of sensitivity.json."""
+"""Describe the result of a sensitivity analysis in words, as a table, and as the content of sensitivity.json."""
 
 from typing import Any
 
@@ -90,14 +90,17 @@ def _share_in_words(found: Sensitivity, u: int, y: int) -> str:
 
 
 def _total_in_words(indices: Indices, u: int, y: int) -> tuple[str, str]:
-    """Return the total index of an unknown in per cent as text, and its interval, rounded outward."""
+    """Return the total Sobol index in per cent as text, and its interval, rounded outward, as text.
+
+    u : index of the unknown; y : index of the result
+    """
     ends: list[float] = (100.0 * indices.total_ends[:, u, y]).tolist()
     return (f"{100.0 * indices.total[u, y]:.0f} %",
             interval_as(ends, lambda end, side: fixed(end, 0, side), between=" to "))  # fmt: skip
 
 
 def content_of(found: Sensitivity) -> dict[str, Any]:
-    """Return the content of sensitivity.json: by result, then by unknown."""
+    """Return the content of sensitivity.json: the effect of each unknown on each result, by result and unknown."""
     return {
         "sets": found.sets,
         "rocks": found.rocks,

@@ -23,10 +23,10 @@ from rpf3d_core.terrain.mesh.edges import collapsed, edges_of, shared_by_two
 from rpf3d_core.terrain.mesh.welding import weld
 
 FEWEST_CORNERS, MOST_CORNERS = 4, 200
-"""Limits of the number of corners: a solid has at least 4, and each corner makes the simulation of a fall longer."""
+"""Limits of the number of corners: a solid has at least 4, and each further corner makes the simulation slower."""
 
 AS_CONVEX = 0.001
-"""Share of the volume of its hull that a solid may lack, or exceed, and still count as convex."""
+"""Largest difference between the volumes of a solid and its hull, as a share (-), if the solid counts as convex."""
 
 
 class Solid(NamedTuple):
@@ -55,8 +55,8 @@ def read_block(path: Path, corners: int) -> tuple[Polyhedron, tuple[str, ...]]:
     Raises
     ------
     InputError
-        The format is unknown, the file is missing or damaged, has no facets, is flat or not finite, or `corners` is
-        below 4 or above 200; names the file.
+        The format is unknown; the file is missing or damaged; the mesh has no facets, is flat or not finite; or
+        `corners` is below 4 or above 200. The message names the file.
     """
     if not FEWEST_CORNERS <= corners <= MOST_CORNERS:
         raise InputError(f"{path}: {corners} corners are asked for; choose {FEWEST_CORNERS} to {MOST_CORNERS}")
@@ -104,7 +104,7 @@ def _solid(path: Path, mesh: FileMesh) -> Solid:
 
 
 def _outermost(points: FloatArray, count: int) -> FloatArray:
-    """Return the points (at most `count`, 3) m that lie farthest out in `count` directions, evenly over a sphere."""
+    """Return the points that lie farthest out in `count` evenly spread directions: at most `count` points, (N, 3) m."""
     x, y, z = points.T
     found = {int(np.argmax(x * d[0] + y * d[1] + z * d[2])) for d in fibonacci_sphere(count).tolist()}
     outermost: FloatArray = points[sorted(found)]

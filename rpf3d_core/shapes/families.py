@@ -15,7 +15,7 @@ CORNERS = 24
 """Number of corners of the ideal bodies, as many as a norm block has."""
 
 CUT = 0.25
-"""Share of each length of a norm block that is cut off at each of both ends (-)."""
+"""Share (-) of each length of a norm block that is cut off at each of the two ends."""
 
 
 def box(lengths: Sequence[float]) -> Polyhedron:

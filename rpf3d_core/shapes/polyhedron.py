@@ -1,4 +1,4 @@
-"""Convex polyhedra: the hull of points, its faces, and its volume, centre of mass and principal moments.
+"""Make convex polyhedra: the hull of points, its faces, and its volume, centre of mass and principal moments.
 
 The hull comes from Qhull through scipy (Barber, Dobkin & Huhdanpaa 1996, ACM TOMS 22:469). Its triangles are merged
 into polygons, because contacts need the true faces and edges of a rock. Volume, moments and axes are sums in a fixed
@@ -27,7 +27,7 @@ SAME_PLACE = 1e-6
 """Distance, as a share of the size of a body, within which points count as equal and triangles as in one plane (-)."""
 
 FLAT = 1e-5
-"""Thickness of a body, as a share of its length, at which the body counts as flat."""
+"""Thickness of a body, as a share (-) of its length, up to which the body counts as flat."""
 
 SMALLEST = 1e-9
 """Smallest size (m) of a body; a smaller size comes from damage or from wrong units."""
@@ -113,7 +113,10 @@ def hull_volume(points: FloatArray) -> float:
 
 
 def _checked(points: FloatArray) -> FloatArray:
-    """Return points (P, 3) m, sorted and welded, relative to their mean; refuse points that make no solid."""
+    """Return points (P, 3) m, sorted and welded, relative to their mean.
+
+    Raise InputError if the points make no solid, as in `polyhedron_of`.
+    """
     points = np.asarray(points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3:
         raise InputError(f"the corners of a rock must be points (x, y, z), but have the shape {points.shape}")
@@ -164,13 +167,13 @@ def _hull_triangles(points: FloatArray) -> tuple[Triangles, Triangles, FloatArra
 
 
 def _wrong_way(triangles: list[list[int]], neighbours: list[list[int]], first: int, wrong: bool) -> NDArray[np.bool_]:
-    """Return (T,) true for each triangle that is clockwise as seen from outside.
+    """Return flags (T,), True for each triangle that is clockwise as seen from outside.
 
     Narrow triangles have no reliable normal. The direction is therefore passed from neighbour to neighbour, beginning
     with the triangle `first`, which has a known direction.
 
     triangles : T times three point numbers; neighbours : T times the numbers of three neighbouring triangles
-    first : number of a triangle with a known direction; wrong : true if the triangle `first` is clockwise
+    first : number of a triangle with a known direction; wrong : True if the triangle `first` is clockwise
     """
     found = {first: wrong}
     waiting = [first]
@@ -186,7 +189,7 @@ def _wrong_way(triangles: list[list[int]], neighbours: list[list[int]], first: i
 
 
 def _sides(polygon: Sequence[int]) -> set[tuple[int, int]]:
-    """Return the directed edges of a polygon."""
+    """Return the directed edges of a polygon, each as two point numbers."""
     return set(pairwise((*polygon, polygon[0])))
 
 
@@ -281,7 +284,7 @@ def volume_and_centre(corners: FloatArray, faces: Iterable[Sequence[int]]) -> tu
 
 
 def _inertia(corners: FloatArray, faces: Iterable[Sequence[int]], volume: float) -> Tensor:
-    """Return the inertia tensor per unit of mass (3, 3) m2 of a solid about the origin.
+    """Return the inertia tensor (3, 3) of a solid about the origin, per unit of mass (m2).
 
     The integral of x_i x_j over a tetrahedron with corners 0, a, b, c is V/20 times
     a_i a_j + b_i b_j + c_i c_j + s_i s_j, where s = a + b + c and V is the volume of the tetrahedron.

@@ -73,7 +73,7 @@ def shape_table(polyhedra: Sequence[Polyhedron], weights: Sequence[float]) -> Sh
 
 
 def _starts(counts: Iterable[int]) -> NDArray[np.int64]:
-    """Return the index (K + 1,) at which each of K consecutive parts begins; the last index is the total length.
+    """Return the indices (K + 1,) at which K consecutive parts begin, and the total length as the last index.
 
     counts : number of elements of each part
     """

@@ -67,13 +67,15 @@ def _percentile(run: Run, what: tuple[str, str, str], sample: Sample) -> Figure:
 
 
 def _without_far_ends(run: Run, runout: Figure) -> Figure:
-    """Return the p95 runout of the rocks that stopped; value and upper ends are None if too many rocks did not stop.
+    """Return the figure of the p95 runout; value and upper ends become None if too many rocks did not stop.
 
-    The other rocks went on, most of them beyond the terrain. If they are more than 5 % of all rocks, they determine the
-    p95 runout of all rocks, and the result is unknown. The upper end of an interval is unknown if the interval of the
-    share of the other rocks reaches above 5 %. This interval is not widened for shares that hardly any parameter set
-    has (`unknowns.predictive.least_end`), because most runouts would then be unknown. With fewer such rocks, the p95
-    runout of all rocks is larger than the result (`tables.STOPPED_NOTE`).
+    The p95 runout is that of the rocks that stopped. Most of the other rocks went on beyond the terrain. If they are
+    more than 5 % of all rocks, they determine the p95 runout of all rocks, so the value is unknown. The upper end of an
+    interval is unknown if the interval of the share of the other rocks reaches above 5 %. This interval is not widened
+    for shares that hardly any parameter set has (`unknowns.predictive.least_end`), because most runouts would then be
+    unknown. With fewer such rocks, the p95 runout of all rocks is larger than the value (`tables.STOPPED_NOTE`).
+
+    runout : figure of the p95 runout of the rocks that stopped
     """
     rocks, sets = run.totals.rocks, run.maps.sets
     share = share_of(sum(run.totals.outcomes[each] for each in UNSTOPPED), rocks)

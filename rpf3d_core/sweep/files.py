@@ -51,6 +51,8 @@ def check_out(out: str | Path) -> Path:
 def write_sweep(folder: Path, varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord]) -> None:
     """Write sweep.csv and sweep.png into an existing folder.
 
+    varied : the keys with their values; cells, records : the cells and, in the same order, their records
+
     Raises
     ------
     InputError
@@ -93,10 +95,11 @@ def _panel(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[Ce
 
 
 def _most_held(records: Sequence[CellRecord], place: Place) -> float:
-    """Return the rank of a place, by which the places of the picture are sorted; the largest is drawn first.
+    """Return the rank of a place, by which the places of the picture are sorted: the largest rank comes first.
 
-    The rank is the largest share of all rocks that stopped in the place in any cell of the sweep; areas and barriers
-    have 1 more, so that they are before all zones.
+    The rank of a zone is the largest share of all rocks that stopped in the zone in any cell of the sweep. The rank of
+    an area is this share plus 1, so that areas come before all zones. The rank of a barrier, which has no such share,
+    is 2, so that barriers come first.
     """
     shares = [figure.value or 0.0 for record in records if (figure := figure_of(record, STOPPED, place))]
     return max(shares, default=1.0) + (place[0] != "zone")
@@ -124,7 +127,7 @@ def _curves(
 
 
 def _short(keys: Sequence[str]) -> Sequence[KeyWords]:
-    """Return each key in words; if two keys would have the same name, the names are the whole key paths instead."""
+    """Return a short name, label and unit of each key; if two keys had the same name, the names are the key paths."""
     words = [key_in_words(key) for key in keys]
     if len({each.name for each in words}) == len(words):
         return words

@@ -52,6 +52,7 @@ def fly_cells(
 ) -> list[CellRecord]:
     """Fly the cells that have no record in a folder, each on a free worker, and return the records of all cells.
 
+    folder : of all cells; executor : provides the workers
     threads : number of threads of each run, for the compiled engine; None for one per core
     flown : called after each cell that has flown
 
@@ -96,6 +97,8 @@ def _flown(
 
 def fly_cell(scene: Scene, digest: str, folder: Path, threads: int | None) -> CellRecord:
     """Fly one cell in this process, write its result folder and its record, and return the record.
+
+    scene, digest : of the cell; folder : for its result; threads : as in `fly_cells`
 
     Raises
     ------

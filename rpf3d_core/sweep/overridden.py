@@ -1,4 +1,4 @@
-"""Refuse varied keys without effect: an unknown, or the total number of rocks, sets their value in every cell."""
+"""Refuse varied keys without effect, whose value is set elsewhere: by an unknown, a material or the total of rocks."""
 
 from collections.abc import Iterable, Sequence
 

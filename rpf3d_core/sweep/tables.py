@@ -73,7 +73,10 @@ def places_that_hold(records: Sequence[CellRecord]) -> list[Place]:
 
 
 def figure_of(record: CellRecord, result: str, place: Place = ("", "")) -> Figure | None:
-    """Return one figure of a cell; None if the cell has no such place."""
+    """Return one figure of a cell; None if the cell has no such place or result.
+
+    result : as in `Figure`; place : kind and name of the place; ("", "") for the whole run
+    """
     wanted = (result, *place)
     return next((each for each in record.figures if (each.result, each.kind, each.place) == wanted), None)
 
@@ -189,6 +192,7 @@ def _brackets(figure: Figure, has_unknowns: bool, text: Callable[[Ends], str]) -
     Without a predictive interval, the text has only the sampling interval. This interval is marked as such if the scene
     has unknowns.
 
+    has_unknowns : True if a cell of the sweep has unknowns
     text : function that returns the ends of an interval as text
     """
     sampling = text((figure.sampling_low, figure.sampling_high))

@@ -32,7 +32,9 @@ def surer_cells(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[st
 
 
 def _each_once(cells: Sequence[Cell], sentences: Sequence[Sequence[str]]) -> list[str]:
-    """Return the distinct sentences of cells; sentences that differ in numbers only count as one.
+    """Return the distinct sentences of cells, each with its number of cells.
+
+    Sentences that differ in numbers only count as one.
 
     sentences : sentences of each cell
     """

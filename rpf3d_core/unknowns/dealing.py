@@ -11,7 +11,7 @@ GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 def rocks_of_set(number: int, sets: int, first: int, last: int, source: int) -> IntArray:
-    """Return the numbers (N,) of those rocks of a source that fly with a parameter set, in a range of rocks.
+    """Return the numbers (N,) of the rocks, within a range of a source's rocks, that fly with one parameter set.
 
     For n sets, each n successive rocks of the source form a round, with one rock for each set. The order of the sets
     differs from round to round: a source uses its release points in turn, so with a fixed order a set would always meet
@@ -39,7 +39,7 @@ def sets_of_rocks(rocks: IntArray, sets: int, source: int) -> IntArray:
 
 
 def turns(rounds: IntArray, sets: int, source: int) -> IntArray:
-    """Return by how many rocks (N,) the order of the parameter sets is shifted cyclically in each round (N,).
+    """Return by how many places the order of the parameter sets is shifted cyclically in each round: (N,).
 
     For n sets, a round is n successive rocks of the source, one for each set.
     rounds : (N,) numbers of the rounds; sets : number of sets; source : index of the source

@@ -1,4 +1,4 @@
-"""Displacements: how far the error of a model moves all rocks of a parameter set in plan.
+"""Draw displacements: how far, and in which direction in plan, the error of a model moves all rocks of a set.
 
 A calibration estimates a misfit: observed stops lie farther from simulated stops than the simulated spread explains.
 Here the misfit is an error that all rocks of one parameter set share, like an unknown offset of their paths. The error

@@ -15,7 +15,7 @@ FloatArray = NDArray[np.float64]
 WEIGHT = "weight"
 """Column with the weights in a file of parameter sets."""
 PLACE = "rpf3d_calibrated_in"
-"""Key of the metadata of a file of parameter sets with the place of the calibration: west, south, east, north (m)."""
+"""Key, in the metadata of a file of parameter sets, of the place of calibration: west, south, east, north (m)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +42,14 @@ class ParameterSets:
         return np.full(len(self), 1.0 / len(self)) if self.weights is None else self.weights
 
     def at(self, number: int) -> dict[str, float]:
-        """Return set number `number` as values by key path, as the argument of `scene.key_paths.with_values`."""
+        """Return the values of one set by key path, as `scene.key_paths.with_values` needs them; number : from 0."""
         return dict(zip(self.names, self.values[number].tolist(), strict=True))
 
 
 def parameter_sets(names: Sequence[str], values: ArrayLike, weights: ArrayLike | None = None) -> ParameterSets:
-    """Return parameter sets after a check; the arrays are copies that cannot be changed, weights are made to sum to 1.
+    """Check names, values and weights, and return them as parameter sets.
+
+    The arrays of the result are copies that cannot be changed; the weights are scaled so that their sum is 1.
 
     names : U key paths, all different; values : (S, U); weights : (S,) >= 0, or None
 
@@ -71,7 +73,12 @@ def parameter_sets(names: Sequence[str], values: ArrayLike, weights: ArrayLike |
 
 
 def _checked(weights: ArrayLike | None, sets: int) -> FloatArray | None:
-    """Return weights (S,) that sum to 1, or None if all are equal or none are given; sets : number of sets, S."""
+    """Return weights (S,) scaled so that their sum is 1; None if all weights are equal or none are given.
+
+    Raise InputError if there is not one weight >= 0 for each set, or all weights are 0.
+
+    sets : number of sets, S
+    """
     if weights is None:
         return None
     array = np.array(weights, dtype=float)
@@ -137,9 +144,9 @@ def read_place(path: str | Path) -> Surroundings | None:
 
 
 def _place_of(note: str | None) -> Surroundings | None:
-    """Return the place of a calibration from `note`, west, south, east and north (m) as text; None if there is none.
+    """Return the place of a calibration from its text: west, south, east and north (m), separated by blanks.
 
-    The result is also None if the text does not consist of four numbers.
+    None if there is no text, or if the text does not consist of four numbers.
     """
     try:
         west, south, east, north = map(float, (note or "").split())

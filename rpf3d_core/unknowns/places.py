@@ -32,7 +32,7 @@ def share_away(place: Surroundings, points: ArrayLike) -> float:
 
 
 def are_away(place: Surroundings, points: ArrayLike) -> NDArray[np.bool_]:
-    """Return (N,) True for each point that lies far from a place: outside it by more than the place's diagonal.
+    """Return flags (N,), True for each point that lies far from a place: outside it by more than its diagonal.
 
     place : a rectangle in plan; points : (N, 2) m, in the same coordinates
     """

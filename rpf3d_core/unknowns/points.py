@@ -1,4 +1,4 @@
-"""Evenly spread points for parameter sets: a randomized Halton sequence, whose bits depend on the seed alone."""
+"""Make evenly spread points for parameter sets: a randomized Halton sequence that depends on the seed alone."""
 
 import math
 
@@ -21,7 +21,7 @@ def spread_points(points: int, dimensions: int, seed: int) -> FloatArray:
     Sources
     -------
     Owen 2017, "A randomized Halton algorithm in R", arXiv:1706.02808: each digit of each base is permuted at random.
-    The permutations are from the counter-based streams.
+    The permutations are drawn from the counter-based random streams of rpf3d.
     """
     columns = [_in_base(points, base, i, seed) for i, base in enumerate(_primes(dimensions))]
     return np.stack(columns, axis=1) if columns else np.empty((points, 0))
@@ -30,8 +30,10 @@ def spread_points(points: int, dimensions: int, seed: int) -> FloatArray:
 def _in_base(points: int, base: int, dimension: int, seed: int) -> FloatArray:
     """Return the coordinates (P,) of the points in one dimension of the Halton sequence.
 
-    A coordinate has the digits of the point's number, written in the base, in reverse order after the radix point. Each
-    digit is replaced by a random permutation, drawn separately for each position.
+    A coordinate has the digits of the point's number, written in the base, in reverse order after the radix point. At
+    each position, the digits are exchanged by a random permutation, which is drawn separately for each position.
+
+    points : number of points P; dimension : number of the dimension, from 0; seed : of the permutations
     """
     places = math.ceil(-math.log(SMALLEST) / math.log(base))
     draws = uniform(seed, dimension, np.arange(places * base), Purpose.PARAMETER_SET).reshape(places, base)

@@ -10,8 +10,8 @@ without noise. The variance between sets is itself an estimate, so one standard 
 subtracted if a set has, on average, few rocks that the share counts, or few rocks that the share does not count: the
 interval is then wider. The interval is never narrower than the sampling interval of all rocks together.
 
-Where no set or hardly any has a rock that counts, the ranks say nothing about a site that has some. `shares_of_site`
-bounds the share of such a site by Markov's inequality.
+If no set, or hardly any, has a rock that the share counts, the ranks do not show how large the share of a site with
+such rocks may be. `shares_of_site` then bounds the share by Markov's inequality.
 """
 
 from typing import NamedTuple
@@ -89,10 +89,10 @@ def shares_of_site(counts: FloatArray, totals: FloatArray) -> Interval:
 def least_end(counts: FloatArray, totals: FloatArray) -> FloatArray:
     """Return the smallest upper ends (N,) that predictive intervals of N shares (-) may have.
 
-    A share p has the mean m over all sites, and P(p > x) <= m / x (Markov's inequality): the upper end is at most
-    m / 0.025, with m the upper end of the sampling interval of the mean share. It is also at most the upper end of the
-    sampling interval of the largest share of a single set. Where more than 2.5 % of the sets have a hit, the ranks give
-    the upper end, and the result is only the upper end for sets without any hit.
+    If a share p has the mean m over all sites, then P(p > x) <= m / x (Markov's inequality). So the upper end is at
+    most m / 0.025, where m is the upper end of the sampling interval of the mean share. It is also at most the upper
+    end of the sampling interval of the largest share of a single set. Where more than 2.5 % of the sets have a hit, the
+    ranks give the upper end, and the result is only the upper end for sets without any hit.
 
     counts : (S, N) number of rocks of each set that the share counts, the hits; totals : (S, N) number of rocks of each
     set. The sets have equal weights; sampling errors are those of the harmonic mean of the numbers of rocks.

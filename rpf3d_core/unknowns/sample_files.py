@@ -1,4 +1,4 @@
-"""Parquet files with named columns of numbers, in which parameter sets are stored."""
+"""Write and read Parquet files with named columns of numbers, in which parameter sets are stored."""
 
 from collections.abc import Mapping
 from pathlib import Path
