@@ -1,6 +1,5 @@
 """Fly parameter sets over one prepared terrain, and return the densities of the observations under each set."""
 
-import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -44,6 +43,7 @@ from rpf3d_core.ensemble.even_rounds import every_point, is_spread, rocks_of_rou
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.sizes import UNIT_SPHERE_VOLUME
 from rpf3d_core.ensemble.stream import taken
+from rpf3d_core.jit.cores import usable_cores
 from rpf3d_core.scene.key_paths import with_values
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.parameter_sets import check_names, flight_of_set
@@ -223,7 +223,7 @@ def workers_of(slope: Slope, threads: int | None) -> int:
     threads : number of threads of the compiled engine, None for one per core
     """
     compiled = isinstance(slope.prepared.engine, Compiled)
-    return (threads or os.cpu_count() or 1) if compiled else 1
+    return (threads or usable_cores()) if compiled else 1
 
 
 def fly_sets(

@@ -4,7 +4,6 @@ Each batch is flown into a record of fixed size and examined; then its results a
 which rocks form a batch.
 """
 
-import os
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -29,6 +28,7 @@ from rpf3d_core.ensemble.flight_order import batch_sizes, dealt
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.spin import largest_energies
+from rpf3d_core.jit.cores import usable_cores
 from rpf3d_core.materials.body_draws import DrawnBodyMaterials
 from rpf3d_core.materials.draws import DrawnMaterials
 from rpf3d_core.materials.library import Materials
@@ -147,7 +147,7 @@ def fly_batches(
     control : threads, interruption and progress
     """
     compiled = isinstance(engine, Compiled)
-    workers = (control.threads or os.cpu_count() or 1) if compiled else 1
+    workers = (control.threads or usable_cores()) if compiled else 1
     groups = dealt(releases, workers, *batch_sizes(releases, compiled))
     room = _room_for(len(releases.x), flight.models)
     crew = Crew(engine, flight, releases, keep, watch, *room, [])

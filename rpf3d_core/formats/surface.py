@@ -102,7 +102,8 @@ def _refuse_wrong_points(path: Path, surface: FileMesh, farthest: float, remedy:
     wrong = ~(np.abs(surface.points) <= farthest).all(axis=1)
     corners = wrong if surface.triangles is None else wrong[surface.triangles]
     facets = np.flatnonzero(corners.reshape(-1, 3).any(axis=1))
-    if np.isfinite(surface.points).all():
+    first = 3 * facets[0] + np.arange(3) if surface.triangles is None else surface.triangles[facets[0]]
+    if np.isfinite(surface.points[first]).all():
         fault, right = f"{FARTHEST:,.0f} m or more from the origin", remedy
     else:
         fault, right = "NaN or infinite", "every coordinate must be a finite number"

@@ -2,6 +2,7 @@
 
 import textwrap
 from collections.abc import Sequence
+from itertools import count
 from typing import NamedTuple
 
 import numpy as np
@@ -87,11 +88,13 @@ def uniform(low: float, high: float) -> str:
 
 def names_of(words: Sequence[str]) -> list[str]:
     """Return distinct names for zones: a repeated word gets a suffix with a number."""
-    seen: dict[str, int] = {}
-    names = []
+    taken, names = set(words), list[str]()
     for word in words:
-        seen[word] = seen.get(word, 0) + 1
-        names.append(word if seen[word] == 1 else f"{word}_no{seen[word]}")
+        if word in names:
+            free = (f"{word}_no{n}" for n in count(2))
+            word = next(each for each in free if each not in taken)
+            taken.add(word)
+        names.append(word)
     return names
 
 

@@ -51,9 +51,9 @@ def too_small(rings: Iterable[FloatArray]) -> str:
 
     The caller writes the name of the area before the clause.
 
-    rings : rings (P, 2) m of the area
+    rings : rings (P, 2) m of the area; holes are rings within other rings
     """
-    size = sum(float(shapely.Polygon(ring).area) for ring in rings)
+    size = float(_surface_of([shapely.Polygon(ring) for ring in rings]).area)
     if size >= SMALLEST:
         return ""
     return (f"encloses only {size:.3g} m2, and must enclose at least {SMALLEST:g} m2: are its coordinates in m, or in "
@@ -108,9 +108,14 @@ class AreaOutline:
     @cached_property
     def _surface(self) -> shapely.Geometry:
         """The area as one polygon with holes."""
-        surface = reduce(shapely.symmetric_difference, (shapely.make_valid(ring) for ring in self.rings))
+        surface = _surface_of(self.rings)
         shapely.prepare(surface)
         return surface
+
+
+def _surface_of(rings: Iterable[shapely.Polygon]) -> shapely.Geometry:
+    """Return the places inside an odd number of rings as one polygon with holes, or several."""
+    return reduce(shapely.symmetric_difference, (shapely.make_valid(ring) for ring in rings), shapely.Polygon())
 
 
 class AreaGround(NamedTuple):

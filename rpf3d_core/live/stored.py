@@ -75,7 +75,7 @@ def write_piece(path: Path, piece: StoredSurvey) -> None:
 def read_piece(path: Path) -> StoredSurvey:
     """Read a survey from a file.
 
-    Raises TerrainError if a part of the file is missing or changed, and OSError if it cannot be read.
+    Raises TerrainError if a part of the file is missing, changed or unknown, and OSError if it cannot be read.
     """
     content = path.read_bytes()
     body = memoryview(content)[: max(len(content) - CHECK, 0)]
@@ -83,7 +83,10 @@ def read_piece(path: Path) -> StoredSurvey:
         raise TerrainError(f"{path}: the file is not a stored survey, or its beginning is damaged")
     if hashlib.sha256(body).digest() != content[len(body) :]:
         raise TerrainError(f"{path}: the survey is damaged or cut short: its checksum is wrong")
-    return _piece(body)
+    try:
+        return _piece(body)
+    except (KeyError, ValueError, TypeError) as error:  # the file is whole, so another version of rpf3d wrote it
+        raise TerrainError(f"{path}: the survey is of an unknown kind, as another version may write it") from error
 
 
 def sync_folder(folder: Path) -> None:

@@ -59,6 +59,11 @@ def panels_of(run: RunFiles) -> list[dict[str, Any]]:
     return list(barriers.get("panels", ()))
 
 
+def height_of(panel: dict[str, Any]) -> float:
+    """Return the height (m) of the part of a barrier that still stands; panel : values of the barrier."""
+    return float(panel["height"]) * float(panel.get("residual_height", 1.0))
+
+
 def _crossings(run: RunFiles, section: CriticalSection, panel: dict[str, Any]) -> Iterator[FenceInSection]:
     """Yield the crossings of a barrier with a section, except crossings at places without ground.
 
@@ -73,7 +78,7 @@ def _crossings(run: RunFiles, section: CriticalSection, panel: dict[str, Any]) -
                 foot = float(np.interp(distance, section.distance, section.ground))
                 if np.isfinite(foot):
                     yield FenceInSection(
-                        name=panel["name"], distance=distance, foot=foot, top=foot + float(panel["height"])
+                        name=panel["name"], distance=distance, foot=foot, top=foot + height_of(panel)
                     )
 
 

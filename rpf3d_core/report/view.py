@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rpf3d_core.accuracy.decimated import decimated_mesh
 from rpf3d_core.report.need import needed
 from rpf3d_core.report.run_files import HazardGrid, RunFiles, read_hazard
-from rpf3d_core.report.section_fences import barrier_lines, panels_of
+from rpf3d_core.report.section_fences import barrier_lines, height_of, panels_of
 from rpf3d_core.terrain.draped_outlines import draped_lines, draped_outlines
 from rpf3d_core.terrain.facets import Terrain, unit_normals
 from rpf3d_core.terrain.frame import FloatArray
@@ -241,7 +241,7 @@ def _barriers(go: Any, run: RunFiles, seen: Seen) -> Iterator[Any]:
     """
     gap = np.full((1, 3), np.nan)
     for panel in panels_of(run):
-        height = float(panel["height"]) * float(panel.get("residual_height", 1.0))
+        height = height_of(panel)
         walls = [standing_wall(foot, height) for foot in draped_lines(seen.terrain, barrier_lines(run, panel))]
         for vertices, triangles in walls:
             (x, y, z), (i, j, k) = vertices.T.astype(np.float32), triangles.T

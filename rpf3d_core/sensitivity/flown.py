@@ -1,6 +1,5 @@
 """Fly parameter sets of a scene, all with the same rocks, and return the results for a sensitivity analysis."""
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.ensemble.batches import BatchControl, Keep, fly_batches
 from rpf3d_core.ensemble.even_rounds import rocks_of_round
 from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.jit.cores import usable_cores
 from rpf3d_core.setup.parameter_sets import flight_of_set
 from rpf3d_core.setup.prepared import Prepared, check_releases, releases_in_ranges
 from rpf3d_core.simulation.engines import Compiled, precompile_flights
@@ -71,7 +71,7 @@ def fly_all(
     advance : called with the number of sets flown
     stop : called before each group of sets that fly at the same time
     """
-    workers = (os.cpu_count() or 1) if isinstance(what.prepared.engine, Compiled) else 1
+    workers = usable_cores() if isinstance(what.prepared.engine, Compiled) else 1
     rows = list[FloatArray]()
     with ThreadPoolExecutor(workers) as pool:
         for begin in range(0, len(values), workers):

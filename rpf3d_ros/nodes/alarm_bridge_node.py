@@ -1,4 +1,7 @@
-"""The program rpf3d_alarm_bridge: handles signals first, then imports modules that take seconds to load."""
+"""rpf3d_alarm_bridge: hold a contact closed only while a simulator's alerts are recent and its alarm is off.
+
+The program handles signals first, then imports modules that take seconds to load.
+"""
 
 import sys
 from collections.abc import Sequence

@@ -31,12 +31,13 @@ SOURCE_PLACE = re.compile(r",? at /\S+:\d+")
 def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> int:
     """Run a node until a signal; return 0 after SIGINT or SIGTERM, BAD_INPUT if arguments or parameters are refused.
 
-    make_node : returns the node; the docstring of its module is printed for --help
+    make_node : returns the node; the first line of its module's docstring is printed for --help
     """
     listening = _leave_on_signals()
     unknown = arguments_of_program(sys.argv[1:] if args is None else args)
     if {"-h", "--help"} & set(unknown):
-        print(f"{sys.modules[make_node.__module__].__doc__}\n{USAGE}")
+        purpose = (sys.modules[make_node.__module__].__doc__ or "").partition("\n")[0]
+        print(f"{purpose}\n{USAGE}")
         return 0
     if unknown:
         return _refused(f"unknown argument {unknown[0]}: {USAGE}")

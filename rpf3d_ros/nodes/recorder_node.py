@@ -1,4 +1,7 @@
-"""The program rpf3d_recorder: handles signals first, then imports modules that take seconds to load."""
+"""rpf3d_recorder: record the inputs and results of a simulator for replay in rerun, and incidents as bags.
+
+The program handles signals first, then imports modules that take seconds to load.
+"""
 
 import sys
 from collections.abc import Sequence

@@ -1,4 +1,7 @@
-"""The program rpf3d_scene_publisher: handles signals first, then imports modules that take seconds to load."""
+"""rpf3d_scene_publisher: publish terrain, areas and sources of a scene file, as a survey and a radar would.
+
+The program handles signals first, then imports modules that take seconds to load.
+"""
 
 import sys
 from collections.abc import Sequence

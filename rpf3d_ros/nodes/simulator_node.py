@@ -1,4 +1,7 @@
-"""The program rpf3d_simulator: handles signals first, then imports modules that take seconds to load."""
+"""rpf3d_simulator: fly rocks from the reported sources over the surveyed terrain, and publish results and alerts.
+
+The program handles signals first, then imports modules that take seconds to load.
+"""
 
 import sys
 from collections.abc import Sequence

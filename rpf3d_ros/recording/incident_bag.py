@@ -3,6 +3,7 @@
 Each bag can be replayed without the others.
 """
 
+from collections import deque
 from pathlib import Path
 
 from rpf3d_ros.recording.bag_writer import BagWriter
@@ -16,6 +17,9 @@ PATCHES_KEPT = 200
 At a site with more patches between two whole surveys, later bags lack the oldest patches.
 """
 
+Message = tuple[str, str, bytes]
+"""Topic, type and serialized content of a message."""
+
 
 class IncidentBag:
     """Writes the bags of a recording: one bag for each file of the recording, or no bags if there is no prefix.
@@ -27,7 +31,8 @@ class IncidentBag:
         """Write nothing yet; prefix : beginning of the paths of all bags, "" if no bag is wanted."""
         self._prefix = Path(prefix) if prefix else None
         self._writer: BagWriter | None = None
-        self._ground: list[tuple[str, str, bytes]] = []
+        self._survey: list[Message] = []
+        self._patches: deque[Message] = deque(maxlen=PATCHES_KEPT)
         self._is_new = True
         self.folder: Path | None = None
         self.fault = ""
@@ -95,11 +100,12 @@ class IncidentBag:
         """
         if self._is_new and self._writer is not None:
             self._is_new = False
-            for topic, name, data in self._ground:
+            for topic, name, data in (*self._survey, *self._patches):
                 self._writer.write(topic, name, stamp_ns, data)
 
     def _remember(self, topic: str, name: str, data: bytes) -> None:
         if topic in WHOLE:
-            self._ground = [(topic, name, data)]
+            self._survey = [(topic, name, data)]
+            self._patches.clear()
         elif topic == PATCH:
-            self._ground = [*self._ground[:1], *self._ground[1:][1 - PATCHES_KEPT :], (topic, name, data)]
+            self._patches.append((topic, name, data))

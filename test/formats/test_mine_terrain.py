@@ -177,6 +177,14 @@ def test_an_omf_grid_of_heights_is_read_as_its_library_understands_it(tmp_path):
     assert len(mesh.triangles) == 4 and mesh.zones == ("surface_1",)
 
 
+def test_surfaces_of_an_omf_with_the_same_name_are_different_zones(tmp_path):
+    omf = pytest.importorskip("omf", reason=OMF)
+    geometry = omf.SurfaceGeometry(vertices=SITE, triangles=TRIANGLES)
+    elements = [omf.SurfaceElement(name=name, geometry=geometry) for name in ("a_3", "a", "a", "surface_4", "")]
+    omf.OMFWriter(omf.Project(name="p", elements=elements), str(tmp_path / "same.omf"))
+    assert read_surface(tmp_path / "same.omf").zones == ("a_3", "a", "a_4", "surface_4", "surface_5")
+
+
 def test_an_array_of_an_omf_that_would_fill_the_memory_is_refused(tmp_path):
     """A zip bomb: 300 MB of zeros take 0.3 MB in the file."""
     pytest.importorskip("omf", reason=OMF)

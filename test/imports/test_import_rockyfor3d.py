@@ -15,6 +15,7 @@ from rpf3d_core.formats.points import read_points
 from rpf3d_core.formats.polygons import read_polygons
 from rpf3d_core.imports.rockyfor3d import import_rockyfor3d
 from rpf3d_core.imports.rockyfor3d_ground import SOILS, tangential_restitution
+from rpf3d_core.imports.scene_text import names_of
 from rpf3d_core.runs.run import simulate
 from rpf3d_core.scene.material import Material
 from rpf3d_core.scene.model import Scene
@@ -280,3 +281,7 @@ def test_source_cells_beside_missing_ground_are_left_out_and_told(tmp_path: Path
     assert "2 source cells next to missing ground: a rock might start off the terrain" in done.left
     assert read_scene(done.scene).sources[0].rocks == 4
     assert simulate(done.scene, engine="reference").totals.rocks == 4
+
+
+def test_repeated_names_of_zones_get_names_that_no_other_zone_has() -> None:
+    assert names_of(["a_no2", "a", "a", "a"]) == ["a_no2", "a", "a_no3", "a_no4"]

@@ -148,6 +148,16 @@ def test_every_cut_and_every_flipped_bit_is_refused_with_a_sentence(tmp_path):
     assert read_piece(path).digest == PIECE.digest
 
 
+def test_a_survey_of_an_unknown_kind_is_refused_with_a_sentence(tmp_path, monkeypatch):
+    class FutureSurvey(type(PIECE.survey)):
+        pass
+
+    path = tmp_path / WHOLE
+    write_piece(path, PIECE._replace(survey=FutureSurvey(PIECE.survey.points)))
+    with pytest.raises(TerrainError, match="unknown kind"):
+        read_piece(path)
+
+
 def test_a_damaged_patch_leaves_the_terrain_before_it_and_a_sentence(tmp_path):
     kept(tmp_path, grid(), *PATCHES)
     second = sorted(tmp_path.glob("patch*"))[1]

@@ -37,11 +37,12 @@ BERM, FLOOR = 6.0, 4.0
 RUN = 12.0 / np.tan(np.radians(70.0))
 
 
-def flown(folder: Path, number: int, in_a_file: bool = False, berm: float = BERM) -> RunFiles:
+def flown(folder: Path, number: int, in_a_file: bool = False, berm: float = BERM, more: str = "") -> RunFiles:
     x = float(number * RUN + (number - 1) * berm + FLOOR)
     line = [[x, -29.0], [x, 29.0]]
     folder.mkdir(exist_ok=True)
     text = SCENE.replace("900", "28").replace("901", "29").format(number=number, berm=berm, along=line, x=x + 3.0)
+    text = text.replace("capacity_kj: 1}", f"capacity_kj: 1{more}}}", 1)
     if in_a_file:
         (folder / "fence.geojson").write_text(f'{{"type": "LineString", "coordinates": {line}}}')
         text = text.replace(str(line), "fence.geojson")
@@ -141,6 +142,15 @@ def test_the_view_shows_the_fence_as_a_wall_on_the_ground(two_benches: RunFiles)
 def decoded(values: dict[str, str]) -> np.ndarray:
     """Return an array as plotly writes it into a page."""
     return np.frombuffer(base64.b64decode(values["bdata"]), dtype=values["dtype"])
+
+
+def test_the_section_and_the_view_show_the_part_of_a_damaged_fence_that_still_stands(tmp_path: Path) -> None:
+    run = flown(tmp_path / "site", 2, more=", residual_height: 0.5")
+    section = critical_section(run)
+    assert section is not None
+    ((fence,), _) = fences_in(run, section)
+    assert fence.top - fence.foot == pytest.approx(1.5, abs=1e-6)
+    assert "barrier fence (1.5 m high)" in view_html(run, terrain_seen(run), np.array([1.0, 0.0]))
 
 
 def test_a_fence_whose_file_is_gone_is_named_and_not_drawn(tmp_path: Path) -> None:

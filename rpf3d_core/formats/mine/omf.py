@@ -8,6 +8,7 @@ import json
 import struct
 import uuid
 import zlib
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -136,10 +137,14 @@ def _array(path: Path, data: bytes, holder: Element, kind: str, columns: int) ->
 
 
 def _different(names: list[str]) -> tuple[str, ...]:
-    """Return distinct names: an empty or repeated name gets its number (from 1) at the end."""
-    out: list[str] = []
+    """Return distinct names: an empty or repeated name gets a number at the end that no other name has."""
+    taken, out = set(names), list[str]()
     for number, name in enumerate(names, start=1):
-        out.append(name if name and name not in out else f"{name or 'surface'}_{number}")
+        if not name or name in out:
+            free = (f"{name or 'surface'}_{n}" for n in count(number))
+            name = next(each for each in free if each not in taken)
+            taken.add(name)
+        out.append(name)
     return tuple(out)
 
 

@@ -10,6 +10,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from geometry_msgs.msg import Point, Point32, Polygon, PolygonStamped, Pose, PoseArray
 from std_msgs.msg import Header
 
+from rpf3d_core.live.areas import too_small
 from rpf3d_ros.messages.area_messages import MOST_CORNERS, MOST_EQUIPMENT, rings_of_equipment, rings_of_polygon
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.refusals import MessageRefused
@@ -65,6 +66,12 @@ def test_what_is_no_polygon_is_refused(corners, saying):
 def test_an_area_that_is_a_speck_is_refused_because_its_corners_may_be_kilometres():
     with pytest.raises(MessageRefused, match=r"the polygon encloses only 0\.005 m2, .* degrees or kilometres\?"):
         rings_of_polygon(polygon((0.0, 0.0), (0.1, 0.0), (0.1, 0.1)), MapFrame("map"))
+
+
+def test_holes_are_no_part_of_the_size_of_an_area():
+    outline = np.array([(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0), (0.0, 0.0)])
+    hole = 0.002 + 0.9996 * outline
+    assert too_small([outline]) == "" and "encloses only 0.08 m2" in too_small([outline, hole])
 
 
 def test_areas_in_a_foreign_frame_are_refused():

@@ -49,7 +49,8 @@ def test_a_node_that_is_asked_for_help_tells_what_it_is_and_starts_nothing(node,
         [sys.executable, "-m", f"rpf3d_ros.nodes.{node}", "--help"], cwd=tmp_path, capture_output=True, text=True,
         timeout=ENDS_WITHIN, check=False, env={**os.environ, "PYTHONPATH": str(ROOT)},
     )  # fmt: skip
-    assert done.returncode == 0 and "--params-file" in done.stdout and "rpf3d" in done.stdout
+    assert done.returncode == 0 and "--params-file" in done.stdout and "signals" not in done.stdout
+    assert done.stdout.startswith(f"rpf3d_{node.removesuffix('_node')}: ")
     assert not any(tmp_path.iterdir())
 
 

@@ -168,6 +168,19 @@ def test_every_bag_begins_with_the_ground_so_that_it_replays_by_itself(tmp_path)
     assert again == [("terrain/mesh", 9), ("terrain/update", 9), ("sources", 9)]
 
 
+def test_a_bag_keeps_the_last_patches_also_if_no_survey_came_before_them(tmp_path, monkeypatch):
+    monkeypatch.setattr("rpf3d_ros.recording.incident_bag.PATCHES_KEPT", 2)
+    bags = IncidentBag(str(tmp_path / "incident"))
+    bags.begin_with(tmp_path / "a.rrd")
+    inputs = made.inputs(3)
+    for stamp in (3, 4, 5):
+        bags.write("terrain/update", "/terrain/update", stamp, made.as_cdr(inputs["terrain/update"]))
+    bags.begin_with(tmp_path / "b.rrd")
+    bags.write("sources", "/sources", 9, made.as_cdr(inputs["sources"]))
+    bags.close()
+    assert [raw.topic for raw in messages_of(tmp_path / "incident_b")] == ["terrain/update"] * 2 + ["sources"]
+
+
 @pytest.mark.long
 def test_a_bag_replays_into_the_simulator(stage):
     folder = stage.folder / "shift"
