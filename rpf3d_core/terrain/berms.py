@@ -155,8 +155,9 @@ def _halves(polygon: Polygon, begin: FloatArray, end: FloatArray) -> tuple[Polyg
 
 
 def _beside(terrain: Terrain, cut: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the uncut facets (N,) that share an edge with a cut facet: new points may lie on this edge.
+    """Return the uncut facets (N,) that may share an edge with a cut facet, because new points may lie on this edge.
 
+    A facet may share an edge if at least two of its vertices are vertices of cut facets.
     cut : (C,) the cut facets
     """
     known = np.zeros(len(terrain.vertices), dtype=bool)

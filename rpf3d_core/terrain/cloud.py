@@ -100,9 +100,10 @@ def _slot(a: int, b: int, mask: int) -> int:
 
 @loop
 def _enter(keys: Any, table: Any) -> None:
-    """Write the number of each point into the hash table (open addressing); of equal points, only the first point.
+    """Write the numbers of points into a hash table (open addressing); of points at the same place, only the first.
 
     keys : (N, 2) x and y of the points, their 64 bits read as integers
+    table : the number of a point in each slot, -1 for an empty slot; all -1 before the call
     """
     mask = len(table) - 1
     for n in range(len(keys)):

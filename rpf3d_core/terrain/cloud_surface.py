@@ -78,8 +78,9 @@ def cloud_surface(
     Raises
     ------
     TerrainError
-        Fewer than three points are ground, a point is not finite, no three neighbouring cells have points, or `choice`
-        names classes but the cloud has none.
+        Fewer than three points are ground, a point is not finite, the points lie on one line along x or y, the cells
+        are too small for the extent of the cloud, no three neighbouring cells have points, or `choice` names classes
+        but the cloud has none.
     """
     given = len(points)
     if classes is not None:

@@ -54,7 +54,7 @@ def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
     Parameters
     ----------
     terrain : Terrain
-        Facets of any size, overlapping in plan or not; vertical facets show no pixel.
+        Facets of any size, overlapping in plan or not; a vertical facet covers no pixel.
     window : Window
         Of width and height > 0.
     pixels : int
