@@ -49,8 +49,10 @@ def packed_probe(low_x: int, high_x: int, low_y: int, high_y: int) -> int:
 
 @kernel
 def overlap(box: int, probe: int) -> bool:
-    """True if the packed box of a facet overlaps the box of a probe: one subtraction compares four pairs of bytes.
+    """Return True if the packed box of a facet overlaps the packed box of an arc; one subtraction compares both boxes.
 
-    If a byte of the box exceeds the byte of the probe, the subtraction clears the guard bit of this byte.
+    If a byte of `box` exceeds the same byte of `probe`, the subtraction clears the guard bit of this byte.
+
+    box : of a facet, from `packed_box`; probe : of an arc, from `packed_probe`
     """
     return (probe - box) & GUARDS == GUARDS
