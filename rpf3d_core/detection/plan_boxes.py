@@ -17,7 +17,9 @@ GUARDS = 0x80808080
 
 @kernel
 def part_of(value: float, origin: float, per_cell: float, index: int) -> int:
-    """Return the number of the part of a cell that contains a coordinate, along one axis; outside, the nearest part.
+    """Return the number (0 to PARTS - 1) of the part of a cell in which a coordinate lies, along one axis.
+
+    The parts are equal strips of the cell. For a coordinate outside the cell, the result is the nearest part.
 
     value : m, the coordinate; origin : m, start of the grid; per_cell : cells per metre; index : number of the cell
     """

@@ -111,7 +111,7 @@ def _parts(corners: FloatArray, ridge: Ridge) -> list[Polygon]:
 
 
 def _cut_out(polygon: Polygon, piece: FloatArray) -> tuple[Polygon, list[Polygon]]:
-    """Return the part of a polygon inside a convex polygon of a ridge in plan, and the parts outside.
+    """Return the part of a polygon that lies, in plan, inside one convex polygon of a ridge, and the parts outside.
 
     If no part lies inside, both results are empty.
 

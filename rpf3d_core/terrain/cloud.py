@@ -119,9 +119,10 @@ def _enter(keys: Any, table: Any) -> None:
 
 @loop
 def _look_up(keys: Any, table: Any, wanted: Any, out: Any) -> None:
-    """Write into `out` (M,) the number of the point with each wanted pair of coordinates (M, 2); -1 for no point.
+    """Write the number of the point at each wanted place into `out` (M,); -1 if no point is exactly there.
 
-    keys : (N, 2) as in `_enter`; wanted : (M, 2) pairs of coordinates, also as integers; table : filled by `_enter`
+    keys : (N, 2) as in `_enter`; table : filled by `_enter`
+    wanted : (M, 2) x and y of the wanted places, their 64 bits read as integers
     """
     mask = len(table) - 1
     for n in range(len(wanted)):

@@ -143,10 +143,11 @@ def _triangles_of(face: shapely.Polygon) -> shapely.Geometry:
 
 
 def _winding(outline: Outline, points: FloatArray) -> Ids:
-    """Return how many layers of terrain lie at each point (Q, 2) m in plan: the winding number (Q,) of the border.
+    """Return the winding number (Q,) of the border around each point (Q, 2) m in plan; below 1 for no ground.
 
-    The winding number counts the border sides that cross a ray from the point to the east: plus 1 for each side that
-    crosses the ray northwards, minus 1 for each side that crosses the ray southwards.
+    The winding number is the number of upward facets at the point in plan, minus the number of downward facets. It is
+    found from the border sides that cross a ray from the point to the east: plus 1 for each side that crosses the ray
+    northwards, minus 1 for each side that crosses the ray southwards.
     """
     sides = outline.places[outline.sides]
     far = sides[:, :, 0].max() + 1.0

@@ -107,7 +107,10 @@ class Points(NamedTuple):
 
 
 def columns_of(design: Design, spacing: Spacing, count: int) -> Columns:
-    """Return the points of a pit in `count` columns (profiles from floor to ground), from the foot of the ramp on."""
+    """Return the points of a pit in `count` columns (profiles from the floor to the natural ground).
+
+    Column k is at the fraction k / `count` of a turn around the pit, counter-clockwise from the foot of the ramp.
+    """
     last = round(design.turns * count) if design.turns > 0.0 else -1
     crossings = [crossing_of(design, count, last, turn) for turn in range(last // count + 1)]
     rows = rows_of(design, spacing.edge)
