@@ -82,7 +82,10 @@ def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, 
 
 @kernel
 def _by_one(touch: Touch, way: Vec) -> Held:
-    """Return `Held` for one contact, which allows the component of the vector `way` along its plane."""
+    """Return `Held` for one contact, which allows the component of the vector `way` along the plane of the contact.
+
+    touch : the contact; way : (3,) velocity (m/s) or gravity (m/s^2)
+    """
     return Held(contacts=1, first=touch, second=NO_TOUCH, pushes=(-dot(way, touch.n), 0.0), way=without(way, touch.n))
 
 
@@ -92,6 +95,8 @@ def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
 
     If only one of both contacts pushes, return `Held` for this contact alone. Two contacts with opposite normals allow
     no motion.
+
+    way : (3,) velocity (m/s) or gravity (m/s^2)
     """
     line = cross(first.n, second.n)
     sine = norm(line)

@@ -125,6 +125,8 @@ def up_to_other_piece(
 
     Other ground is a separate part of the terrain, to which the facet under the rock does not belong. The segment bends
     by 7 degrees at most, so its chord decides where the rock meets other ground, as for obstacles.
+
+    pieces : the separate parts of the terrain; piece : the ground segment
     """
     way = subtract(piece.motion.x, state.motion.x)
     contact = contact_on_way(pieces, physics.facets, state.motion.x, way, state.left)
