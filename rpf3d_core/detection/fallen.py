@@ -122,6 +122,7 @@ def answered(arc: Arc, end: float, asked: Inquiry, height: float, side: float) -
     All lines are needed. Next to a vertical wall, rounding may put the place just inside the wall: only a line around
     the place then meets the free side. In a gully, the lines around the place may begin under the sides of the gully:
     only the line at the place then meets the free side.
+
     end : s, end of the flight; later places are not tested
     height : m, distance along the line of sight to the facet that the line met; inf if the line met no facet
     side : side of this facet that the line met, as in `Contact`

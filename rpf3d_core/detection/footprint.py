@@ -53,6 +53,7 @@ def beside_what_stays(
     edges: NDArray[np.int64], vertices: FloatArray, triangles: Any, locator: BucketLocator, marks: NDArray[np.uint8]
 ) -> NDArray[np.bool_]:
     """Return (E,) True for each edge of the ground that belongs to at least one facet that stays (mark STAYS).
+
     edges : (E, 2) pairs of vertices; vertices : (V, 3) m; triangles : (F, 3); marks : (F,) of the facets
     """
     out = np.zeros(len(edges), np.bool_)

@@ -136,6 +136,7 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: PreviousContact, c: 
 @kernel
 def _carries(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
     """Return True if facet f carries a rock that moves along the facet's plane: the rock is then in contact at once.
+
     left : the contact from which the rock starts
 
     A sliding rock must move onto facet f. The facet that the rock has just left carries the rock only along an edge of
@@ -166,6 +167,7 @@ def _passes_over(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> boo
 @kernel
 def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
     """Return True if a sliding rock at the edge of facet f moves away from it: onto another facet, or off the terrain.
+
     left : the contact from which the rock starts
 
     The rock moves towards the plane of facet f. The upward facets that meet at the rock's position cover all directions

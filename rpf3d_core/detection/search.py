@@ -27,6 +27,7 @@ FALLEN = -2
 @model_function
 def comes_behind(contact: object, left: PreviousContact) -> bool:
     """Return True if a rock meets the other side of the ground than at its last contact, so may have fallen through.
+
     left : the last contact
     """
 

@@ -183,6 +183,7 @@ def lean_upwards(table: SlabTable, block: CellRectangle) -> None:
 @kernel
 def _lean_one(planes: Any, row: int) -> None:
     """Scale the normal of one slab to length 1; make the normal vertical if it is too short or points downwards.
+
     planes : (C, 4) as in `SlabTable`; row : of the slab in `planes`
     """
     x, y, z = planes[row, 0], planes[row, 1], planes[row, 2]
@@ -227,6 +228,7 @@ def flies_over(slabs: Slabs, level: int, k: int, p: Vec, q: Vec, slack: float) -
     """Return True if an arc from p to q (m) stays above the slab of a cell by more than the slack (m).
 
     The arc then meets no facet of the cell.
+
     level : cell size; k : number of the cell within its level
 
     The slack covers the rounding of both heights and of the borders of cells.

@@ -170,9 +170,10 @@ def _is_over(facets: Facets, f: int, course: Course, t: float) -> bool:
 
 @kernel
 def _entry_time(facets: Facets, f: int, course: Course, n: Vec, t: float) -> float:
-    """Return the time (s) when a flying sphere meets facet f after it reaches the plane of f outside f at time t (s).
+    """Return the time (s) when a flying sphere meets facet f, if it reaches the plane of f at time t (s) outside f.
 
     The result is inf if the sphere does not meet facet f.
+
     n : normal of the facet towards the sphere
 
     A sphere that rolls fast takes off where its facet and facet f bend away from each other. At an angle of 1e-10 to
@@ -207,6 +208,7 @@ def _time_from_touch(b: float, a: float, course: Course) -> float:
 @kernel
 def stays_on(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> bool:
     """Return True if a sphere that touches the interior of facet f will still touch it: the foot crosses no edge.
+
     p : m, the foot, that is the point of facet f that the sphere touches; or the centre of the sphere
     v, a : velocity (m/s) and acceleration (m/s^2) of p
 
@@ -274,9 +276,9 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
 
 @kernel
 def _sooner_on_rim(best: Touch, f: int, course: Course, rim: Rim, t: float) -> Touch:
-    """Return the earlier of two contacts of a sphere: `best`, or that with the edge or corner `rim` at time t (s).
+    """Return the earlier of two contacts of a sphere: `best`, or its contact with an edge or corner at time t (s).
 
-    f : number of the facet of the edge or corner
+    rim : the edge or corner; f : number of its facet
     """
     if t > best.t:
         return best
@@ -307,7 +309,7 @@ def _lies_behind(facets: Facets, f: int, course: Course, foot: Vec) -> bool:
 def _time_into_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, until: float) -> float:
     """Return the time (s) when a sphere hits an edge or corner that it touches at the start, behind a nearer feature.
 
-    The sphere hits the edge or corner when it overlaps it by DEEP tolerances, or when it returns after it has left it.
+    The sphere hits the edge or corner when both overlap by DEEP tolerances, or when the sphere has left and returns.
     The result is inf if neither happens.
 
     rim : the edge or corner; q, until : as in `_time_from_rim`

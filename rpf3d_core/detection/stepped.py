@@ -85,6 +85,7 @@ def first_contact_at_steps(method: Stepped, facets: Facets, arc: Arc, left: Prev
 @kernel
 def _next_possible(method: Stepped, arc: Arc, t: float, distance: float) -> float:
     """Return the number of the next step at which a rock may be within the contact threshold; 0 to skip no step.
+
     distance : m, lower bound of the distance from the rock to all facets at time t
     """
     clear = distance - method.threshold

@@ -83,6 +83,7 @@ def swept(quest: Sweep, facets: Facets, f: int, best: Touch) -> Touch:
 @looked_at.rule(Nearest)
 def nearest(quest: Nearest, facets: Facets, f: int, best: Touch) -> Touch:
     """Return the feature nearer to the point x of the search: `best`, or the point of facet f that is closest to x.
+
     `Touch.t` is the distance (m), and `Touch.n` the direction from the facet to x. If x lies on facet f, this direction
     is the upward normal of facet f.
     """

@@ -292,6 +292,7 @@ def is_precompiled(models: Models) -> bool:
 
 def precompile_index() -> Compiled:
     """Compile all functions that build the search structure of the compiled engine; return an engine over two facets.
+
     Two facets are used because the corner array of a single facet has another memory layout, and so another numba type.
     """
     corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])

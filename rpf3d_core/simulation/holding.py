@@ -96,7 +96,9 @@ def _held_line(physics: Physics, state: State, contact: Contact, n: Vec, slight:
 
 @kernel
 def _is_thrown_out(physics: Physics, state: State, contact: Contact, n: Vec, m: Vec, rock: RockContext) -> bool:
-    """Return True if a rock that hits the contact's facet would bounce between both facets and climb out of the gully.    Each bounce uses the R_n of the ground under the facet that the rock hits.
+    """Return True if a rock that hits the contact's facet would bounce between both facets and climb out of the gully.
+
+    Each bounce uses the R_n of the ground under the facet that the rock hits.
 
     n, m : (3,) normals of the contact's facet and of the last facet, turned towards the rock
     """

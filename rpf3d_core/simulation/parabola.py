@@ -31,8 +31,8 @@ class FlightSegment(NamedTuple):
     start : motion at the beginning; longest : planned duration of the segment, for which the parabola may replace the
         flight through the air (s); inf if no effect acts in the air
     left : time from the beginning until max_time (s)
-    contact, meeting, loss : first contact, first obstacle and first passage through a cap. None is earlier than t; the
-        event at t ends the parabola
+    contact, meeting, loss : first contact, first obstacle and first passage through a cap; no such event is earlier
+        than t, and the event at t ends the parabola
     """
 
     start: Motion

@@ -158,6 +158,7 @@ def _beside(terrain: Terrain, cut: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the uncut facets (N,) that may share an edge with a cut facet, because new points may lie on this edge.
 
     A facet may share an edge if at least two of its vertices are vertices of cut facets.
+
     cut : (C,) the cut facets
     """
     known = np.zeros(len(terrain.vertices), dtype=bool)

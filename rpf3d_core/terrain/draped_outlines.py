@@ -29,6 +29,7 @@ def draped_outlines(terrain: Terrain, rings: Sequence[FloatArray], raised: float
     """Return the outline of an area as lines (N, 3) m that follow the ground.
 
     Parts of the outline off the terrain and over holes are left out.
+
     rings : closed rings (N, 2) m of the area's polygons and their holes, local frame
     raised : height of the lines above the ground (m)
     """

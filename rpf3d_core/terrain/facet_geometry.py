@@ -227,6 +227,7 @@ def time_into(facets: Facets, f: int, p: Vec, v: Vec, a: Vec, slack: float) -> f
 
     The point is projected onto the plane of the facet. The result is 0 for a point that begins inside all edges, and
     inf if the point never crosses one of the edges of which it begins outside.
+
     p, v, a : position (3,) m and velocity (3,) m/s at time 0, and constant acceleration (3,) m/s^2 of the point
     slack : distance (m) outside an edge up to which the point counts as inside
     """

@@ -92,6 +92,7 @@ def _different(values: NDArray[Any]) -> int:
 
 def lowest_in_cells(points: FloatArray, size: float) -> Cells:
     """Return the lowest of the points (N, 3) m in each cell of a square grid in plan; of equally low points, the first.
+
     size : side of a cell (m)
 
     Raises
@@ -112,6 +113,7 @@ def _keys(points: FloatArray, size: float) -> tuple[Ids, int]:
     """Return the number (N,) of the cell of each point, counted row by row, and the number of columns.
 
     points : (N, 3) m; size : side of a cell (m)
+
     Raises TerrainError if the number of columns or of rows would reach MOST_CELLS.
     """
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)

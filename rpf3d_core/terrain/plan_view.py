@@ -136,6 +136,7 @@ def _pixels(places: FloatArray, triangles: IntArray, count: int) -> tuple[IntArr
     """Return the first pixel (F,) in the box of each facet along one axis, and the number of pixels (F,) in the box.
 
     A pixel is in the box if its centre is. The number is 0 or less if the box contains no pixel centre.
+
     places : (V,) coordinates of the vertices along the axis, in pixels; count : number of pixels of the image
     """
     after = np.ceil(np.clip(places, -1.0, count)).astype(np.int32)

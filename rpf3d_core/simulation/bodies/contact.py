@@ -224,6 +224,7 @@ def _expect(body: Body, room: Room, count: int, begin: BodyMotion, gravity: floa
     """Write the gap that each facet should have at the end of a step into `room.planes`, column EXPECTED.
 
     Return True if any contact received an impulse at the start of the step of h seconds.
+
     count : number of contacts in `room.points`; begin : motion at the start, after the impulses; gravity : m/s^2
     """
     step = Step(begin=begin, v=turned_back(begin.q, begin.v), down=turned_back(begin.q, (0.0, 0.0, -gravity)), h=h)

@@ -59,6 +59,7 @@ def _moved(vertices: FloatArray, triangles: IntArray, memory: Memory, share: Sha
     """Return a copy of a mesh with coordinates relative to a local origin, which is part of the result.
 
     vertices : (V, 3) m; triangles : (F, 3)
+
     Raises TerrainError if a vertex is not finite, or if a triangle refers to a vertex that does not exist.
     """
     vertices = np.ascontiguousarray(vertices, dtype=np.float64)
@@ -113,6 +114,7 @@ def _is_sound(
     """Return True if the mesh needs no repair: all windings agree, and no two border vertices would be welded.
 
     Border vertices would be welded if their distance is at most the tolerance.
+
     starts, to : the sides of all facets by their first and second vertex, from `_sides`; tolerance : m
     memory : allocates the arrays; share : runs the work in parallel
     """

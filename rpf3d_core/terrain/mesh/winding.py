@@ -34,6 +34,7 @@ class Winding(NamedTuple):
 
 def repair_winding(vertices: FloatArray, triangles: Index, edges: Edges) -> Winding:
     """Return the mesh after turning over all facets whose normal points away from the free side (the air).
+
     Parameters
     ----------
     vertices : (V, 3) float

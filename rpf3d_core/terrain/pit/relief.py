@@ -146,6 +146,7 @@ def drawn_spill(design: Design, random: np.random.Generator) -> Spill | None:
 
 def near_ramp(design: Design, p: float, level: int) -> bool:
     """Return True if the ramp passes within 1.3 bench heights of a bench at p, so that a spill has no room there.
+
     p : fraction of a turn around the pit; level : number of the bench, counted from the floor
     """
     turns = np.arange(p, max(design.turns, 0.0), 1.0)
