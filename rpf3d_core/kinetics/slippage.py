@@ -57,7 +57,8 @@ def slip_on_ground(model: Any, slipped: Any, zone: int, way: float) -> Any:
     """Return the slip (m) of a rock after its centre has moved a distance `way` (m) while it presses on a zone.
 
     model : as in `slip_at_release`; slipped : slip before (m); zone : number of the zone
-    The result is 0 on ground without slip friction, and None if no ground of the scene has slip friction.
+    The result is 0 on ground without slip friction, and None if no ground of the scene has slip friction. Slip is the
+    length on which slip friction depends.
     """
     if model is None:
         return None
