@@ -75,7 +75,10 @@ def first_touch(locator: Swept, facets: Facets, arc: Arc, left: PreviousContact,
 
 @kernel
 def stretch_end(course: Course, begin: float, length: float, end: float) -> float:
-    """Return a time (s), at most `end`, up to which a sphere's centre moves at most `length` (m) after `begin` (s)."""
+    """Return a time (s), at most `end`, up to which a sphere's centre moves at most `length` (m) after `begin` (s).
+
+    Exception: the result is `end` if the time would not be later than `begin`, because of rounding or a length of 0.
+    """
     speed, pull = norm(course_velocity(course, begin)), norm(course.a)
     pace = speed + math.sqrt(speed * speed + 2.0 * pull * length)
     leave = begin + 2.0 * length / pace if pace > 0.0 else end

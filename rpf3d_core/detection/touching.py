@@ -76,7 +76,7 @@ def scan(locator: object, facets: Facets, low: Vec, high: Vec, quest: object, be
 
 @looked_at.rule(Sweep)
 def swept(quest: Sweep, facets: Facets, f: int, best: Touch) -> Touch:
-    """Return the earlier contact of a moving sphere: `best` or the first contact with facet f."""
+    """Return the earlier of two contacts of a moving sphere: `best`, or the first contact with facet f."""
     return earlier_touch(facets, f, quest.course, quest.end, quest.before, best)
 
 
@@ -100,7 +100,7 @@ def nearest(quest: Nearest, facets: Facets, f: int, best: Touch) -> Touch:
 
 @looked_at.rule(Against)
 def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
-    """Return the contact that opposes the vector `way` more: `best` or the contact with facet f.
+    """Return the contact that opposes the vector `quest.way` more: `best`, or the contact with facet f.
 
     `Touch.t` is the component of `way` along the normal of the contact, below zero. The interior of a facet takes
     precedence over an edge with almost the same component: for the interior, the component is lowered by |way| times

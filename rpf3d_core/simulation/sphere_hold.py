@@ -118,11 +118,11 @@ def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
 
     If the first two contacts allow the motion along the third contact's plane, the third contact alone blocks the
     sphere. If not, the third contact and one of the first two block the sphere, provided that the remaining contact
-    allows the motion along their common line. Otherwise the three contacts allow no motion.
+    allows the motion along the common line of both. Otherwise the three contacts allow no motion.
 
     held : the first two contacts
     third : the third contact; way : the vector that the contacts block, as in `held_against`
-    noise : component of a direction that counts as zero
+    noise : component of a vector that counts as zero, in the unit of `way`
     """
     alone = _by_one(third, way)
     if dot(alone.way, held.first.n) >= -noise and dot(alone.way, held.second.n) >= -noise:

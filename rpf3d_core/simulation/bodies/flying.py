@@ -148,7 +148,9 @@ def fly_on(
 def _slipped(ride: Ride, physics: Physics, t: float) -> Ride:
     """Return the state of a body with its slip (m) decreased by t seconds of flight.
 
-    If no ground has slip friction, the state is unchanged. ride : state at the end of the flight
+    The slip decays as set for the zone of the last contact. If no ground has slip friction, the state is unchanged.
+
+    ride : state at the end of the flight
     """
     if physics.rebound.slip is None:
         return ride
