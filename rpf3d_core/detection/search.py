@@ -1,4 +1,4 @@
-"""Find the next contact of a rock: search, search again with wider facets, and check if it fell through the ground.
+"""Find the next contact of a rock: search, search again with wider facets, and check for a fall through the ground.
 
 A locator finds the first contact of an arc (`contact.py`). This module decides whether this contact is final. If the
 rock would leave the terrain or meet the back of the ground, the search runs again with facets that are wider by a
@@ -26,7 +26,7 @@ FALLEN = -2
 
 @model_function
 def comes_behind(contact: object, left: PreviousContact) -> bool:
-    """Return True if a rock meets the other side of the ground than at its last contact, so may have fallen through.
+    """Return True if a rock meets the other side of the ground than at its last contact: it may have fallen through.
 
     left : the last contact
     """

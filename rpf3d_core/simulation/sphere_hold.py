@@ -138,7 +138,7 @@ def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
 
 @kernel
 def _nothing_left(first: Touch, second: Touch) -> Held:
-    """Return `Held` for contacts that allow no motion at all; its number of contacts is 3.
+    """Return `Held` for contacts that allow a sphere no motion at all, with 3 as the number of contacts.
 
     first, second : two of the contacts
     """
