@@ -120,7 +120,7 @@ def _keys(points: FloatArray, size: float) -> tuple[Ids, int]:
     columns, rows = ((high - low) / size + 2.0).tolist()
     if not (size > 0.0 and columns < MOST_CELLS and rows < MOST_CELLS):
         raise TerrainError(f"cells of {size:g} m are too small for a cloud of {columns:.3g} x {rows:.3g} such cells")
-    # Points of a grid whose spacing is the cell size then lie at the centres of the cells.
+    # With the 0.5, the points of a grid whose spacing is the cell size lie at the centres of the cells.
     column, row = np.floor((points[:, :2] - low) / size + 0.5).astype(np.int64).T
     return row * int(columns) + column, int(columns)
 
