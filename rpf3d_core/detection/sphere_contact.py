@@ -96,7 +96,7 @@ ON_RIM = 0.75 * RIM
 The depth is smaller than RIM to allow for rounding.
 """
 DEEP = 2.0 * RIM
-"""Depth, in tolerances, in which an edge or corner stops a sphere that moves along a nearer feature of the facet."""
+"""Overlap, in tolerances, at which an edge or corner stops a sphere that moves along a nearer feature of the facet."""
 POLISHED = 1e3
 """Largest distance, in tolerances, by which the final Newton step may move a contact of a sphere."""
 

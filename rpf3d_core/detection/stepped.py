@@ -18,9 +18,9 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.vectors import dot
 
 LOOK = 2.0
-"""Distance beyond the contact threshold up to which facets are searched, over the size of a facet (-).
+"""Distance beyond the contact threshold up to which facets are searched, divided by the size of a facet (-).
 
-If no facet is within the search radius, steps are skipped.
+If no facet is within the search radius, the steps in which the rock cannot reach a facet are skipped.
 """
 
 

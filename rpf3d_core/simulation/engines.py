@@ -37,7 +37,7 @@ body stopped (`bodies.rest.Stop`).
 """
 
 SAMPLE = 100_000
-"""Number of facets from which, at least, the typical facet size is estimated, if the terrain has as many."""
+"""Least number of facets in the sample from which the typical facet size is estimated, if the terrain has as many."""
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

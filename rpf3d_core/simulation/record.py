@@ -21,9 +21,9 @@ IMPACT_COLUMNS, PIECE_COLUMNS, SPIN_COLUMNS = 9, 10, 2
 """Number of columns of an impact row, of a path segment row, and of additional columns in both if rocks spin."""
 
 POSE, POSE_COLUMNS = PIECE_COLUMNS + SPIN_COLUMNS, 8
-"""First column, and number of columns, of orientation, spin and energy of a body in the row of a path segment."""
+"""First column and number of the columns with orientation, spin and energy of a body, in the row of a path segment."""
 BLOW, BLOW_COLUMNS = IMPACT_COLUMNS + SPIN_COLUMNS, 3
-"""First column, and number of columns, of contacts and energies of a body in the row of an impact."""
+"""First column and number of the columns with contacts and energies of a body, in the row of an impact."""
 
 
 class Record(NamedTuple):

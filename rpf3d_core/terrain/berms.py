@@ -24,7 +24,7 @@ Polygon = list[FloatArray]
 ON_LINE = 1e-9
 """Distance (m) from a line within which a corner counts as lying on the line."""
 SLACK = 1e-6
-"""Distance (m) within which two points are merged into one."""
+"""Distance (m) within which two points are merged, or a point counts as on an edge or on the ridge."""
 
 
 def raised(terrain: Terrain, ridge: Ridge, zone: str) -> Terrain:

@@ -17,12 +17,12 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.grid_rows import Mesh, origin_of
 
 GAP = 10.0
-"""Default limit of a triangle's longest side in plan, over the median of the longest sides of all triangles (-).
+"""Default largest side of a triangle in plan, divided by the median of the longest sides of all triangles (-).
 
 A triangle with a longer side spans a gap of the survey.
 """
 SLOTS = 2
-"""Least number of slots in the hash table that finds points by their coordinates, over the number of points (-)."""
+"""Least number of slots of a hash table that finds points by their coordinates, divided by the number of points (-)."""
 
 
 def cloud_mesh(

@@ -15,7 +15,7 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.ground_points import default_cell, ground_class, lowest_in_cells
 
 GAP = 4.0
-"""Default limit of the longest triangle side in a hole that is closed, in cells (-)."""
+"""Default longest side of a triangle in a hole that is closed, divided by the side of a cell (-)."""
 
 
 class CloudChoice(NamedTuple):

@@ -22,7 +22,7 @@ PARALLEL = 1e-5
 Above this sine, the direction of the line between the facets, computed from the normals, has an error below 1e-10.
 """
 ALONGSIDE = 16.0
-"""Least length, in crack widths, of a path just outside an edge of a facet, for the facet to carry a rock on the path.
+"""Length of a path, in crack widths, above which a facet carries a rock that moves just outside an edge of the facet.
 
 On this length the path must stay at most a crack's width outside the facet.
 """
@@ -34,8 +34,8 @@ The facet may carry such a rock also just outside the edge, so that the rock doe
 NEAR = 4.0
 """Distance from the plane of a facet, in tolerances, within which a rock counts as on the plane.
 
-The distance is more than one tolerance. A rock may be one tolerance outside the edge of its facet, and then another
-tolerance away from the neighbouring facet. Such distances must not add up to a fall.
+The distance is more than one tolerance, because a rock may be one tolerance outside the edge of its facet and then
+another tolerance away from the neighbouring facet. Such distances must not add up to a fall.
 """
 TIP = 2.0
 """Distance outside a facet's box, as a multiple of the slack, up to which `contains` may count a point as in the facet.
