@@ -118,7 +118,8 @@ class Reference:
     def ground_below(self, x: Floats) -> Floats:
         """Return for R points x (R, 3) m the height (m) above the ground, the facet below and its side, (R, 3).
 
-        The facet is -1 over a hole; the side is 1 for the free side of the facet, -1 for its back.
+        If no ground lies below a point, as over a hole, the facet is below 0 and the height is 0. The side is 1 for the
+        free side of the facet, -1 for its back.
         """
         out = np.empty((len(x), 3))
         _ground_below_all.py_func(self.locator, self.facets, x.tolist(), out)  # type: ignore[attr-defined]
