@@ -163,9 +163,9 @@ def cell_index(value: float, origin: float, cell: float, count: int) -> int:
 
 @kernel
 def cells_under(corners: Any, f: int, slack: float, grid: Grid) -> CellRectangle:
-    """Return the cells that facet f may lie over: those that its box in plan touches, widened by the slack (m).
+    """Return the cells that facet f may lie over: those that the box in plan around the widened facet touches.
 
-    corners : (F, 9) m, of all facets
+    corners : (F, 9) m, of all facets; slack : m, by which the facet is widened
     """
     low_x, high_x = min(corners[f, 0], corners[f, 3], corners[f, 6]), max(corners[f, 0], corners[f, 3], corners[f, 6])
     low_y, high_y = min(corners[f, 1], corners[f, 4], corners[f, 7]), max(corners[f, 1], corners[f, 4], corners[f, 7])

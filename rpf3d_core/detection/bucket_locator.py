@@ -123,9 +123,9 @@ def checks_falls(locator: BucketLocator) -> bool:
 
 @kernel
 def _pace(v: float) -> float:
-    """Return the time that an arc needs per metre along an axis (s/m).
+    """Return the inverse of an arc's velocity along an axis, 1 / v (s/m), with the sign of v.
 
-    The result is inf if the speed v (m/s) is too low to leave a cell.
+    The result is inf if v (m/s) is too small, of either sign, for the arc to leave a cell.
     """
     return 1.0 / v if abs(v) > SLOWEST else math.inf
 

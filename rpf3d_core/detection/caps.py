@@ -60,7 +60,7 @@ NO_LOSS = Loss(math.inf, -1)
 
 @model_function
 def is_on_free_side(contact: object) -> bool:
-    """True if a contact is with the free side of the ground, so that the rock cannot have fallen through a gap."""
+    """Return True if a contact is with the free side of the ground: the rock then cannot have fallen through a gap."""
 
 
 @is_on_free_side.otherwise
@@ -71,7 +71,7 @@ def is_not_known(contact: object) -> bool:
 
 @is_on_free_side.rule(Contact)
 def is_on_free_side_of_facet(contact: Contact) -> bool:
-    """True if a lumped mass meets the free side of the facet, the side that faces the air."""
+    """Return True if a lumped mass meets the free side of the facet, the side that faces the air."""
     return contact.side > 0.0
 
 
@@ -99,7 +99,7 @@ def no_loss(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
 
 @loss_on.rule(CapLocator)
 def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Loss:
-    """Return the first passage of an arc through the caps of a terrain with gaps.
+    """Return the first passage of an arc through a cap of a terrain with gaps; NO_LOSS if the rock does not fall.
 
     contact, end : as in `loss_on`
     """

@@ -112,11 +112,16 @@ def line_of_sight(facets: Facets, arc: Arc, asked: Inquiry) -> Arc:
 def answered(arc: Arc, end: float, asked: Inquiry, height: float, side: float) -> Inquiry:
     """Return the state of the check for a fall through the ground after the search along one line of sight.
 
-    A place counts as under the ground if no line down, at the place or around the place, meets the free side of the
-    ground. All lines are needed. Next to a vertical wall, rounding may put the place just inside the wall: only a line
-    around the place then meets the free side. In a gully, the lines around the place may begin under the sides of the
-    gully: only the line at the place then meets the free side. If no underside of a facet is near above the place, the
-    rock has not passed through a facet, and the place counts as above the ground.
+    - If no line down, at the place or around it, meets the free side of the ground, the place counts as under the
+      ground. Exception: if no underside of a facet is near above the place, the rock has not passed through a facet,
+      and the place counts as above the ground.
+    - If a line down around the place does not meet the free side, and the line up from the same point does not meet the
+      back of the ground, the place counts as outside the terrain.
+    - In all other cases the place counts as above the ground.
+
+    All lines are needed. Next to a vertical wall, rounding may put the place just inside the wall: only a line around
+    the place then meets the free side. In a gully, the lines around the place may begin under the sides of the gully:
+    only the line at the place then meets the free side.
 
     end : s, end of the flight; later places are not tested
     height : m, distance along the line of sight to the facet that the line met; inf if the line met no facet
@@ -157,8 +162,9 @@ def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
 
     OFF finishes the check: the rock has not fallen. A rock that leaves across the outer edge of the terrain may pass
     under the mesh later, but only after it was outside the terrain. To find a place outside the terrain, the time
-    between `over` and `under` is halved repeatedly. At the first place, OFF does not finish the check, because rounding
-    at a seam may be the cause.
+    between `over` and `under` is halved repeatedly; the rock has fallen if no such place is found, or if the rock was
+    above the ground at no tested place. At the first place, OFF does not finish the check, because rounding at a seam
+    may be the cause.
 
     asked : state of the check before; end : s, end of the flight
     """

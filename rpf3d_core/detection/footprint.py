@@ -52,7 +52,7 @@ def touched(
 def beside_what_stays(
     edges: NDArray[np.int64], vertices: FloatArray, triangles: Any, locator: BucketLocator, marks: NDArray[np.uint8]
 ) -> NDArray[np.bool_]:
-    """Return flags (E,): True for an edge of the ground if at least one facet with this edge has the mark STAYS.
+    """Return (E,) True for each edge of the ground that belongs to at least one facet that stays (mark STAYS).
 
     edges : (E, 2) pairs of vertices; vertices : (V, 3) m; triangles : (F, 3); marks : (F,) of the facets
     """
@@ -202,13 +202,13 @@ def _bucket_at(locator: BucketLocator, x: float, y: float) -> int:
 
 @kernel
 def _has(triangles: Any, f: int, v: int) -> bool:
-    """True if vertex v is a corner of facet f; triangles : (F, 3) vertices of the facets."""
+    """Return True if vertex v is a corner of facet f; triangles : (F, 3) vertices of the facets."""
     return bool(triangles[f, 0] == v or triangles[f, 1] == v or triangles[f, 2] == v)
 
 
 @kernel
 def _holds(corners: Any, f: int, px: float, py: float) -> bool:
-    """True if a point lies in facet f in plan, edges included; the winding of the facet does not matter.
+    """Return True if a point lies in facet f in plan, edges included; the winding of the facet does not matter.
 
     corners : (F, 9) m; px, py : m, the point
     """
@@ -223,7 +223,7 @@ def _holds(corners: Any, f: int, px: float, py: float) -> bool:
 
 @kernel
 def _any_touches(corners: Any, f: int, footprint: Footprint, c: int) -> bool:
-    """True if facet f touches, in plan, a facet of the patch that has an entry in cell c.
+    """Return True if facet f touches, in plan, a facet of the patch that has an entry in cell c.
 
     corners : (F, 9) m, of the ground; c : number of the cell within the rectangle `footprint.block`
     """
@@ -236,10 +236,12 @@ def _any_touches(corners: Any, f: int, footprint: Footprint, c: int) -> bool:
 
 @kernel
 def _touch(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
-    """True if triangles f and g are within the slack (m) of each other in plan: no side of a triangle separates them.
+    """Return True if triangles f and g are within the slack (m) of each other in plan: no side of either parts them.
 
-    one, other : (N, 9) m, arrays with the corners of f and of g. For a triangle without area in plan, a side cannot
-    detect a gap beyond the ends of the triangle; only the boxes along x and y can.
+    one, other : (N, 9) m, arrays with the corners of f and of g
+
+    For a triangle without area in plan, a side cannot show a gap beyond the ends of the triangle; only the boxes along
+    x and y can.
     """
     for axis in range(2):
         if min(one[f, axis], one[f, 3 + axis], one[f, 6 + axis]) \
@@ -252,7 +254,7 @@ def _touch(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
 
 @kernel
 def _parts(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
-    """True if one side of triangle f separates the triangles f and g in plan, by more than the slack (m).
+    """Return True if one side of triangle f separates the triangles f and g in plan, by more than the slack (m).
 
     one, other : (S, 9) m, arrays of corners that contain triangle f and triangle g
     """

@@ -135,7 +135,7 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: PreviousContact, c: 
 
 @kernel
 def _carries(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
-    """True if facet f carries a rock that moves along the facet's plane, so that the rock is in contact at once.
+    """Return True if facet f carries a rock that moves along the facet's plane: the rock is then in contact at once.
 
     left : the contact from which the rock starts
 
@@ -152,7 +152,7 @@ def _carries(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
 
 @kernel
 def _passes_over(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
-    """True if a rock on its last facet moves towards the plane of the near facet f, but does not hit facet f itself.
+    """Return True if a rock on its last facet moves towards the plane of the near facet f, but does not hit facet f.
 
     left : the contact from which the rock starts, on its last facet
 
@@ -166,7 +166,7 @@ def _passes_over(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> boo
 
 @kernel
 def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
-    """True if a sliding rock at the edge of facet f moves away from facet f: onto another facet, or off the terrain.
+    """Return True if a sliding rock at the edge of facet f moves away from it: onto another facet, or off the terrain.
 
     left : the contact from which the rock starts
 
@@ -183,7 +183,7 @@ def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> 
 
 @kernel
 def _comes_over(facets: Facets, f: int, arc: Arc, side: float) -> bool:
-    """True if a rock at the edge of facet f moves onto facet f.
+    """Return True if a rock at the edge of facet f moves onto facet f.
 
     For upward facets the direction in plan decides. In plan the facets around a vertex have no gap and no overlap, so
     every direction leads onto one of these facets. If the direction were projected at right angles onto each facet, it
@@ -215,7 +215,7 @@ def way_over(facets: Facets, f: int, v: Vec, side: float) -> Vec:
 
 @kernel
 def _goes_beside(facets: Facets, f: int, arc: Arc, side: float) -> bool:
-    """True if a rock moves along an edge of facet f, outside the facet by at most a crack's width.
+    """Return True if a rock moves along an edge of facet f, outside the facet by at most a crack's width.
 
     The result is False in the first search, in which facets have their true size.
 
@@ -295,7 +295,7 @@ def _edge_band(facets: Facets, arc: Arc, n: Vec, t: float, approach: float) -> f
 
 @kernel
 def _glances(facets: Facets, arc: Arc, approach: float) -> bool:
-    """True if an arc meets a plane at so small an angle that rounding moves the contact along the plane.
+    """Return True if an arc meets a plane at so small an angle that rounding moves the contact along the plane.
 
     approach : speed (m/s) at which the rock meets the plane
 
@@ -335,7 +335,7 @@ def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
 
 @kernel
 def _came_over_edge(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> bool:
-    """True if a rock that rises through facet f at time t came over an edge of the facet, not out of the ground.
+    """Return True if a rock that rises through facet f at time t came over an edge of the facet, not out of the ground.
 
     The arc was already on the plane of facet f at that edge.
 

@@ -17,7 +17,9 @@ GUARDS = 0x80808080
 
 @kernel
 def part_of(value: float, origin: float, per_cell: float, index: int) -> int:
-    """Return the number of the part of a cell that contains a coordinate, along one axis; outside, the nearest part.
+    """Return the number (0 to PARTS - 1) of the part of a cell in which a coordinate lies, along one axis.
+
+    The parts are equal strips of the cell. For a coordinate outside the cell, the result is the nearest part.
 
     value : m, the coordinate; origin : m, start of the grid; per_cell : cells per metre; index : number of the cell
     """
@@ -49,8 +51,10 @@ def packed_probe(low_x: int, high_x: int, low_y: int, high_y: int) -> int:
 
 @kernel
 def overlap(box: int, probe: int) -> bool:
-    """True if the packed box of a facet overlaps the box of a probe: one subtraction compares four pairs of bytes.
+    """Return True if the packed box of a facet overlaps the packed box of an arc; one subtraction compares both boxes.
 
-    If a byte of the box exceeds the byte of the probe, the subtraction clears the guard bit of this byte.
+    If a byte of `box` exceeds the same byte of `probe`, the subtraction clears the guard bit of this byte.
+
+    box : of a facet, from `packed_box`; probe : of an arc, from `packed_probe`
     """
     return (probe - box) & GUARDS == GUARDS

@@ -1,4 +1,4 @@
-"""Find the next contact of a rock: search, search again with wider facets, and check if it fell through the ground.
+"""Find the next contact of a rock: search, search again with wider facets, and check for a fall through the ground.
 
 A locator finds the first contact of an arc (`contact.py`). This module decides whether this contact is final. If the
 rock would leave the terrain or meet the back of the ground, the search runs again with facets that are wider by a
@@ -26,7 +26,7 @@ FALLEN = -2
 
 @model_function
 def comes_behind(contact: object, left: PreviousContact) -> bool:
-    """True if a rock meets the other side of the ground than at its last contact: the rock may have fallen through.
+    """Return True if a rock meets the other side of the ground than at its last contact: it may have fallen through.
 
     left : the last contact
     """
@@ -40,7 +40,7 @@ def not_known_to(contact: object, left: PreviousContact) -> bool:
 
 @comes_behind.rule(Contact)
 def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
-    """True if a rock meets the other side of the ground than at its last contact.
+    """Return True if a rock meets the other side of the ground than at its last contact.
 
     On ground without holes, such a rock has fallen through the ground. A rock that bounces to and fro between two
     sheets of ground has not fallen through.
@@ -53,7 +53,7 @@ def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
 
 @model_function
 def notices_falls(locator: object) -> bool:
-    """True if a search with this locator also checks whether a rock has fallen through the ground.
+    """Return True if a search with this locator also checks whether a rock has fallen through the ground.
 
     The check concerns rocks that leave the terrain or meet the back of the ground.
     """
@@ -119,7 +119,7 @@ def fall_of_point(contact: Contact) -> Contact:
 
 @model_function
 def is_fall(contact: object) -> bool:
-    """True if a contact reports that the rock has fallen through the ground, as made by `fall_of`."""
+    """Return True if a contact reports that the rock has fallen through the ground, as made by `fall_of`."""
 
 
 @is_fall.otherwise
@@ -130,7 +130,7 @@ def is_no_fall(contact: object) -> bool:
 
 @is_fall.rule(Contact)
 def is_marked(contact: Contact) -> bool:
-    """True if the contact has FALLEN in place of the facet."""
+    """Return True if the contact has FALLEN in place of the facet."""
     return contact.facet == FALLEN
 
 

@@ -110,7 +110,12 @@ def _clear(table: SlabTable, block: CellRectangle) -> None:
 
 @kernel
 def clear_block(table: SlabTable, block: CellRectangle) -> None:
-    """Set the slabs over a rectangle of buckets, at all levels, to the initial values: normal 0, height -inf."""
+    """Set the slabs over a rectangle of buckets to the initial values, at all levels (cell sizes).
+
+    The initial values are a normal of zero and a height of -inf.
+
+    table : the slabs, changed; block : the rectangle
+    """
     planes = table.planes
     for level in range(LEVELS):
         cells = cells_of(block, level)
@@ -154,10 +159,12 @@ def _lean(table: SlabTable, block: CellRectangle) -> None:
 
 @kernel
 def lean_upwards(table: SlabTable, block: CellRectangle) -> None:
-    """Compute the unit normals of the slabs at all levels from the sums of normals of a rectangle of buckets.
+    """Compute the unit normals of the slabs over a rectangle of buckets, at all levels (cell sizes).
 
-    The sum of a wider cell is the sum of its buckets. Where the normals cancel out, or their sum points downwards, the
-    slab is horizontal.
+    Before the call, the slab of each bucket has the sum of the normals of its facets (`add_normal`). The sum of a wider
+    cell is the sum of its buckets. Where the normals cancel out, or their sum points downwards, the slab is horizontal.
+
+    table : the slabs, changed; block : the rectangle, of whole cells of each level
     """
     planes = table.planes
     for j in range(block.bottom, block.top):
@@ -175,7 +182,7 @@ def lean_upwards(table: SlabTable, block: CellRectangle) -> None:
 
 @kernel
 def _lean_one(planes: Any, row: int) -> None:
-    """Scale the normal of one slab to length 1; make it vertical if it is too short or points downwards.
+    """Scale the normal of one slab to length 1; make the normal vertical if it is too short or points downwards.
 
     planes : (C, 4) as in `SlabTable`; row : of the slab in `planes`
     """
@@ -218,7 +225,9 @@ def raise_over(corners: Any, f: int, planes: Any, row: int) -> None:
 
 @kernel
 def flies_over(slabs: Slabs, level: int, k: int, p: Vec, q: Vec, slack: float) -> bool:
-    """True if an arc from p to q (m) is above the slab of a cell by more than the slack (m), so that it meets no facet.
+    """Return True if an arc from p to q (m) stays above the slab of a cell by more than the slack (m).
+
+    The arc then meets no facet of the cell.
 
     level : cell size; k : number of the cell within its level
 

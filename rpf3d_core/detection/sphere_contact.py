@@ -96,7 +96,7 @@ ON_RIM = 0.75 * RIM
 The depth is smaller than RIM to allow for rounding.
 """
 DEEP = 2.0 * RIM
-"""Depth, in tolerances, in which an edge or corner stops a sphere that moves along a nearer feature of the facet."""
+"""Overlap, in tolerances, at which an edge or corner stops a sphere that moves along a nearer feature of the facet."""
 POLISHED = 1e3
 """Largest distance, in tolerances, by which the final Newton step may move a contact of a sphere."""
 
@@ -164,13 +164,15 @@ def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, b
 
 @kernel
 def _is_over(facets: Facets, f: int, course: Course, t: float) -> bool:
-    """True if the foot of a sphere on the plane of facet f lies on facet f at time t (s); False if t is inf."""
+    """Return True if the foot of a sphere on the plane of facet f lies on facet f at time t (s); False if t is inf."""
     return t < math.inf and contains(facets, f, course_position(course, t), False, facets.tolerance)
 
 
 @kernel
 def _entry_time(facets: Facets, f: int, course: Course, n: Vec, t: float) -> float:
-    """Return the time when a flying sphere meets facet f, whose plane it reaches outside f at time t (s); inf if never.
+    """Return the time (s) when a flying sphere meets facet f, if it reaches the plane of f at time t (s) outside f.
+
+    The result is inf if the sphere does not meet facet f.
 
     n : normal of the facet towards the sphere
 
@@ -205,7 +207,7 @@ def _time_from_touch(b: float, a: float, course: Course) -> float:
 
 @kernel
 def stays_on(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> bool:
-    """True if a sphere that touches the interior of facet f continues to touch it: the foot does not cross an edge.
+    """Return True if a sphere that touches the interior of facet f will still touch it: the foot crosses no edge.
 
     p : m, the foot, that is the point of facet f that the sphere touches; or the centre of the sphere
     v, a : velocity (m/s) and acceleration (m/s^2) of p
@@ -274,7 +276,10 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
 
 @kernel
 def _sooner_on_rim(best: Touch, f: int, course: Course, rim: Rim, t: float) -> Touch:
-    """Return the earlier of two contacts of a sphere: `best`, or the contact with a rim of facet f at time t (s)."""
+    """Return the earlier of two contacts of a sphere: `best`, or its contact with an edge or corner at time t (s).
+
+    rim : the edge or corner; f : number of its facet
+    """
     if t > best.t:
         return best
     gap = without(subtract(course_position(course, t), rim.at), rim.along)
@@ -284,12 +289,13 @@ def _sooner_on_rim(best: Touch, f: int, course: Course, rim: Rim, t: float) -> T
 
 @kernel
 def _lies_behind(facets: Facets, f: int, course: Course, foot: Vec) -> bool:
-    """True if a sphere that touches a rim of facet f moves along, or away from, a nearer feature of facet f.
+    """Return True if a sphere that touches an edge or corner of facet f moves along, or away from, a nearer part of f.
 
-    foot : m, the foot of the sphere on the rim
+    foot : m, the point of the edge or corner that is closest to the centre of the sphere
 
-    Such a rim is the end of an edge on which the sphere rolls, or another edge of a narrow facet. It does not stop the
-    sphere at once: the search for the contacts that carry the sphere (`touching.against`) does not find this rim.
+    Such a corner is the end of an edge on which the sphere rolls; such an edge is another edge of a narrow facet. The
+    edge or corner does not stop the sphere at once: the search for the contacts that carry the sphere
+    (`touching.against`) does not find it.
     """
     near = foot_on(facets, f, course.x)
     gap = subtract(course.x, near)
@@ -301,10 +307,12 @@ def _lies_behind(facets: Facets, f: int, course: Course, foot: Vec) -> bool:
 
 @kernel
 def _time_into_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, until: float) -> float:
-    """Return the time when a sphere hits a rim that it touches at the start, but that lies behind a nearer feature.
+    """Return the time (s) when a sphere hits an edge or corner that it touches at the start, behind a nearer feature.
 
-    The sphere hits the rim when it overlaps the rim by DEEP tolerances, or when it returns to the rim after it has left
-    it. The result is inf if neither happens. q, until : as in `_time_from_rim`
+    The sphere hits the edge or corner when both overlap by DEEP tolerances, or when the sphere has left and returns.
+    The result is inf if neither happens.
+
+    rim : the edge or corner; q, until : as in `_time_from_rim`
     """
     deep = _at_depth(q, course.radius, DEEP * facets.tolerance, RIM * facets.tolerance)
     if deep.c0 <= 0.0:
@@ -317,9 +325,11 @@ def _time_into_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, until: 
 
 @kernel
 def _at_depth(q: Quartic, radius: float, depth: float, before: float) -> Quartic:
-    """Return the polynomial q, the squared distance minus the squared lowered radius, for another depth of the rim.
+    """Return the squared distance of a sphere from an edge or corner, minus (radius - depth)^2, as a polynomial (m^2).
 
-    radius : of the sphere (m); depth, before : depth of the rim (m) for the result, and for q
+    q is this polynomial of time for another depth. The depth is the length by which the edge or corner is lowered.
+
+    radius : of the sphere (m); depth, before : depth (m) in the result, and in q
     """
     return Quartic(c0=q.c0 + (depth - before) * (2.0 * radius - depth - before), c1=q.c1, c2=q.c2, c3=q.c3, c4=q.c4)
 
@@ -351,7 +361,7 @@ def _time_on_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, begin: fl
     The polynomial q, the squared distance minus the squared radius, falls through zero at most twice. The result is the
     first of these times at which the foot lies on the edge.
 
-    begin, until : s, begin and end of the search
+    rim : the edge or corner; begin, until : s, begin and end of the search
     """
     for _ in range(2):
         t = first_fall(q, begin, until)
@@ -366,7 +376,7 @@ def _time_on_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, begin: fl
 
 @kernel
 def _is_on(course: Course, rim: Rim, t: float) -> bool:
-    """True if the foot of a sphere on the line of an edge lies on the edge at time t (s); always true for a corner."""
+    """Return True if the foot of a sphere on an edge's line lies on the edge at time t (s); True for a corner."""
     return 0.0 <= dot(subtract(course_position(course, t), rim.at), rim.along) <= rim.length
 
 

@@ -18,9 +18,9 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.vectors import dot
 
 LOOK = 2.0
-"""Distance beyond the contact threshold up to which facets are searched, over the size of a facet (-).
+"""Distance beyond the contact threshold up to which facets are searched, divided by the size of a facet (-).
 
-If no facet is within the search radius, steps are skipped.
+If no facet is within the search radius, the steps in which the rock cannot reach a facet are skipped.
 """
 
 
@@ -84,7 +84,7 @@ def first_contact_at_steps(method: Stepped, facets: Facets, arc: Arc, left: Prev
 
 @kernel
 def _next_possible(method: Stepped, arc: Arc, t: float, distance: float) -> float:
-    """Return the number of the next step at which a rock may be within the threshold; 0 if no step can be skipped.
+    """Return the number of the next step at which a rock may be within the contact threshold; 0 to skip no step.
 
     distance : m, lower bound of the distance from the rock to all facets at time t
     """

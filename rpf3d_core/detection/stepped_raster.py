@@ -69,5 +69,5 @@ def facet_over(method: SteppedRaster, x: float, y: float) -> int:
 
 @kernel
 def _below(facets: Facets, f: int, x: Vec) -> bool:
-    """True if point x (m) is below the plane of facet f."""
+    """Return True if point x (m) is below the plane of facet f."""
     return dot(stored_normal(facets, f), subtract(x, corner(facets, f, 0))) < 0.0

@@ -55,7 +55,7 @@ def probe_of(grid: Grid, i: int, j: int, p: Vec, q: Vec) -> int:
 
 @kernel
 def out_of_reach(facets: Facets, f: int, stretch: Stretch) -> bool:
-    """True if a stretch of an arc cannot touch facet f, so that the exact contact test is not needed.
+    """Return True if a stretch of an arc cannot touch facet f, so that the exact contact test is not needed.
 
     Either facet f lies outside the stretch in plan, or the stretch stays on one side of the plane of facet f.
     """
@@ -65,7 +65,10 @@ def out_of_reach(facets: Facets, f: int, stretch: Stretch) -> bool:
 
 @kernel
 def _beside(facets: Facets, f: int, stretch: Stretch, slack: float) -> bool:
-    """True if all corners of facet f lie on one side of the stretch's line in plan, by more than the slack (m)."""
+    """Return True if facet f lies on one side of the stretch's line in plan, by more than the slack (m).
+
+    The result is False for a vertical stretch, whose line in plan is a point.
+    """
     p, v = stretch.p, stretch.v
     a = _left_of(v, p, corner(facets, f, 0))
     b = _left_of(v, p, corner(facets, f, 1))
@@ -82,7 +85,7 @@ def _left_of(v: Vec, p: Vec, corner: Vec) -> float:
 
 @kernel
 def _on_one_side(facets: Facets, f: int, stretch: Stretch, slack: float) -> bool:
-    """True if the whole stretch stays on one side of the plane of facet f, by more than the slack (m)."""
+    """Return True if the whole stretch stays on one side of the plane of facet f, by more than the slack (m)."""
     n, origin = stored_normal(facets, f), corner(facets, f, 0)
     begin, end = dot(n, subtract(stretch.p, origin)), dot(n, subtract(stretch.q, origin))
     bend = n[2] * stretch.bend

@@ -56,7 +56,10 @@ def swept_locator(locator: Swept) -> Any:
 
 @model_function
 def swept_contact(locator: object, facets: Facets, course: Course, end: float) -> Touch:
-    """Return the first contact of a sphere in free flight before `end` (s); one rule per locator."""
+    """Return the first contact of a sphere in free flight before `end` (s); one rule per locator.
+
+    course : motion of the sphere's centre
+    """
 
 
 @first_contact.rule(Swept)
@@ -72,7 +75,10 @@ def first_touch(locator: Swept, facets: Facets, arc: Arc, left: PreviousContact,
 
 @kernel
 def stretch_end(course: Course, begin: float, length: float, end: float) -> float:
-    """Return a time (s), at most `end`, up to which a sphere's centre moves at most `length` (m) after `begin` (s)."""
+    """Return a time (s), at most `end`, up to which a sphere's centre moves at most `length` (m) after `begin` (s).
+
+    Exception: the result is `end` if the time would not be later than `begin`, because of rounding or a length of 0.
+    """
     speed, pull = norm(course_velocity(course, begin)), norm(course.a)
     pace = speed + math.sqrt(speed * speed + 2.0 * pull * length)
     leave = begin + 2.0 * length / pace if pace > 0.0 else end
@@ -125,7 +131,7 @@ def swept_over_buckets(locator: BucketLocator, facets: Facets, course: Course, e
 
 @kernel
 def _sweeps_over(locator: BucketLocator, course: Course, stretch: SweptStretch, slack: float) -> bool:
-    """True if the sphere stays above the slabs of all cells under a stretch by more than the slack (m)."""
+    """Return True if the sphere stays above the slabs of all cells under a stretch by more than the slack (m)."""
     level, width = 0, locator.cell
     while level < LEVELS - 1 and width * WIDEST < stretch.length:
         level, width = level + 1, width * (1 << SHIFT)
@@ -159,7 +165,7 @@ def scan_buckets(locator: BucketLocator, facets: Facets, low: Vec, high: Vec, qu
 
 @kernel
 def _reaches_into(facets: Facets, f: int, low: Vec, high: Vec) -> bool:
-    """True if the box of facet f overlaps the box between the corners `low` and `high` (3,) m."""
+    """Return True if the box of facet f overlaps the box between the corners `low` and `high` (3,) m."""
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     for k in range(3):  # noqa: SIM110  (all() of a generator does not compile)
         if min(a[k], b[k], c[k]) > high[k] or max(a[k], b[k], c[k]) < low[k]:
@@ -169,9 +175,11 @@ def _reaches_into(facets: Facets, f: int, low: Vec, high: Vec) -> bool:
 
 @kernel
 def _first_shared(locator: BucketLocator, facets: Facets, f: int, cells: CellRectangle, i: int, j: int) -> bool:
-    """True if facet f must be tested in the cell in column i and row j, so that a search tests each facet only once.
+    """Return True if a search must test facet f in the cell in column i and row j, to test each facet only once.
 
-    cells : rectangle of cells that the search visits. A facet is tested in the first of them that its box touches.
+    A facet is tested in the first of the visited cells that its box touches.
+
+    cells : rectangle of cells that the search visits
     """
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     column = cell_index(min(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)

@@ -114,8 +114,9 @@ def piece_on_way(pieces: TerrainPieces, facets: Facets, x: Vec, way: Vec, left: 
 def earlier_on_ground(on: OnGround, facets: Facets, f: int, arc: Arc, best: Contact) -> Contact:
     """Return the earlier of two contacts on a path along the ground: `best`, or the contact with facet f.
 
-    on : the facets that carry the rock; facets of the pieces of terrain that these facets belong to do not count
-    arc : the path, as a straight arc of one second
+    Facets that belong to the same piece of terrain as a facet that carries the rock do not count.
+
+    on : the facets that carry the rock; arc : the path, as a straight arc of one second
     """
     if on.number[f] == on.number[on.facet] or (on.other >= 0 and on.number[f] == on.number[on.other]):
         return best
@@ -137,7 +138,7 @@ def earlier_on_ground(on: OnGround, facets: Facets, f: int, arc: Arc, best: Cont
 
 @kernel
 def _is_at_rim(facets: Facets, f: int, rims: int, x: Vec) -> bool:
-    """True if x (3,) m on facet f lies within ALONGSIDE cracks of an edge at the rim of the facet's piece.
+    """Return True if x (3,) m on facet f lies within ALONGSIDE cracks of an edge at the rim of the facet's piece.
 
     rims : bits of these edges, as in `PieceNumbers`
     """
@@ -150,7 +151,7 @@ def _is_at_rim(facets: Facets, f: int, rims: int, x: Vec) -> bool:
 
 @kernel
 def _leads_over(facets: Facets, f: int, rims: int, x: Vec, way: Vec) -> bool:
-    """True if a straight path from x (3,) m along `way` (3,) stays over facet f long enough for a contact to count.
+    """Return True if a path from x (3,) m straight along `way` (3,) stays over facet f long enough to be a contact.
 
     The path must be longer than ALONGSIDE cracks up to an edge at the rim of the piece, and longer than the tolerance
     up to an edge where another facet follows.

@@ -13,7 +13,7 @@ from rpf3d_core.vectors import cross, dot, subtract, without
 
 @kernel
 def wins_tie(facets: Facets, f: int, g: int, arc: Arc, t: float, approach: float, other: float) -> bool:
-    """True if a contact counts for facet f and not for facet g, when an arc meets both facets after t seconds.
+    """Return True if a contact counts for facet f and not for facet g, when an arc meets both facets after t seconds.
 
     The facet that the rock meets at the larger speed takes precedence. If the speeds are equal, the components of the
     normal are compared, x first, and the larger component takes precedence. For equal normals, `_lies_first` decides.
@@ -32,7 +32,7 @@ def wins_tie(facets: Facets, f: int, g: int, arc: Arc, t: float, approach: float
 
 @kernel
 def _lies_first(facets: Facets, f: int, g: int, arc: Arc, t: float, n: Vec) -> bool:
-    """True if facet f takes precedence over facet g as the facet of a contact, for two facets in one plane.
+    """Return True if facet f takes precedence over facet g as the facet of a contact, for two facets in one plane.
 
     The facet further to the left of the rock's motion takes precedence, then the facet further ahead, then the smaller
     number. For a rock at rest, the direction of descent replaces the motion. Directions relative to the motion are used

@@ -76,15 +76,16 @@ def scan(locator: object, facets: Facets, low: Vec, high: Vec, quest: object, be
 
 @looked_at.rule(Sweep)
 def swept(quest: Sweep, facets: Facets, f: int, best: Touch) -> Touch:
-    """Return the earlier contact of a moving sphere: `best` or the first contact with facet f."""
+    """Return the earlier of two contacts of a moving sphere: `best`, or the first contact with facet f."""
     return earlier_touch(facets, f, quest.course, quest.end, quest.before, best)
 
 
 @looked_at.rule(Nearest)
 def nearest(quest: Nearest, facets: Facets, f: int, best: Touch) -> Touch:
-    """Return the feature nearer to the point x of the search: `best` or the nearest feature of facet f.
+    """Return the feature nearer to the point x of the search: `best`, or the point of facet f that is closest to x.
 
-    If x lies on facet f, the direction from facet f to x is the upward normal of facet f.
+    `Touch.t` is the distance (m), and `Touch.n` the direction from the facet to x. If x lies on facet f, this direction
+    is the upward normal of facet f.
     """
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
@@ -99,7 +100,7 @@ def nearest(quest: Nearest, facets: Facets, f: int, best: Touch) -> Touch:
 
 @looked_at.rule(Against)
 def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
-    """Return the contact that opposes the vector `way` more: `best` or the contact with facet f.
+    """Return the contact that opposes the vector `quest.way` more: `best`, or the contact with facet f.
 
     `Touch.t` is the component of `way` along the normal of the contact, below zero. The interior of a facet takes
     precedence over an edge with almost the same component: for the interior, the component is lowered by |way| times
@@ -138,11 +139,10 @@ def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
 
 @kernel
 def _passes(quest: Against, tolerance: float, m: Vec, along: Vec, distance: float) -> bool:
-    """True if a sphere that moves straight along `way` passes near an edge or a corner without contact.
+    """Return True if a sphere that moves straight along `quest.way` passes an edge or a corner without contact.
 
     m : (3,) unit, from the edge or corner to the sphere's centre; along : (3,) unit, along the edge, zero for a corner
-    distance : m, of the centre from the edge or corner
-    quest : the search, with the vector `way`; tolerance : of the terrain, m
+    distance : m, of the centre from the edge or corner; tolerance : of the terrain, m
     """
     way = without(quest.way, along)
     toward, clear = dot(m, way) * distance, quest.radius - ON_RIM * tolerance
@@ -151,7 +151,7 @@ def _passes(quest: Against, tolerance: float, m: Vec, along: Vec, distance: floa
 
 @kernel
 def _on_face(quest: Against, facets: Facets, f: int, p: Vec) -> bool:
-    """True if a sphere touches the interior of facet f at p (m) and does not leave the facet across an edge."""
+    """Return True if a sphere touches the interior of facet f at p (m) and does not leave the facet across an edge."""
     off = without(subtract(quest.x, p), stored_normal(facets, f))
     return norm(off) <= 2.0 * facets.tolerance and stays_on(facets, f, p, quest.v, quest.down)
 
@@ -202,9 +202,10 @@ def _along_at_end(facets: Facets, f: int, p: Vec, gap: Vec, v: Vec, along: Vec) 
 
 @kernel
 def lesser(best: Touch, other: Touch) -> Touch:
-    """Return the better of two search results: the one with the smaller `t`, which is a time, distance or component.
+    """Return the better of two search results: the result with the smaller `t`, a time, a distance or a component.
 
-    If both are equal, the larger components of the normal decide, then the smaller facet number.
+    If both values of `t` are equal, the larger components of the normal decide, then the smaller facet number. If
+    `best` has no facet (a number below 0), the result is `other`.
     """
     if best.facet < 0 or other.t != best.t:
         return other if best.facet < 0 or other.t < best.t else best

@@ -136,9 +136,9 @@ def _off(excess: float, created: float) -> float:
 
 @kernel
 def share_at(cascade: Cascade, rank: int) -> float:
-    """Return the share (-) of the rock's volume that one fragment has.
+    """Return the share (-) of a rock's volume that one of its fragments has.
 
-    rank : place of the fragment in descending order of size, from 1
+    cascade : the size law; rank : place of the fragment in descending order of size, from 1
     """
     return cascade.largest * math.exp(-cascade.exponent * math.log(rank))
 

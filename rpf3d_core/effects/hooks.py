@@ -75,13 +75,13 @@ def felt_normal(effect: object, n: Vec, motion: Motion, rock: RockContext) -> Ve
 
 @felt_normal.otherwise
 def ground_normal(effect: object, n: Vec, motion: Motion, rock: RockContext) -> Vec:
-    """Return the ground's normal n: the effect does not tilt it."""
+    """Return the ground's normal n unchanged, because the effect does not tilt the normal."""
     return n
 
 
 @felt_normal.rule(Chain)
 def normal_of_all(chain: Chain, n: Vec, motion: Motion, rock: RockContext) -> Vec:
-    """Return the normal for the rebound after all effects of the chain, applied in order."""
+    """Return the unit normal (3,) that a rebound uses, after all effects of the chain have tilted it, in order."""
     return felt_normal(chain.tail, felt_normal(chain.head, n, motion, rock), motion, rock)  # type: ignore[no-any-return]
 
 
@@ -214,7 +214,8 @@ def no_obstacle(effect: object, arc: Arc, passed: int, until: float, rock: RockC
 def first_of_all(chain: Chain, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
     """Return the first obstacle of any effect of the chain that a rock on an arc meets before `until` (s).
 
-    If a rock meets two obstacles at the same time, the result is that of the first effect in the chain.
+    If a rock meets two obstacles at the same time, the obstacle of the earlier effect in the chain counts. The result
+    is NO_MEETING if the rock meets no obstacle.
 
     passed : as in `first_obstacle`
     """
@@ -257,7 +258,7 @@ def at_obstacle(effect: object, motion: Motion, number: int, met: int, rock: Roc
 
 @at_obstacle.otherwise
 def past_it(effect: object, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the motion unchanged: the effect has no obstacles."""
+    """Return the result of a rock that moves on unchanged, because the effect has no obstacles."""
     return AfterObstacle(motion=motion, outcome=MOVING, facet=-1)
 
 

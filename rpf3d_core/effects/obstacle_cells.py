@@ -41,7 +41,10 @@ class ObstacleCells(NamedTuple):
 
 
 def cells_of(low: FloatArray, high: FloatArray) -> ObstacleCells:
-    """Return N >= 0 obstacles sorted into cells, from the corners low and high (N, 2) m of their boxes in plan."""
+    """Return N >= 0 obstacles, sorted into the cells of a grid in plan.
+
+    low, high : (N, 2) m, corners of the box of each obstacle in plan
+    """
     if not len(low):
         return ObstacleCells(
             x=0.0, y=0.0, cell=1.0, nx=0, ny=0, starts=np.zeros(1, dtype=np.int64), ids=np.empty(0, dtype=np.int64)

@@ -76,7 +76,10 @@ class SpreadRoughness(NamedTuple):
 
 @felt_normal.rule(CrspRoughness)
 def crsp_normal(effect: CrspRoughness, n: Vec, motion: Motion, rock: RockContext) -> Vec:
-    """Return the normal of an impact by CRSP's law: tilted against the motion, and to a side if `deviates` is true."""
+    """Return the unit normal (3,) of an impact by CRSP's law: n, tilted at random against the motion.
+
+    If `effect.deviates` is true, part of the tilt is to a side.
+    """
     most = math.atan(effect.amplitude / rock.rock.radius)  # type: ignore[union-attr]  # asks_rock
     tilt = most * _drawn(rock, TILT)
     if not effect.deviates:
@@ -88,13 +91,13 @@ def crsp_normal(effect: CrspRoughness, n: Vec, motion: Motion, rock: RockContext
 
 @felt_normal.rule(RocfallRoughness)
 def rocfall_normal(effect: RocfallRoughness, n: Vec, motion: Motion, rock: RockContext) -> Vec:
-    """Return the normal of an impact by RocFall's law: tilted at random against the motion or along it."""
+    """Return the unit normal (3,) of an impact by RocFall's law: n, tilted at random against the motion or along it."""
     return tilted(n, motion.v, _normal_tilt(effect.angle_sd, rock, TILT), 0.0)
 
 
 @felt_normal.rule(SpreadRoughness)
 def spread_normal(effect: SpreadRoughness, n: Vec, motion: Motion, rock: RockContext) -> Vec:
-    """Return the normal of an impact: tilted at random as in RocFall's law, and then to a side."""
+    """Return the unit normal (3,) of an impact: n, tilted at random as in RocFall's law, and then to a side."""
     back = _normal_tilt(effect.angle_sd, rock, TILT)
     return tilted(n, motion.v, back, _normal_tilt(effect.lateral_sd, rock, LATERAL))
 

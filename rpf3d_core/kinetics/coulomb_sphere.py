@@ -70,9 +70,9 @@ def slip_of(v: Vec, w: Vec, n: Vec, radius: float) -> Vec:
 
 @kernel
 def kicked(motion: Motion, n: Vec, radius: float, k: float, slip: Vec) -> Motion:
-    """Return the motion of a sphere after a friction impulse k (m/s, per mass) at its contact point, against the slip.
+    """Return the motion of a sphere after a friction impulse at its contact point, against the slip.
 
-    slip : (3,) m/s, from `slip_of`
+    k : size of the impulse, per unit of mass (m/s); slip : (3,) m/s, from `slip_of`
     n : (3,) unit normal of the ground; radius : of the sphere, m
     """
     speed = norm(slip)

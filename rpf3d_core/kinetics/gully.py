@@ -18,7 +18,7 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import cross, dot, norm, scale, subtract
 
 WEAKEST = 1e-9
-"""Smallest share of gravity (-) that counts if it pulls a rock on a facet across the gully.
+"""Smallest share of gravity (-) that counts as a pull on a rock, along a facet and across the gully.
 
 Below this share, the facet counts as level in this direction: gravity pulls the rock neither back to the line of the
 gully nor away from it.

@@ -73,7 +73,7 @@ def impulses_of(u: Vec, s: Vec, friction: float, moment: float) -> Impulses:
 
 @kernel
 def _within(impulse: Vec, most: float) -> Vec:
-    """Return an impulse (3,) m/s; an impulse longer than `most` (m/s) is shortened to this length."""
+    """Return an impulse (3,) m/s, shortened to the length `most` (m/s) if it is longer."""
     size = norm(impulse)
     return impulse if size <= most else scale(most / size, impulse)
 

@@ -159,6 +159,7 @@ def slide_on_line(
     If friction can hold the rock, it stops at stop_speed. Otherwise its speed falls to zero, and the next segment is
     downhill.
 
+    line : the start of the slide; stop_speed : m/s
     first, second : distance (m) along the slide to the border of the first and of the second facet; inf without a
         second facet
     time_left : s until max_time

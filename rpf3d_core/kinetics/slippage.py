@@ -1,4 +1,6 @@
-"""Friction mu that grows with the slip s (m), the distance that a rock has slipped, as in RAMMS::ROCKFALL.
+"""Friction mu that grows with the slip s (m) of a rock, as in RAMMS::ROCKFALL.
+
+Slip grows with the path of the rock's centre while the rock presses on the ground, and decays in the air:
 
     mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s)
     ds/dt = |v| while a contact presses, v the velocity of the centre of mass;    ds/dt = -beta s otherwise
@@ -28,7 +30,7 @@ class SlipFriction(NamedTuple):
 
 @kernel
 def slippage_friction(mu_min: float, mu_max: float, kappa: float, slipped: float) -> float:
-    """Return the friction (-) of a rock that has slipped a distance (Leine et al. 2014, equation 46).
+    """Return the friction mu (-) of a rock with a given slip (Leine et al. 2014, equation 46).
 
     mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s); slipped : the slip s, m
     """
@@ -57,7 +59,8 @@ def slip_on_ground(model: Any, slipped: Any, zone: int, way: float) -> Any:
     """Return the slip (m) of a rock after its centre has moved a distance `way` (m) while it presses on a zone.
 
     model : as in `slip_at_release`; slipped : slip before (m); zone : number of the zone
-    The result is 0 on ground without slip friction, and None if no ground of the scene has slip friction.
+    The result is 0 on ground without slip friction, and None if no ground of the scene has slip friction. Slip is the
+    length on which slip friction depends.
     """
     if model is None:
         return None

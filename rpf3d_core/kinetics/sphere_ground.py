@@ -137,7 +137,7 @@ def _skidding(direction: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
 
 @kernel
 def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) -> RollingSegment:
-    """Return the segment on which a sphere skids: it ends when the slip is zero, or slip or velocity turned by TURN.
+    """Return the segment on which a sphere skids, until its slip is zero, or its slip or velocity has turned by TURN.
 
     friction : deceleration by friction, mu N (m/s^2)
     v, slip, n, g_t, radius : as in `rolling_piece`

@@ -37,7 +37,7 @@ body stopped (`bodies.rest.Stop`).
 """
 
 SAMPLE = 100_000
-"""Number of facets from which, at least, the typical facet size is estimated, if the terrain has as many."""
+"""Least number of facets in the sample from which the typical facet size is estimated, if the terrain has as many."""
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -118,7 +118,8 @@ class Reference:
     def ground_below(self, x: Floats) -> Floats:
         """Return for R points x (R, 3) m the height (m) above the ground, the facet below and its side, (R, 3).
 
-        The facet is -1 over a hole; the side is 1 for the free side of the facet, -1 for its back.
+        If no ground lies below a point, as over a hole, the facet is below 0 and the height is 0. The side is 1 for the
+        free side of the facet, -1 for its back.
         """
         out = np.empty((len(x), 3))
         _ground_below_all.py_func(self.locator, self.facets, x.tolist(), out)  # type: ignore[attr-defined]
@@ -291,7 +292,7 @@ def is_precompiled(models: Models) -> bool:
 
 
 def precompile_index() -> Compiled:
-    """Compile all functions that build the search structure of the compiled engine, by building one over two facets.
+    """Compile all functions that build the search structure of the compiled engine; return an engine over two facets.
 
     Two facets are used because the corner array of a single facet has another memory layout, and so another numba type.
     """

@@ -39,7 +39,7 @@ def held_by(physics: Physics, state: State, contact: Contact, n: Vec, rock: Rock
     facet. A contact that would lift the rock by less than smallest_bounce is not an impact: otherwise a rock would lose
     speed at every slight kink of a mesh.
 
-    n : (3,) normal of the contact's facet, turned towards the rock
+    state : with the rock's last facet and velocity; n : (3,) normal of the contact's facet, turned towards the rock
     """
     facets, settings, v, last = physics.facets, physics.settings, state.motion.v, state.left.facet
     into, g_n = -dot(v, n), settings.gravity * n[2]
@@ -96,7 +96,7 @@ def _held_line(physics: Physics, state: State, contact: Contact, n: Vec, slight:
 
 @kernel
 def _is_thrown_out(physics: Physics, state: State, contact: Contact, n: Vec, m: Vec, rock: RockContext) -> bool:
-    """True if a rock that hits the contact's facet would bounce between both facets, and then climb out of the gully.
+    """Return True if a rock that hits the contact's facet would bounce between both facets and climb out of the gully.
 
     Each bounce uses the R_n of the ground under the facet that the rock hits.
 

@@ -31,8 +31,8 @@ class FlightSegment(NamedTuple):
     start : motion at the beginning; longest : planned duration of the segment, for which the parabola may replace the
         flight through the air (s); inf if no effect acts in the air
     left : time from the beginning until max_time (s)
-    contact, meeting, loss : first contact, first obstacle and first passage through a cap. None is earlier than t; the
-        event at t ends the parabola
+    contact, meeting, loss : first contact, first obstacle and first passage through a cap; no such event is earlier
+        than t, and the event at t ends the parabola
     """
 
     start: Motion
@@ -120,8 +120,8 @@ def height_for_effects(effects: Any, locator: Any, facets: Facets, x: Vec) -> fl
 def ground_below(locator: Any, facets: Facets, x: Vec) -> tuple[float, Contact]:
     """Return the height (m) of point x above the terrain, and the contact straight below x.
 
-    Over a hole the height is 0.0, and the facet of the contact is -1. The search finds the first contact of a stone
-    that falls from x with gravity 1 m/s^2.
+    If no ground lies below x, as over a hole, the height is 0.0 and the facet of the contact is below 0. The search
+    finds the first contact of a stone that falls from x with gravity 1 m/s^2.
     """
     drop = Arc(x=x, v=(0.0, 0.0, 0.0), gravity=1.0)
     contact = contact_or_crack(locator, facets, drop, LINE_OF_SIGHT, flight_end(facets, drop, 0.0), math.inf)

@@ -21,9 +21,9 @@ IMPACT_COLUMNS, PIECE_COLUMNS, SPIN_COLUMNS = 9, 10, 2
 """Number of columns of an impact row, of a path segment row, and of additional columns in both if rocks spin."""
 
 POSE, POSE_COLUMNS = PIECE_COLUMNS + SPIN_COLUMNS, 8
-"""First column, and number of columns, of orientation, spin and energy of a body in the row of a path segment."""
+"""First column and number of the columns with orientation, spin and energy of a body, in the row of a path segment."""
 BLOW, BLOW_COLUMNS = IMPACT_COLUMNS + SPIN_COLUMNS, 3
-"""First column, and number of columns, of contacts and energies of a body in the row of an impact."""
+"""First column and number of the columns with contacts and energies of a body, in the row of an impact."""
 
 
 class Record(NamedTuple):
@@ -112,7 +112,9 @@ def record_from(record: Record, first: Any, i: int) -> Record:
 def close_rock(record: Record, tally: RockTally, first: Any, i: int) -> bool:
     """Set the first rows of rock i + 1 in `first`; return False if the path of rock i did not fit into the record.
 
-    A path has one row for each segment, and one more row for its end. tally : totals of rock i at its end
+    A path has one row for each segment, and one more row for its end.
+
+    tally : totals of rock i at its end; first : as in `Logbook`
     """
     if not writes(record):
         return True

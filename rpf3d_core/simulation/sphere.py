@@ -216,10 +216,10 @@ def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
 
 @kernel
 def _gripped(held: Held, motion: Motion, n: Vec, radius: float) -> tuple[Vec, Vec]:
-    """Return velocity and spin of a sphere at the end of skidding: friction removes the slip that is left.
+    """Return velocity (3,) m/s and spin (3,) rad/s of a sphere at the end of skidding, without the slip that is left.
 
     The slip turns while the sphere skids, so a small component of the slip, across its first direction, is left at the
-    end (`kinetics.sphere_ground`).
+    end (`kinetics.sphere_ground`). A friction impulse removes this component.
 
     held : the contacts that carry the sphere; motion : just before; n, radius : as in `_slip`
     """

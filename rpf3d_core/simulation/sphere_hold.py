@@ -82,7 +82,10 @@ def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, 
 
 @kernel
 def _by_one(touch: Touch, way: Vec) -> Held:
-    """Return `Held` for one contact, which allows the component of the vector `way` along its plane."""
+    """Return `Held` for one contact, which allows the component of the vector `way` along the plane of the contact.
+
+    touch : the contact; way : (3,) velocity (m/s) or gravity (m/s^2)
+    """
     return Held(contacts=1, first=touch, second=NO_TOUCH, pushes=(-dot(way, touch.n), 0.0), way=without(way, touch.n))
 
 
@@ -92,6 +95,8 @@ def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
 
     If only one of both contacts pushes, return `Held` for this contact alone. Two contacts with opposite normals allow
     no motion.
+
+    way : (3,) velocity (m/s) or gravity (m/s^2)
     """
     line = cross(first.n, second.n)
     sine = norm(line)
@@ -113,11 +118,11 @@ def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
 
     If the first two contacts allow the motion along the third contact's plane, the third contact alone blocks the
     sphere. If not, the third contact and one of the first two block the sphere, provided that the remaining contact
-    allows the motion along their common line. Otherwise the three contacts allow no motion.
+    allows the motion along the common line of both. Otherwise the three contacts allow no motion.
 
     held : the first two contacts
     third : the third contact; way : the vector that the contacts block, as in `held_against`
-    noise : component of a direction that counts as zero
+    noise : component of a vector that counts as zero, in the unit of `way`
     """
     alone = _by_one(third, way)
     if dot(alone.way, held.first.n) >= -noise and dot(alone.way, held.second.n) >= -noise:
@@ -133,7 +138,7 @@ def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
 
 @kernel
 def _nothing_left(first: Touch, second: Touch) -> Held:
-    """Return `Held` for contacts that allow no motion at all; its number of contacts is 3.
+    """Return `Held` for contacts that allow a sphere no motion at all, with 3 as the number of contacts.
 
     first, second : two of the contacts
     """

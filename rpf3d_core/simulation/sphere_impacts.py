@@ -22,9 +22,9 @@ from rpf3d_core.values import MOVING, Motion, Vec
 from rpf3d_core.vectors import add, along, dot, norm, scale
 
 SURE = 2.0
-"""Distance of the centre from the ground, in crack widths, beyond which the direction between them is known.
+"""Distance of a sphere's centre from the ground, in crack widths, beyond which the direction to the ground is known.
 
-A sphere whose release lies on the ground may have its centre a rounding error, or a crack width, below it.
+If the release lies on the ground, the centre may be a rounding error, or a crack width, below the ground.
 """
 LIFTS = 64
 """Largest number of steps in which a sphere that overlaps the ground at its release is moved."""

@@ -57,7 +57,7 @@ def carry_on(ground: object, physics: Physics, locator: Any, state: State, rock:
 def stop_or_give_up(
     ground: NoGround, physics: Physics, locator: Any, state: State, rock: RockContext, record: Record
 ) -> State:
-    """Return the end state of a rock without a ground model: STOPPED up to stop_speed, else unresolved contact.
+    """Return the end state of a rock without a ground model: STOPPED up to stop_speed, else UNRESOLVED_CONTACT.
 
     This is the rule of the thesis (section 3.5). Above stop_speed, the thesis has no rule for the motion that follows.
     """
@@ -67,7 +67,7 @@ def stop_or_give_up(
 
 @carry_on.otherwise
 def slide_on(ground: object, physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
-    """Return the state after one ground segment of sliding or rolling, on a facet or in a gully.
+    """Return the state of a rock after one ground segment of sliding or rolling, on a facet or in a gully.
 
     At the end of the segment the rock stops, changes its direction, or flies off the facet. All ground models that have
     a `Law` use this rule.
@@ -125,6 +125,8 @@ def up_to_other_piece(
 
     Other ground is a separate part of the terrain, to which the facet under the rock does not belong. The segment bends
     by 7 degrees at most, so its chord decides where the rock meets other ground, as for obstacles.
+
+    pieces : the separate parts of the terrain; piece : the ground segment
     """
     way = subtract(piece.motion.x, state.motion.x)
     contact = contact_on_way(pieces, physics.facets, state.motion.x, way, state.left)

@@ -24,7 +24,7 @@ Polygon = list[FloatArray]
 ON_LINE = 1e-9
 """Distance (m) from a line within which a corner counts as lying on the line."""
 SLACK = 1e-6
-"""Distance (m) within which two points are merged into one."""
+"""Distance (m) within which two points are merged, or a point counts as on an edge or on the ridge."""
 
 
 def raised(terrain: Terrain, ridge: Ridge, zone: str) -> Terrain:
@@ -111,7 +111,7 @@ def _parts(corners: FloatArray, ridge: Ridge) -> list[Polygon]:
 
 
 def _cut_out(polygon: Polygon, piece: FloatArray) -> tuple[Polygon, list[Polygon]]:
-    """Return the part of a polygon inside a convex polygon of a ridge in plan, and the parts outside.
+    """Return the part of a polygon that lies, in plan, inside one convex polygon of a ridge, and the parts outside.
 
     If no part lies inside, both results are empty.
 
@@ -155,7 +155,9 @@ def _halves(polygon: Polygon, begin: FloatArray, end: FloatArray) -> tuple[Polyg
 
 
 def _beside(terrain: Terrain, cut: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the uncut facets (N,) that share an edge with a cut facet: new points may lie on this edge.
+    """Return the uncut facets (N,) that may share an edge with a cut facet, because new points may lie on this edge.
+
+    A facet may share an edge if at least two of its vertices are vertices of cut facets.
 
     cut : (C,) the cut facets
     """

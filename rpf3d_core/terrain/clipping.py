@@ -68,7 +68,7 @@ def normals_of(triangles: FloatArray) -> FloatArray:
 
 
 def _tiles_of(corners: FloatArray) -> _Tiles:
-    """Group facets (F, 3, 3) into tiles: cells of a coarse grid in plan."""
+    """Return facets with the given corners (F, 3, 3) m, grouped into tiles: cells of a coarse grid in plan."""
     low, high = corners[..., :2].min(axis=1), corners[..., :2].max(axis=1)
     side = max(int((len(corners) / FACETS_A_TILE) ** 0.5), 1)
     origin = low.min(axis=0)
@@ -126,7 +126,10 @@ def _counter_clockwise(prisms: FloatArray) -> FloatArray:
 
 
 def _clipped(triangles: FloatArray, prism: FloatArray) -> FloatArray:
-    """Return the parts (P, 3, 3) of triangles (N, 3, 3) inside a vertical prism over a triangle (3, 2)."""
+    """Return the parts (P, 3, 3) m of triangles (N, 3, 3) m that lie inside a vertical prism.
+
+    prism : (3, 2) m, the prism's cross-section in plan, a counter-clockwise triangle
+    """
     points = np.zeros((len(triangles), MOST_CORNERS, 3))
     points[:, :3] = triangles
     count = np.full(len(triangles), 3)

@@ -17,12 +17,12 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.grid_rows import Mesh, origin_of
 
 GAP = 10.0
-"""Default limit of a triangle's longest side in plan, over the median of the longest sides of all triangles (-).
+"""Default largest side of a triangle in plan, divided by the median of the longest sides of all triangles (-).
 
 A triangle with a longer side spans a gap of the survey.
 """
 SLOTS = 2
-"""Least number of slots in the hash table that finds points by their coordinates, over the number of points (-)."""
+"""Least number of slots of a hash table that finds points by their coordinates, divided by the number of points (-)."""
 
 
 def cloud_mesh(
@@ -100,9 +100,10 @@ def _slot(a: int, b: int, mask: int) -> int:
 
 @loop
 def _enter(keys: Any, table: Any) -> None:
-    """Write the number of each point into the hash table (open addressing); of equal points, only the first point.
+    """Write the numbers of points into a hash table (open addressing); of points at the same place, only the first.
 
     keys : (N, 2) x and y of the points, their 64 bits read as integers
+    table : the number of a point in each slot, -1 for an empty slot; all -1 before the call
     """
     mask = len(table) - 1
     for n in range(len(keys)):
@@ -118,9 +119,10 @@ def _enter(keys: Any, table: Any) -> None:
 
 @loop
 def _look_up(keys: Any, table: Any, wanted: Any, out: Any) -> None:
-    """Write into `out` (M,) the number of the point with each wanted pair of coordinates (M, 2); -1 for no point.
+    """Write the number of the point at each wanted place into `out` (M,); -1 if no point is exactly there.
 
-    keys : (N, 2) as in `_enter`; wanted : (M, 2) pairs of coordinates, also as integers; table : filled by `_enter`
+    keys : (N, 2) as in `_enter`; table : filled by `_enter`
+    wanted : (M, 2) x and y of the wanted places, their 64 bits read as integers
     """
     mask = len(table) - 1
     for n in range(len(wanted)):

@@ -24,9 +24,10 @@ class Filled(NamedTuple):
 
 
 def fill_holes(plan: FloatArray, triangles: Index, widest: float) -> Filled:
-    """Return the triangles that close the holes whose triangulation has no side longer than `widest` (m).
+    """Return the triangles that close the small holes of a mesh, and the areas of the holes that stay open.
 
     plan : (V, 2) m, points; triangles : (F, 3), facing up, covering the plan at most once
+    widest : m; a hole is small if its triangulation has no side in plan longer than this
     """
     sides = _border(triangles)
     holes = _holes(plan, sides)
@@ -45,7 +46,9 @@ def fill_holes(plan: FloatArray, triangles: Index, widest: float) -> Filled:
 
 
 def _border(triangles: Index) -> Index:
-    """Return the border of a mesh: the sides (S, 2) of only one triangle, which lies to the left of the side.
+    """Return the border of a mesh: the sides (S, 2) that belong to only one triangle.
+
+    Each side is given by the numbers of its two points, in the order in which the triangle lies to the left.
 
     triangles : (F, 3), facing up
     """
@@ -77,8 +80,7 @@ def _holes(plan: FloatArray, sides: Index) -> NDArray[np.object_]:
 def _numbers(plan: FloatArray, sides: Index, places: FloatArray) -> Index:
     """Return the number (M,) of the border point that has exactly the coordinates of each place (M, 2) m.
 
-    plan : (V, 2) m, points of the mesh; sides : (S, 2) border sides
-    places : (M, 2) m
+    plan : (V, 2) m, points of the mesh; sides : (S, 2) border sides, from `_border`
     """
     border = np.unique(sides)
     number = dict(zip(map(tuple, plan[border].tolist()), border.tolist(), strict=True))

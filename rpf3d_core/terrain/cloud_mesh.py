@@ -16,7 +16,7 @@ from rpf3d_core.terrain.ground_points import Cells, Ids
 def cell_triangles(plan: FloatArray, cells: Cells) -> NDArray[np.int32]:
     """Return the triangles (F, 3) between the points of neighbouring cells; all face up.
 
-    plan : (K, 2) m, the point of each cell in plan
+    plan : (K, 2) m, the point of each cell in plan; cells : the K cells with a point
     """
     corner = _squares(cells)
     there = (corner >= 0).sum(axis=1)
@@ -52,9 +52,10 @@ def _squares(cells: Cells) -> Ids:
 
 
 def _three(plan: FloatArray, corner: Ids) -> Ids:
-    """Return the triangle (S, 3) around each common corner of four cells, if only three of the cells have a point.
+    """Return a triangle (S, 3) for each common corner of four cells of which only three have a point.
 
     corner : (S, 4) points of the four cells, from `_squares`; exactly one of the four is -1
+    plan : not used
     """
     order = np.argsort(corner < 0, axis=1, kind="stable")[:, :3]
     return np.asarray(np.take_along_axis(corner, order, axis=1))

@@ -15,7 +15,7 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.ground_points import default_cell, ground_class, lowest_in_cells
 
 GAP = 4.0
-"""Default limit of the longest triangle side in a hole that is closed, in cells (-)."""
+"""Default longest side of a triangle in a hole that is closed, divided by the side of a cell (-)."""
 
 
 class CloudChoice(NamedTuple):
@@ -78,8 +78,9 @@ def cloud_surface(
     Raises
     ------
     TerrainError
-        Fewer than three points are ground, a point is not finite, no three neighbouring cells have points, or `choice`
-        names classes but the cloud has none.
+        Fewer than three points are ground, a point is not finite, the points lie on one line along x or y, the cells
+        are too small for the extent of the cloud, no three neighbouring cells have points, or `choice` names classes
+        but the cloud has none.
     """
     given = len(points)
     if classes is not None:

@@ -26,7 +26,9 @@ MARGIN = 2.0
 
 
 def draped_outlines(terrain: Terrain, rings: Sequence[FloatArray], raised: float = 0.0) -> list[FloatArray]:
-    """Return the outline of an area as lines (N, 3) m above the ground; parts off the terrain and over holes are gaps.
+    """Return the outline of an area as lines (N, 3) m that follow the ground.
+
+    Parts of the outline off the terrain and over holes are left out.
 
     rings : closed rings (N, 2) m of the area's polygons and their holes, local frame
     raised : height of the lines above the ground (m)

@@ -22,7 +22,7 @@ PARALLEL = 1e-5
 Above this sine, the direction of the line between the facets, computed from the normals, has an error below 1e-10.
 """
 ALONGSIDE = 16.0
-"""Least length, in crack widths, of a path just outside an edge of a facet, for the facet to carry a rock on the path.
+"""Length of a path, in crack widths, above which a facet carries a rock that moves just outside an edge of the facet.
 
 On this length the path must stay at most a crack's width outside the facet.
 """
@@ -34,8 +34,8 @@ The facet may carry such a rock also just outside the edge, so that the rock doe
 NEAR = 4.0
 """Distance from the plane of a facet, in tolerances, within which a rock counts as on the plane.
 
-The distance is more than one tolerance. A rock may be one tolerance outside the edge of its facet, and then another
-tolerance away from the neighbouring facet. Such distances must not add up to a fall.
+The distance is more than one tolerance, because a rock may be one tolerance outside the edge of its facet and then
+another tolerance away from the neighbouring facet. Such distances must not add up to a fall.
 """
 TIP = 2.0
 """Distance outside a facet's box, as a multiple of the slack, up to which `contains` may count a point as in the facet.
@@ -68,7 +68,7 @@ def stored_normal(facets: Facets, f: int) -> Vec:
 
 @kernel
 def contains(facets: Facets, f: int, p: Vec, strictly: bool, slack: float) -> bool:
-    """True if point p (m), projected onto the plane of facet f, lies in the facet.
+    """Return True if point p (m), projected onto the plane of facet f, lies in the facet.
 
     strictly : the point must lie inside by more than `slack` (m, above 0); otherwise it may lie up to `slack` outside
 
@@ -88,7 +88,7 @@ def contains(facets: Facets, f: int, p: Vec, strictly: bool, slack: float) -> bo
 
 @kernel
 def _is_at_box(facets: Facets, f: int, p: Vec, slack: float) -> bool:
-    """True if p (m) lies in the box around facet f, widened by a slack (m)."""
+    """Return True if p (m) lies in the box around facet f, widened by a slack (m)."""
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     inside = True
     for k in range(3):
@@ -117,7 +117,7 @@ def edge_inward(facets: Facets, f: int, k: int) -> Vec:
 
 @kernel
 def on_plane(facets: Facets, f: int, x: Vec) -> Vec:
-    """Return the point of facet f's plane that is closest to x (m): puts a rock exactly onto its facet."""
+    """Return the point (3,) m of facet f's plane that is closest to x (m), to put a rock exactly onto its facet."""
     n = stored_normal(facets, f)
     return subtract(x, scale(dot(n, subtract(x, corner(facets, f, 0))), n))
 
@@ -182,7 +182,7 @@ def _box_exit(facets: Facets, f: int, x: Vec, direction: Vec, slack: float) -> f
 
 @kernel
 def lies_below(facets: Facets, f: int, other: int, side: float, slack: float) -> bool:
-    """True if facet f lies below the plane of the facet `other`, for example across a convex edge.
+    """Return True if facet f lies below the plane of the facet `other`, for example across a convex edge.
 
     Facet f lies below the plane if none of its corners is more than `slack` (m) above the plane, and at least one is
     more than `slack` below. A rock that moves from `other` across a convex edge flies off and does not hit facet f.
@@ -199,9 +199,9 @@ def lies_below(facets: Facets, f: int, other: int, side: float, slack: float) ->
 
 @kernel
 def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
-    """True if a straight path in the plane of facet f leaves the facet only after more than `ALONGSIDE` crack widths.
+    """Return True if a straight path in the plane of facet f stays on the facet for more than `ALONGSIDE` crack widths.
 
-    A path almost parallel to an edge, and at most one crack width outside the edge, has not left the facet.
+    A path that is almost parallel to an edge, and at most one crack width outside it, is still on the facet.
 
     x : m, start of the path; way : (3,) direction of the path, of any length; for a zero vector the result is True
     """
@@ -213,7 +213,7 @@ def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
 
 @kernel
 def leads_on(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float) -> bool:
-    """True if a straight path stays on facet f for more than the tolerance.
+    """Return True if a straight path stays on facet f for more than the tolerance.
 
     x : m, start of the path; direction : (3,) unit vector along the path
     parallel : as in `line_exit`
@@ -223,10 +223,12 @@ def leads_on(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float) ->
 
 @kernel
 def time_into(facets: Facets, f: int, p: Vec, v: Vec, a: Vec, slack: float) -> float:
-    """Return the time when a point, seen along the normal of facet f, has crossed all edges that it is outside of.
+    """Return the time (s) when a moving point has crossed, inwards, all edges of facet f of which it begins outside.
 
-    The result is 0 for a point inside all edges, and inf if the point never crosses one of them.
-    p, v, a : position (3,) m, velocity (3,) m/s and acceleration (3,) m/s^2 of the point
+    The point is projected onto the plane of the facet. The result is 0 for a point that begins inside all edges, and
+    inf if the point never crosses one of the edges of which it begins outside.
+
+    p, v, a : position (3,) m and velocity (3,) m/s at time 0, and constant acceleration (3,) m/s^2 of the point
     slack : distance (m) outside an edge up to which the point counts as inside
     """
     inside = 0.0

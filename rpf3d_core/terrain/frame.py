@@ -14,7 +14,11 @@ FloatArray = NDArray[np.float64]
 
 
 class Frame(NamedTuple):
-    """The origin (3,) m of the local frame, in z-up axes, and the axis that points up in the input."""
+    """The local frame of a terrain: converts between the input's coordinates and local coordinates.
+
+    origin : (3,) m, of the local frame, in the input's coordinates with z turned up; up : axis that points up in the
+        input
+    """
 
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     up: Up = "z"

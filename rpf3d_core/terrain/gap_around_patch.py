@@ -1,4 +1,4 @@
-"""Fill the ring in plan between a patch (a new survey of a part of the terrain) and the other ground with triangles.
+"""Fill the ring in plan between a patch (a new survey of a part of the terrain) and the ground around with triangles.
 
 The points on both sides of the ring get a Delaunay triangulation. To make each given edge an edge of the triangulation,
 the diagonals that cross this edge are swapped (Sloan 1993, Computers & Structures 47:441). No point is added, so no
@@ -21,12 +21,12 @@ Edge = tuple[int, int]
 Place = tuple[float, float]
 
 AROUND = 4.0
-"""Distance from the ring to four extra points around it, over the width of the ring (-).
+"""Distance of four extra points from the box around all points, divided by the longer side of the box (-).
 
 The four points are the corners of a rectangle that contains all edges of the ring.
 """
 SURE = 4e-16
-"""Largest rounding error of the orientation of three points, which is the difference of two products, over their sum.
+"""Largest rounding error of the orientation of three points, a difference of two products, over the sum of their sizes.
 
 The bound is (3 + 16 eps) eps with eps = 2^-53 (Shewchuk 1997, Discrete Comput Geom 18:305).
 """

@@ -123,8 +123,8 @@ def _inner_points(faces: NDArray[np.object_]) -> FloatArray:
     """Return a point (G, 2) well inside each region, at which to test whether the region has ground.
 
     The point is the centroid of the region's largest triangle. A region that is very thin after rounding, such as the
-    crack of a T-junction, may have no triangles; then `shapely.point_on_surface` gives the point. This function is not
-    used for other regions, because it may return a corner of a region with a narrow part.
+    crack of a T-junction, may have no triangles; then `shapely.point_on_surface` gives the point. For other regions
+    `shapely.point_on_surface` is not used, because it may return a corner of a region with a narrow part.
 
     faces : (G,) regions, as polygons of shapely
     """
@@ -143,10 +143,11 @@ def _triangles_of(face: shapely.Polygon) -> shapely.Geometry:
 
 
 def _winding(outline: Outline, points: FloatArray) -> Ids:
-    """Return how many layers of terrain lie at each point (Q, 2) m in plan: the winding number (Q,) of the border.
+    """Return the winding number (Q,) of the border around each point (Q, 2) m in plan; below 1 for no ground.
 
-    The winding number counts the border sides that cross a ray from the point to the east: plus 1 for each side that
-    crosses the ray northwards, minus 1 for each side that crosses the ray southwards.
+    The winding number is the number of upward facets at the point in plan, minus the number of downward facets. It is
+    found from the border sides that cross a ray from the point to the east: plus 1 for each side that crosses the ray
+    northwards, minus 1 for each side that crosses the ray southwards.
     """
     sides = outline.places[outline.sides]
     far = sides[:, :, 0].max() + 1.0
@@ -197,9 +198,9 @@ def _edges_of(faces: NDArray[np.object_]) -> tuple[Ids, FloatArray]:
 
 
 def _places_at(outline: Outline, points: FloatArray) -> Ids:
-    """Return the number (N,) of the border's place that has exactly the coordinates of each point (N, 2) m; -1 if none.
+    """Return the number (N,) of the border point that has exactly the coordinates of each point (N, 2) m; -1 if none.
 
-    The place gives the height of the point.
+    The number is an index into `Outline.places` and `Outline.height`.
     """
     number = {place: n for n, place in enumerate(map(tuple, outline.places.tolist()))}
     return np.array([number.get(point, -1) for point in map(tuple, (points + 0.0).tolist())], dtype=np.int64)

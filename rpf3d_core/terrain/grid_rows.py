@@ -106,7 +106,7 @@ def _count_points(points: Any, begin: int, end: int, some: Any, box: Any) -> Non
 def _place(points: Any, begin: int, end: int, origin: Vec, before: Any, vertices: Any, number: Any) -> None:
     """Write the points of the rows from `begin` to `end` - 1 as vertices relative to the origin, and number them.
 
-    before : number of points in all earlier rows, for each row; vertices : (V, 3) m, receives the points
+    before : (H + 1,) for each row, the number of points in all earlier rows; vertices : (V, 3) m, receives the points
     number : (H, W) receives the vertex number of each point, -1 for a missing point
     """
     x0, y0, z0 = origin
@@ -144,7 +144,7 @@ def _cut(number: Any, begin: int, end: int, turned: bool, first: Any, triangles:
     """Write the two triangles of each square with four points, for the rows of squares from `begin` to `end` - 1.
 
     number : as in `_count_squares`; turned : true to make the triangles face the other side
-    first : number of squares with four points in all earlier rows, for each row
+    first : (H,) for each row of squares, the number of squares with four points in all earlier rows
     triangles : (F, 3), receives the triangles
     """
     one, two = (2, 1) if turned else (1, 2)

@@ -24,7 +24,7 @@ ROUNDS = 4
 SAMPLE = 250_000
 """Largest number of points from which the default cell size is found."""
 MOST_LINES = 10
-"""Largest number of different x times different y, per point, with which the points may be a grid.
+"""Largest number of different x, times the number of different y, per point, at which the points may form a grid.
 
 Points that do not form a grid have far more different coordinates.
 """
@@ -91,7 +91,7 @@ def _different(values: NDArray[Any]) -> int:
 
 
 def lowest_in_cells(points: FloatArray, size: float) -> Cells:
-    """Return the lowest of the points (N, 3) m in each cell; of equally low points, the first point.
+    """Return the lowest of the points (N, 3) m in each cell of a square grid in plan; of equally low points, the first.
 
     size : side of a cell (m)
 
@@ -113,12 +113,14 @@ def _keys(points: FloatArray, size: float) -> tuple[Ids, int]:
     """Return the number (N,) of the cell of each point, counted row by row, and the number of columns.
 
     points : (N, 3) m; size : side of a cell (m)
+
+    Raises TerrainError if the number of columns or of rows would reach MOST_CELLS.
     """
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     columns, rows = ((high - low) / size + 2.0).tolist()
     if not (size > 0.0 and columns < MOST_CELLS and rows < MOST_CELLS):
         raise TerrainError(f"cells of {size:g} m are too small for a cloud of {columns:.3g} x {rows:.3g} such cells")
-    # Points of a grid whose spacing is the cell size then lie at the centres of the cells.
+    # With the 0.5, the points of a grid whose spacing is the cell size lie at the centres of the cells.
     column, row = np.floor((points[:, :2] - low) / size + 0.5).astype(np.int64).T
     return row * int(columns) + column, int(columns)
 

@@ -45,7 +45,10 @@ class Obstacles:
 
 
 def standing_wall(foot: FloatArray, height: float) -> Wall:
-    """Return the surface of a wall of a height (m) on a line (P, 3) m, P >= 2."""
+    """Return the surface of a vertical wall.
+
+    foot : (P, 3) m, P >= 2, points along the foot of the wall; height : of the wall (m)
+    """
     points = len(foot)
     first = np.arange(points - 1)
     lower = np.stack([first, first + 1, first + points], axis=1)

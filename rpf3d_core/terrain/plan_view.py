@@ -54,7 +54,7 @@ def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
     Parameters
     ----------
     terrain : Terrain
-        Facets of any size, overlapping in plan or not; vertical facets show no pixel.
+        Facets of any size, overlapping in plan or not; a vertical facet covers no pixel.
     window : Window
         Of width and height > 0.
     pixels : int
@@ -133,7 +133,9 @@ def _pixel_boxes(
 
 
 def _pixels(places: FloatArray, triangles: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """Return the first pixel (F,) in the box of each facet, and the number of pixels (F,) in it, along one axis.
+    """Return the first pixel (F,) in the box of each facet along one axis, and the number of pixels (F,) in the box.
+
+    A pixel is in the box if its centre is. The number is 0 or less if the box contains no pixel centre.
 
     places : (V,) coordinates of the vertices along the axis, in pixels; count : number of pixels of the image
     """

@@ -140,9 +140,11 @@ def section_of(terrain: Terrain, begin: FloatArray, end: FloatArray) -> Section 
 def _crossings(corners: FloatArray, begin: FloatArray, end: FloatArray, share: tuple[float, float]) -> FloatArray:
     """Return where another facet becomes the highest between two shares of a line, as shares in ascending order.
 
-    Such facets pass through each other. Facets that differ by less than SHORTEST at both shares are one ground.
+    There, two facets pass through each other. Facets whose heights differ by less than SHORTEST at both shares count as
+    one facet.
 
-    corners : (N, 3, 3) m, of the facets that lie under this whole part; begin, end : (2,) m, ends of the line
+    corners : (N, 3, 3) m, of the facets that lie under the whole part of the line between both shares
+    begin, end : (2,) m, ends of the line; share : both shares, in ascending order
     """
     both = [_height_in(corners, np.tile(begin + s * (end - begin), (len(corners), 1)))[0] for s in share]
     one, other = np.triu_indices(len(corners), 1)

@@ -22,7 +22,8 @@ A smaller surface joins the part that is nearest in height.
 class ZoneParts(NamedTuple):
     """The parts of a zone, numbered from the highest part down.
 
-    part : (Z,) number of the part of each facet of the zone, in the order of the terrain's facets
+    zone : name of the zone
+    part : (Z,) number of the part, from 0, of each facet of the zone, in the order of the terrain's facets
     heights : (P,) m, mean height of each part, local frame
     """
 

@@ -90,9 +90,9 @@ def no_faster(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 def by_angle_rest(
     model: AngleTable, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> RemainingBounces:
-    """Return `RemainingBounces` with `ends` False: each bounce is computed as a flight.
+    """Return `RemainingBounces` with `ends` False, which means that the sum of the remaining bounces is unknown.
 
-    The sum of the bounces is unknown, because each bounce changes the next impact angle. After impacts at a small
-    angle, bounces may even grow.
+    Each bounce changes the next impact angle; after impacts at a small angle, bounces may even grow. So each bounce is
+    computed as a flight.
     """
     return endless(motion)

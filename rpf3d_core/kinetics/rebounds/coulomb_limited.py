@@ -49,7 +49,7 @@ The closed form leaves out the square of this share: 1e-12 of the speed.
 SPENT = 1e-12
 """Share (-) of the first bounce's time below which later bounces are left out, because their length is negligible.
 
-Divided by the length of the first bounce, their length is the square of this share.
+The length of these bounces, divided by the length of the first bounce, is about the square of this share.
 """
 
 MOST_BOUNCES = 2000

@@ -47,7 +47,7 @@ class PfeifferBowen(NamedTuple):
 
 @rebound.rule(PfeifferBowen)
 def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion of a sphere after an impact by CRSP's equations (Pfeiffer & Bowen 1989): it leaves rolling.
+    """Return the motion of a sphere after an impact by CRSP's equations (Pfeiffer & Bowen 1989): the sphere then rolls.
 
     n : (3,) unit normal that the rock feels, with v . n <= 0
     """

@@ -70,7 +70,7 @@ def drawn_rebound(model: StochasticMatrix, surface: Surface, motion: Motion, n: 
 def _nine_normals(key: RockKey, number: int) -> Nine:
     """Return the nine independent standard normal numbers from which the matrix of an impact is computed.
 
-    number : the rock's impacts so far, plus 1
+    key : seed, source and number of the rock; number : the rock's impacts so far, plus 1
     """
     return (
         _normal(key, 0, number), _normal(key, 1, number), _normal(key, 2, number), _normal(key, 3, number),
@@ -87,7 +87,9 @@ def _normal(key: RockKey, k: int, number: int) -> float:
 
 @kernel
 def _row(model: StochasticMatrix, i: int, z: Nine, before: Vec) -> float:
-    """Return component i of the state (v_t, v_n, R w) after an impact: row i of the drawn matrix times `before`.
+    """Return component i (0 to 2) of the state (v_t, v_n, R w), m/s, after an impact.
+
+    It is row i of the drawn matrix times the state `before`.
 
     z : the nine normal numbers of the impact; before : the state before the impact (m/s)
     """
@@ -102,7 +104,10 @@ def _row(model: StochasticMatrix, i: int, z: Nine, before: Vec) -> float:
 
 @kernel
 def _mean_row(model: StochasticMatrix, i: int, before: Vec) -> float:
-    """Return component i of the mean state (v_t, v_n, R w) after an impact: row i of the mean matrix times `before`."""
+    """Return component i (0 to 2) of the mean state (v_t, v_n, R w), m/s, after an impact.
+
+    It is row i of the mean matrix times the state `before` the impact (m/s).
+    """
     total = 0.0
     for j in range(3):
         total += float(model.mean[i, j]) * before[j]
@@ -129,8 +134,8 @@ def _energy(state: Vec) -> float:
 def drawn_rest(
     model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> RemainingBounces:
-    """Return `RemainingBounces` with `ends` False: each bounce is computed as a flight.
+    """Return `RemainingBounces` with `ends` False, which means that the sum of the remaining bounces is unknown.
 
-    The sum of the bounces is unknown, because a new matrix is drawn for every bounce.
+    A new matrix is drawn for every bounce. So each bounce is computed as a flight.
     """
     return endless(motion)

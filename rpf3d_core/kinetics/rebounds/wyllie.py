@@ -45,8 +45,8 @@ def wyllie_R_n(angle: float) -> float:
 def wyllie_rest(
     model: Wyllie, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> RemainingBounces:
-    """Return `RemainingBounces` with `ends` False: each bounce is computed as a flight.
+    """Return `RemainingBounces` with `ends` False, which means that the sum of the remaining bounces is unknown.
 
-    The sum of the bounces is unknown, because each bounce changes the next impact angle.
+    Each bounce changes the next impact angle. So each bounce is computed as a flight.
     """
     return endless(motion)

@@ -44,7 +44,7 @@ class Met(NamedTuple):
 
 @kernel
 def with_velocity_of(motion: BodyMotion, v: Vec, share: float) -> BodyMotion:
-    """Return the motion with the velocity v (3,) m/s in place of its own, and with its spin times `share` (-)."""
+    """Return the motion of a body with the velocity v (3,) m/s in place of its own, and its spin times `share` (-)."""
     return BodyMotion(t=motion.t, x=motion.x, v=v, q=motion.q, w=scale(share, motion.w))
 
 

@@ -183,9 +183,10 @@ def _set_goals(body: Body, room: Room, count: int, motion: BodyMotion, gravity: 
 
 @kernel
 def _keep_begin(room: Room) -> None:
-    """Keep the gaps and the nearest points at the start of a step in the columns from BEGUN on.
+    """Copy the gap, the normal and the nearest point of each facet into the columns of `room.planes` from BEGUN on.
 
-    The columns of the present values are overwritten during the step. For a facet without contact, BEGUN is UNKNOWN.
+    These are the values at the start of a step; the columns of the present values are overwritten during the step. For
+    a facet without contact, only UNKNOWN is written into BEGUN.
     """
     for k in range(room.count[0]):
         plane = room.planes[k]
@@ -220,9 +221,9 @@ def _gap_after(body: Body, step: Step, gap: float, n: Vec, arm: Vec) -> float:
 
 @kernel
 def _expect(body: Body, room: Room, count: int, begin: BodyMotion, gravity: float, h: float) -> bool:
-    """Write the gap that each facet should have at the end of a step of h seconds into the column EXPECTED.
+    """Write the gap that each facet should have at the end of a step into `room.planes`, column EXPECTED.
 
-    Return True if any contact received an impulse.
+    Return True if any contact received an impulse at the start of the step of h seconds.
 
     count : number of contacts in `room.points`; begin : motion at the start, after the impulses; gravity : m/s^2
     """

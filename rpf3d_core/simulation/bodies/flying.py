@@ -58,7 +58,9 @@ def _free_flight(
 ) -> Path:  # fmt: skip
     """Return the free flight that begins with the motion `start`, up to a contact or a cap.
 
-    The flight also ends where the facets nearby must be listed again, and at a time limit. longest : as in `Path` (s)
+    The flight also ends where the facets nearby must be listed again, and at a time limit.
+
+    ride : state of the body before the flight; longest : planned duration, as in `Path` (s)
     """
     facets, settings = physics.facets, physics.settings
     arc = Arc(x=start.x, v=start.v, gravity=settings.gravity)
@@ -144,9 +146,11 @@ def fly_on(
 
 @kernel
 def _slipped(ride: Ride, physics: Physics, t: float) -> Ride:
-    """Return the state of a body after t seconds of flight, with its slip (m) decreased as in the air.
+    """Return the state of a body with its slip (m) decreased by t seconds of flight.
 
-    Without slip friction, the state is unchanged.
+    The slip decays as set for the zone of the last contact. If no ground has slip friction, the state is unchanged.
+
+    ride : state at the end of the flight
     """
     if physics.rebound.slip is None:
         return ride

@@ -84,9 +84,9 @@ def _after_impact(body: Body, room: Room, ride: Ride, physics: Physics, rock: Ro
 
 @kernel
 def press_on(body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext) -> Ride:
-    """Return the state of a body in contact after an update of the list of facets around it.
+    """Return the state of a body in contact after the facets around it are listed again, if this is necessary.
 
-    The list is made again only if the body has moved far enough (MOVED_ON) since the last list.
+    It is necessary if the body has moved far enough (MOVED_ON) since the last list; otherwise the state is unchanged.
     """
     if norm(subtract(ride.motion.x, ride.centre)) <= MOVED_ON * margin_of(body):
         return ride

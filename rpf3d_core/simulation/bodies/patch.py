@@ -72,10 +72,11 @@ def _clip(polygon: Any, count: int, clipped: Any, inward: Vec, a: Vec) -> int:
 
 @routine
 def contact_polygon(body: Body, room: Room, facet: tuple[Vec, Vec, Vec], m: Vec, n: Vec, band: float) -> int:
-    """Write the corners of the polygon in which a face of the body lies over a facet into `room.polygon`.
+    """Write the polygon in which a face of the body covers a facet into `room.polygon`; return its number of corners.
 
-    Returns the number of corners, at most MOST: the nearest corner, and the corners that span the largest area with it.
-    The result is 0 if no face of the body is nearly parallel to the facet.
+    Body and facet are seen along the normal of the contact. At most MOST corners are kept: the corner nearest to the
+    facet, and the corners that span the largest area with it. The result is 0 if no face of the body is nearly parallel
+    to the facet.
 
     facet : the facet's corners (m); m : its normal towards the body; n : normal of the contact; all in the body's axes
     band : largest gap between a corner and the facet (m); other corners are left out

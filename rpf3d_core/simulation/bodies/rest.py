@@ -17,7 +17,7 @@ from rpf3d_core.vectors import dot, norm, subtract
 STANDS = 1e-3
 """Speed (m/s) up to which a body counts as standing."""
 STANDS_FOR, HELD_FOR, SLOW_FOR = 0.3, 2.0, 5.0
-"""Times (s) after which a body counts as stopped: a body that stands, one that moved less than the skin, a slow one."""
+"""Times (s) after which a body counts as stopped: if it stands, if it moved less than the skin, if it is slow."""
 
 
 class Stop(IntEnum):

@@ -22,7 +22,8 @@ OFFSET : NORMAL . p (m), p the point of the facet nearest to the body: the body 
 UNTIL : time from the start of the flight (s) up to which the facet need not be examined again
 MARK : path bound of the body at the last examination, as in `Ride` (m); GUESS : NORMAL in the body's axes
 NEAREST : point of the body nearest to the facet, in the body's axes (m); ACTIVE : AWAY, TOUCHED or COVERED
-EXPECTED : gap (m) at the end of a step that follows from the impulses; BEGUN : GAP, GUESS and NEAREST at its start
+EXPECTED : gap (m) at the end of a step, as predicted from the impulses
+BEGUN : GAP, GUESS and NEAREST at the start of the step, in seven columns
 """
 PLANE_COLUMNS = 22
 AWAY, TOUCHED, COVERED = 0.0, 1.0, 2.0

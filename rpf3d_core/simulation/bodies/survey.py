@@ -255,7 +255,8 @@ def clear_until(body: Body, room: Room, facets: Facets, flight: Flight, h: float
 
     The limit for a facet without contact is the skin. The limit for a facet in contact is the smaller of FLOOR times
     the skin and half of the gap at the start.
-    moved : path bound of the body at the start, as in `Ride` (m)
+
+    flight : the step; moved : path bound of the body at the start, as in `Ride` (m)
     """
     end, path = h, travelled(body, flight, h)
     for k in range(room.count[0]):
@@ -269,7 +270,10 @@ def clear_until(body: Body, room: Room, facets: Facets, flight: Flight, h: float
 def _clear_of_facet(body: Body, room: Room, facets: Facets, flight: Flight, most: Meeting, moved: float) -> float:
     """Return the time (s), at most `most.t`, for which the gap of nearby facet `most.k` stays above its limit.
 
-    The limit is as in `clear_until`. moved : path bound of the body at the start, as in `Ride` (m)
+    The limit is as in `clear_until`.
+
+    flight : the step; most : a time (s), and the index of the facet in `room.facets`
+    moved : path bound of the body at the start, as in `Ride` (m)
     """
     k, t, motion = most.k, 0.0, flight.start
     plane = room.planes[k]

@@ -121,11 +121,11 @@ def _weigh_sides(triangles: Any, marks: Any, balance: Any) -> None:
 
 @loop
 def _sides_between(triangles: Any, balance: Any, sides: Any) -> int:
-    """Write the sides that may be on the border: those between two vertices with a balance other than 0.
+    """Write the facet sides that may be on the border into `sides`; return the number of these sides.
 
-    Return the number of these sides.
+    A side may be on the border if both of its vertices have a balance other than 0.
 
-    balance : (V,) from `_weigh_sides`
+    triangles : (F, 3); balance : (V,) from `_weigh_sides`, 0 for a vertex that is not on the border
     sides : (N, 3), receives begin, end and third corner of the first N such sides; with N = 0, sides are only counted
     """
     count = 0

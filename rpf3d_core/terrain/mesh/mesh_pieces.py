@@ -57,9 +57,10 @@ def _fill_of(triangles: Any, begin: int, end: int, cursor: Any, of: Any) -> None
 
 @loop
 def _join(starts: Any, to: Any, of: Any, above: Any, border: Any) -> None:
-    """Write the lowest facet number of each facet's component into `above` (F,), and true at the border into `border`.
+    """Write the lowest facet number of each facet's component into `above` (F,); mark facets at the border in `border`.
 
     starts, to : directed edges, as in `turn_wrong_pieces`; of : the facet of each directed edge
+    border : (F,) receives true for a facet with a side on the border of the mesh, else false
     """
     for f in range(len(above)):
         above[f], border[f] = f, False
@@ -88,8 +89,9 @@ def _join(starts: Any, to: Any, of: Any, above: Any, border: Any) -> None:
 def _sum_up(vertices: Any, triangles: Any, above: Any, border: Any, sums: Any) -> None:
     """Write the area in plan (m^2) and three times the volume (m^3) of each component into `sums` (F, 2).
 
-    The signs of both show to which side the component faces. The row of a component is its lowest facet number, from
-    `above` (F,). In `border` (F,), the facet with this number becomes true in each open component.
+    Both have a sign: the area is positive if the component faces up, the volume if a closed component faces outwards.
+    The row of a component is its lowest facet number, from `above` (F,). In `border` (F,), the facet with this number
+    becomes true in each open component.
     """
     for f in range(len(above)):
         sums[f, 0], sums[f, 1] = 0.0, 0.0

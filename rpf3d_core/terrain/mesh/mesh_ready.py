@@ -56,7 +56,12 @@ def ready_mesh(
 
 
 def _moved(vertices: FloatArray, triangles: IntArray, memory: Memory, share: Share) -> Mesh:
-    """Return a copy of the mesh with coordinates relative to a local origin."""
+    """Return a copy of a mesh with coordinates relative to a local origin, which is part of the result.
+
+    vertices : (V, 3) m; triangles : (F, 3)
+
+    Raises TerrainError if a vertex is not finite, or if a triangle refers to a vertex that does not exist.
+    """
     vertices = np.ascontiguousarray(vertices, dtype=np.float64)
     parts, boxes = halves(len(vertices)), np.empty((2, 2, 3))
     share([lambda k=k, a=a, b=b: _box_of(vertices, a, b, boxes[k]) for k, (a, b) in enumerate(parts)])  # type: ignore[misc]
@@ -71,7 +76,7 @@ def _moved(vertices: FloatArray, triangles: IntArray, memory: Memory, share: Sha
 
 
 def _looks(mesh: Mesh, share: Share, must_face_up: bool) -> int:
-    """Return the direction of the facets: UP if none faces down, DOWN if all face down, else MIXED.
+    """Return the direction of a mesh's facets: UP if no facet faces down, DOWN if all facets face down, else MIXED.
 
     Facets without area do not count.
 
@@ -106,9 +111,9 @@ def _sides(mesh: Mesh, memory: Memory, share: Share) -> tuple[IntArray, IntArray
 def _is_sound(
     mesh: Mesh, starts: IntArray, to: IntArray, tolerance: float, memory: Memory, share: Share
 ) -> bool:  # fmt: skip
-    """True if the mesh needs no repair: all windings agree, and all border vertices are far enough from each other.
+    """Return True if the mesh needs no repair: all windings agree, and no two border vertices would be welded.
 
-    Two border vertices must not be nearer to each other than the tolerance.
+    Border vertices would be welded if their distance is at most the tolerance.
 
     starts, to : the sides of all facets by their first and second vertex, from `_sides`; tolerance : m
     memory : allocates the arrays; share : runs the work in parallel
@@ -219,7 +224,7 @@ def _fill_out(triangles: Any, begin: int, end: int, cursor: Any, to: Any) -> Non
 
 @loop
 def _sides_agree(starts: Any, to: Any, begin: int, end: int, border: Any) -> bool:
-    """True if the windings agree at all sides that start at vertices `begin` to `end` - 1; mark border vertices.
+    """Return True if the windings agree at all sides that start at vertices `begin` to `end` - 1; mark border vertices.
 
     The windings agree if no side occurs twice in the same direction. A side without an opposite side lies on a border:
     both of its vertices are marked in `border`.

@@ -17,7 +17,10 @@ from rpf3d_core.terrain.mesh.edges import edges_of
 
 
 def pieces_of(terrain: Terrain) -> IntArray:
-    """Return the piece (F,) of each facet, as the smallest vertex number in the piece."""
+    """Return the number (F,) of the piece of terrain to which each facet belongs: the smallest vertex number in it.
+
+    A piece is a group of facets that are connected by common vertices.
+    """
     a, b, c = terrain.triangles.T
     owner = components(len(terrain.vertices), np.concatenate([a, b]), np.concatenate([b, c]))
     return np.asarray(owner[a])
@@ -38,7 +41,7 @@ def rims_of(terrain: Terrain) -> NDArray[np.uint8]:
 
 
 def may_cross(terrain: Terrain, piece: IntArray) -> bool:
-    """True if the bounding boxes of two pieces overlap: the pieces may pass through each other.
+    """Return True if the bounding boxes of two pieces overlap: the pieces may pass through each other.
 
     Boxes that only touch at vertical sides, such as the boxes of tiles, do not overlap. Boxes that touch at top and
     bottom do overlap: a rock on a level piece may slide under the piece above. The result may be True for pieces that
@@ -60,7 +63,7 @@ def may_cross(terrain: Terrain, piece: IntArray) -> bool:
 
 @loop
 def _any_overlap(low: Any, high: Any) -> bool:
-    """True if any two of P boxes overlap; low, high : (P, 3) m, corners of the boxes, sorted by lowest x."""
+    """Return True if any two of P boxes overlap; low, high : (P, 3) m, corners of the boxes, sorted by lowest x."""
     for i in range(len(low)):
         for j in range(i + 1, len(low)):
             if low[j, 0] >= high[i, 0]:

@@ -33,7 +33,7 @@ class Winding(NamedTuple):
 
 
 def repair_winding(vertices: FloatArray, triangles: Index, edges: Edges) -> Winding:
-    """Turn over all facets whose normal points away from the free side (the air), and return the mesh.
+    """Return the mesh after turning over all facets whose normal points away from the free side (the air).
 
     Parameters
     ----------
@@ -58,7 +58,8 @@ def repair_winding(vertices: FloatArray, triangles: Index, edges: Edges) -> Wind
 def _agreement(count: int, edges: Edges) -> tuple[Index, Flags, int]:
     """Return the component (F,) of each facet, (F,) true for facets to turn, and the number of one-sided components.
 
-    After these facets are turned over, the windings of neighbours agree, except in one-sided components.
+    After these facets are turned over, the windings of neighbours agree, except in one-sided components, such as a
+    Moebius strip.
 
     Method: each facet f has two nodes, f for the unchanged facet and f + F for the facet turned over. The nodes of two
     neighbours are joined if their windings agree. So each component has two copies in the graph. The copies are

@@ -107,7 +107,10 @@ class Points(NamedTuple):
 
 
 def columns_of(design: Design, spacing: Spacing, count: int) -> Columns:
-    """Return the points of a pit in `count` columns (profiles from floor to ground), from the foot of the ramp on."""
+    """Return the points of a pit in `count` columns (profiles from the floor to the natural ground).
+
+    Column k is at the fraction k / `count` of a turn around the pit, counter-clockwise from the foot of the ramp.
+    """
     last = round(design.turns * count) if design.turns > 0.0 else -1
     crossings = [crossing_of(design, count, last, turn) for turn in range(last // count + 1)]
     rows = rows_of(design, spacing.edge)
@@ -182,7 +185,7 @@ def taper(rows: Rows, crossing: RampTurn, width: FloatArray) -> FloatArray:
 def crowds(rows: Rows, crossing: RampTurn, width: FloatArray, spacing: Spacing) -> Mask:
     """Return (W, N) true for points of inner bench rows that are omitted, because a tapered berm is too narrow.
 
-    width : (N,) m, bench width in each column
+    crossing : the turn of the ramp that tapers the berms; width : (N,) m, bench width in each column
     """
     bench, place = (rows.kind == BENCH)[:, None], (rows.berms - np.floor(rows.berms))[:, None] * width
     edge, margin = crossing.part * width, np.minimum(spacing.row_gap, 0.25 * width)
@@ -195,7 +198,7 @@ def crowds(rows: Rows, crossing: RampTurn, width: FloatArray, spacing: Spacing) 
 def merges(rows: Rows, crossing: RampTurn, offset: FloatArray, spacing: Spacing) -> Mask:
     """Return (W, N) true for points that nearly coincide with an edge of the ramp; points of the ramp replace them.
 
-    offset : (W, N) m, of the points from the floor outline
+    crossing : one turn of the ramp; offset : (W, N) m, of the points from the floor outline
     """
     feature = ((rows.kind == TOE) | (rows.kind == CREST))[:, None]
     gap = np.where(feature, spacing.feature_gap, spacing.row_gap)
@@ -230,7 +233,10 @@ def ramp_points(design: Design, crossing: RampTurn, turn: int, spacing: Spacing)
 
 
 def floor_points(design: Design, wall: Points, spacing: Spacing) -> Points:
-    """Return the points of the pit floor's outer part, up to the toe of the lowest bench face."""
+    """Return the points of the pit floor's outer part, up to the toe of the lowest bench face.
+
+    wall : the points of the wall, whose first row is this toe
+    """
     reach = wall.offset[0] - design.inner
     parts = max(1, round(float(reach.mean()) / spacing.edge))
     offset = design.inner + np.arange(parts)[:, None] / parts * reach
@@ -238,7 +244,10 @@ def floor_points(design: Design, wall: Points, spacing: Spacing) -> Points:
 
 
 def ground_points(design: Design, wall: Points, crossings: list[RampTurn], spacing: Spacing) -> Points:
-    """Return the points of the natural ground outside the crest; the ground is still level, relief is added later."""
+    """Return the points of the natural ground outside the crest; the ground is still level, relief is added later.
+
+    wall : the points of the wall, whose last row is the crest; crossings : the turns of the ramp
+    """
     crest = wall.offset[-1]
     parts = max(2, round((design.outer - float(crest.mean())) / (OUTWARD_GROWTH * spacing.edge)))
     offset = crest + np.arange(1, parts + 1)[:, None] / parts * (design.outer - crest)
@@ -296,7 +305,8 @@ def key_at_top(
 
     For these triangles, the last line across the ramp is natural ground, and the inner end of the line is the crest.
 
-    offset : (P,) m, of the points; at_top : (P,) true for points on the last line across the ramp
+    column, offset : (P,) of the points, as in `Columns`; key : (P,) sorting keys before the correction
+    at_top : (P,) true for points on the last line across the ramp
     rows : number of rows of the wall; last : column of the last line across the ramp, -1 without a ramp
     """
     if not at_top.any():
@@ -314,7 +324,8 @@ def key_at_foot(column: IndexArray, offset: FloatArray, key: FloatArray, at_foot
 
     For these triangles, the first line across the ramp is floor, and the outer end of the line is the toe.
 
-    offset : (P,) m, of the points; at_foot : (P,) true for points on the first line across the ramp
+    column, offset : (P,) of the points, as in `Columns`; key : (P,) sorting keys before the correction
+    at_foot : (P,) true for points on the first line across the ramp
     """
     if not at_foot.any():
         return key

@@ -128,7 +128,10 @@ class Design:
         return sampled(turn, self.turns, self.climb)
 
     def bench_coordinate(self, height: FloatArray) -> FloatArray:
-        """Return heights (m above the floor) as numbers of bench faces: i at the top of face i, linear in between."""
+        """Return heights as numbers of bench faces, counted from the floor: i at the top of face i, linear in between.
+
+        height : m above the floor
+        """
         benches: FloatArray = np.interp(height, self.pit.levels, np.arange(len(self.pit.levels), dtype=float))
         return benches
 
@@ -189,7 +192,10 @@ def outline(pit: Pit, angle: FloatArray) -> tuple[FloatArray, ...]:
 
 
 def radius(pit: Pit, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the radius (m) of the floor outline at polar angles in rad, and its first and second derivative."""
+    """Return the radius (m) of the floor outline at polar angles, and its first and second derivative (m/rad, m/rad^2).
+
+    angle : rad
+    """
     a2, turned = pit.elongation, angle - math.radians(pit.long_axis_deg)
     g = 0.5 * (1.0 / a2 + a2) + 0.5 * (1.0 / a2 - a2) * np.cos(2.0 * turned)
     g1, g2 = -(1.0 / a2 - a2) * np.sin(2.0 * turned), -2.0 * (1.0 / a2 - a2) * np.cos(2.0 * turned)

@@ -145,7 +145,7 @@ def drawn_spill(design: Design, random: np.random.Generator) -> Spill | None:
 
 
 def near_ramp(design: Design, p: float, level: int) -> bool:
-    """True if the ramp passes within 1.3 bench heights of a bench at p, so that a spill has no room at this place.
+    """Return True if the ramp passes within 1.3 bench heights of a bench at p, so that a spill has no room there.
 
     p : fraction of a turn around the pit; level : number of the bench, counted from the floor
     """

@@ -19,7 +19,7 @@ Other segments count as level.
 ROUNDING = 1.0e-9
 """Precision to which bench levels are compared, as a share of a bench height (-)."""
 FEWEST_ROUND = 6
-"""Least number of points in a ring of the floor's mesh."""
+"""Least number of points in a ring of the floor's mesh, except the single point in the middle."""
 
 
 def surface_of(design: Design, columns: Columns, spacing: Spacing) -> tuple[FloatArray, IntArray, IntArray]:
