@@ -71,7 +71,9 @@ def slip_on_ground(model: Any, slipped: Any, zone: int, way: float) -> Any:
 def slip_in_air(model: Any, slipped: Any, zone: int, t: float) -> Any:
     """Return the slip (m) of a rock after t seconds without pressure on the ground.
 
-    The result is None if no ground of the scene has slip friction.
+    The result is 0 after a contact with ground without slip friction, and None if no ground of the scene has slip
+    friction.
+
     model : as in `slip_at_release`; slipped : slip before (m)
     zone : number of the zone of the last contact, or any zone before the first contact, when slip is 0
     """
@@ -79,4 +81,4 @@ def slip_in_air(model: Any, slipped: Any, zone: int, t: float) -> Any:
         return None
     if not slipped > 0.0:
         return slipped
-    return slipped * math.exp(-model.beta[zone] * t)
+    return slipped * math.exp(-model.beta[zone] * t) if has_slip(model, zone) else 0.0

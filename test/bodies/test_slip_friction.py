@@ -101,6 +101,7 @@ def test_slip_grows_on_the_ground_and_fades_in_the_air():
     assert slip_on_ground(law, 1.5, 1, 0.25) == 0.0, "ground without slip friction ends a scar"
     assert slip_in_air(law, 1.5, 0, 0.1) == pytest.approx(1.5 * math.exp(-2.0), rel=1e-15)
     assert slip_in_air(law, 0.0, 1, 0.1) == 0.0
+    assert slip_in_air(law, 1.5, 1, 0.1) == 0.0, "an impact on ground without slip friction ends a scar, too"
     assert slip_on_ground(None, None, 0, 1.0) is None and slip_in_air(None, None, 0, 1.0) is None
 
 
