@@ -60,7 +60,7 @@ def layer(
     file: Annotated[Path, typer.Argument(help=".gpkg, .shp, .dxf, .str or .geojson.", show_default=False)],
     out: Annotated[Path, typer.Option(help="New .geojson file.", show_default=False)],
     kind: Annotated[str, typer.Option(help="polygon, line or point.")] = "polygon",
-    layer: Annotated[str, typer.Option(help="Layer of a GeoPackage; the only one of this kind.")] = "",
+    layer: Annotated[str, typer.Option(help="Layer of a GeoPackage or DXF; without it, the only layer or all.")] = "",
     begin: Annotated[str | None, typer.Option("--from", help="Reference system of the file, if not stated.")] = None,
     end: Annotated[str | None, typer.Option("--to", help="Reference system to transform to: EPSG:32719.")] = None,
 ) -> None:

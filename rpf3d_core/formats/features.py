@@ -16,16 +16,17 @@ FORMATS = "GeoJSON (.geojson, .json), GeoPackage (.gpkg), Shapefile (.shp), DXF 
 """The formats of these files, for messages."""
 
 
-def features_of(path: Path, family: str, heights: bool = False) -> Any:
+def features_of(path: Path, family: str, heights: bool = False, layer: str = "") -> Any:
     """Return the geometries of a file as the content of a GeoJSON file.
 
     family : kind of geometry that the scene needs: "polygon", "line" or "point"
     heights : True to keep the heights of lines; points always keep their heights, and GeoJSON keeps all heights
+    layer : name of the layer of a DXF file whose lines are wanted; "" for all layers, and for files of other formats
 
     Raises
     ------
     InputError
-        The file cannot be read, or has a line that is not closed where polygons are needed.
+        The file cannot be read, has no line on `layer`, or has a line that is not closed where polygons are needed.
     """
     extension = path.suffix.lower()
     if extension in (".gpkg", ".shp"):
@@ -33,7 +34,7 @@ def features_of(path: Path, family: str, heights: bool = False) -> Any:
 
         return _collection(read_vector(path, family, heights=heights).geometries)
     if extension == ".dxf":
-        return _collection(_dxf(path, family, heights))
+        return _collection(_dxf(path, family, heights, layer))
     if extension == ".str":
         return _collection(_strings(path, family, heights))
     return _geojson(path, family)
@@ -53,14 +54,17 @@ def _collection(geometries: list[dict[str, Any]]) -> dict[str, Any]:
     return {"type": "GeometryCollection", "geometries": geometries}
 
 
-def _dxf(path: Path, family: str, heights: bool) -> list[dict[str, Any]]:
+def _dxf(path: Path, family: str, heights: bool, layer: str) -> list[dict[str, Any]]:
     from rpf3d_core.formats.mine.dxf_lines import read_dxf_lines, read_dxf_points
 
     if family == "point":
         return [{"type": "Point", "coordinates": place} for place in read_dxf_points(path).tolist()]
+    lines = read_dxf_lines(path, layer)
+    if layer and not lines:
+        names = ", ".join(sorted({line.layer for line in read_dxf_lines(path)})) or "no layer"
+        raise InputError(f"{path}: has no line on layer {layer!r}; there are lines on {names}")
     return [
-        _line(path, _kept(line.points, heights), line.closed, family, f"on layer {line.layer!r}")
-        for line in read_dxf_lines(path)
+        _line(path, _kept(line.points, heights), line.closed, family, f"on layer {line.layer!r}") for line in lines
     ]
 
 

@@ -25,7 +25,8 @@ def import_layer(
 ) -> int:
     """Write the geometries of one kind in a file as GeoJSON, and return their number.
 
-    kind : "polygon", "line" or "point"; layer : name of the layer, "" for the only layer with this kind of geometries
+    kind : "polygon", "line" or "point"; layer : name of the layer; "" for the only layer with this kind of geometries,
+        or, in a DXF file, for all layers
     begin : name of the reference system of the file; None for the reference system that the file states
     end : name of the reference system of the result; None to leave the coordinates unchanged
 
@@ -55,9 +56,9 @@ def _read(path: Path, kind: Kind, layer: str) -> VectorLayer:
     """Return the geometries of one kind in a file or in one layer of it, and the reference system that it states."""
     if path.suffix.lower() in VECTOR_EXTENSIONS:
         return read_vector(path, kind, layer)
-    if layer:
-        raise InputError(f"{path}: only a GeoPackage has layers; leave --layer out")
-    found = list(geometries(path, features_of(path, kind), TYPES[kind]))
+    if layer and (path.suffix.lower() != ".dxf" or kind == "point"):
+        raise InputError(f"{path}: only a GeoPackage, and lines of a DXF file, have layers; leave --layer out")
+    found = list(geometries(path, features_of(path, kind, layer=layer), TYPES[kind]))
     if not found:
         raise InputError(f"{path}: holds no {kind}")
     return VectorLayer(found, stated_reference_system(path))

@@ -1,5 +1,6 @@
 """Warn about lines of sources along which the user may not expect rocks: closing segments, and further layers."""
 
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -32,9 +33,8 @@ def warnings_of_source_lines(scene: Scene) -> Iterator[str]:
         for line in map(without_repeats, lines_in_plan(spec.line, scene.terrain.up)):
             if _closes_suspiciously(line):
                 yield f"{place} {_closing_in_words(line)}"
-        layers = layers_of_lines(spec.line) if isinstance(spec.line, Path) else {}
-        if len(layers) > 1:
-            yield f"{place} {_layers_in_words(layers)}"
+        if isinstance(spec.line, Path) and len(layers := layers_of_lines(spec.line)) > 1:
+            yield f"{place} {_layers_in_words(spec.line, layers)}"
 
 
 def _closes_suspiciously(line: FloatArray) -> bool:
@@ -55,11 +55,12 @@ def _closing_in_words(line: FloatArray) -> str:
     )
 
 
-def _layers_in_words(layers: dict[str, int]) -> str:
-    """Return the end of a warning on the lines of several layers; layers : number of lines, by layer."""
+def _layers_in_words(path: Path, layers: dict[str, int]) -> str:
+    """Return the end of a warning on the lines of several layers of a file; layers : number of lines, by layer."""
     named = [f"{layer} ({lines:,})" for layer, lines in list(layers.items())[:MOST_LAYERS]]
     more = f" and {len(layers) - len(named):,} more" if len(layers) > len(named) else ""
     return (
         f"uses all {sum(layers.values()):,} lines of its file, on {len(layers):,} layers: {', '.join(named)}{more}; if "
-        "some are no crests, save the crests as a file of their own"
+        "some are no crests, write the layer of the crests to a file of its own: "
+        f"rpf3d import layer {shlex.quote(path.name)} --kind line --layer LAYER --out crests.geojson"
     )

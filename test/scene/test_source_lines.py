@@ -6,6 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.mine import dxf_lines
+from rpf3d_core.formats.mine.dxf_drawing import read_drawing
+from rpf3d_core.formats.mine.dxf_lines import read_dxf_lines
+from rpf3d_core.formats.polylines import read_lines
+from rpf3d_core.imports.layer import import_layer
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.warnings import warnings_of
 
@@ -60,9 +66,37 @@ def test_lines_on_several_layers_are_named_and_counted(tmp_path: Path) -> None:
     other = [[x, y + 50.0] for x, y in CREST]
     (tmp_path / "pit.dxf").write_text(dxf(("RAMP", False, other), ("CREST", False, CREST), ("CREST", False, other)))
     (found,) = warned(tmp_path, "pit.dxf")
-    assert "uses all 3 lines of its file, on 2 layers: RAMP (1), CREST (2); if some are no crests, save" in found
+    assert "uses all 3 lines of its file, on 2 layers: RAMP (1), CREST (2); if some are no crests, write" in found
+    assert "rpf3d import layer pit.dxf --kind line --layer LAYER --out crests.geojson" in found
     (tmp_path / "pit.dxf").write_text(dxf(("CREST", False, other), ("CREST", False, CREST)))
     assert not warned(tmp_path, "pit.dxf")
     many = [(f"L{number}", False, CREST) for number in range(11)]
     (tmp_path / "pit.dxf").write_text(dxf(*many))
     assert "L7 (1) and 3 more" in warned(tmp_path, "pit.dxf")[0]
+
+
+def test_the_command_of_the_warning_writes_the_lines_of_one_layer(tmp_path: Path) -> None:
+    ramp = [[x, y + 50.0] for x, y in CREST]
+    (tmp_path / "pit.dxf").write_text(dxf(("RAMP", False, ramp), ("CREST", False, CREST)))
+    assert import_layer(tmp_path / "pit.dxf", tmp_path / "crests.geojson", "line", "CREST") == 1
+    (line,) = read_lines(tmp_path / "crests.geojson")
+    assert line.tolist() == CREST
+    with pytest.raises(InputError, match="has no line on layer 'ROAD'; there are lines on CREST, RAMP"):
+        import_layer(tmp_path / "pit.dxf", tmp_path / "roads.geojson", "line", "ROAD")
+
+
+def test_curves_on_another_layer_do_not_matter(tmp_path: Path) -> None:
+    text = dxf(("CREST", False, CREST)).replace("ENTITIES\n", "ENTITIES\n0\nCIRCLE\n8\nPUMP\n10\n0\n20\n0\n40\n5\n")
+    (tmp_path / "pit.dxf").write_text(text)
+    with pytest.raises(InputError, match="1, the first a CIRCLE"):
+        read_dxf_lines(tmp_path / "pit.dxf")
+    assert len(read_dxf_lines(tmp_path / "pit.dxf", "CREST")) == 1
+
+
+def test_a_dxf_that_was_changed_is_read_again_and_one_that_was_not_is_not(tmp_path: Path, monkeypatch) -> None:
+    read, path = [], tmp_path / "pit.dxf"
+    monkeypatch.setattr(dxf_lines, "read_drawing", lambda path: read.append(path) or read_drawing(path))
+    for lines in (("CREST", False, CREST),), (("CREST", False, CREST),) * 2:
+        path.write_text(dxf(*lines))
+        assert [len(read_dxf_lines(path)) for _ in range(3)] == [len(lines)] * 3
+    assert read == [path, path]

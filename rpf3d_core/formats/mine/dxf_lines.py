@@ -1,6 +1,7 @@
 """Read lines, closed lines and points of a DXF file, for areas, crest lines, berms and sources."""
 
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,6 +15,8 @@ from rpf3d_core.terrain.frame import FloatArray
 CURVES = ("ARC", "CIRCLE", "ELLIPSE", "SPLINE", "HELIX")
 CURVE_3D = 8
 """Flag of a POLYLINE whose vertices have their own heights; other polylines lie in a plane."""
+KEPT = 4
+"""Number of files whose lines are kept in memory."""
 UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
 
 
@@ -29,20 +32,36 @@ class Line(NamedTuple):
     layer: str
 
 
-def read_dxf_lines(path: Path) -> list[Line]:
-    """Return all LINE, LWPOLYLINE and POLYLINE of a DXF file, without the POLYLINE that are meshes.
+def read_dxf_lines(path: Path, layer: str = "") -> list[Line]:
+    """Return all LINE, LWPOLYLINE and POLYLINE of a DXF file or one of its layers, without POLYLINE that are meshes.
+
+    The lines of the last files are kept in memory, because several steps of a run read the same file.
+
+    layer : name of the layer whose lines are returned; "" for the lines of all layers
 
     Raises
     ------
     InputError
-        The file is damaged, or has curves: arcs, circles, ellipses, splines, or polylines with bulges.
+        The file is damaged, or has curves on these layers: arcs, circles, ellipses, splines, or polylines with bulges.
     """
+    try:
+        state = path.stat()
+    except OSError as fault:
+        raise InputError(f"{path}: cannot be read ({fault.strerror or fault})") from fault
+    return list(_lines(path, layer, (state.st_mtime_ns, state.st_size)))
+
+
+@lru_cache(maxsize=KEPT)
+def _lines(path: Path, layer: str, _: tuple[int, int]) -> tuple[Line, ...]:
+    """Return the lines of a file as `read_dxf_lines`; the third argument is the state of the file: time and size."""
     drawing = read_drawing(path)
     curves = drawing.numbers_of(*CURVES)
+    if layer:
+        curves = curves[np.array(drawing.layer_names(curves), dtype=object) == layer]
     if len(curves):
         name = drawing.pairs.texts[drawing.kind[curves[0]]]
-        raise InputError(f"{path}: has {len(curves):,} curves, the first a {name}; convert curves to polylines")
-    return [*_straight(drawing), *_light(path, drawing), *_heavy(path, drawing)]
+        raise InputError(f"{path}: has curves ({len(curves):,}, the first a {name}); convert curves to polylines")
+    return (*_straight(drawing, layer), *_light(path, drawing, layer), *_heavy(path, drawing, layer))
 
 
 def read_dxf_points(path: Path) -> FloatArray:
@@ -60,18 +79,25 @@ def read_dxf_points(path: Path) -> FloatArray:
     return places
 
 
-def _straight(drawing: Drawing) -> Iterator[Line]:
+def _straight(drawing: Drawing, wanted: str) -> Iterator[Line]:
+    """Yield each LINE of a drawing; wanted : name of the layer, "" for all layers."""
     entities = drawing.numbers_of("LINE")
     ends = drawing.table(entities, (10, 20, 30, 11, 21, 31)).reshape(-1, 2, 3)
     for points, layer in zip(ends, drawing.layer_names(entities), strict=True):
-        yield Line(points=points, closed=False, layer=layer)
+        if wanted in ("", layer):
+            yield Line(points=points, closed=False, layer=layer)
 
 
-def _light(path: Path, drawing: Drawing) -> Iterator[Line]:
-    """Yield each LWPOLYLINE of a drawing as a line; its elevation is the height of all its points."""
+def _light(path: Path, drawing: Drawing, wanted: str) -> Iterator[Line]:
+    """Yield each LWPOLYLINE of a drawing as a line; its elevation is the height of all its points.
+
+    wanted : name of the layer, "" for all layers
+    """
     entities = drawing.numbers_of("LWPOLYLINE")
     flags = np.nan_to_num(drawing.table(entities, (70,))[:, 0]).tolist()
     for entity, flag, layer in zip(entities.tolist(), flags, drawing.layer_names(entities), strict=True):
+        if wanted not in ("", layer):
+            continue
         code, value = drawing.pairs_of(entity)
         x, y = value[code == 10], value[code == 20]
         if len(x) != len(y):
@@ -82,14 +108,14 @@ def _light(path: Path, drawing: Drawing) -> Iterator[Line]:
         yield Line(points=_turned(path, drawing, entity, points), closed=bool(int(flag) & CLOSED), layer=layer)
 
 
-def _heavy(path: Path, drawing: Drawing) -> Iterator[Line]:
-    """Yield each POLYLINE of a drawing that is not a mesh, as a line."""
+def _heavy(path: Path, drawing: Drawing, wanted: str) -> Iterator[Line]:
+    """Yield each POLYLINE of a drawing that is not a mesh, as a line; wanted : name of the layer, "" for all layers."""
     heads, vertices = drawing.numbers_of("POLYLINE"), drawing.numbers_of("VERTEX")
     flags = np.nan_to_num(drawing.table(heads, (70,))[:, 0]).astype(np.int64)
     places, bulges = drawing.table(vertices, (10, 20, 30)), drawing.table(vertices, (BULGE,))[:, 0]
     begins = np.append(np.searchsorted(vertices, heads), len(vertices))
     for i, layer in enumerate(drawing.layer_names(heads)):
-        if flags[i] & (POLYFACE | MESH_2D):
+        if flags[i] & (POLYFACE | MESH_2D) or wanted not in ("", layer):
             continue
         own = slice(begins[i], begins[i + 1])
         _refuse_arcs(path, bulges[own], layer)
