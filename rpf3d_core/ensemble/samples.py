@@ -60,7 +60,7 @@ class Sample:
         self._merge(np.concatenate([self._values, other._values]), np.concatenate([self._counts, other._counts]))
 
     def sorted(self) -> tuple[FloatArray, IntArray]:
-        """Return the distinct values (V,) of the sample, ascending, and how often each value occurs (V,)."""
+        """Return the distinct values (V,) of the sample, in its unit, ascending, and how often each occurs (V,)."""
         self._settle()
         return self._values, self._counts
 
