@@ -1,7 +1,7 @@
 """A hazard map as GeoTIFF.
 
-Every run writes its hazard maps as GeoTIFF files, which a GIS can open. The script reads the map of reach probability
-from its file. It prints the area of the cells that at least 1, 5 and 10 % of the rocks reach.
+Every run writes its hazard maps as GeoTIFF files, which a GIS can open. The script reads the map of reach probability,
+and prints the area of the cells that at least 1, 5 and 10 % of the rocks reach.
 """
 
 from pathlib import Path

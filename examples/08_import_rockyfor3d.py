@@ -1,7 +1,7 @@
 """A project of Rockyfor3D.
 
 The script writes a small input folder of Rockyfor3D, with one grid in each file. `rpf3d import` makes a scene from
-the folder. The command prints what it imported and what it did not import: read both lists before you trust a runout.
+the folder, and prints what it imported and what it did not: read both lists before you trust a runout.
 """
 
 import shutil
