@@ -28,7 +28,7 @@ ROCKS = 2000
 """Number of rocks of the run that determines a demanded level; shares are then known to 0.02."""
 SOURCES = 12
 SPREAD_X, SPREAD_V = 0.3, 0.2
-"""Spread of the node's rocks around a source (m, m/s), half-widths; that in plan is too small to affect the levels."""
+"""Half-widths (m, m/s) of the spread of the node's rocks; the spread in plan is too small to affect the levels."""
 PLACES = {
     "crest of the wall": (-606.0, -60.0, 60.0),
     "bench above the ramp": (-552.0, -60.0, 20.0),
