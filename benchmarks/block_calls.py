@@ -1,4 +1,4 @@
-"""Record the calls of the kernels (compiled functions) for rocks with a shape, while the reference engine flies them.
+"""Record the calls of the kernels for rocks with a shape, while the reference engine flies such rocks.
 
 The reference engine calls the same functions with the same numbers as the compiled engine, but as plain Python. So a
 wrapper around each function can store the arguments, as arrays that compiled code can read.
@@ -34,11 +34,11 @@ CALLERS = {
     "turning_of": (motion,),
     "turned_for": (motion,),
 }
-"""The names of the recorded functions, each with the modules that call it."""
+"""Name of each recorded function -> modules that call the function."""
 
 
 class Calls(NamedTuple):
-    """All recorded calls of a kernel, as the arrays of a loop that repeats the calls.
+    """All recorded calls of a kernel, as arrays for a loop that repeats the calls.
 
     count : number of rows over which the loop runs
     given : arrays that the loop reads; changed : arrays that the loop writes, with their contents before the calls
@@ -50,7 +50,7 @@ class Calls(NamedTuple):
 
 
 class CallRecorder:
-    """Stores the arguments of each recorded function; one method for each function calls it and returns its result."""
+    """Records calls: each method named after a function stores the arguments, calls it, and returns its result."""
 
     def __init__(self) -> None:
         self._points: list[Floats] = []
@@ -92,9 +92,9 @@ class CallRecorder:
         return turned_for(turning, t)
 
     def calls(self, corners: Floats) -> dict[str, Calls]:
-        """Return all recorded calls, by the name of the loop over them (`block_kernels.py`, `cpp/blocks.cpp`).
+        """Return all recorded calls, by the name of the loop that repeats them (`block_kernels.py`, `cpp/blocks.cpp`).
 
-        corners : (N, 3) corners of all shapes, for rocks of size 1
+        corners : (N, 3) corners of all shapes, for rocks of size 1 (m)
         """
         return {
             "solve_impacts": self._impacts(),
@@ -133,12 +133,12 @@ class CallRecorder:
 
 
 def _starts(lengths: Iterable[int]) -> NDArray[np.int64]:
-    """Return the first row of each of N groups of rows with given lengths, and then the total number: (N + 1,)."""
+    """Return the first row of each of N consecutive groups of rows, and then the total number of rows: (N + 1,)."""
     return np.array([0, *accumulate(lengths)], dtype=np.int64)
 
 
 def calls_of(given: list[NDArray[Any]], changed: list[NDArray[Any]], count: int | None = None) -> Calls:
-    """Return the arrays of a kernel's recorded calls, made contiguous.
+    """Return the recorded calls of a kernel with contiguous arrays.
 
     given, changed : as in `Calls`; count : number of calls, by default the rows of the last array in `changed`
     """
@@ -148,7 +148,7 @@ def calls_of(given: list[NDArray[Any]], changed: list[NDArray[Any]], count: int 
 
 @contextmanager
 def recording() -> Iterator[CallRecorder]:
-    """Context manager: record the calls of the kernels by the reference engine; yield the recorder."""
+    """Context manager: record all calls of the kernels by the reference engine, and yield the recorder."""
     recorder = CallRecorder()
     with ExitStack() as stack:
         for name, modules in CALLERS.items():

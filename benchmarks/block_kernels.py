@@ -1,6 +1,6 @@
-"""Loops of compiled Python that repeat recorded calls of the kernels for rocks with a shape (`block_calls.py`).
+"""Repeat recorded calls of the kernels for rocks with a shape (`block_calls.py`) in loops of compiled Python.
 
-The loops have the names and the arrays of the functions in `cpp/blocks.cpp`. C is the number of calls.
+The loops have the same names and arrays as the functions in `cpp/blocks.cpp`. C is the number of calls.
 """
 
 from typing import Any
@@ -16,15 +16,16 @@ from rpf3d_core.jit.dispatch import kernel, loop
 
 @kernel
 def quaternion(row: Any, column: int) -> Quaternion:
-    """Return four numbers of a row as a quaternion, from `column` on."""
+    """Return the four numbers of a row from `column` on as a quaternion w, x, y, z."""
     return row[column], row[column + 1], row[column + 2], row[column + 3]
 
 
 @loop
 def solve_impacts(first: Any, moments: Any, within: Any, rows: Any, points: Any, motion: Any) -> None:
-    """Call `inelastic` for each row of `motion` (C, 6): velocity (m/s) and spin (rad/s), replaced by the results.
+    """Call `inelastic` for each row of `motion`, and write the resulting motion into the same row.
 
-    first : (C + 1,) first row of each call in `points`; points : (P, CONTACT_COLUMNS), receive the impulses
+    motion : (C, 6) velocity (m/s) and spin (rad/s); first : (C + 1,) first row of each call in `points`
+    points : (P, CONTACT_COLUMNS) contacts, which receive the impulses
     moments : (C, 3) m2; within : (C,) m/s; rows : (K, SOLVER_COLUMNS), working memory
     """
     for i in range(len(motion)):
@@ -38,8 +39,8 @@ def solve_impacts(first: Any, moments: Any, within: Any, rows: Any, points: Any,
 def find_distances(corners: Any, ends: Any, size: Any, facets: Any, guesses: Any, out: Any) -> None:
     """Call `separation`; write distance, normal, point of the facet, point of the body and overlap into `out` (C, 11).
 
-    corners : (N, 3), of which the rows `ends[i, 0]` to `ends[i, 1]` - 1 times `size[i]` (m) are the body of call i
-    facets : (C, 3, 3) m; guesses : (C, 3)
+    corners : (N, 3) corners of all bodies; the body of call i has the rows `ends[i, 0]` to `ends[i, 1]` - 1
+    size : (C,) m, factor of the corners; facets : (C, 3, 3) m; guesses : (C, 3) argument `guess` of `separation`
     """
     for i in range(len(out)):
         facet = vector(facets[i, 0], 0), vector(facets[i, 1], 0), vector(facets[i, 2], 0)
@@ -55,9 +56,9 @@ def find_distances(corners: Any, ends: Any, size: Any, facets: Any, guesses: Any
 def find_clear_times(arms: Any, corners: Any, body: Any, sweeps: Any, planes: Any, most: Any, out: Any) -> None:
     """Call `clear_time` and write the times (s) into `out` (C,).
 
-    arms : (B, 4, N) m, of `clearance.set_arms`; corners : (B, 2) number of corners of each body, and N
+    arms : (B, 4, N) m, as written by `clearance.set_arms`; corners : (B, 2) number of corners of each body, and N
     body : (C,) number of each call's body; sweeps : (C, 15), a `Sweep`; planes : (C, 4) normal and distance (m)
-    most : (C,) s
+    most : (C,) s, argument `most` of `clear_time`
     """
     for i in range(len(out)):
         row, plane = sweeps[i], (vector(planes[i], 0), planes[i, 3])
@@ -67,10 +68,10 @@ def find_clear_times(arms: Any, corners: Any, body: Any, sweeps: Any, planes: An
 
 @loop
 def find_rotations(moments: Any, q: Any, w: Any, first: Any, times: Any, out: Any) -> None:
-    """Call `turning_of` for F flights and `turned_for` at their times; write orientation and spin into `out` (T, 7).
+    """Call `turning_of` for F rotations, and `turned_for` at their times; write orientation and spin into `out` (T, 7).
 
-    moments : (F, 3) m2; q : (F, 4) and w : (F, 3) rad/s at time 0; first : (F + 1,) first row of each flight in
-    `times` (T,) s
+    moments : (F, 3) m2; q : (F, 4) and w : (F, 3) rad/s at time 0
+    first : (F + 1,) first row of each rotation in `times`, (T,) s
     """
     for i in range(len(moments)):
         turning = turning_of(vector(moments[i], 0), quaternion(q[i], 0), vector(w[i], 0))

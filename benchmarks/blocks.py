@@ -2,8 +2,8 @@
 
     python benchmarks/blocks.py [rocks]
 
-The rocks keep only final states. The figures are medians of passes, without compile time: CPU seconds of this process
-for one thread, and wall time for the ratio of two threads to one. P1 needs the Authume data and is left out without it.
+Only final states are recorded. The figures are medians of passes, without compile time: CPU seconds of this process for
+one thread, and wall time for the gain of two threads. P1 is left out if the Authume data is not there.
 """
 
 import os
@@ -25,12 +25,15 @@ from rpf3d_core.setup.prepared import Prepared, prepare, releases_in_ranges
 SCENES = Path(__file__).parents[1] / "config" / "scenes"
 PASSES = 5
 SHORT = 4
-"""Number of short falls for each fall on P1, so that passes of both take about the same time."""
+"""Number of short falls for each fall on P1, with which passes of both take about the same time."""
 
 
 @dataclass
 class Case:
-    """Rocks with a shape over a scene's terrain, and the CPU and wall seconds of each pass by number of threads."""
+    """Rocks with a shape over the terrain of a scene, and the times of their passes.
+
+    seconds : number of threads -> CPU and wall time (s) of each pass
+    """
 
     prepared: Prepared
     releases: Releases
@@ -56,7 +59,7 @@ class Case:
 
 
 def case_of(name: str, rocks: int) -> Case:
-    """Return the case of a scene of config/scenes with a number of rocks; its loops are compiled.
+    """Return the case of a scene of config/scenes with a number of rocks, after its loops have been compiled.
 
     name : name of the scene file, without its extension
     """
@@ -68,7 +71,7 @@ def case_of(name: str, rocks: int) -> Case:
 
 
 def main(rocks: int) -> None:
-    """Print the table of speeds."""
+    """Measure, and print the table of speeds; rocks : number of falls on P1."""
     cases = {"short falls, one bench": case_of("bench_blocks", SHORT * rocks)}
     try:
         cases["Authume P1"] = case_of("authume_p1_blocks", rocks)

@@ -1,13 +1,13 @@
-"""Compare the speed of the kernels for rocks with a shape with the same kernels in C++, on profile P1 of Authume.
+"""Compare the speed of the kernels for rocks with a shape with that of the same kernels in C++, on Authume profile P1.
 
     python benchmarks/blocks_in_cpp.py [rocks]
 
 The reference engine flies the rocks once, which takes some seconds for each rock, and all calls of the kernels are
 recorded. Then compiled Python and C++ repeat these calls in turn, and the compiled engine flies the same rocks. The
-figures are CPU seconds of this process without compile time, as medians of passes. The share is the time of a kernel's
-calls, divided by the time of the flights. Fused C++ uses multiplications fused with additions, so its results differ by
-rounding. Different results are numbers of compiled Python that differ in any bit from those of C++ without fused
-multiplications. Without the Authume data, the rocks fall down one bench of 15 m.
+figures are CPU times of this process without compile time, as medians of passes. In the table, `share` is the time of a
+kernel's calls, divided by the time of the flights. `fused C++` uses multiplications fused with additions, so its
+results differ by rounding. `different results` is the number of results of compiled Python that differ in any bit from
+those of C++ without fused multiplications. Without the Authume data, the rocks fall down one bench of 15 m.
 """
 
 import os
@@ -38,7 +38,7 @@ KERNELS = {
     "find_clear_times": "time without contact",
     "find_rotations": "free rotation",
 }
-"""The kernels, each with the words for its result in the table."""
+"""Name of each kernel's loop -> description of its result in the table."""
 
 
 @dataclass
@@ -46,7 +46,7 @@ class Compared:
     """A kernel's recorded calls, and the times and results of each program that repeats them.
 
     programs : name of a program ("numba", "C++", "fused") -> function of the arrays of the calls
-    seconds : CPU seconds of each pass; results : arrays that the last pass has written; both by the program's name
+    seconds : name -> CPU seconds of each pass; results : name -> arrays that the last pass has written
     """
 
     calls: Calls
@@ -55,7 +55,7 @@ class Compared:
     results: dict[str, tuple[NDArray[Any], ...]] = field(default_factory=dict)
 
     def run(self) -> None:
-        """Let each program repeat all calls once, and store times and results."""
+        """Repeat all calls once with each program, and store times and results."""
         for name, program in self.programs.items():
             changed = tuple(array.copy() for array in self.calls.changed)
             began = time.process_time()
@@ -95,8 +95,7 @@ def compared(name: str, calls: Calls, exact: CppKernels, fused: CppKernels) -> C
 
 
 def scene_name() -> str:
-    """Return the name of the scene of Authume's profile P1, or of the scene of one bench if Authume's data is missing.
-    """
+    """Return the name of the scene of Authume's profile P1; without Authume's data, that of the scene of one bench."""
     try:
         prepare(read_scene(SCENES / "authume_p1_blocks.yaml"))
     except InputError as fault:
@@ -112,7 +111,7 @@ def unequal(one: Deposits, other: Deposits) -> list[str]:
 
 
 def main(rocks: int) -> None:
-    """Print the table of kernels."""
+    """Measure, and print the table of kernels; rocks : number of rocks."""
     scene = scene_name()
     reference = prepare(read_scene(SCENES / f"{scene}.yaml").model_copy(update={"engine": "reference"}))
     began = time.perf_counter()

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 SOURCE = Path(__file__).parent / "cpp" / "blocks.cpp"
 BUILD = ("g++", "-std=c++17", "-O3", "-march=native", "-shared", "-fPIC")
 SAME_ROUNDING = "-ffp-contract=off"
-"""Compiler setting without fused multiplications, which round once where Python and numba round twice."""
+"""Compiler option against fused multiplications, which round once where Python and numba round twice."""
 
 
 class CppKernels:
-    """The library of C++ kernels, built in a temporary folder and loaded.
+    """The library of C++ kernels; it is built in a temporary folder and loaded.
 
     fused : True to let the compiler use fused multiplications; results then differ by rounding
 
@@ -29,6 +29,6 @@ class CppKernels:
         self._library = ctypes.CDLL(str(path))
 
     def call(self, name: str, count: int, *arrays: NDArray[Any]) -> None:
-        """Call the kernel `name` over `count` rows of C-contiguous arrays; it writes into the last of the arrays."""
+        """Call the kernel `name` over `count` rows of C-contiguous arrays; it writes into the last arrays."""
         pointers = [ctypes.c_void_p(array.ctypes.data) for array in arrays]
         getattr(self._library, name)(ctypes.c_int64(count), *pointers)

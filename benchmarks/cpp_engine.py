@@ -1,4 +1,4 @@
-"""Build and run a C++ program with the algorithm of the compiled engine (`benchmarks/cpp`, g++ -O3), on its arrays."""
+"""Build and run a C++ program with the algorithm and arrays of the compiled engine (`benchmarks/cpp`, g++ -O3)."""
 
 import os
 import subprocess
@@ -18,7 +18,7 @@ SOURCE = Path(__file__).parent / "cpp" / "fly.cpp"
 BUILD = ("g++", "-std=c++17", "-O3", "-ffp-contract=off")
 """Compiler settings. Fused multiplications are off, because they round once where Python and numba round twice."""
 HUGE_PAGES = {"GLIBC_TUNABLES": "glibc.malloc.hugetlb=1"}
-"""Environment that puts large arrays on huge pages, as NumPy does, for a fair comparison."""
+"""Environment variables that put large arrays on huge pages, as NumPy does, for a fair comparison."""
 
 
 class CppFlights(NamedTuple):
@@ -33,7 +33,7 @@ class CppFlights(NamedTuple):
 
 
 class CppEngine:
-    """The C++ program, built and given the arrays of R rocks over uniform ground; it runs on one core.
+    """The C++ program, which is built and receives the arrays of R rocks over ground of one material.
 
     Raises `subprocess.CalledProcessError` if the build fails, or if a rock meets a case that the program does not
     cover.
@@ -47,7 +47,7 @@ class CppEngine:
         subprocess.run([*BUILD, "-o", self.folder / "fly", SOURCE], check=True)
 
     def fly(self) -> CppFlights:
-        """Fly all rocks twice and return the second result, because the first pass fills the caches."""
+        """Fly all rocks twice on one core, and return the second result, because the first pass fills the caches."""
         subprocess.run([self.folder / "fly", self.folder, "2"], check=True, env=os.environ | HUGE_PAGES)
         finals = np.fromfile(self.folder / "finals").reshape(-1, 8)
         counts = np.fromfile(self.folder / "counts", dtype=np.int64).reshape(-1, 4)

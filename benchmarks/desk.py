@@ -1,10 +1,10 @@
-"""Measure how soon `rpf3d desk` shows its page and its results, in Chromium without a window.
+"""Measure how long `rpf3d desk` takes to show its page and its results, in Chromium without a window.
 
     python benchmarks/desk.py [--scene FILE] [--picture FILE]
 
-Prints the seconds from opening the address to the first canvas, and from pressing Run to the first and to the last
-results. The second run is in the same process, so its code is compiled already. With --picture the page is written as
-PNG. The benchmark needs the extra `desk`, playwright and a Chromium of the system, which draws without a graphics card.
+The program prints the seconds from opening the address to the first canvas, and from pressing Run to the first and to
+the last results. The second run is in the same process, so its code is already compiled. With --picture the page is
+written as PNG. The benchmark needs the extra `desk`, playwright and an installed Chromium, but no graphics card.
 """
 
 import argparse
@@ -24,11 +24,11 @@ from browsers import browser  # noqa: E402  (the path above is for it)
 DEMO = ROOT / "config" / "scenes" / "demo.yaml"
 LONGEST = 300_000
 FIRST_SHOWN = "#progress:has-text(' of '), #report:enabled"
-"""Selector of the page as soon as it shows some of the rocks; a quick run shows all rocks at once."""
+"""Selector that matches as soon as the page shows some of the rocks; a quick run shows all rocks at once."""
 
 
 def seconds_to(page: Any, action: Any, *selectors: str) -> list[float]:
-    """Do an action on a page; return the seconds from its begin until each of the selectors matches, in their order."""
+    """Do an action on a page; return the seconds from its start until each of the selectors matches, in order."""
     began, found = time.perf_counter(), []
     action()
     for selector in selectors:

@@ -6,8 +6,8 @@ The pit has 2.33 million triangles. All maps are made: a raster of 1 m, facets, 
 CPU second of this process, without compile time. Each speed is the median of several passes; the passes of all cases
 alternate. The run from the scene file is a separate process. A first run, which fills the caches, is not counted.
 
-The gain of two threads is also measured for plain arithmetic and for memory reads: a second thread can gain no more on
-this machine at this moment.
+The gain of two threads is also measured for plain arithmetic and for memory reads. These are the largest gains that are
+possible on this machine at present.
 """
 
 import json
@@ -42,8 +42,8 @@ PASSES = 5
 LONG = 4
 """Number of short falls for each long fall.
 
-With more rocks, each cell under the short falls is reached many times, so that the time to allocate memory for cells
-does not dominate the figures.
+There are more short falls, so that rocks reach each cell under them many times. Otherwise the time to allocate memory
+for cells would dominate the figures.
 """
 CELL = 1.0  # m, cell size of the hazard maps
 LINE = 64
@@ -64,7 +64,10 @@ outputs: {pictures: %s, recording: %s}
 
 
 class Mapped:
-    """One kind of fall, flown with and without hazard maps, and the CPU and wall seconds of each pass."""
+    """One kind of fall, flown with and without hazard maps, and the times of its passes.
+
+    cpu, wall : name of a kind of pass -> CPU and wall time (s) of each pass
+    """
 
     def __init__(self, case: Case) -> None:
         self.case = case
@@ -82,7 +85,7 @@ class Mapped:
         return tallies_over(self.ground, areas_of({}), 1, 9.81, self.binning, True)
 
     def fly(self, name: str, threads: int, maps: bool) -> None:
-        """Fly all rocks once with a number of threads, and store the seconds under `name`."""
+        """Fly all rocks once with a number of threads, and store the times under `name`; maps : True to make maps."""
         watch = self.tallies() if maps else None
         none = np.zeros(len(self.case.releases.x), dtype=bool)
         cpu, wall = time.process_time(), time.perf_counter()
@@ -94,7 +97,7 @@ class Mapped:
         self.wall.setdefault(name, []).append(time.perf_counter() - wall)
 
     def report(self, name: str) -> None:
-        """Print a line of the table: speed with and without maps, their cost, and the gain of two threads."""
+        """Print a line of the table: speed without and with maps, the ratio of the two, and the gain of two threads."""
         path = float(self.case.deposits.path.sum())
         bare, maps = (float(np.median(self.cpu[kind])) for kind in ("bare", "maps"))
         gained = [
@@ -139,9 +142,10 @@ def chain(size: int) -> NDArray[np.int64]:
 
 
 class Control:
-    """Work that threads can share without waiting for each other, to measure the largest gain of two threads.
+    """Work that threads can share without waiting for each other, to measure the largest possible gain of two threads.
 
-    work : called with a number of rounds and the number of the thread, from 1; rounds : number of rounds in all
+    work : called with a number of rounds and the number of the thread, from 1; rounds : total number of rounds
+    cpu, wall : number of threads -> CPU and wall time (s) of each pass
     """
 
     def __init__(self, work: Callable[[int, int], object], rounds: int) -> None:
@@ -151,7 +155,7 @@ class Control:
         work(1, 1)
 
     def go(self, threads: int) -> None:
-        """Do all of the work once with a number of threads, and store the seconds."""
+        """Do the whole work once with a number of threads, and store the times."""
         cpu, wall = time.process_time(), time.perf_counter()
         with ThreadPoolExecutor(threads) as pool:
             list(pool.map(lambda k: self.work(self.rounds // threads, k + 1), range(threads)))
@@ -163,14 +167,14 @@ def gains(one: Sequence[Sequence[float]], two: Sequence[Sequence[float]]) -> str
     """Return as text the gain of two threads in wall time, and in brackets the gain on a machine without other load.
 
     The second gain follows from the CPU time: two threads that take no more CPU time than one thread halve the wall
-    time. one, two : (wall, CPU) seconds of the passes with one thread and with two threads
+    time. one, two : wall times and CPU times (s) of the passes with one thread, and with two threads
     """
     wall, cpu = (float(np.median(np.divide(a, b))) for a, b in zip(one, two, strict=True))
     return f"{wall:8.2f} ({2.0 * cpu:.2f})"
 
 
 def end_to_end(folder: Path, more: bool) -> None:
-    """Run a scene in separate processes; print time and memory of the median run.
+    """Run a scene in separate processes; print the times of the median run, and the peak of memory of all runs so far.
 
     more : True to write pictures and a recording as well
     """
@@ -196,13 +200,13 @@ def end_to_end(folder: Path, more: bool) -> None:
 
 
 def children_cpu_s() -> float:
-    """Return the CPU seconds of all child processes that have ended."""
+    """Return the CPU time (s) of all child processes that have ended."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
 
 def run(folder: Path, rocks: str) -> None:
-    """Run `rpf3d run` in a folder with a number of rocks, with Python's caches as usual."""
+    """Run `rpf3d run` on the scene in a folder with a number of rocks; Python caches its byte code in the folder."""
     home = {
         "PYTHONPATH": str(Path(__file__).parents[1]), "PYTHONPYCACHEPREFIX": str(folder / "pycache"),
         "PYTHONDONTWRITEBYTECODE": "",
@@ -214,9 +218,9 @@ def run(folder: Path, rocks: str) -> None:
 
 
 def main(rocks: int) -> None:
-    """Print all tables.
+    """Measure, and print all tables; rocks : number of short falls.
 
-    Whole runs are first, because a child process counts the memory of its parent as its own peak.
+    Whole runs come first, because the peak of memory of a child process includes the memory of its parent.
     """
     with tempfile.TemporaryDirectory() as name:
         write_mesh(Path(name) / "pit.stl", pit_terrain(Pit(triangles=TRIANGLES)))

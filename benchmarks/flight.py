@@ -1,10 +1,10 @@
-"""Measure the speed of flights over a synthetic pit: short bench falls, long falls, and the same algorithm in C++.
+"""Measure the speed of flights over a synthetic pit: short bench falls and long falls, also with the algorithm in C++.
 
     python benchmarks/flight.py [rocks]
 
-The rocks keep only final states and fly on one thread. The figures are CPU seconds of this process without compile
-time, as medians. The passes of all cases alternate, so the ratios also hold on a busy machine. The whole pit has one
-material, and the ground model is `none`.
+Only final states are recorded, and the rocks fly on one thread. The figures are CPU seconds of this process without
+compile time, as medians. The passes of all cases alternate, so the ratios also hold on a busy machine. The whole pit
+has one material, and the ground model is `none`.
 """
 
 import os
@@ -39,16 +39,15 @@ FEWER = 150_000
 PASSES = 7
 GROUNDS = {"none": NoGround(), "sliding": Sliding()}
 LONG = 20
-"""Number of short falls for each long fall, so that passes of both take about the same time."""
+"""Number of short falls for each long fall, with which passes of both take about the same time."""
 
 
 class Falls(NamedTuple):
-    """A kind of fall to measure: rocks released 0.5 m above a line on the ground, with an initial velocity towards +x.
+    """A kind of fall: rocks that are released 0.5 m above a line on the ground, with a velocity towards +x.
 
-    pit : the parameters in which the pit differs from the default pit
+    pit : parameters in which the pit differs from the default pit
     line : (2, 2) x, y (m), ends of the line in the pit's coordinates
-    speed : m/s, at the release
-    surface : coefficients of all the ground
+    speed : m/s, at the release; surface : coefficients of the whole ground
     """
 
     pit: dict[str, object]
@@ -87,7 +86,10 @@ def releases(falls: Falls, engine: Engine, terrain: Terrain, rocks: int) -> Rele
 
 
 class Case:
-    """Rocks of one kind of fall over a pit, flown with the compiled engine, and the CPU seconds of each pass."""
+    """Rocks of one kind of fall over a pit, flown with the compiled engine, and the CPU time of each pass.
+
+    seconds : CPU time (s) of each pass; deposits : result of the last pass
+    """
 
     def __init__(self, falls: Falls, triangles: int, rocks: int) -> None:
         terrain = ground_of(falls, triangles)
@@ -106,13 +108,13 @@ class Case:
         return self.deposits
 
     def per_rock(self) -> float:
-        """Return the CPU seconds for each rock: the median of all passes."""
+        """Return the CPU time (s) for each rock, as a median over all passes."""
         return float(np.median(self.seconds)) / len(self.releases.x)
 
     def against_cpp(self) -> str:
-        """Return as text how many times longer the compiled engine takes than C++, and whether final states differ.
+        """Return as text the CPU time of the compiled engine over that of C++, and how many final states differ.
 
-        The passes of both take turns.
+        The passes of both alternate.
         """
         rows = np.concatenate(list(flight_order(self.releases, 1, LARGEST_BATCH)))  # in the engine's order
         releases = taken(self.releases, rows)
@@ -126,7 +128,7 @@ class Case:
 def told_apart(rows: IntArray, deposits: Deposits, other: CppFlights) -> str:
     """Return as text how many rocks have final states that differ in any bit between the compiled engine and C++.
 
-    rows : (R,) row of each rock of `other` in `deposits`; deposits : of the engine; other : flights of C++
+    rows : (R,) row of each rock of `other` in `deposits`; deposits : result of the engine; other : result of C++
     """
     ours = np.column_stack([deposits.t, deposits.x, deposits.path, deposits.max_speed, deposits.ground_speed])
     theirs = other.finals[:, [0, 1, 2, 3, 4, 5, 7]]
@@ -152,8 +154,7 @@ print(time.process_time() - began)
 def first_call(cache: str, ground: str) -> float:
     """Return the CPU seconds that a new process takes to compile its loops, or to load them from the cache.
 
-    cache : folder of the machine code, empty at first
-    ground : ground model
+    cache : folder for the machine code, empty before the first call; ground : name of the ground model
     """
     paths = os.pathsep.join([os.path.dirname(os.path.abspath(__file__)), *sys.path])
     done = subprocess.run(
@@ -164,7 +165,7 @@ def first_call(cache: str, ground: str) -> float:
 
 
 def main(rocks: int) -> None:
-    """Print the table of speeds."""
+    """Measure, and print the table of speeds; rocks : number of short falls."""
     cases = {
         "short falls, 2.33 M triangles": Case(BENCH, TRIANGLES, rocks),
         "short falls, 0.15 M triangles": Case(BENCH, FEWER, rocks),

@@ -2,8 +2,8 @@
 
     python benchmarks/large_mesh.py [rocks]
 
-The rocks are the short falls of `flight.py`: one thread, final states only. The figures are CPU seconds of this process
-without compile time.
+The rocks are the short falls of `flight.py`, on one thread; only final states are recorded. The figures are CPU times,
+wall times and peak memory of this process, without compile time.
 """
 
 import platform
@@ -34,7 +34,7 @@ sources: [{name: unused, points: [[0, 0, 0]]}]
 
 
 def timed(name: str, work: Callable[[], Any]) -> Any:
-    """Do some work, print its CPU and wall seconds and the peak of memory so far, and return its result."""
+    """Call `work`, print its CPU and wall time (s) and the peak of memory so far (GB), and return its result."""
     cpu, wall = time.process_time(), time.perf_counter()
     result = work()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
@@ -48,7 +48,7 @@ def read(folder: Path) -> Terrain:
 
 
 def fly(engine: Engine, terrain: Terrain, rocks: int) -> None:
-    """Fly rocks on one thread, and print how many rocks fly in a CPU second."""
+    """Fly rocks on one thread, and print how many rocks fly per CPU second."""
     some = releases(BENCH, engine, terrain, rocks)
     fly_ensemble(engine, flight_of(BENCH), releases(BENCH, engine, terrain, 10), record=False)  # compiles the loops
     cpu = time.process_time()
@@ -59,7 +59,7 @@ def fly(engine: Engine, terrain: Terrain, rocks: int) -> None:
 
 
 def main(rocks: int) -> None:
-    """Print the table of times."""
+    """Measure, and print the table of times and the speeds; rocks : number of rocks on the compiled engine."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         write_mesh(folder / "pit.stl", pit_terrain(Pit(triangles=TRIANGLES)))

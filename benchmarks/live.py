@@ -1,11 +1,11 @@
-"""Measure how fast the live node answers, with real processes: from publishing a message to receiving the answer.
+"""Measure the time from publishing a message to receiving the live simulator's answer, with real processes.
 
     python benchmarks/live.py [--only mesh cloud patch burst busy memory rest recorder] [--rounds 10]
 
-Messages travel by DDS, the network layer of ROS. The figures are medians of 10 rounds. The measuring process publishes
-bytes that were laid out earlier, and takes the time of arrival before it reads a message. A third process calls a
-service of the node every 20 ms, which shows how long the node's executor is blocked. The figures are wall seconds, so
-run this on an idle machine: the load is printed.
+Messages are transported over DDS, the network layer of ROS. The figures are medians of the rounds. The measuring
+process publishes bytes that it prepared earlier, and notes the time of arrival before it reads a message. A third
+process calls a service of the node every 20 ms, which shows how long the node's executor is blocked. The figures are
+wall times, so run this on an idle machine: the load is printed.
 """
 
 import argparse
@@ -28,24 +28,22 @@ from rpf3d_ros.demo.stand_in import StandIn
 
 TRIANGLES = 2_332_287  # thesis, table 5-2
 PATCH = 71
-"""Points on each side of a patch of terrain: 2 x 70 x 70, about 10,000 triangles."""
+"""Number of points on each side of a patch of terrain, which has 2 x 70 x 70 (about 10,000) triangles."""
 PATCH_AT = (-596.0, -35.0)
 """South-western corner (m) of the patch, on the benches below the sources."""
 SOURCES = 20
 MANY, FEW = 10_000, 200
-"""Number of rocks of the first answer: as in the goals for terrain, and the node's default for a burst of sources."""
+"""Numbers of rocks of the first answer: for goals on terrain, and the node's default, for bursts of sources."""
 FINEST = 20_000
 """Number of rocks at which an answer is complete, so that rounds do not overlap; the part `busy` has more rocks."""
 START, ANSWER, QUIET = 120.0, 60.0, 0.4
-"""Waiting times (s): for a node to start and compile, for an answer, and for no more results."""
+"""Waiting times (s): for the start and compilation of a node, for an answer, and until no more results arrive."""
 TOLD, BEATING = 2.5, 4.0
 """Waiting times (s): until the last report of a gap, and until a heartbeat has found its service.
 
-A gap is a time in which the node's executor is busy and handles no messages.
-
-The node sums up the gaps of each second and repeats the report for another second. The discovery of the heartbeat
-itself must not count: rmw_fastrtps holds a reply, and the executor with it, for up to 100 ms if it has not yet
-discovered the caller.
+A gap is a time in which the node's executor is busy and handles no messages. The node reports the longest gap of each
+second, and repeats the report for another second. The discovery of the heartbeat must not count: rmw_fastrtps holds a
+reply, and the executor with it, for up to 100 ms if it has not yet discovered the caller.
 """
 
 HEARD = ("hazard/grid", "trajectories", "results")
@@ -64,7 +62,11 @@ hazard: {{cell: 5}}
 
 
 class Bench:
-    """A running simulator with terrain and sources, and the messages received from it."""
+    """A running simulator with terrain and sources, and the messages received from it.
+
+    came : topic -> time of arrival (ns, monotonic) and bytes of the messages that answer the last sources
+    told : messages of /diagnostics; asked_ns : stamp (ns) of the last published sources
+    """
 
     def __init__(self, stack: Stack, first_rocks: int, most_rocks: int, terrain: bytes, places: Any) -> None:
         self.stack, self.places = stack, places
@@ -85,7 +87,7 @@ class Bench:
         self.rest()
 
     def take(self, topic: str, kept: list[tuple[int, bytes]], data: bytes, at: int) -> None:
-        """Store a message if it answers the last published sources."""
+        """Store a message in `kept` if it answers the last published sources; at : time of arrival (ns, monotonic)."""
         first = data[MARKER:] if topic == "trajectories" else data  # markers begin with their number
         if stamp_of(first) >= self.asked_ns:
             kept.append((at, data))
@@ -93,15 +95,16 @@ class Bench:
     def burst(self) -> bytes:
         """Return the sources as a message with the current time.
 
-        Answers to earlier sources are ignored from here on.
+        Answers to earlier sources are ignored from now on.
         """
         self.asked_ns = time.time_ns()
         return bytes(serialize_message(poses(self.places, self.asked_ns)))
 
     def until_answered(self, send: Callable[[], int], seconds: float = ANSWER) -> tuple[int, dict[str, int]]:
-        """Publish a message, and wait until each topic has published an answer to it.
+        """Publish a message, and wait until an answer to it has arrived on each topic.
 
-        Returns the time at which publishing began and the time of the first message of each topic (ns, monotonic).
+        Returns the time at which publishing began, and the time of the first answer on each topic (ns, monotonic).
+        send : publishes the message; seconds : longest wait, then TimeoutError is raised
         """
         for kept in self.came.values():
             kept.clear()
@@ -122,17 +125,17 @@ class Bench:
                 return
 
     def rounds(self, name: str, goal: float, count: int, send: Callable[[int], Callable[[], int]]) -> Rows:
-        """Return the measurements of `count` rounds: delays of answers, times reported by the node, service calls.
+        """Return the measurements of `count` rounds: delays of answers, gaps reported by the node, service calls.
 
-        name : of the measurement, for the table; goal : time (s) until the last required message
-        send : prepares the message of a round, by number, and returns the function that publishes it
+        name : name of the measurement in the table; goal : longest time (s) until the last required message
+        send : prepares the message of round number n, and returns the function that publishes it
         """
         row = Row(name, goal)
         began, came = self.until_answered(send(0), START)  # includes compilation
         row.first = (max(came.values()) - began) / 1e9
         self.rest(3.0)
         with Heartbeat(SERVICE) as heartbeat:
-            self.stand_in.wait(lambda: False, BEATING)  # takes the reports of this time, which must not count later
+            self.stand_in.wait(lambda: False, BEATING)  # receives the reports of this time, which must not count later
             begins = time.monotonic_ns()
             self.told.clear()
             for number in range(count):
@@ -155,7 +158,7 @@ class Bench:
 class Bytes:
     """All messages to publish, prepared as bytes, so that their preparation is not measured.
 
-    mesh : the terrain as a mesh; grid : (H, W, 3) m, the terrain as points in rows; patches : patches of terrain
+    mesh : the terrain as a mesh; grid : (H, W, 3) m, the terrain as a grid of points; patches : patches of terrain
     places : (S, 3) m, positions of the sources
     """
 
@@ -172,7 +175,7 @@ class Bytes:
         self.places = np.column_stack([line, heights.at(line)])
 
     def cloud(self, number: int) -> bytes:
-        """Return the grid as a message, its first corner raised by 0.02 m times `number`: no two messages are equal."""
+        """Return the grid as a message; its first corner is raised by 0.02 m times `number`, so messages differ."""
         grid = self.grid.copy()
         grid[0, 0, 2] += 0.02 * number
         return cloud_bytes(grid)
@@ -188,9 +191,9 @@ def _bump(heights: Heights, height: float) -> Any:
 
 
 def memory(bench: Bench, data: Bytes, updates: int) -> None:
-    """Print how the node's memory changes over many updates of the whole terrain.
+    """Print how the node's memory (MB) changes over many updates of the whole terrain.
 
-    Each update is answered before the next.
+    Each update is answered before the next update is published.
     """
     sizes = []
     for number in range(updates):
@@ -206,7 +209,7 @@ def memory(bench: Bench, data: Bytes, updates: int) -> None:
 
 
 def measure(options: argparse.Namespace, data: Bytes) -> list[Rows]:
-    """Measure the requested parts that are rows of the table, and return these rows; also print the part `memory`."""
+    """Measure the requested parts that are rows of the table, and return these rows; measure and print `memory`."""
     rows, wanted, count = [], options.only, options.rounds
     if {"mesh", "cloud", "patch", "memory"} & set(wanted):
         with Stack() as stack:

@@ -1,12 +1,12 @@
-"""Measure how fast the live simulator makes terrain from a survey (grid, mesh or patch), and stores it on disk.
+"""Measure how long the live simulator takes to make terrain from a survey (grid, mesh or patch) and to store it.
 
     python benchmarks/live_ground.py [updates]
 
-The grid has 1.17 million points, the mesh 2.33 million triangles. The figures are medians of 10, in wall and CPU
-seconds of this process, without the first two repetitions, which compile and touch new memory. The table also has the
-longest delay of another thread that wakes every millisecond: a callback of a node would wait for the interpreter as
-long. Then the program makes updates (100 by default), one whole survey to nine patches, and prints the memory of the
-process during and after the updates.
+The grid has 1.17 million points, the mesh 2.33 million triangles. The figures are wall and CPU times of this process,
+as medians of 10 repetitions after two that do not count, because they compile and use new memory. The table also has
+the longest delay of another thread that wakes every millisecond: a callback of a node would wait as long for the
+interpreter. Then the program makes updates (100 by default), one whole survey for every nine patches, and prints the
+memory of the process during and after the updates.
 """
 
 import statistics
@@ -28,9 +28,9 @@ from rpf3d_core.terrain.grid_rows import grid_mesh
 SIDE = 1081
 """Number of points on each side of the grid of a whole survey, which makes 2.33 million triangles."""
 PATCH = 71
-"""Number of points on each side of a patch with points in rows, which makes 9,800 triangles."""
+"""Number of points on each side of a patch that is a grid, which makes 9,800 triangles."""
 CLOUD = 5_000
-"""Number of points of a patch with scattered points, which make 10,000 triangles."""
+"""Number of points of a patch with scattered points, which makes 10,000 triangles."""
 TIMES = 10
 REPEATED = 10
 """Number of updates in a cycle: the first is a whole survey, the others are patches."""
@@ -44,25 +44,25 @@ def hills(x: np.ndarray, y: np.ndarray, seed: int) -> np.ndarray:
 
 
 def grid(side: int, east: float, north: float, seed: int) -> GridSurvey:
-    """Return a survey of points in rows, with steps of 1 m from a south-western corner.
+    """Return a survey of a square grid of points with steps of 1 m.
 
-    side : points on each side; east, north : the corner (m); seed : of the noise
+    side : number of points on each side; east, north : south-western corner (m); seed : seed of the noise
     """
     y, x = np.mgrid[0:side, 0:side] + np.array([north, east])[:, None, None]
     return GridSurvey(np.stack([x, y, hills(x, y, seed)], axis=-1))
 
 
 def cloud(east: float, north: float, seed: int) -> CloudSurvey:
-    """Return a survey of points scattered over a square of the width of a patch.
+    """Return a survey of CLOUD points scattered over a square as wide as a patch.
 
-    east, north : south-western corner (m); seed : of the places and the noise
+    east, north : south-western corner (m); seed : seed of places and noise
     """
     x, y = np.random.default_rng(seed).uniform(0.0, PATCH - 1.0, (2, CLOUD)) + np.array([[east], [north]])
     return CloudSurvey(np.column_stack([x, y, hills(x, y, seed)]))
 
 
 def mesh(survey: GridSurvey) -> MeshSurvey:
-    """Return the points of a grid as a survey of triangles."""
+    """Return the survey of a grid as a survey of a mesh."""
     made = grid_mesh(survey.points)
     return MeshSurvey(made.vertices + np.array(made.origin), made.triangles)
 
@@ -93,9 +93,9 @@ def resident() -> float:
 
 
 def timed(name: str, beat: Heartbeat, work: Callable[[int], Any]) -> None:
-    """Do work several times, and print a line of the table with its times and the delays of the thread `beat`.
+    """Do some work several times, and print a line of the table with its times and the delays of the thread `beat`.
 
-    name : of the work; work : called with the number of the repetition
+    name : name of the work; work : called with the number of the repetition
     """
     walls, cpus, gaps = [], [], []
     for k in range(TIMES + 2):
@@ -118,7 +118,7 @@ class Updates:
         self.ground: LiveTerrain = self.workshop.whole(survey)
 
     def whole(self, survey: Survey) -> None:
-        """Replace the terrain by that of a whole survey."""
+        """Replace the terrain by the terrain of a whole survey."""
         self.ground = self.workshop.whole(survey)
 
     def patched(self, patch: GridSurvey | CloudSurvey) -> None:
@@ -127,12 +127,12 @@ class Updates:
 
 
 def places(count: int) -> list[tuple[float, float]]:
-    """Return random south-western corners of `count` patches: metres east and north, not on the points of the grid."""
+    """Return random south-western corners (east, north) m of `count` patches; they are not points of the grid."""
     return [tuple(place) for place in np.random.default_rng(0).uniform(20.0, SIDE - PATCH - 20.0, (count, 2)).tolist()]
 
 
 def main(updates: int) -> None:
-    """Print the table of times, then the memory during updates."""
+    """Measure, and print the table of times and then the memory during `updates` updates."""
     beat, survey, at = Heartbeat(), grid(SIDE, 0.0, 0.0, 0), places(updates)
     meshed, patches = mesh(survey), [grid(PATCH, *at[k], k) for k in range(TIMES + 2)]
     clouds = [cloud(*at[k], k) for k in range(TIMES + 2)]

@@ -2,8 +2,8 @@
 
     python benchmarks/live_heartbeat.py rpf3d_simulator/get_parameter_types
 
-The times are due, sent and answered (ns, monotonic) for each call. The program is a separate process, because the
-process that publishes messages of 56 MB would measure its own delays.
+Printed are three times of each call: when it was due, when it was sent, and when the reply arrived (ns, monotonic). The
+program is a separate process, because a process that publishes messages of 56 MB would measure its own delays.
 """
 
 import json
@@ -19,8 +19,8 @@ from rclpy.node import Node
 PERIOD = 0.02
 """Time between a reply and the next call (s).
 
-A block of the node of 50 ms is always noticed, but may appear shorter by this time. Calls every 5 ms take an eighth of
-a core of the caller, and the same of the node.
+If the node is blocked for 50 ms, this is always noticed, but the block may appear shorter by PERIOD. Calls every 5 ms
+would take an eighth of a core in this process, and the same in the node.
 """
 
 PATIENCE = 30.0

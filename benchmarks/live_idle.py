@@ -1,4 +1,4 @@
-"""A node that only waits, with as many topics as the simulator, to compare its CPU time with that of the simulator."""
+"""Run a node that only waits, with as many topics as the simulator, to compare its CPU time with the simulator's."""
 
 import rclpy
 from rclpy.node import Node

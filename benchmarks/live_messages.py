@@ -25,14 +25,15 @@ Floats = NDArray[np.float64]
 SECOND = 1_000_000_000
 STAMP = slice(4, 12)
 MARKER = 4
-"""Number of bytes of an array of markers before the header of its first marker."""
+"""Number of additional bytes before the header of the first marker in a MarkerArray: the number of markers."""
 FRAME = "map"
 HIGHER = 0.02
-"""Height (m) by which one point of a survey is above that of the previous survey: the node ignores an equal survey."""
+"""Height (m) by which one point of a survey is raised from survey to survey, because the node ignores an equal survey.
+"""
 
 
 class Heights:
-    """Finds the height of a terrain at places in plan, to make surveys of the terrain; places are in the map frame."""
+    """Finds heights of a terrain at places in plan, to make surveys of the terrain; all coordinates: map frame."""
 
     def __init__(self, terrain: Terrain) -> None:
         self._origin = np.array(terrain.frame.origin)
@@ -45,7 +46,7 @@ class Heights:
         return heights_at(self._engine, self._facets, x, y) + self._origin[2]
 
     def grid(self, west: float, south: float, step: float, columns: int, rows: int) -> Floats:
-        """Return the ground as points in rows, (rows, columns, 3) m, every `step` m from a south-western corner (m)."""
+        """Return a grid of points (rows, columns, 3) m on the ground; west, south : corner (m); step : spacing (m)."""
         x, y = np.meshgrid(west + step * np.arange(columns), south + step * np.arange(rows))
         return np.stack([x, y, self.at(np.column_stack([x.ravel(), y.ravel()])).reshape(x.shape)], axis=-1)
 

@@ -1,7 +1,7 @@
-"""Measure the recorder while the simulator answers messages of sources: CPU time, bytes, memory, delays.
+"""Measure the recorder while the simulator answers messages of sources: CPU time, bytes written, memory, delays.
 
 Simulator and recorder are separate processes. The sources move a little from message to message, as measured positions
-do, so no answer repeats an earlier answer. An area on the benches has thresholds, so alerts are published, too.
+do, so no answer repeats an earlier answer. An area on the benches has thresholds, so alerts are published as well.
 """
 
 import time
@@ -19,9 +19,9 @@ SIMULATOR, RECORDER = "simulator_node", "recorder_node"
 PERIOD = 2.0
 """Time (s) between two messages of sources."""
 START, WARM, MEASURED = 300.0, 60.0, 60.0
-"""Times (s): longest start of the nodes, warming up before the measurement, duration of the measurement."""
+"""Times (s): longest wait for the start of the nodes, time to warm up, and duration of the measurement."""
 MOVED = 0.2
-"""Half-width (m) in plan of the square in which a source moves between two messages."""
+"""Largest offset (m), along x and along y, of a source from its place in a message."""
 CORES, RATE = 0.1, 0.5
 """Goals: cores that the recorder uses (-), megabytes per second that its file grows."""
 MEDIAN, P95 = 0.1, 0.3
@@ -29,7 +29,7 @@ MEDIAN, P95 = 0.1, 0.3
 SHIFT = 12 * 3600.0
 """Length (s) of a shift of 12 hours, for the size of its recording."""
 LARGEST = 8
-"""Number of entities of the recording that are printed, those with the most bytes."""
+"""Number of entities of the recording that are printed; they are those with the most bytes."""
 MB = 1e6
 
 SCENE = """
@@ -52,14 +52,17 @@ areas: {bench: {watch: {reach_probability: 0.1}, restrict: {reach_probability: 0
 
 
 class Shift:
-    """Runs simulator and recorder, publishes in place of a radar every PERIOD, and notes the delays of the answers.
+    """Runs simulator and recorder, publishes sources every PERIOD seconds, and notes the delays of the answers.
 
     file : the recording
     seconds : stamp of a message of sources (ns) -> time (s) from its publication to its first `results`
     """
 
     def __init__(self, stack: Stack, terrain: bytes, places: Floats) -> None:
-        """Start both nodes and publish the terrain; terrain : bytes of the mesh; places : (S, 3) m, of the sources."""
+        """Start both nodes and publish the terrain.
+
+        terrain : CDR bytes of the mesh; places : (S, 3) m, positions of the sources
+        """
         self._stack, self._places, self._rng = stack, places, np.random.default_rng(1)
         self.file, self.seconds = stack.folder / "live.rrd", dict[int, float]()
         for name, text in (("scene.yaml", SCENE), ("site.yaml", SITE)):
@@ -74,7 +77,7 @@ class Shift:
         self._stand_in.publish("terrain/mesh", terrain)
 
     def live(self, seconds: float) -> None:
-        """Publish sources every PERIOD for some time (s), and receive results in the meantime."""
+        """Publish sources every PERIOD seconds for some time (s), and receive results in the meantime."""
         until = time.monotonic() + seconds
         while time.monotonic() < until:
             due, stamp = time.monotonic() + PERIOD, time.time_ns()
@@ -100,7 +103,10 @@ class Shift:
 
 
 def recorder_rate(terrain: bytes, places: Floats) -> bool:
-    """Print what the recorder uses during MEASURED seconds of bursts; return True if a goal is missed."""
+    """Print what the recorder uses in MEASURED seconds of messages; return True if a goal is missed.
+
+    terrain, places : as in `Shift`
+    """
     with Stack() as stack:
         shift = Shift(stack, terrain, places)
         shift.live(WARM)
@@ -117,7 +123,7 @@ def recorder_rate(terrain: bytes, places: Floats) -> bool:
 
 
 def _state(stack: Stack, file: Path) -> dict[str, float]:
-    """Return the computing time (s) of both nodes, the size of the file and the recorder's memory (bytes) so far."""
+    """Return the CPU time (s) of both nodes so far, the present size of the file and the recorder's memory (bytes)."""
     used = {name: stack.cpu(name) for name in (SIMULATOR, RECORDER)}
     return {**used, "file": float(file.stat().st_size), "memory": MB * stack.memory(RECORDER)[0]}
 
@@ -125,7 +131,7 @@ def _state(stack: Stack, file: Path) -> dict[str, float]:
 def _report(rates: dict[str, float], memory: float, seconds: list[float]) -> bool:
     """Print the figures, and return True if a goal is missed.
 
-    rates : growth per second of the values of `_state`, by name; memory : of the recorder (bytes)
+    rates : growth per second of the values of `_state`, by name; memory : memory of the recorder (bytes)
     seconds : delays of the answers (s)
     """
     cores, rate = rates[RECORDER], rates["file"] / MB

@@ -1,4 +1,4 @@
-"""Measure how much computing time the simulator uses while no message arrives, against a node that does nothing."""
+"""Compare the CPU time of the simulator while no message arrives with that of a node that does nothing."""
 
 import time
 from collections.abc import Callable
@@ -9,9 +9,9 @@ from live_stack import Stack
 
 IDLE = Path(__file__).parent / "live_idle.py"
 REST = 20.0
-"""Time (s) over which computing time is measured; the clock of the system counts it in steps of 10 ms."""
+"""Time (s) over which CPU time is measured; the system counts CPU time in steps of 10 ms."""
 GOAL = 0.01
-"""Cores that the simulator may use more than the idle node (-)."""
+"""Goal: largest number of cores (-) that the simulator uses in addition to those of the idle node."""
 STARTED = 5.0
 """Time (s) after which the idle node counts as started."""
 
@@ -42,9 +42,9 @@ def at_rest(bench: Resting, module: str) -> bool:
 
 
 def _cores(cpu: Callable[[str], float], *names: str) -> list[float]:
-    """Return the number of cores that each process uses, as a mean over the same REST seconds.
+    """Return the mean number of cores that each process uses during the next REST seconds.
 
-    cpu : returns the CPU seconds that a process has used, by name; names : of the processes
+    cpu : returns the CPU time (s) that the process with a name has used; names : names of the processes
     """
     before, began = [cpu(name) for name in names], time.monotonic()
     time.sleep(REST)

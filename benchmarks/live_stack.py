@@ -20,7 +20,7 @@ class Stack:
     """A set of nodes: processes, output folder and separate DDS domain; a context manager that ends the processes.
 
     Processes are named after their module, such as `simulator_node`, or their script without its extension.
-    began : name -> how often the node was started; killed : names of the processes that `kill` has ended
+    began : name -> number of times that the node was started; killed : names of the processes that `kill` has ended
     """
 
     def __init__(self, folder: Path | None = None) -> None:
@@ -62,7 +62,7 @@ class Stack:
         return ended(self.processes[module])
 
     def alive(self, module: str) -> bool:
-        """True if a node runs."""
+        """Return True if a process runs."""
         return module in self.processes and self.processes[module].poll() is None
 
     def memory(self, module: str) -> tuple[float, float]:
@@ -77,7 +77,7 @@ class Stack:
         return tuple(int(fields[name].split()[0]) * KB / MB for name in ("VmRSS", "VmHWM"))  # type: ignore[return-value]
 
     def cpu(self, module: str) -> float:
-        """Return the CPU seconds that a node has used so far; NaN if the node does not run."""
+        """Return the CPU time (s) that a node has used so far; NaN if the node does not run."""
         try:
             words = Path(f"/proc/{self.processes[module].pid}/stat").read_text().rpartition(")")[2].split()
         except OSError:

@@ -1,4 +1,4 @@
-"""Print the measurements of the live benchmark as tables: medians with their goals, and the parts of each delay."""
+"""Print the measurements of the live benchmark as tables: delays with their goals, and the parts of each delay."""
 
 from dataclasses import dataclass, field
 
@@ -8,15 +8,15 @@ from rclpy.serialization import deserialize_message
 
 MS = 1e6
 BLOCKED = 0.05
-"""Goal: the longest time (s) that the node's executor, which handles its messages, may be blocked."""
+"""Goal: longest time (s) for which the node's executor, which handles its messages, may be blocked."""
 
 
 @dataclass
 class Row:
     """The rounds of one measurement: delays, results and CPU time of each round.
 
-    name : the published message; goal : time until the last required message (s)
-    first : delay of the first round (s), which does not count, because the node compiles
+    name : name of the measurement in the table; goal : longest time (s) until the last required message
+    first : delay (s) of the first round, which does not count, because the node compiles
     cpu : CPU seconds of the node in each round
     seconds : topic -> delay (s), for each round; results : the message of `results` of each round
     """
@@ -42,10 +42,10 @@ class Row:
         return np.array([each[topic] for each in self.seconds])
 
     def stages(self) -> dict[str, float]:
-        """Return the medians (s) of three parts of the delay: before the flight, the flight itself, publishing.
+        """Return the medians (s) of three parts of the delay, by name: before the flight, the flight, and publishing.
 
         The first part covers transport, building the terrain, and the wait for the thread that flies. The third part is
-        the time from the grid to the last message.
+        the time from `hazard/grid` to `results`.
         """
         flown = np.array([float(figures_of(result)["seconds"]) for result in self.results])
         grid = self.of("hazard/grid")
@@ -57,12 +57,11 @@ class Row:
 class Rows:
     """The rounds of one measurement, with signs that the node was blocked: service calls and gaps of the executor.
 
-    beats : due, sent, answered (ns) for each call
+    beats : times at which each call was due, sent and answered (ns)
     gaps : longest gap (s) of each second, as reported by the node
 
     The goal is for `gaps`, which the node measures itself: the times for which its executor was busy. The calls show
-    the same delays from outside, and in addition the transport of request and reply and the scheduling of two
-    processes.
+    the same delays from outside, plus the transport of request and reply and the scheduling of two processes.
     """
 
     row: Row
@@ -71,7 +70,7 @@ class Rows:
 
     @property
     def longest_gap(self) -> float:
-        """The longest gap of the executor that the node reported (s); NaN if it reported none."""
+        """The longest gap (s) of the executor that the node reported; NaN if the node reported none."""
         return max(self.gaps, default=float("nan"))
 
     @property
@@ -81,12 +80,12 @@ class Rows:
 
     @property
     def longest_delay(self) -> float:
-        """The longest delay of the calling process itself (s), which the machine adds to any gap."""
+        """The longest delay (s) of the calling process itself, by which the machine may extend any call."""
         return max((sent - due for due, sent, _ in self.beats), default=float("nan")) / 1e9
 
     @property
     def usual_call(self) -> float:
-        """The time that 99 % of the service calls do not exceed (s)."""
+        """The time (s) that 99 % of the service calls do not exceed; NaN if no call was answered."""
         gaps = [answered - sent for _, sent, answered in self.beats]
         return float(np.percentile(gaps, 99)) / 1e9 if gaps else float("nan")
 

@@ -2,9 +2,10 @@
 
     python benchmarks/parameter_sets.py [rocks] [turns]
 
-Rocks start on the west wall of the synthetic pit. The 64 sets differ by 0.01 % at most, so their rocks fly the same
-distances as with one set: the difference of the times is the cost of the sets, and not of other flights. Every map,
-table and picture is written. The two runs alternate, after one run of each that compiles and is not counted.
+Rocks start on the west wall of the synthetic pit. The values of the 64 sets differ by 0.01 % at most from those of the
+one set, so the rocks fly about the same distances. The difference of the times is therefore the cost of the sets, and
+not of other flights. Every map, table and picture is written. The two runs alternate, after one run of each that
+compiles and is not counted.
 """
 
 import os
@@ -61,7 +62,7 @@ def cpu_seconds(folder: Path, name: str, rocks: int) -> float:
 
 
 def main(rocks: int = 100_000, turns: int = 5) -> None:
-    """Measure, and print the medians and their ratio."""
+    """Measure, and print the medians and their ratio; rocks : number of rocks; turns : number of runs of each kind."""
     with tempfile.TemporaryDirectory() as name:
         folder, times = Path(name), {"one": list[float](), "sets": list[float]()}
         for kind, sets in (("one", 1), ("sets", 64)):

@@ -1,9 +1,9 @@
-"""Measure how long a million triangles, or some million points, take to read in each format.
+"""Measure the time to read a million triangles, or some million points, in each format.
 
 python benchmarks/reading.py [--side 708]
 
-The figures are CPU seconds, including those of child processes, and the largest memory of a process that reads one
-file. The files are written to a temporary folder, in survey coordinates rounded to the millimetre.
+The figures are CPU times, including those of child processes, and the peak memory of a process that reads one file. The
+files are written to a temporary folder, in survey coordinates rounded to the millimetre.
 """
 
 import argparse
@@ -72,7 +72,7 @@ def cpu() -> float:
 
 
 def own_memory() -> int:
-    """Return the largest memory (kB) of this process since its start; the memory of its parent does not count."""
+    """Return the peak memory (kB) of this process since its start, without the memory of its parent."""
     lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
 

@@ -1,9 +1,10 @@
-"""Soak test: run the nodes for a long time with all kinds of disturbances: rocks, new terrain, kills, clock jumps.
+"""Soak test: run the nodes for a long time with rocks and disturbances, such as new terrain, kills and clock jumps.
 
     python benchmarks/soak.py [--minutes 20] [--seed 1] [--json soak.json] [--keep folder]
 
-Prints a report in Markdown. The exit code is 1 if an alert is lost, if the audit of the decision log fails, if a late
-subscriber receives a wrong alarm, or if a node ends by itself. The figures are wall time: the load is printed.
+The program prints a report in Markdown. Its exit code is 1 if an alert is lost, if the audit of the decision log fails,
+if a late subscriber receives a wrong alarm, or if a node ends by itself. The delays are wall times, so the load is
+printed.
 """
 
 import argparse
@@ -28,17 +29,17 @@ from rpf3d_ros.interface.simulated_clock import SimulatedClock
 WITHIN = 5.0
 """Goal: time (s) from sources to their alert level, while the simulator runs and the clock runs evenly."""
 FALLING, QUIET = (2.0, 8.0), (1.0, 3.0)
-"""Ranges of times (s): for which rocks stay visible after their level was published, and then for which none fall."""
+"""Ranges of times (s): for which a burst stays visible after its level was published, and then without sources."""
 ACKNOWLEDGED, EACH = 30.0, 3.0
-"""Longest times (s): of all attempts to acknowledge until the level is lowered, and of one attempt."""
+"""Longest times (s): for all attempts to acknowledge until the level falls, and for one attempt."""
 CALM = 60.0
-"""Length of the last part of the test, which has no disturbances (s)."""
+"""Largest length (s) of the last part of the test, which has no disturbances; at most a fifth of the test."""
 BEGINS_NS = 1_767_250_800_000_000_000
 """Start of the simulated clock: 2026-01-01, 07:00 UTC (ns)."""
 
 
 class Soak:
-    """Publishes one burst of rocks after the other, and checks that the alert reaches the level of each burst."""
+    """Publishes one burst of sources after another, and checks that the alert reaches the level of each burst."""
 
     def __init__(self, mine: Mine, world: World, disturbances: Disturbances) -> None:
         self._mine, self._world, self._disturbances = mine, world, disturbances
@@ -59,7 +60,7 @@ class Soak:
             self.step_down()
 
     def burst(self) -> None:
-        """Publish rocks from a random place: while they are visible, the alert must reach their level."""
+        """Publish sources at a random place, and wait until the alert has their level; then publish no sources."""
         mine, place = self._mine, str(self._random.choice(list(PLACES)))
         level = self._world.demands[place]
         mine.ledger.counts[f"bursts from {place} ({level.word})"] += 1
@@ -106,7 +107,7 @@ def audited(log: Path) -> tuple[bool, str]:
 
 
 def soaked(stack: Stack, world: World, options: argparse.Namespace) -> Mine:
-    """Start the nodes, run the soak test, end the nodes, and return the mine with its record (`Mine.ledger`).
+    """Start the nodes, run the soak test, end the nodes, and return the mine with the record of the test.
 
     Raises TimeoutError if the nodes do not start.
     """

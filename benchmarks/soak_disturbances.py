@@ -17,7 +17,7 @@ from rpf3d_ros.interface.qos import LATCHED
 
 CHOICES = {"patch": 6, "terrain": 2, "recorder": 2, "listener": 2, "late joiner": 3, "clock back": 1,
            "clock forward": 1, "simulator": 1, "simulator in an update": 1}  # fmt: skip
-"""The kinds of disturbances, each with its relative frequency."""
+"""Kind of disturbance -> relative frequency."""
 KILLS = ("recorder", "simulator", "simulator in an update")
 """The disturbances that kill the recorder or the simulator.
 
@@ -28,11 +28,11 @@ BETWEEN = 6.0
 RECOVERY = 60.0
 """Longest time (s) from a kill of the simulator until it publishes the alert level again.
 
-The level is that of the current message of the radar. In this time, the simulator imports its modules, loads its cache,
+The level is that of the radar's current message. In this time, the simulator imports its modules, loads compiled code,
 and reads its terrain from the store, on two busy cores.
 """
 RELEARNING = 10.0
-"""Longest time (s) until alerts are right again after a jump of the clock: the radar publishes every 2 s."""
+"""Longest time (s) until alerts are right again after a jump of the clock; the radar publishes every 2 s."""
 JOINING, SETTLED = 5.0, 1.0
 """Times (s): until a late subscriber must have the alarm, and for which the alarm must not change before the check."""
 DOWN, UPDATING = (0.5, 2.0), (0.0, 0.3)
@@ -40,7 +40,7 @@ DOWN, UPDATING = (0.5, 2.0), (0.0, 0.3)
 JUMP = (2.0, 20.0)
 """Range of the length of a jump of the clock (s)."""
 HEAP, RADIUS, SPACING = 21, 8.0, 1.5
-"""A patch of terrain with a heap: points on each side, radius of the heap (points), distance between points (m)."""
+"""A patch of terrain with a heap: number of points on each side, radius of the heap in points, spacing (m)."""
 
 
 class Disturbances:
@@ -74,7 +74,7 @@ class Disturbances:
             self.do(str(self.random.choice(list(CHOICES), p=weights / weights.sum())))
 
     def do(self, what: str) -> None:
-        """Do one disturbance of the kinds in CHOICES."""
+        """Do one disturbance; what : a kind of CHOICES."""
         self._mine.ledger.counts[what] += 1
         if what in ("patch", "terrain"):
             self._survey(whole=what == "terrain")
@@ -92,7 +92,7 @@ class Disturbances:
             self._kill(SIMULATOR)
 
     def _kill(self, name: str) -> None:
-        """Kill a node by SIGKILL, and start it again a moment later."""
+        """Kill a process by SIGKILL, and start it again after a time from DOWN; do nothing if it does not run."""
         mine = self._mine
         if not mine.stack.alive(name):
             return
@@ -122,9 +122,9 @@ class Disturbances:
         return patch_message(grid, self._mine.clock.now_ns())
 
     def _join_late(self) -> None:
-        """Add a late subscriber, and check that it receives the current alarm at once.
+        """Add a late subscriber, and check that it receives the current alarm within JOINING seconds.
 
-        There is no check if the alarm has just changed.
+        There is no check if the alarm has just changed, or changes during the check.
         """
         mine, began = self._mine, time.monotonic()
         expected, heard = mine.told.alarm, []  # type: ignore[var-annotated]
@@ -137,6 +137,6 @@ class Disturbances:
         mine.ledger.counts["late joiners compared"] += 1
         if heard:
             mine.ledger.delays["late joiner to alarm"].append(time.monotonic() - began)
-        mine.stand_in.wait(lambda: False, 0.1)  # takes the messages that have arrived in the meantime
+        mine.stand_in.wait(lambda: False, 0.1)  # receives the messages that have arrived in the meantime
         if mine.told.alarm == expected and heard[-1:] != [expected] and mine.stack.alive(SIMULATOR):
             mine.ledger.fail(f"a late joiner heard the alarm as {heard or 'nothing'}, but it was {expected}")

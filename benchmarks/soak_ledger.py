@@ -1,7 +1,7 @@
-"""The record of a soak test: which alert levels were demanded, when they were reached, delays, memory.
+"""Record a soak test: which alert levels were demanded, when they were reached, delays, memory.
 
-A demand is a level that must be published by a time. A deliberate disturbance (a kill, a jump of the clock) moves that
-time and is counted, so that the report shows the number of disturbed demands.
+A demand is a level that must be published by a time. A deliberate disturbance (a kill, a jump of the clock) postpones
+this time and is counted, so that the report shows the number of disturbed demands.
 """
 
 import sys
@@ -20,11 +20,9 @@ SECOND = 1_000_000_000
 class Demand:
     """One alert level that the nodes must reach by a time.
 
-    what : description, for the report
-    level : lowest alert level that is enough
-    since, until : s, monotonic
-    disturbed : number of disturbances
-    met : time at which the demand was met (s, monotonic), or None
+    what : description, for messages; level : lowest alert level that meets the demand
+    since, until : start of the demand, and time by which it must be met (s, monotonic)
+    disturbed : number of disturbances; met : time at which the demand was met (s, monotonic), None if it was not met
     """
 
     what: str
@@ -39,11 +37,9 @@ class Demand:
 class Ledger:
     """The record of a soak test, from which the report is made.
 
-    demands : all demands so far
-    delays : name -> seconds
-    memory : node, number of its life, seconds since the beginning of the test, memory (MB)
-    counts : event -> number
-    failures : one sentence for each failure; began : beginning of the test (s, monotonic)
+    demands : all demands so far; delays : name of a kind of delay -> delays (s); counts : event -> number
+    memory : samples: name of the node, number of its start, time (s) since the start of the test, memory (MB)
+    failures : one sentence for each failure; began : start of the test (s, monotonic)
     """
 
     demands: list[Demand] = field(default_factory=list)
@@ -54,13 +50,13 @@ class Ledger:
     began: float = field(default_factory=time.monotonic)
 
     def demand(self, what: str, level: Level, within: float) -> Demand:
-        """Add a demand: the nodes must reach this alert level within a time (s) from now."""
+        """Add and return a demand: the nodes must reach this alert level within a time (s) from now."""
         now = time.monotonic()
         self.demands.append(Demand(what, level, now, now + within))
         return self.demands[-1]
 
     def disturb(self, demand: Demand | None, seconds: float) -> None:
-        """Give a demand that is not met yet more time, at least `seconds` from now, because of a disturbance.
+        """Extend a demand that is not met yet to at least `seconds` from now, because of a disturbance.
 
         demand : None if there is no demand
         """
@@ -69,7 +65,7 @@ class Ledger:
             demand.disturbed += 1
 
     def settle(self, demand: Demand, held: Level | None) -> bool:
-        """Return True if a held level meets the demand, or an earlier level did; note when the demand is first met.
+        """Return True if a held level meets a demand, or met it earlier; store the time when the demand is first met.
 
         held : the held alert level, None if it is not known
         """
@@ -87,7 +83,7 @@ class Ledger:
 
     @property
     def lost(self) -> list[Demand]:
-        """The demands that were never met, which are lost alerts."""
+        """The demands that are not met: the lost alerts."""
         return [demand for demand in self.demands if demand.met is None]
 
     @property
@@ -96,19 +92,19 @@ class Ledger:
         return f"{len(self.demands)} bursts, {len(self.failures)} failures, {self.counts['results']} results"
 
     def took(self, disturbed: bool) -> list[float]:
-        """Return the seconds until each demand was met.
+        """Return the time (s) from the start of each demand until the demand was met, for demands that were met.
 
         disturbed : True for the disturbed demands, False for the undisturbed demands
         """
         return [d.met - d.since for d in self.demands if d.met is not None and (d.disturbed > 0) == disturbed]
 
     def slopes(self, settling: float) -> dict[str, tuple[float, float, float, float]]:
-        """Return how the memory of each node grew over its longest life.
+        """Return by name of a node how its memory grew between the start and the end of its longest-lived process.
 
-        The figures are the memory at the end of that life (MB), the largest memory (MB), the slope (MB/h) and the
-        length of the life (s).
+        The figures are the memory at the end (MB), the largest memory of all processes of the node (MB), the slope
+        (MB/h, NaN with few samples) and the length of the life (s).
 
-        settling : first seconds of a life that are left out
+        settling : first seconds of a life that are left out of the slope
         """
         found = {}
         for node in sorted({name for name, *_ in self.memory}):
@@ -125,7 +121,10 @@ class Ledger:
 
 
 def percentiles(seconds: list[float]) -> str:
-    """Return number, median, 95 % and 99 % percentile and largest of delays (s) as cells of a table row, in ms."""
+    """Return cells of a table row: the number of delays, their median, 95 % and 99 % percentile, and maximum (ms).
+
+    seconds : delays (s)
+    """
     if not seconds:
         return "0 | - | - | - | -"
     figures = [1e3 * float(np.percentile(seconds, share)) for share in (50, 95, 99, 100)]

@@ -1,4 +1,4 @@
-"""A subscriber to all topics, which the soak test kills to show that its end affects no other process."""
+"""Subscribe to all topics; the soak test kills this process to show that its end affects no other process."""
 
 from rpf3d_ros.demo.stand_in import StandIn
 from rpf3d_ros.interface.recorded_topics import TOPICS

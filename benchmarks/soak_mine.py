@@ -1,4 +1,4 @@
-"""The mine of a soak test: publishes the sources of a radar, receives the nodes' messages, and lets time pass."""
+"""Simulate the mine of a soak test: publish the sources of a radar, receive the nodes' messages, let time pass."""
 
 import sys
 import time
@@ -25,7 +25,7 @@ from rpf3d_ros.messages.health import healths_of
 RADAR, SAMPLING, SAYING = 2.0, 1.0, 60.0
 """Times (s): between messages of the radar, between samples of memory, between progress reports."""
 REMEMBERED = 50
-"""Number of radar messages to which answers are still expected."""
+"""Number of the last radar messages for which delays of answers are measured."""
 SIMULATOR, RECORDER, LISTENER = "simulator_node", "recorder_node", "soak_listener"
 
 
@@ -33,7 +33,7 @@ SIMULATOR, RECORDER, LISTENER = "simulator_node", "recorder_node", "soak_listene
 class Told:
     """The last alert that the simulator has published: levels and alarm.
 
-    held, shown : the held alert level and the shown alert level, None if unknown
+    held, shown : held level, and level of the alert; None if unknown
     alarm : True if the alarm sounds, None if unknown; alarm_since : time of its last change (s, monotonic)
     """
 
@@ -82,7 +82,7 @@ class Mine:
         return True
 
     def speak(self) -> None:
-        """Publish the sources that the radar sees now, as a message."""
+        """Publish a message with the sources that the radar sees now."""
         self._spoken, stamp = time.monotonic(), self.clock.now_ns()
         data = bytes(serialize_message(poses(self.seen, stamp)))
         self._waiting = dict(list(self._waiting.items())[-REMEMBERED:])
@@ -91,7 +91,7 @@ class Mine:
     def demand_again(self, within: float) -> None:
         """Demand the current alert level again within a time (s), because the simulator was killed.
 
-        A demand that is not met yet gets more time. If it was met already, a new demand for the same level is made.
+        A demand that is not met yet gets more time. For a demand that was met, a new one with the same level is added.
         """
         if self.open is not None and self.open.met is None:
             self.ledger.disturb(self.open, within)
@@ -149,7 +149,7 @@ class Mine:
 
 
 def start(stack: Stack, name: str) -> None:
-    """Start the simulator, the recorder or the listener, for the first time or again after a kill; name : which one."""
+    """Start a process of the soak test, for the first time or after a kill; name : SIMULATOR, RECORDER or LISTENER."""
     stack.killed.discard(name)
     if name == LISTENER:
         stack.start_script(Path(__file__).parent / f"{LISTENER}.py")

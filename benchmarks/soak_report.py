@@ -16,7 +16,11 @@ SETTLING = 60.0
 def print_report(
     ledger: Ledger, began: str, options: argparse.Namespace, demands: dict[str, Level], sound: bool, audit: str
 ) -> int:
-    """Print the report and write its figures; return 1 if the test failed."""
+    """Print the report, write its figures to `options.json`, and return 1 if the test failed.
+
+    began : machine and load at the start, as text; demands : release place -> demanded level
+    sound, audit : result and last lines of the audit of the decision log
+    """
     one, _, fifteen = os.getloadavg()
     print(f"\n# Soak of {options.minutes:g} minutes, seed {options.seed}")
     print(f"{began}; {one:.1f} (1 min), {fifteen:.1f} (15 min) at the end.\n")

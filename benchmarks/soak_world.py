@@ -1,7 +1,7 @@
-"""The pit of a soak test, and the places where rocks start, with the alert level that each place demands.
+"""Make the pit of a soak test and its release places, and compute the alert level that each place demands.
 
-The demands do not come from the node. A run of the core over the same pit gives the share of rocks that reach the ramp,
-and the thresholds of the site give the level of this share. The simulator must publish at least this level.
+The demanded levels do not come from the node. A run of the core over the same pit gives the share of rocks that reach
+the ramp, and the thresholds of the site give the level of this share. The simulator must publish at least this level.
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ ROCKS = 2000
 """Number of rocks of the run that determines a demanded level; shares are then known to 0.02."""
 SOURCES = 12
 SPREAD_X, SPREAD_V = 0.3, 0.2
-"""Half-widths (m, m/s) of the node's spread of rocks; the spread in plan is too small to affect the levels."""
+"""Half-widths (m, m/s) of the spread of the node's rocks; the spread in plan is too small to affect the levels."""
 PLACES = {
     "crest of the wall": (-606.0, -60.0, 60.0),
     "bench above the ramp": (-552.0, -60.0, 20.0),
@@ -36,7 +36,7 @@ PLACES = {
     "catch bench": (-560.0, -40.0, 20.0),
     "far wall": (-606.0, -140.0, -110.0),
 }
-"""For each release place, its easting (m), and the northings (m) of its southern and northern ends, in this order."""
+"""Release place -> easting (m), and northings (m) of both ends of the line of sources."""
 PATCHED = ((-480.0, -300.0), (-250.0, 250.0))
 """Area in which patches change the ground (m): below the ramp, so that they change no demanded level."""
 
@@ -54,9 +54,9 @@ class World:
 
 
 def world_of(folder: Path) -> World:
-    """Return the pit, and the demanded alert level of each place from runs without the node.
+    """Return the pit, and the alert level that each place demands, from runs without the node.
 
-    folder : for the results of these runs
+    folder : receives the results of these runs
     """
     terrain = pit_terrain(Pit(triangles=150_000, seed=1))  # as in the scene
     return World(shift_content(SCENE, 12), Heights(terrain), {place: demanded(place, folder) for place in PLACES})

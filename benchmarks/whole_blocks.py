@@ -2,8 +2,8 @@
 
     python benchmarks/whole_blocks.py [rocks]
 
-Rocks start on the west wall of the pit of `benchmarks/ensemble.py`. Every map and table is written, pictures and the
-recording are not. Each run is a process of its own, after a first run that compiles and is not counted.
+Rocks start on the west wall of the pit of `benchmarks/ensemble.py`. All maps and tables are written, but no pictures
+and no recording. Each run is a separate process, after a first run that compiles and is not counted.
 """
 
 import json
@@ -54,14 +54,14 @@ except SystemExit as end:
     assert not end.code, end.code
 print([line.split()[1] for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmHWM")][0])
 """
-"""Python code of a run that prints its peak of memory (kB).
+"""Python code of a run that prints its peak memory (kB).
 
-The peak that the system reports of a child process would include the memory of its parent.
+The peak that the system reports for a child process would include the memory of its parent.
 """
 
 
 def run(folder: Path, rocks: int) -> dict[str, float]:
-    """Run the scene of a folder, and return its times (s) and its peak of memory (GB)."""
+    """Run the scene of a folder, and return its summary, with times (s), and its peak memory `peak_gb` (GB)."""
     done = subprocess.run(
         [sys.executable, "-c", RUN, "run", "scene.yaml", "--out", "out", "--rocks", str(rocks)], cwd=folder,
         check=True, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(ROOT)},

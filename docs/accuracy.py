@@ -1,4 +1,4 @@
-"""Write docs/explanation/accuracy.md and its pictures: error and time of each setting on the demo pit and at Authume.
+"""Write docs/explanation/accuracy.md and its pictures: error and time of each setting, at the demo pit and Authume.
 
 python docs/accuracy.py            (or make accuracy; takes about a minute a scene)
 python docs/accuracy.py --as-is    rewrites the text and keeps the measured figures
@@ -26,7 +26,11 @@ TARGET = 0.05
 
 
 class Measured(NamedTuple):
-    """A section: which scene is measured, the rebound that replaces the scene's own, and whether map errors suffice."""
+    """A section of the page, on one scene.
+
+    stem : name of the scene file without extension; title : heading; rebound : replaces that of the scene, None to keep
+    maps_alone : True to show only the map errors
+    """
 
     stem: str
     title: str
@@ -164,7 +168,10 @@ def kept_sections() -> list[str]:
 
 
 def _section(name: str, measured: Measured) -> str:
-    """Measure a scene; return its section of the page, or the reason if it cannot be measured."""
+    """Measure a scene, write its picture, and return its section of the page.
+
+    The section has only the reason if the scene cannot be measured. name : part of the name of the picture
+    """
     began = time.process_time()
     try:
         scene = read_scene(SCENES / f"{measured.stem}.yaml")
@@ -194,7 +201,7 @@ def bullet(text: str) -> str:
 
 
 def maps_alone(measured: list[tuple[Row, list[Row]]]) -> list[str]:
-    """Return short Markdown tables with the map errors only, for a section that does not need all columns."""
+    """Return short Markdown tables with the map errors only, from the tables of a price list."""
     (_, numerical), (_, geometric), (_, statistical) = measured
     errors = {(method, dt): error for method, dt, error, *_ in numerical if dt}
     steps = sorted({dt for _, dt in errors}, key=float, reverse=True)

@@ -1,6 +1,6 @@
 """Write docs/reference/effects.md: the models and effects that a scene may name, and their cost.
 
-python docs/effects.py            (or make effects: measures all of them on a wall first; takes some minutes)
+python docs/effects.py            (or make effects; first measures all of them on a wall of a pit, in some minutes)
 python docs/effects.py --as-is    (uses the last measurements)
 """
 
@@ -29,7 +29,7 @@ from rpf3d_core.values import Outcome
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
 WALL = DOCS / "effects_wall.yaml"
-"""The scene for all measurements: fixed coefficients, so that only the measured model or effect differs."""
+"""The scene of all measurements; its coefficients are fixed, so that only the measured model or effect differs."""
 MEASURED = ROOT / "rpf3d_core" / COSTS
 ROCKS = 4000
 PASSES = 7
@@ -42,9 +42,9 @@ SYMBOLS = {
         "mass of the rock (kg). A *lumped mass* is a rock without size and spin.\n",
     ),
 }
-"""Lines that explain the symbols in the section on models of a kind."""
+"""Kind of models -> text that explains the symbols in the section on this kind."""
 BASE = {"rebound": "coulomb_limited", "ground": "sliding"}
-"""The models that all others are compared with: the defaults of a scene."""
+"""The models with which all others are compared: the defaults of a scene."""
 
 MADE_UP = [[0.0025 if row == column else 0.0 for column in range(9)] for row in range(9)]
 EXAMPLES: dict[str, str] = {
@@ -57,18 +57,18 @@ EXAMPLES: dict[str, str] = {
     "effects.forest": "{stems_per_ha: 400}",
     "effects.barriers": ("{panels: [{name: crest, along: [[-590, -160], [-590, 160]], height: 3, capacity_kj: 1000}]}"),
 }
-"""Parameters, as YAML, for the measurement of models and effects without a sensible default."""
+"""Parameters, as YAML, with which models and effects without a sensible default are measured."""
 NOT_MEASURED = ("contact.rigid",)
-"""Models without a cost: that of blocks depends on their shape, and materials of points do not go with them."""
+"""Models that are not measured: the cost of rocks with a shape depends on the shape, and they need other materials."""
 SPHERES = "rock: {density: 2700, diameter: 1.0, shape: sphere}"
 BESIDE = {"contact.coulomb_sphere": SPHERES, "ground.sphere": SPHERES}
-"""The line that some models need in the same scene."""
+"""Model -> further line that its scene needs."""
 ROLLING_FRICTION = read_scene(WALL).materials["default"].rolling_friction
 """mu_r (-) of the material in the scene of the measurements."""
 ROLLING = ("contact.coulomb_sphere", "ground.rolling", "ground.rolling_stone", "ground.sphere")
-"""Models whose result depends on ROLLING_FRICTION, so the page states its value."""
+"""Models whose result depends on ROLLING_FRICTION; for these the page states the value."""
 SHOWN = 50
-"""Characters of the longest example that the page shows."""
+"""Largest number of characters of an example that the page shows."""
 
 HEAD = """# Models and effects
 Look up here every model and effect that a scene may name, with its parameters, sources and cost.
@@ -149,14 +149,14 @@ effects:
 
 
 def document(listed: list[CatalogueEntry]) -> str:
-    """Return the whole page as Markdown, from the catalogue of models and effects."""
+    """Return the whole page as Markdown; listed : the catalogue of models and effects."""
     head = HEAD.replace("{passes}", str(PASSES)).replace("{rocks:,}", f"{ROCKS:,}")
     sections = [part for kind, title in TITLES.items() for part in _section(kind, title, listed)]
     return "\n".join([head + _costs(listed), *sections])
 
 
 def _costs(listed: list[CatalogueEntry]) -> str:
-    """Return the table with time and runout of each model and effect."""
+    """Return the Markdown table with time and runout of each model and effect."""
     rows = [
         f"| `{entry.kind}:` [`{entry.name}`](#{entry.name}) | {entry.confirmed} | "
         + (" | ".join(_cost(entry)) if entry.cost else "not measured |")
@@ -190,7 +190,7 @@ def _described(entry: CatalogueEntry) -> str:
 
 
 def _spec(entry: CatalogueEntry) -> type[ModelSpec]:
-    """Return the class of the scene model that has the parameters of a model or effect."""
+    """Return the `ModelSpec` class that has the parameters of a model or effect."""
     annotation = KINDS[entry.kind].model_fields[entry.name].annotation  # type: ignore[attr-defined]
     return next(kind for kind in get_args(annotation) if issubclass(kind, ModelSpec))
 
@@ -200,7 +200,10 @@ def _wrapped(text: str) -> str:
 
 
 def _measured_with(key: str) -> list[str]:
-    """Return the keys of the scene with which a model or effect was measured, for the sentence "Measured with"."""
+    """Return the keys of the scene with which a model or effect is measured, for the sentence "Measured with".
+
+    key : such as `rebound.v_half`
+    """
     kind, name = key.split(".")
     example = EXAMPLES.get(key, "")
     shown = f"`{kind}: {{{name}: {example}}}`" if len(example) <= SHOWN else "the example in `docs/effects.py`"
@@ -210,7 +213,7 @@ def _measured_with(key: str) -> list[str]:
 
 
 def _parts(spec: type[ModelSpec]) -> list[tuple[str, type[BaseModel]]]:
-    """Return names and classes of parameters that are mappings, or lists of mappings: each needs a separate table."""
+    """Return name and class of each parameter that is a mapping or a list of mappings, and so needs a table."""
     found = []
     for name, field in spec.model_fields.items():
         for kind in (field.annotation, *get_args(field.annotation)):
@@ -234,12 +237,15 @@ def _part(name: str, part: type[BaseModel]) -> list[str]:
 
 
 def _short(meaning: str) -> str:
-    """Shorten the meaning of a parameter for a table cell: remove its first article and the word "number"."""
+    """Return the meaning of a parameter without its first article or the words "a number of", for a table cell."""
     return re.sub(r"^(a number (of )?|an? |the )", "", meaning)
 
 
 def _source(source: str, confirmed: str, above: str) -> str:
-    """Return the source of a figure with its mark of confirmation; only the mark if the model has the same source."""
+    """Return the source of a figure with its mark of confirmation; only the mark if the source is `above` or empty.
+
+    above : source of the model
+    """
     return confirmed if source in ("", above) else f"{source} ({confirmed})"
 
 
@@ -253,13 +259,16 @@ def _default(value: Any, required: bool) -> str:
 
 
 def _cost(entry: CatalogueEntry) -> tuple[str, str]:
-    """Return time and runout of a measured model or effect, as the table shows them."""
+    """Return the relative time and the change of runout of a measured model or effect as table cells."""
     assert entry.cost is not None
     return f"{entry.cost['time']:.2f}", f"{100 * entry.cost['runout']:+.0f} %"
 
 
 class Flown:
-    """The rocks of the measurement, with one more model or effect in the scene; `fly` measures the CPU seconds."""
+    """The rocks of the scene WALL with the models of BASE, replaced or extended by further lines of the scene.
+
+    seconds : CPU time (s) of each pass; ends : deposits of the last pass
+    """
 
     def __init__(self, lines: str) -> None:
         scene = DOCS / "measured.yaml"
@@ -278,7 +287,7 @@ class Flown:
         self.seconds.clear()
 
     def fly(self) -> None:
-        """Fly all rocks; append the CPU seconds of the flight."""
+        """Fly all rocks, and append the CPU time of the flight to `seconds`."""
         self.ends: list[Deposits] = []
         nothing = Shown(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
         stream = Stream(
@@ -290,14 +299,20 @@ class Flown:
         self.seconds.append(time.process_time() - began)
 
     def runout(self) -> float:
-        """Return the mean horizontal distance (m) from release to end; of fragments, from where the rock broke."""
+        """Return the mean horizontal distance (m) from release to end; a fragment is released where the rock broke.
+
+        Rocks that broke do not count.
+        """
         whole = [ends.outcome != Outcome.FRAGMENTED for ends in self.ends]
         ways = [(ends.x - ends.release)[some, :2] for ends, some in zip(self.ends, whole, strict=True)]
         return float(np.mean(np.linalg.norm(np.concatenate(ways), axis=1)))
 
 
 def measured(listed: list[CatalogueEntry]) -> dict[str, dict[str, float]]:
-    """Return time and runout of each model and effect, relative to the same wall with the defaults of a scene."""
+    """Measure each model and effect on the wall; return the figures by its kind and name, such as `effects.forest`.
+
+    The figures are `time`, relative to the time with BASE, and `runout`, the relative change of the mean runout.
+    """
     base, costs = Flown(""), {}
     for entry in listed:
         key = f"{entry.kind}.{entry.name}"

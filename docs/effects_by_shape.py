@@ -36,12 +36,12 @@ ON_BODIES = """
 
 
 def cell(spec: type[ModelSpec], shape: str) -> str:
-    """Return ACTS or REFUSED for an effect on rocks of a kind."""
+    """Return ACTS or REFUSED for an effect on rocks of a kind; shape : one of SHAPES."""
     return REFUSED if shape == "body" and spec.NOT_FOR_BODIES is not None else ACTS
 
 
 def specs() -> dict[str, type[ModelSpec]]:
-    """Return the class of each effect of the package by name."""
+    """Return a dictionary from the name of each effect of the package to its class."""
     return {entry.name: _spec(entry) for entry in entries() if entry.kind == "effects"}
 
 
@@ -61,7 +61,7 @@ def document() -> str:
 
 
 def _refusals() -> list[str]:
-    """Return a list item for each effect that bodies do not have, and for parameters with the same replacement."""
+    """Return a list item for each effect that is refused on bodies, and for each replacement of refused parameters."""
     found = []
     for name, spec in specs().items():
         if spec.NOT_FOR_BODIES is not None:

@@ -1,8 +1,8 @@
-"""Draw the pictures of the gallery: run each script of examples/ in a temporary folder, and draw its own result.
+"""Draw the pictures of the gallery: run each script of examples/ in a temporary folder, and draw its result.
 
 python docs/example_pictures.py [NAME ...]
 
-Without names: all of them. The live node needs ROS 2.
+Without names, all pictures are drawn. The live node needs ROS 2.
 """
 
 import contextlib
@@ -27,7 +27,7 @@ ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES, PICTURES = ROOT / "examples", ROOT / "docs" / "images" / "examples"
 SIZE, DPI, COLOURS = (8.0, 4.2), 110, 256
 LIGHT = np.array([-0.5, 0.5, 0.7])
-"""Direction to the light, for shaded ground."""
+"""Direction towards the light, for shaded ground."""
 PATH, STOP, AREA, WORK = "#23406b", "#c8361e", "#d8a31a", "#8c1d82"
 """Colours of paths, of end points, of the road, and of a fence or berm."""
 ZONES = np.array([[0.80, 0.78, 0.73], [0.95, 0.87, 0.70], [0.75, 0.82, 0.69], [0.90, 0.71, 0.48]])
@@ -35,11 +35,14 @@ ZONES = np.array([[0.80, 0.78, 0.73], [0.95, 0.87, 0.70], [0.75, 0.82, 0.69], [0
 Result = dict[str, Any]
 """The variables of a script after its run, by name."""
 Box = tuple[float, float, float, float]
-"""A part of the plan: least and greatest x, least and greatest y (m)."""
+"""The drawn range: smallest and largest x, smallest and largest y (m); in sections z in place of y."""
 
 
 def plan(axes: Axes, run: Any, box: Box, zones: bool = False) -> None:
-    """Draw the ground from above, shaded, with the rocks' paths, which are straight in plan between two events."""
+    """Draw the shaded ground from above, with the paths of the rocks as straight lines between events, and their stops.
+
+    zones : True to colour the ground by zone
+    """
     points, triangles = run.terrain.frame.points_to_input(run.terrain.vertices), run.terrain.triangles
     a, b, c = (points[triangles[:, i]] for i in range(3))
     normals = np.cross(b - a, c - a)
@@ -58,7 +61,7 @@ def plan(axes: Axes, run: Any, box: Box, zones: bool = False) -> None:
 
 
 def section(axes: Axes, folder: Path, run: Any, box: Box) -> None:
-    """Draw the paths of a result folder from the side, over the ground near y = 0; box : of x and z (m)."""
+    """Draw the paths in a result folder from the side, over the ground near y = 0; box : range of x and z (m)."""
     points = run.terrain.frame.points_to_input(run.terrain.vertices)
     near = points[np.abs(points[:, 1]) < 3.0]
     near = near[np.argsort(near[:, 0])]
@@ -220,7 +223,7 @@ def draw(name: str) -> int:
 
 
 def main(names: Sequence[str]) -> None:
-    """Draw the pictures with these names, or all of them."""
+    """Draw the pictures with the given names, or all pictures without names."""
     mpl.rcParams.update({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False})
     sys.argv = sys.argv[:1]
     for name in names or DRAW:

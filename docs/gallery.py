@@ -1,4 +1,4 @@
-"""Write docs/examples.md, the gallery: the scripts in examples/, with their first sentences and their pictures.
+"""Write docs/examples.md, the gallery: the scripts in examples/, with their docstrings and their pictures.
 
 python docs/gallery.py
 """
@@ -28,14 +28,14 @@ def gallery(root: Path) -> str:
 
 
 def section(script: Path) -> str:
-    """Return the section of a script: the docstring's first line as heading, picture, its text, command and link."""
+    """Return the section of a script: first line of its docstring as heading, picture, further text, command, link."""
     title, _, text = (ast.get_docstring(ast.parse(script.read_text(encoding="utf-8"))) or script.stem).partition("\n")
     parts = [f"## {title.rstrip('.')}", *picture(script), text.strip(), COMMAND.format(name=script.stem).strip()]
     return "\n\n".join(filter(None, [*parts, f"[examples/{script.name}](../examples/{script.name})"])) + "\n"
 
 
 def picture(script: Path) -> list[str]:
-    """Return the image of a script's picture in docs/images/examples; nothing if there is none."""
+    """Return the Markdown of a script's picture in docs/images/examples as a list; empty without a picture."""
     name = f"images/examples/{script.stem}.png"
     there = (script.parents[1] / "docs" / name).is_file()
     return [f"![The result of {script.name}]({name})"] if there else []

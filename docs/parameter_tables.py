@@ -32,7 +32,7 @@ BEGIN, END = "<!-- parameters: {} -->\n", "<!-- end -->"
 
 
 def with_tables(page: str) -> str:
-    """Return the page with its tables written again from the code."""
+    """Return the text of a page with its tables replaced by those of the code."""
     for name in (*KINDS, SCENE):
         begin, table = BEGIN.format(name), table_of(name)
         before, _, after = page.partition(begin)
@@ -41,7 +41,7 @@ def with_tables(page: str) -> str:
 
 
 def table_of(name: str) -> str:
-    """Return the table of the parameters of a node, or of a scene, as Markdown."""
+    """Return the table of the parameters of a node, or of a scene, as Markdown; name : a key of KINDS, or SCENE."""
     return _scene_table() if name == SCENE else _table(name)
 
 

@@ -1,4 +1,4 @@
-"""Write docs/reference/scene-file.md from the model that checks scenes, so that each bound is written only once.
+"""Write docs/reference/scene-file.md from the classes that check scenes, so that each bound is written only once.
 
 python docs/scene_keys.py
 """
@@ -275,11 +275,11 @@ MODELS = (
     ("contact", "The contact model of spheres, and that of rocks with a shape:", scene_shapes.ContactSpec),
     ("effects", "Any number of:", model_keys.EffectsSpec),
 )
-"""Keys of the scene that name models or effects; the page of effects has their parameters."""
+"""Title, text and class of each key that names models or effects; the page of effects has their parameters."""
 WITHOUT_KEYS: dict[type, str] = {scene_method.MethodSpec: "`events`", model_keys.EffectsSpec: "none"}
-"""The default of each part whose default has no keys."""
+"""Class of a part of the scene -> default in the table, for parts whose default has no keys."""
 BY_PLACE = {(scene_releases.SourceSpec, "rocks"): "one for each point, otherwise `1`"}
-"""Default in words of each key whose default depends on other keys; by part and key."""
+"""Part of the scene and key -> default in words, for keys whose default depends on other keys."""
 
 
 def document() -> str:
@@ -322,7 +322,7 @@ def document() -> str:
 
 
 def names(title: str, text: str, part: type[BaseModel]) -> str:
-    """Return the section on a key that names models or effects, with links to their parameters."""
+    """Return the section on a key that names models or effects, with links to their parameters; part : its class."""
     links = [f"[`{name}`](effects.md#{name})" for name in part.model_fields if name != "own"]
     closed = part in (model_keys.GroundSpec, scene_shapes.ContactSpec)
     own = "" if closed else ", or [your own](../howto/own-models.md)"
@@ -330,7 +330,7 @@ def names(title: str, text: str, part: type[BaseModel]) -> str:
 
 
 def table(title: str, part: type[BaseModel], text: str = "") -> str:
-    """Return the section on a part of the scene: a text, and a table with one row per key."""
+    """Return the section on a part of the scene: a text, and a table with one row per key; part : class of the part."""
     rows = [
         f"| `{name}` | {short(field.description or '')} | {BY_PLACE.get((part, name)) or default_of(field)} |"
         for name, field in part.model_fields.items()
@@ -341,12 +341,12 @@ def table(title: str, part: type[BaseModel], text: str = "") -> str:
 
 
 def short(description: str) -> str:
-    """Return the description of a key for a table: without its first article, and without "number"."""
+    """Return the description of a key without its first article or the words "a number", for a table."""
     return re.sub(r"^(a number |an? |the )", "", description)
 
 
 def default_of(field: Any) -> str:
-    """Return the default of a key, as the table shows it."""
+    """Return the default of a key as a table cell; field : field of a pydantic model."""
     if field.default_factory is not None:
         made = field.default_factory()
         if isinstance(made, model_keys.OneOf):
@@ -360,14 +360,17 @@ def default_of(field: Any) -> str:
 
 
 def plain(value: Any) -> str:
-    """Return a default as it would be written in a scene file."""
+    """Return a default as it is written in a scene file."""
     if isinstance(value, bool):
         return str(value).lower()
     return str(list(value)) if isinstance(value, tuple) else str(value)
 
 
 def parameter_table(title: str, text: str, made: object, module: ModuleType) -> str:
-    """Return the section on a made terrain: its parameters with bounds and defaults, from the module that has them."""
+    """Return the section on a generated terrain: a text, and a table of its parameters with bounds and defaults.
+
+    made : object with the defaults; module : has RANGES and MEANINGS of the parameters
+    """
     rows = []
     for name in vars(made):
         low, high = module.RANGES.get(name, (None, None))

@@ -1,4 +1,4 @@
-"""Write docs/explanation/validation.md and its pictures: simulated rocks compared with rocks that fell.
+"""Write docs/explanation/validation.md and its pictures: simulated rocks compared with rocks of field tests.
 
 python docs/validation.py            (or make validation; an hour, half of it calibrations)
 python docs/validation.py --blocks   only the section on rocks with a shape; the other figures stay (some minutes)
@@ -22,7 +22,7 @@ DOCS = Path(__file__).parent
 RESULTS = DOCS / "field_cases" / "results.json"
 PAGE = DOCS / "explanation" / "validation.md"
 CALIBRATIONS = DOCS.parent / "out" / "calibrations"
-"""The results of `rpf3d calibrate`; a calibration whose result is there is not repeated."""
+"""Folder for the results of `rpf3d calibrate`; a calibration with a result in the folder is not repeated."""
 
 
 def main(arguments: list[str]) -> int:
@@ -49,7 +49,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _blocks() -> Any:
-    """Measure rocks with a shape; return their figures."""
+    """Measure rocks with a shape, and return their figures, rounded."""
     return rounded(blocks_measuring.measured(_say))
 
 

@@ -24,7 +24,7 @@ OUT = Path("out/own_mesh")
 
 
 def write_mesh(name: str, x_from: int, x_to: int) -> None:
-    """Write an OBJ file: the ground from x_from to x_to (m), 60 m wide, two triangles for each square of 2 m."""
+    """Write an OBJ file of the ground from x_from to x_to (m), 60 m wide, with two triangles for each square of 2 m."""
     x, y = np.meshgrid(np.arange(x_from, x_to + 1, 2), np.arange(0, 61, 2), indexing="ij")
     z = np.interp(x, [0, 26, 34, 120], [45, 12, 11, 0])
     number = 1 + np.arange(x.size).reshape(x.shape)  # OBJ counts vertices from 1

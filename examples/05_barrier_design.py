@@ -21,7 +21,7 @@ def fly(name: str, height: float, capacity_kj: float) -> dict:
     """Fly the scene of the road with a fence; return counts, energies (J) and heights (m) of rocks at the fence.
 
     name : name of the scene file and of the result folder; height : height of the fence (m)
-    capacity_kj : energy that the fence can stop (kJ)
+    capacity_kj : largest energy that the fence can stop (kJ)
     """
     scene = yaml.safe_load((SCENES / "road.yaml").read_text())
     fence = {"name": "fence", "along": ALONG, "height": height, "capacity_kj": capacity_kj}

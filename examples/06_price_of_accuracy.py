@@ -18,7 +18,7 @@ SCENES, OUT, ROCKS = Path(__file__).parent / "scenes", Path("out/price_of_accura
 def fly(method: object) -> rpf3d.Run:
     """Fly 20 rocks in the scene of the road, and return the run.
 
-    method : how contacts are found, as the scene's key `method`: "events", or {"stepping": {...}} for fixed steps
+    method : value of the scene's key `method`: "events", or {"stepping": {...}} for fixed time steps
     """
     scene = yaml.safe_load((SCENES / "road.yaml").read_text())
     scene |= {"method": method, "areas_of_interest": [], "engine": "reference"}

@@ -32,7 +32,7 @@ grids = {
     "rg20": np.where(row < 24, 0.1, 0.05),
     "rg10": np.where(row < 24, 0.3, 0.1),
 }
-shutil.rmtree(OUT, ignore_errors=True)  # the import takes a new folder only
+shutil.rmtree(OUT, ignore_errors=True)  # the import writes only to a new folder
 (OUT / "rockyfor3d").mkdir(parents=True, exist_ok=True)
 for name, values in grids.items():
     lines = [" ".join(f"{value:g}" for value in line) for line in values]

@@ -1,1 +1,1 @@
-"""The validation page: field cases, the models that fly on them, the search that calibrates them, and the text."""
+"""Make the validation page: field cases, the models that are compared with them, calibrations, pictures and text."""

@@ -1,4 +1,4 @@
-"""Authume quarry, profile P1: 41 blocks on an open pit's slope.
+"""Field case Authume quarry, profile P1: 41 blocks on the slope of an open pit.
 
 Garcia, Villard, Richefeu, Daudon, Eng. Geol.; Bourrier et al. 2021, Landslides 18:639-654; data set
 richefeu/AuthumeQuarryRockfalls_Data-in-Brief (2025). y is up.
@@ -26,22 +26,22 @@ PERCENTILES = (5, 25, 50, 75, 95)
 FAR = 55.0
 """x (m) beyond which 12 % of the field's blocks stopped."""
 DATUM = 2.87
-"""Height of the field's end points above the mesh (m). Simulated end points are raised by this height, which changes
-only their reach angle."""
+"""Height (m) of the field's end points above the mesh. Simulated end points are raised by this height, which changes
+only their reach angles."""
 AXES = Axes(*np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]))
-"""Axes of the data: x along profile P1, z across the profile, y upwards."""
+"""Axes of the data: x is along profile P1, z across the profile, y upwards."""
 
 MEAN_X = 44.1
 """Mean x (m) of the 41 end points."""
 
 REPORT_SEED = 2
 ROCKS = 10_000
-"""Rocks of the figures on the page. With another seed than a search, they are an independent check."""
+"""Seed and number of the rocks for the figures on the page; with this seed, they are not the rocks of a search."""
 
 
 @lru_cache
 def site(rocks: int, seed: int) -> Site:
-    """Return the quarry with a number of rocks, prepared for many flights."""
+    """Return the quarry as a site, prepared for many flights of a number of rocks."""
     return Site(chosen_scene(SCENE, rocks, "compiled", seed))
 
 
@@ -56,7 +56,7 @@ def drop() -> FloatArray:
 
 
 def field() -> dict[str, Any]:
-    """Return the figures of the field's end points, with 95 % intervals."""
+    """Return the figures of the field's end points by name, with 95 % intervals."""
     ends = end_points()
     x, across = ends[:, 0], seen(ends).across
     return {
@@ -72,13 +72,13 @@ def field() -> dict[str, Any]:
 
 
 def simulated(keys: Keys) -> tuple[dict[str, Any], Ends]:
-    """Fly a model; return the figures of its end points, and the end points."""
+    """Fly a model; return the figures of its end points by name, and the end points. keys : as in `Site.fly`."""
     flown = site(ROCKS, REPORT_SEED).fly(keys)
     return compared(flown), flown
 
 
 def compared(flown: Ends) -> dict[str, Any]:
-    """Return the figures of simulated end points, and their distances from those of the field."""
+    """Return the figures of simulated end points by name, with their distances from the field's distributions."""
     ends, field = in_field_datum(flown.end), end_points()
     return {
         **figures_of(ends),
@@ -89,17 +89,17 @@ def compared(flown: Ends) -> dict[str, Any]:
 
 
 def in_field_datum(ends: FloatArray) -> FloatArray:
-    """Return simulated end points (N, 3) m in the height reference of the field."""
+    """Return simulated end points (N, 3) m, raised to the height reference of the field."""
     return ends + DATUM * AXES.up
 
 
 def seen(ends: FloatArray) -> EndPoints:
-    """Return end points (N, 3) m, in the field's height reference, as distances from the mean drop point."""
+    """Return end points (N, 3) m in the field's height reference as distances and angles from the mean drop point."""
     return measured_from(drop(), ends, AXES)
 
 
 def figures_of(ends: FloatArray) -> dict[str, Any]:
-    """Return the figures of end points (N, 3) m in the field's height reference, for field and simulation alike."""
+    """Return the figures of end points (N, 3) m of field or simulation by name; in the field's height reference."""
     x, found = ends[:, 0], seen(ends)
     pairs = {"": x, "side_": found.across, "runout_": found.runout, "angle_": found.reach_angle}
     figures = {f"{name}{key}": value for name, values in pairs.items()

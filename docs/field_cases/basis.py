@@ -1,8 +1,8 @@
-"""Measure end points of field and simulation by the same function, `measured_from`.
+"""Measure end points of field and simulation with the same function, `measured_from`.
 
-The start of a distance is always that of the field: the mean drop point, or the release of a run. No function here uses
-the release of a simulated rock. Of field blocks only the end points are known, so their spread contains the spread of
-the releases. If simulated rocks were measured from their own releases, their spread would not contain it.
+Every distance begins at a place of the field: the mean drop point, or the release of a run. No function here uses the
+release of a simulated rock. Only the end points of field blocks are known, so their spread contains the spread of the
+releases. If distances of simulated rocks began at their own releases, their spread would not contain it.
 """
 
 from typing import NamedTuple
@@ -34,7 +34,7 @@ class EndPoints(NamedTuple):
 
 
 def measured_from(start: FloatArray, ends: FloatArray, axes: Axes) -> EndPoints:
-    """Return end points (N, 3) m as distances and angles from a start (3,) m of the field, or from one start each."""
+    """Return end points (N, 3) m as distances and angles from a start of the field, (3,) or (N, 3) m."""
     way = ends - start
     along, across, up = (way @ axis for axis in axes)
     runout = np.hypot(along, across)
@@ -42,9 +42,9 @@ def measured_from(start: FloatArray, ends: FloatArray, axes: Axes) -> EndPoints:
 
 
 def horizontal_axes(start: FloatArray, end: FloatArray) -> Axes:
-    """Return the axes of a profile from a start (3,) m to an end (3,) m; z is up, across points to the left.
+    """Return the axes of a profile from a start (3,) m to an end (3,) m; z is up, `across` points to the left.
 
-    start and end must differ in plan.
+    Start and end must differ in plan.
     """
     x, y = (end - start)[:2] / np.linalg.norm((end - start)[:2])
     return Axes(np.array([x, y, 0.0]), np.array([-y, x, 0.0]), np.array([0.0, 0.0, 1.0]))

@@ -1,4 +1,4 @@
-"""Calibrate every model at Authume and Tschamut with `rpf3d calibrate`, and keep what the page needs of the results."""
+"""Calibrate every model at Authume and Tschamut with `rpf3d calibrate`, and read the results that the page needs."""
 
 import json
 import subprocess
@@ -17,16 +17,17 @@ from rpf3d_core.unknowns.parameter_sets import ParameterSets, parameter_sets, re
 BUDGET = 3600.0
 """Time (s) that a calibration may take at most."""
 SETS = 64
-"""Number of parameter sets of each calibration that the page's predictions fly."""
+"""Number of parameter sets of each calibration with which the predictions of the page are simulated."""
 PREFIX = "materials.*."
-"""Start of the key path of each coefficient: one value for all zones."""
+"""Start of the key path of each coefficient; the coefficient has one value for all zones."""
 
 
 def calibrate(folder: Path, say: Callable[[str], None]) -> dict[str, dict[str, Any]]:
     """Calibrate each model at both sites, unless the folder has the result; return the results by site and model.
 
-    folder : has or gets a folder for each calibration, such as tschamut_coulomb_limited, and next to it the scene of
-        the calibration. Another scene is calibrated again; delete the folder after a change of the simulation.
+    folder : receives a folder for each calibration, such as tschamut_coulomb_limited, and a file with its scene. If a
+        scene has changed, its calibration is repeated. Delete the folder after a change of the simulation
+    say : called with a line of text on the progress
 
     Raises
     ------
@@ -51,7 +52,7 @@ def _calibrated(folder: Path, site: str, model: Model, say: Callable[[str], None
 
 
 def _summary(found: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parts of calibration.json that the page shows; coefficients have their short names."""
+    """Return the parts of calibration.json that the page shows; key paths of coefficients are without PREFIX."""
     coverage = found["coverage"]
     return {
         "parameters": {name.removeprefix(PREFIX): of for name, of in found["parameters"].items()},
@@ -65,7 +66,7 @@ def _summary(found: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _strongest(correlation: Mapping[str, Mapping[str, float]]) -> dict[str, Any]:
-    """Return the two coefficients that correlate most, and their correlation (-)."""
+    """Return the names of the two coefficients with the strongest correlation, and this correlation (-)."""
     names = list(correlation)
     pairs = {(one, other): correlation[one][other] for k, one in enumerate(names) for other in names[k + 1 :]}
     both, value = max(pairs.items(), key=lambda pair: abs(pair[1]))
@@ -73,9 +74,9 @@ def _strongest(correlation: Mapping[str, Mapping[str, float]]) -> dict[str, Any]
 
 
 def _equal_sets(sample: ParameterSets) -> dict[str, list[float]]:
-    """Return `SETS` parameter sets of equal weight, by key path: systematic resampling (Kitagawa 1996).
+    """Return the values of SETS parameter sets of equal weight by key path, by systematic resampling (Kitagawa 1996).
 
-    A set of large weight may come more than once.
+    A set with a large weight may occur more than once.
     """
     summed = np.cumsum(sample.shares)
     rows = np.minimum(np.searchsorted(summed, (np.arange(SETS) + 0.5) / SETS), len(summed) - 1)
@@ -83,6 +84,6 @@ def _equal_sets(sample: ParameterSets) -> dict[str, list[float]]:
 
 
 def sample_of(calibration: Mapping[str, Any]) -> ParameterSets:
-    """Return the parameter sets of a result of `calibrate`."""
+    """Return the parameter sets in a result of `calibrate` for one site and model."""
     sets = calibration["sets"]
     return parameter_sets(list(sets), np.stack(list(sets.values()), axis=1))

@@ -1,7 +1,7 @@
-"""Chant Sura: single impacts on an alpine meadow, speeds before and after.
+"""Field case Chant Sura: speeds before and after single impacts on an alpine meadow.
 
-EnviDat doi:10.16904/envidat.174, eleven contacts of five runs; Caviezel et al. 2019, ESurf 7:199, six impacts of
-780 kg. Neither data set has the slope of the ground at the impact, or the spin.
+EnviDat doi:10.16904/envidat.174, eleven contacts of five runs; Caviezel et al. 2019, ESurf 7:199, six impacts of a
+block of 780 kg. Neither data set has the slope of the ground at the impact, or the spin.
 """
 
 import csv
@@ -31,13 +31,13 @@ from rpf3d_core.values import Motion, Rock, Vec
 
 DATA = ROOT.parent / "shared" / "data" / "chant_sura"
 ANY_SCENE = ROOT / "config" / "scenes" / "lab_22.yaml"
-"""A scene for building rebound models, because they are built from a scene; the rest of the scene is not used."""
+"""A scene from which rebound models are built; nothing else of the scene is used."""
 PARAMETERS: dict[str, tuple[tuple[str, Any], ...]] = {"angle_table": (("law", "wyllie"),)}
-"""Parameters of rebound models that have no defaults."""
+"""Name of a rebound model without defaults -> parameters."""
 SLOPES = (0.0, 15.0, 30.0)
 SLOPE = Free("slope_deg", 0.0, 40.0, 9, 1)
 SPIN = 27.0
-"""rad/s: mean of the four spins before impacts of the 780 kg block (Lu et al. 2019, table 2: 23.85 to 29.33)."""
+"""Mean spin (rad/s) before four impacts of the 780 kg block (Lu et al. 2019, table 2: 23.85 to 29.33)."""
 
 
 class Impact(NamedTuple):
@@ -83,7 +83,7 @@ def published() -> tuple[Impact, ...]:
 
 @lru_cache(maxsize=100_000)
 def model_of(name: str, values: tuple[tuple[str, Any], ...] = ()) -> object:
-    """Return a rebound model with parameters, by its name in scenes.
+    """Return a rebound model; name : its name in scenes; values : pairs of a parameter and its value.
 
     Raises
     ------
@@ -113,17 +113,17 @@ def all_models() -> dict[str, object | None]:
 
 
 def surface(values: Values) -> Surface:
-    """Return published values of a ground in the form that rebound models use."""
+    """Return the surface, as rebound models use it, with published values of a ground."""
     mu = math.tan(math.radians(values.friction_angle_deg))
     known = {"R_n": values.R_n, "R_t": values.R_t, "mu": mu, "mu_r": values.rolling_friction}
     return Surface(**{name: known.get(name, 0.0) for name in Surface._fields})
 
 
 def predicted(model: object, ground: Surface, impact: Impact, slope_deg: float, spin: float = 0.0) -> Vec:
-    """Return the velocity (3,) m/s after a measured impact that a model predicts.
+    """Return the velocity (3,) m/s after an impact as a model predicts it.
 
-    slope_deg : assumed slope of the ground, falling in the direction of motion; not used if the normal is known
-    spin : rad/s, assumed spin before the impact, positive for a rock that rolls forwards
+    slope_deg : assumed slope of the ground, which falls in the direction of motion; not used if the normal is known
+    spin : assumed spin (rad/s) before the impact, positive for a rock that rolls forwards
     """
     n = impact.normal or dipping(impact.before, slope_deg)
     axis = np.cross(n, impact.before)
@@ -136,7 +136,10 @@ def predicted(model: object, ground: Surface, impact: Impact, slope_deg: float, 
 def of_contacts(
     model: object, ground: Surface, slope_deg: float, some: tuple[Impact, ...] | None = None
 ) -> dict[str, float]:
-    """Return the errors of a model over the eleven contacts: of velocity and speed (m/s), and of the energy ratio."""
+    """Return the errors of a model over the eleven contacts by name: rms error of velocity (m/s), and `speed_errors`.
+
+    slope_deg : as in `predicted`; some : contacts to use, None for all eleven
+    """
     impacts = contacts() if some is None else some
     after = [predicted(model, ground, impact, slope_deg) for impact in impacts]
     off = [math.dist(v, impact.after) for v, impact in zip(after, impacts, strict=True) if impact.after]
@@ -144,14 +147,20 @@ def of_contacts(
 
 
 def of_published(model: object, ground: Surface, spin: float = 0.0) -> dict[str, Any]:
-    """Return the errors of a model over the six published impacts, and the energy ratio of each impact."""
+    """Return `speed_errors` of a model over the six published impacts, and the predicted energy ratio of each impact.
+
+    spin : as in `predicted`
+    """
     after = [predicted(model, ground, impact, 0.0, spin) for impact in published()]
     ratio = ratios(speeds(after), published())
     return {"ratios": [round(float(r), 3) for r in ratio], **speed_errors(after, published())}
 
 
 def speed_errors(after: list[Vec], impacts: tuple[Impact, ...]) -> dict[str, float]:
-    """Return errors of predicted velocities: of speed (m/s) mean and rms; of energy ratio mean and mean absolute."""
+    """Return the mean and rms error of speed (m/s), and the mean and mean absolute error of the energy ratio, by name.
+
+    after : predicted velocity after each impact
+    """
     speed = speeds(after)
     off = speed - [impact.speed_after for impact in impacts]
     ratio = ratios(speed, impacts) - measured_ratios(impacts)
@@ -169,21 +178,21 @@ def speeds(velocities: list[Vec]) -> FloatArray:
 
 
 def ratios(speed_after: FloatArray, impacts: tuple[Impact, ...]) -> FloatArray:
-    """Return the energy ratios (I,) (-): translational energy after over before each impact, from speeds (I,) m/s."""
+    """Return the energy ratios (I,) (-) of impacts: translational energy after over before; from speeds (I,) m/s."""
     return (speed_after / speeds([impact.before for impact in impacts])) ** 2
 
 
 def measured_ratios(impacts: tuple[Impact, ...]) -> FloatArray:
-    """Return the measured energy ratios (I,) (-): translational energy after each impact over that before."""
+    """Return the measured energy ratios (I,) (-) of impacts, as in `ratios`."""
     return ratios(np.array([impact.speed_after for impact in impacts]), impacts)
 
 
 def calibrate(model: Model, some: tuple[Impact, ...] | None = None) -> Found:
-    """Find the parameters of an impact, and one slope for all contacts, with the smallest error of speed.
+    """Find the coefficients of a model, and one slope for all contacts, with the smallest rms error of speed.
 
-    The error is over the eleven contacts, or some of them. It is an error of speed, not of velocity, because the
-    direction after an impact depends on the local slope, which was not measured. With wrong directions, the velocity
-    with the smallest error would be almost 0.
+    some : contacts to use, None for all eleven. The error is one of speed, not of velocity, because the direction after
+    an impact depends on the local slope, which was not measured. With wrong directions, the velocity with the smallest
+    error would be almost 0.
     """
     base = PUBLISHED[CHANT_SURA][HOEK]["default"]
     free = (*model.at_impacts, SLOPE)
@@ -196,21 +205,22 @@ def calibrate(model: Model, some: tuple[Impact, ...] | None = None) -> Found:
 
 
 def calibrated_surface(base: Values, parameters: Mapping[str, float]) -> Surface:
-    """Return the ground with calibrated parameters; parameters that are not calibrated have the published values."""
+    """Return the surface with calibrated coefficients; coefficients that are not calibrated have the values of base."""
     names = {"normal_restitution": "R_n", "tangential_restitution": "R_t", "friction_angle_deg": "friction_angle_deg",
              "rolling_friction": "rolling_friction"}  # fmt: skip
     return surface(base._replace(**{names[key]: value for key, value in parameters.items() if key in names}))
 
 
 def calibrated_speeds(model_name: str, parameters: Mapping[str, float]) -> list[float]:
-    """Return the speed (m/s) after each of the eleven contacts, predicted by a calibrated model of the page."""
+    """Return the speed (m/s) after each of the eleven contacts as a calibrated model of the page predicts it."""
     ground = calibrated_surface(PUBLISHED[CHANT_SURA][HOEK]["default"], parameters)
     model, slope = model_of(model_named(model_name).impact), parameters[SLOPE.name]
     return speeds([predicted(model, ground, impact, slope) for impact in contacts()]).tolist()
 
 
 def kept_out(model: Model) -> dict[str, float]:
-    """Predict each run with a calibration on the other four runs; return the error of speed (m/s) over all contacts."""
+    """Predict each run with a calibration on the other four runs; return the rms error of speed (m/s) of all contacts.
+    """
     base, squares = PUBLISHED[CHANT_SURA][HOEK]["default"], 0.0
     for run in sorted({impact.run for impact in contacts()}):
         others = tuple(impact for impact in contacts() if impact.run != run)
@@ -223,7 +233,7 @@ def kept_out(model: Model) -> dict[str, float]:
 
 
 def dipping(v: Vec, slope_deg: float) -> Vec:
-    """Return the normal (3,) of a slope that falls in the horizontal direction of v."""
+    """Return the unit normal (3,) of a slope that falls in the horizontal direction of v (3,)."""
     level, angle = math.hypot(v[0], v[1]), math.radians(slope_deg)
     return (math.sin(angle) * v[0] / level, math.sin(angle) * v[1] / level, math.cos(angle))
 

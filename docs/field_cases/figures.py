@@ -1,4 +1,4 @@
-"""Intervals and distances of small samples, for the comparison of field and simulation."""
+"""Compute intervals and distances of small samples, for the comparison of field and simulation."""
 
 from collections.abc import Callable
 
@@ -7,13 +7,13 @@ import numpy as np
 from rpf3d_core.ensemble.flights import FloatArray
 
 RESAMPLES = 4000
-"""Number of bootstrap samples: with another seed, the ends of a 95 % interval move by about 2 % of the interval."""
+"""Number of bootstrap samples; with another seed, the ends of a 95 % interval move by about 2 % of its width."""
 SEED = 20140318
 """Seed of the bootstrap; it is fixed, so that the page has the same figures each time."""
 
 
 def bootstrap(values: FloatArray, figure: Callable[[FloatArray], float]) -> tuple[float, float]:
-    """Return the 95 % interval of a figure of values (N,), from samples of N of them (Efron 1979, percentiles)."""
+    """Return the 95 % interval of a figure of values (N,) from bootstrap samples (Efron 1979, percentiles)."""
     values, draws = np.asarray(values, dtype=float), np.random.default_rng(SEED)
     picked = values[draws.integers(0, len(values), (RESAMPLES, len(values)))]
     low, high = np.percentile([figure(sample) for sample in picked], (2.5, 97.5))
@@ -21,7 +21,7 @@ def bootstrap(values: FloatArray, figure: Callable[[FloatArray], float]) -> tupl
 
 
 def distance(a: FloatArray, b: FloatArray) -> float:
-    """Return how much two samples differ: Wasserstein's distance, in the unit of the values.
+    """Return Wasserstein's distance of two samples, in the unit of the values.
 
     This is the mean distance by which the values of one sample must be moved to make it equal to the other.
     """
@@ -32,9 +32,9 @@ def distance(a: FloatArray, b: FloatArray) -> float:
 
 
 def distance_of_resamples(values: FloatArray) -> float:
-    """Return the distance that 95 % of bootstrap samples of values (N,) stay below, measured from the values.
+    """Return the 95th percentile of the distances between values (N,) and their bootstrap samples.
 
-    A model that is nearer to the values cannot be rejected by them.
+    The values cannot reject a model whose distance from them is smaller.
     """
     values, draws = np.asarray(values, dtype=float), np.random.default_rng(SEED)
     picked = values[draws.integers(0, len(values), (RESAMPLES, len(values)))]

@@ -1,6 +1,6 @@
-"""Fly the rocks of a site many times: terrain and releases are prepared once, materials and models may change.
+"""Fly the rocks of a site many times, with terrain and releases that are prepared once, and other materials or models.
 
-All sets of parameters use the same random numbers. So a difference between two flights comes from the parameters only.
+All flights use the same random numbers, so differences between flights come only from the materials and models.
 """
 
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from rpf3d_core.setup.prepared import Prepared, check_releases, prepare, release
 from rpf3d_core.values import Outcome
 
 Keys = Mapping[str, Any]
-"""Keys that replace those of a scene: `rebound` or `contact`, `ground`, `materials`; `rock` is added to."""
+"""Keys that replace those of a scene, such as `rebound`, `ground`, `materials`; keys of `rock` are added to it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class Ends:
 
     source : (N,) number of each rock's source; end : (N, 3) m; stopped : (N,) True if the rock stopped
 
-    There are no releases, because distances are measured from the field's start (`basis.py`).
+    Releases are not kept, because distances begin at a place of the field (`basis.py`).
     """
 
     source: IntArray
@@ -40,7 +40,7 @@ class Site:
         check_releases(self.prepared, self.releases)
 
     def fly(self, keys: Keys) -> Ends:
-        """Fly all rocks with some keys of the scene replaced."""
+        """Return the end points of all rocks, with some keys of the scene replaced."""
         scene = with_keys(self.prepared.scene, keys)
         flight = scene_flight(scene, self.prepared.terrain)
         flown = fly_ensemble(self.prepared.engine, flight, self.releases, record=False, paths=0).deposits
@@ -49,9 +49,9 @@ class Site:
 
 
 def with_keys(scene: Scene, keys: Keys) -> Scene:
-    """Return a scene with some of its keys replaced, checked as a scene file is; keys of `rock` are added to its own.
+    """Return a scene with some of its keys replaced, after the same checks as for a scene file.
 
-    A contact model replaces the rebound model.
+    Keys of `rock` are added to those of the scene. A contact model replaces the rebound model.
     """
     replaced = {*keys, *(("rebound",) if "contact" in keys else ())}
     written = {name: getattr(scene, name) for name in scene.model_fields_set if name not in replaced}

@@ -1,4 +1,4 @@
-"""Measure everything for the validation page: figures for page and test, end points of rocks for the pictures."""
+"""Measure everything for the validation page: figures for page and tests, and end points of rocks for the pictures."""
 
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -29,7 +29,7 @@ Say = Callable[[str], None]
 class Measured(NamedTuple):
     """The result of a measurement.
 
-    results : figures in the form of the JSON file; ends : end points by site and label of a line (`label`)
+    results : figures, as in the file of results; ends : end points by site and label of a line (`label`)
     """
 
     results: dict[str, Any]
@@ -37,14 +37,15 @@ class Measured(NamedTuple):
 
 
 def label(line: Mapping[str, Any]) -> str:
-    """Return the label of a line of a site's table: its model and its values."""
+    """Return the label of a line in a site's table: its model, and where its values come from."""
     return f"{line['model']}, {line['values']}"
 
 
 def measured(folder: Path, say: Say) -> Measured:
     """Calibrate every model at every site, and fly the rocks for all tables of the page.
 
-    folder : of the results of `rpf3d calibrate`; those that it has are not repeated
+    folder : receives the results of `rpf3d calibrate`; calibrations with a result in it are not repeated
+    say : called with a line of text on the progress
 
     Raises
     ------
@@ -73,7 +74,8 @@ def measured(folder: Path, say: Say) -> Measured:
 
 
 def _of_books(site: str, ends: dict[str, Ends], say: Say) -> Iterator[dict[str, Any]]:
-    """Yield a line for each model and source of published values; its end points go into `ends`."""
+    """Yield a line of a site's table for each model and source of published values, and store its end points in `ends`.
+    """
     for model in POINTS_AND_SPHERES:
         for source in SOURCES:
             say(f"{site}, {model.name}, {source}")
@@ -84,7 +86,7 @@ def _of_books(site: str, ends: dict[str, Ends], say: Say) -> Iterator[dict[str, 
 
 
 def _line(case: predictions.Case, say: Say) -> tuple[dict[str, Any], Ends]:
-    """Return the line of a prediction over parameter sets, and its end points."""
+    """Fly the rocks of a prediction; return the line of the table with its figures, and the end points."""
     say(f"{case.site}, {case.model.name}, {case.ground}")
     rocks = predictions.predicted(case)
     named = {"site": case.site, "model": case.model.name, "ground": case.ground}
@@ -92,13 +94,13 @@ def _line(case: predictions.Case, say: Say) -> tuple[dict[str, Any], Ends]:
 
 
 def calibration(free: tuple[Free, ...], found: Found) -> dict[str, Any]:
-    """Return the result of a search, and the parameters at the edge of the searched range."""
+    """Return the result of a search by name, with the names of the parameters at the edge of the searched range."""
     at_edge = [one.name for one in free if found.parameters[one.name] in (one.low, one.high)]
     return {"parameters": found.parameters, "error": found.error, "tried": found.tried, "at_edge": at_edge}
 
 
 def _impacts(say: Say) -> dict[str, Any]:
-    """Return the results at Chant Sura: every rebound model with published values, and the calibrated models."""
+    """Return the results at Chant Sura: of every rebound model with published values, and of the calibrated models."""
     grounds = {source: chant_sura.surface(PUBLISHED[CHANT_SURA][source]["default"]) for source in SOURCES}
     lines, left_out = [], []
     for name, model in chant_sura.all_models().items():
@@ -124,7 +126,10 @@ def _impacts(say: Say) -> dict[str, Any]:
 
 
 def _calibrated_impacts(model: Model, say: Say) -> dict[str, Any]:
-    """Return a calibration on the eleven contacts, its check with each run kept out, and its errors on the six."""
+    """Calibrate a model on the eleven contacts; return the result, and its errors on contacts and published impacts.
+
+    `kept_out` has the error if each run is kept out of the calibration in turn.
+    """
     found = chant_sura.calibrate(model)
     rebound, ground = chant_sura.model_of(model.impact), _surface_of(found.parameters)
     slope = found.parameters[chant_sura.SLOPE.name]
@@ -143,9 +148,9 @@ def _surface_of(parameters: Mapping[str, float]) -> Any:
 
 
 def _carried_impacts(model: Model, impacts: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the errors (m) at both slopes of values that were calibrated on the eleven contacts.
+    """Return the errors (m) of a model at both slopes with coefficients that were calibrated on the eleven contacts.
 
-    Contacts calibrate two coefficients; the others are published values of the site's first zone.
+    Contacts calibrate two coefficients; the others have the published values of the site's first zone.
     """
     found = {one.name: impacts["calibrations"][model.name]["parameters"][one.name] for one in model.at_impacts}
     line: dict[str, Any] = {"model": model.name}
@@ -157,7 +162,7 @@ def _carried_impacts(model: Model, impacts: Mapping[str, Any]) -> dict[str, Any]
 
 
 def rounded(value: Any) -> Any:
-    """Round all figures in a nested result, for the file of results."""
+    """Return a nested result with all floats rounded to DECIMALS, for the file of results."""
     if isinstance(value, float):
         return round(value, DECIMALS)
     if isinstance(value, Mapping):

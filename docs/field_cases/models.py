@@ -1,4 +1,4 @@
-"""The models of the validation page: their keys in a scene, what `rpf3d calibrate` may vary, and published values.
+"""The models of the validation page: their keys in a scene, the ranges to calibrate, and published values.
 
 To add a model, add a `Model` to `POINTS_AND_SPHERES`, and the ranges of new coefficients to `PRIORS`.
 """
@@ -22,7 +22,7 @@ CALIBRATED = "calibrated"
 
 
 class Values(NamedTuple):
-    """Published coefficients of one kind of ground."""
+    """Published coefficients of one kind of ground: restitution (-), friction angle (degrees), rolling friction (-)."""
 
     R_n: float
     R_t: float
@@ -48,7 +48,7 @@ PUBLISHED: dict[str, dict[str, dict[str, Values]]] = {
     TSCHAMUT: MEADOW,
     CHANT_SURA: MEADOW,
 }
-"""Published values by site, source and zone, chosen by the description of the ground only.
+"""Published values by site, source and zone; they were chosen by the description of the ground only.
 
 Authume: Hoek's talus with vegetation (blue), bedrock outcrop (gray), talus (red); STONE's loose clastic and carbonate.
 Tschamut and Chant Sura, alpine meadows: Hoek's soft soil with some vegetation; STONE's glacial deposits.
@@ -63,15 +63,16 @@ OF_SOIL = OF_ROCK | {
     "normal_restitution": (0.05, 0.6), "tangential_restitution": (0.2, 0.99), "rolling_resistance": (0.02, 0.6),
 }  # fmt: skip
 PRIORS: dict[str, dict[str, tuple[float, float]]] = {AUTHUME: OF_ROCK, TSCHAMUT: OF_SOIL}
-"""Ranges that `rpf3d calibrate` starts from: what the ground of a site can be, not what fits. Soil takes more than rock
-from a rock that bounces or rolls."""
+"""Range of each coefficient as prior of `rpf3d calibrate`: values that are possible for the ground of the site, not
+values that fit. Soil takes more energy than rock from a rock that bounces or rolls."""
 
 
 class Model(NamedTuple):
-    """A model of the page: its name there, its names in scenes, and the coefficients to calibrate, equal in all zones.
+    """A model of the page: its name on the page, its names in scenes, and its coefficients to calibrate.
 
-    impact : rebound model, or contact model of spheres and of rocks with a shape; ground : None where there is none
-    unknown : coefficients to calibrate with stops; at_impacts : with single impacts
+    impact : rebound model, or contact model of spheres and of rocks with a shape; ground : ground model, None for none
+    unknown : coefficients to calibrate with stops, equal in all zones
+    at_impacts : coefficients to calibrate with single impacts, with their ranges
     """
 
     name: str
@@ -81,23 +82,23 @@ class Model(NamedTuple):
     at_impacts: tuple[Free, ...] = ()
 
     def keys(self) -> dict[str, Any]:
-        """Return the keys of a scene that choose the model."""
+        """Return the keys of a scene, with values, that select the model."""
         ground = {} if self.ground is None else {"ground": self.ground}
         return keys_of(self.impact) | ground
 
     def published(self, site: str, source: str) -> dict[str, Any]:
-        """Return the keys of a scene with the published values of a site."""
+        """Return the keys of a scene, with values, for the model and the published values of a site and source."""
         ground = {zone: material(values) for zone, values in PUBLISHED[site][source].items()}
         return {**self.keys(), "materials": ground}
 
     def unknowns(self, site: str) -> dict[str, dict[str, float]]:
-        """Return the key `calibration: unknowns` of the model's scene at a site."""
+        """Return the value of the key `unknowns` in `calibration`, for the model's scene at a site."""
         spans = {name: PRIORS[site][name] for name in self.unknown}
         return {f"materials.*.{name}": {"min": low, "max": high} for name, (low, high) in spans.items()}
 
 
 def keys_of(impact: str, parameters: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Return the keys of a scene that choose a rebound model or a contact model, with parameters of the model."""
+    """Return the keys of a scene, with values, that select a rebound or contact model with the given parameters."""
     chosen = {impact: dict(parameters or {})}
     if impact == RIGID:
         return {"contact": chosen}
@@ -119,12 +120,12 @@ MODELS = (*POINTS_AND_SPHERES, SHAPES)
 
 
 def model_named(name: str) -> Model:
-    """Return the model with a name of the page."""
+    """Return the model with a name on the page."""
     return next(model for model in MODELS if model.name == name)
 
 
 def material(values: Values) -> dict[str, float]:
-    """Return published values as the keys of a material in a scene."""
+    """Return published values as a material of a scene: key -> value."""
     written = {
         "normal_restitution": values.R_n,
         "tangential_restitution": values.R_t,

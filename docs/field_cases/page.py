@@ -7,7 +7,7 @@ from field_cases.prose import DEFAULT, HEAD, METHOD, NOT_VALIDATED, SOURCES_OF_D
 
 
 def document(results: Results) -> str:
-    """Return the whole page."""
+    """Return the whole page as Markdown; results : content of the file of results."""
     return "\n".join([
         HEAD, page_short.section(results), METHOD, page_authume.section(results[AUTHUME]),
         page_tschamut.section(results[TSCHAMUT]), page_chant_sura.section(results[CHANT_SURA]),
@@ -17,7 +17,7 @@ def document(results: Results) -> str:
 
 
 def _values_of_books() -> str:
-    """Return the published values; sites and zones with the same values share a line."""
+    """Return the section on published values; in its table, sites and zones with the same values share a line."""
     places: dict[tuple[str, Values], dict[str, list[str]]] = {}
     for site, sources in PUBLISHED.items():
         for source, zones in sources.items():

@@ -23,7 +23,7 @@ def section(results: Results) -> str:
 
 
 def _fails(calibrations: Results) -> str:
-    """Return the text on where the models fail, with the strongest correlation of each model of a point or a sphere."""
+    """Return the text on failures of the models, with the strongest correlation of each model of points and spheres."""
     strongest = {model.name: calibrations[model.name]["strongest"] for model in POINTS_AND_SPHERES}
     values = {name: strongest[model.name]["correlation"] for name, model in
               (("constant", CONSTANT), ("limited", COULOMB_LIMITED), ("sphere", SPHERE))}  # fmt: skip
@@ -32,7 +32,7 @@ def _fails(calibrations: Results) -> str:
 
 
 def _ends(results: Results) -> str:
-    """Return the table of end points: field, published values, calibrated values."""
+    """Return the table of end points, for the field, published values and calibrated values."""
     head = ("x of ends (m)", "mean", "sd", "p5", "p50", "p95", "beyond 55 m (%)", "lateral mean (m)",
             "lateral sd (m)", "distance of x (m)", "lateral distance (m)", "not at rest (%)")  # fmt: skip
     return table(head, [_field(results["field"]), *map(_line, results["lines"])])

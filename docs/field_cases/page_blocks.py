@@ -19,7 +19,7 @@ def section(results: Results) -> str:
 
 
 def _bars(results: Results) -> str:
-    """Return the table of the goals: the shipped scene, the best sets in x, calibrated points and spheres."""
+    """Return the table of goals, with figures of the shipped scene, the best sets in x, and calibrated controls."""
     lines = {line["model"]: line for line in results[AUTHUME]["lines"] if line["values"] == CALIBRATED}
     words = {"mean": ("mean x (m)", 1.0, ".1f"), "sd": ("sd of x (m)", 1.0, ".1f"),
              "side_sd": ("lateral sd (m)", 1.0, ".1f"), "beyond": ("beyond 55 m (%)", 100.0, ".0f")}  # fmt: skip
@@ -39,12 +39,12 @@ def _bars(results: Results) -> str:
 
 
 def _missed(value: float, low: float, high: float) -> float:
-    """Return how far a value is outside an interval."""
+    """Return the distance of a value from an interval; 0 inside."""
     return max(low - value, value - high, 0.0)
 
 
 def _shapes(site: Results) -> str:
-    """Return the table of the four scanned blocks, and of other shapes, masses and drop points."""
+    """Return the table of results with the four scanned blocks, and with other shapes, masses and drop points."""
     variants = site["variants"]
     lines = [(f"{one['shape']}, {one['mass']:.0f} kg", one) for one in site["by_shape"]]
     lines += [
@@ -75,7 +75,7 @@ def _per_block(variants: Results) -> str:
 
 
 def _impacts(results: Results) -> str:
-    """Return the tables of single impacts at Chant Sura: the six, and the eleven contacts."""
+    """Return the tables of single impacts at Chant Sura: of the six impacts, and of the eleven contacts."""
     own, field = results["blocks"]["impacts"], results[CHANT_SURA]["field"]
     head = ("energy ratio of the six impacts: mean (5 to 95 % of orientations)", "2.1", "2.2", "2.3", "4.1", "4.2",
             "4.3", "inside", "mean absolute error", "largest of all")  # fmt: skip
@@ -91,7 +91,7 @@ def _impacts(results: Results) -> str:
 
 
 def _eleven(results: Results) -> str:
-    """Return the table of speeds after the eleven contacts, next to point and sphere."""
+    """Return the table of speeds after the eleven contacts, with points and spheres for comparison."""
     own, others = results["blocks"]["impacts"], results[CHANT_SURA]["calibrations"]
     rows = [
         (f"{SHAPES.name}, coefficients of Authume, slope of {slope} degrees", f"{of['speed_mean']:+.2f}",

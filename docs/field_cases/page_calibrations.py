@@ -9,7 +9,7 @@ LITTLE = 0.15
 
 
 def section(site: str, calibrations: Results) -> str:
-    """Return the tables of coefficients and of kept-out stops; calibrations : results by the name of the model."""
+    """Return the tables of coefficients and of kept-out stops; calibrations : name of a model -> its results."""
     return "\n".join([COEFFICIENTS, _coefficients(calibrations), SCORES, _scores(site, calibrations)])
 
 
@@ -24,12 +24,12 @@ def _coefficients(calibrations: Results) -> str:
 
 
 def _shown(value: float) -> str:
-    """Return a coefficient with two decimals, an angle with one."""
+    """Return a coefficient as text with two decimals, or an angle (degrees) with one."""
     return f"{value:.1f}" if abs(value) >= 2.0 else f"{value:.2f}"
 
 
 def _narrower(shrinkage: float) -> str:
-    """Return by how much an interval is narrower than that of its prior, in bold where the stops say nothing."""
+    """Return the shrinkage (-) of a coefficient against its prior as a cell in %; in bold below LITTLE."""
     cell = f"{100.0 * shrinkage:.0f}"
     return f"**{cell}**" if shrinkage < LITTLE else cell
 

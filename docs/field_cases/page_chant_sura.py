@@ -22,7 +22,7 @@ def section(results: Results) -> str:
 
 
 def widest(results: Results) -> float:
-    """Return the largest ratio of the energy ratios of two of the six impacts that one model predicts."""
+    """Return the largest factor (-) between the energy ratios that one model predicts for two of the six impacts."""
     found = [line["published"]["ratios"] for line in (*results["lines"], *results["calibrations"].values())]
     return max(max(ratios) / min(ratios) for ratios in found)
 
@@ -56,7 +56,7 @@ def _eleven(lines: Sequence[Results]) -> str:
 
 
 def merged(rows: Sequence[Sequence[str]]) -> list[list[str]]:
-    """Return the rows of a table; labels with the same figures share one row."""
+    """Return the rows of a table, with rows that differ only in their labels merged into one row."""
     labels: dict[tuple[str, ...], list[str]] = {}
     for name, *cells in rows:
         labels.setdefault(tuple(cells), []).append(name)

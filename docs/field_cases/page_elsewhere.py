@@ -1,4 +1,4 @@
-"""Build the sections of docs/explanation/validation.md on ground that is not known: library ranges, another slope."""
+"""Build the sections of docs/explanation/validation.md on unknown ground: ranges of the library, another slope."""
 
 from field_cases import authume
 from field_cases.models import AUTHUME, TSCHAMUT
@@ -8,7 +8,7 @@ from field_cases.prose_elsewhere import BOOKS, ELSEWHERE, HEAD, IMPACTS, TOO_SUR
 
 
 def section(results: Results) -> str:
-    """Return the sections on ranges of books, and on values from another slope or from single impacts."""
+    """Return the sections on ranges of the library, and on values from another slope or from single impacts."""
     return "\n".join([
         HEAD, BOOKS, _predicted(results["library"]), TOO_SURE, ELSEWHERE, _predicted(results["elsewhere"]),
         TOO_SURE_ELSEWHERE, IMPACTS, _of_impacts(results["impacts"]),
@@ -21,14 +21,14 @@ def error_of(line: Results) -> float:
 
 
 def error_over_sets(line: Results) -> tuple[float, float]:
-    """Return 5 and 95 % of the errors (m) of the parameter sets of a prediction."""
+    """Return the 5th and the 95th percentile of the errors (m) of the parameter sets of a prediction."""
     name, base = ("mean", authume.MEAN_X) if line["site"] == AUTHUME else ("error_mean", 0.0)
     low, high = line["over_sets"][name]
     return low - base, high - base
 
 
 def _predicted(lines: list[Results]) -> str:
-    """Return the table of predictions: their errors, and how many observed stops their 90 % intervals contain."""
+    """Return the table of predictions: their errors, and the numbers of observed stops in their 90 % intervals."""
     head = ("site", "model", "ground", "error of the mean (m)", "contained along", "contained across",
             "did not stop (%)", "far end")  # fmt: skip
     return table(head, (
@@ -40,6 +40,6 @@ def _predicted(lines: list[Results]) -> str:
 
 
 def _of_impacts(lines: list[Results]) -> str:
-    """Return the table of values that single impacts calibrate, at the two slopes."""
+    """Return the table of errors at both slopes with values that were calibrated on single impacts."""
     head = ("model", f"{AUTHUME}: error of mean x (m)", f"{TSCHAMUT}: error of mean runout (m)")
     return table(head, ((line["model"], f"{line[AUTHUME]:+.0f}", f"{line[TSCHAMUT]:+.0f}") for line in lines))

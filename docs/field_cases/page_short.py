@@ -1,4 +1,4 @@
-"""The first section of docs/explanation/validation.md: the conclusion, with the range of the figures of all models."""
+"""Build the first section of docs/explanation/validation.md: the conclusion, with ranges of figures of all models."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -13,7 +13,7 @@ PLAIN = [model.name for model in POINTS_AND_SPHERES]
 
 
 def section(results: Results) -> str:
-    """Return the section on how far a predicted runout can be trusted."""
+    """Return the section on the trust in a predicted runout as Markdown."""
     words = VERDICT.format(
         **_of_books(results),
         **_spreads(results),
@@ -29,14 +29,14 @@ def section(results: Results) -> str:
 
 
 def _of_books(results: Results) -> dict[str, float]:
-    """Return the range of the errors (m) with published values at each site, under the names that the text uses."""
+    """Return the range of the errors (m) with published values at each site, by their names in VERDICT."""
     quarry = [line["mean"] - authume.MEAN_X for line in results[AUTHUME]["lines"] if line["values"] != CALIBRATED]
     meadow = [line["error_mean"] for line in results[TSCHAMUT]["lines"] if line["values"] != CALIBRATED]
     return {"book_low": min(quarry), "book_high": max(quarry), "meadow_low": min(meadow), "meadow_high": max(meadow)}
 
 
 def _spreads(results: Results) -> dict[str, float]:
-    """Return the spreads (m) of calibrated rocks and of the field, under the names that the text uses."""
+    """Return the spreads (m) of calibrated rocks and of the field, by their names in VERDICT."""
     fitted = {line["model"]: line for line in results[AUTHUME]["lines"] if line["values"] == CALIBRATED}
     sides = [fitted[name]["side_sd"] for name in PLAIN]
     shaped = next(line for line in results[TSCHAMUT]["lines"] if line["model"] == SHAPES.name)
@@ -48,7 +48,7 @@ def _spreads(results: Results) -> dict[str, float]:
 
 
 def _kept_out(results: Results) -> dict[str, Any]:
-    """Return how many kept-out stops the calibrations contain, under the names that the text uses."""
+    """Return the numbers of kept-out stops in the intervals of calibrations, by their names in VERDICT."""
     gain = results[AUTHUME]["calibrations"][SHAPES.name]["gain"]
     found: dict[str, Any] = {"gain": gain["over_curve"], "doubt": gain["standard_error"]}
     for site, short in ((AUTHUME, "quarry"), (TSCHAMUT, "meadow")):
@@ -61,7 +61,7 @@ def _kept_out(results: Results) -> dict[str, Any]:
 
 
 def _elsewhere(lines: Iterable[Results]) -> dict[str, str]:
-    """Return errors (m) and held stops with the ground of the other slope, under the names that the text uses."""
+    """Return errors (m) and numbers of stops in intervals, with the ground of the other slope, by names in VERDICT."""
     found = {}
     for site, short in ((AUTHUME, "quarry"), (TSCHAMUT, "meadow")):
         there = [line for line in lines if line["site"] == site]
@@ -75,7 +75,7 @@ def _errors(errors: Iterable[float]) -> str:
 
 
 def _of_library(lines: Iterable[Results]) -> dict[str, str]:
-    """Return how many stops the intervals of library ranges contain at each site, by the names that the text uses."""
+    """Return the numbers of stops in intervals with library ranges at each site, by their names in VERDICT."""
     of = [line for line in lines if line["ground"] == predictions.LIBRARY]
     across = min(of, key=lambda line: float(line["across"]))
     along = {site: sorted({predictions.held(line, "along") for line in of if line["site"] == site})

@@ -1,4 +1,4 @@
-"""Tables and phrases that the sections of docs/explanation/validation.md share."""
+"""Format tables and phrases for the sections of docs/explanation/validation.md."""
 
 import re
 import textwrap
@@ -25,7 +25,7 @@ def table(head: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
 
 
 def wrapped(text: str) -> str:
-    """Return paragraphs and bullets, a line break before each, with lines of at most WIDTH characters."""
+    """Return a text with its paragraphs and bullets wrapped to lines of at most WIDTH characters."""
     blocks = re.split(r"\n(?=- |\n)", text.rstrip("\n"))
     return "\n".join(
         textwrap.fill(" ".join(block.split()), WIDTH, subsequent_indent="  " if block.startswith("- ") else "",
@@ -34,7 +34,10 @@ def wrapped(text: str) -> str:
 
 
 def searched(search: Results, model: str = "") -> str:
-    """Return a bullet with the result of a search: model if named, parameters, error, number of sets tried."""
+    """Return a bullet with the result of a search: parameters, error and number of sets tried.
+
+    model : name to begin with, "" for none
+    """
     values = ", ".join(f"{NAMES[name]} {value:g}" for name, value in search["parameters"].items())
     edge = ", ".join(NAMES[name] for name in search["at_edge"])
     words = f"- {model}{': ' if model else ''}{values} ({search['error']:.2f}; {search['tried']})."
@@ -42,19 +45,22 @@ def searched(search: Results, model: str = "") -> str:
 
 
 def label(line: Results) -> str:
-    """Return the label of a line: its model and its values."""
+    """Return the label of a line: its model, and where its values come from."""
     values = line["values"]
     return f"{line['model']}, **{values}**" if values == CALIBRATED else f"{line['model']}, {values}"
 
 
 def interval_of(interval: Sequence[float], decimals: int = 1, sign: str = "") -> str:
-    """Return an interval in the format of a table cell."""
+    """Return an interval as a table cell; sign : "+" to show the sign of positive numbers."""
     low, high = (f"{value:{sign}.{decimals}f}" for value in interval)
     return f"{low} to {high}"
 
 
 def among_sets(line: Results, name: str, decimals: int = 1, sign: str = "", unit: float = 1.0) -> str:
-    """Return a figure of all rocks and, if they fly over parameter sets, 5 and 95 % of the sets, as a table cell."""
+    """Return a figure of a line as a table cell, with the 5th and 95th percentile over its parameter sets, if any.
+
+    unit : factor of the figure; decimals, sign : as in `interval_of`
+    """
     cell = f"{unit * line[name]:{sign}.{decimals}f}"
     if "over_sets" not in line:
         return cell
@@ -62,5 +68,5 @@ def among_sets(line: Results, name: str, decimals: int = 1, sign: str = "", unit
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return names as a list in a sentence, with "and" before the last name."""
+    """Return names joined by commas, with "and" before the last name."""
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

@@ -17,7 +17,7 @@ def section(results: Results) -> str:
 
 
 def _runouts(results: Results) -> str:
-    """Return the table of runouts: another program, published values, calibrated values, the field."""
+    """Return the table of runouts, for the field, another program, published values and calibrated values."""
     head = ("runout, simulated minus observed (m)", "mean", "mean absolute", "correlation over runs",
             "sd of runout (m)", "lateral sd (m)", "contained along", "contained across", "not at rest (%)")  # fmt: skip
     field = results["field"]

@@ -19,14 +19,14 @@ MODEL_COLOURS = {"constant": "tab:blue", "Coulomb-limited": "tab:green", "rigid 
                  "rocks with a shape": "tab:purple"}  # fmt: skip
 MODEL_MARKS = {"constant": ("o", 10), "Coulomb-limited": ("s", 7), "rigid sphere": ("x", 5),
                "rocks with a shape": ("D", 6)}  # fmt: skip
-"""Marker and its size (points) of each model; the sizes differ, so that equal predictions stay visible."""
+"""Model -> marker and its size (points); the sizes differ, so that markers at the same place stay visible."""
 REBOUND_COLOURS = {model.impact: MODEL_COLOURS[model.name] for model in POINTS_AND_SPHERES}
 OTHER_COLOURS = ("tab:red", "tab:purple", "tab:brown", "tab:pink", "tab:gray", "tab:olive", "tab:cyan")
 STYLES = {HOEK: ":", STONE: "--", CALIBRATED: "-"}
 DRAWN = 1500
 """Largest number of rocks in a map."""
 ASIDE = 0.6
-"""Width of the group of models at one impact, over the distance of two impacts (-)."""
+"""Width of the group of markers at one impact, as a share of the distance between two impacts (-)."""
 
 
 def draw_all(measured: Measured, folder: Path) -> None:
@@ -58,7 +58,10 @@ def _authume(ends: Mapping[str, Ends]) -> Figure:
 
 
 def _shares_below(axes: Axes, field: FloatArray, simulated: Mapping[str, FloatArray]) -> None:
-    """Draw cumulative distributions of positions (m): the field's N blocks, and rocks by model and values."""
+    """Draw cumulative distributions of positions (m), of the field and of simulated rocks.
+
+    field : (N,) positions of blocks; simulated : "model, values" -> positions of rocks
+    """
     field = np.sort(field)
     axes.fill_betweenx(_steps(len(field)), *_band(field), color="0.85", label="field, bootstrap 95 %", step="mid")
     axes.step([field[0], *field], np.arange(len(field) + 1) / len(field), "k-", lw=2, where="post",
@@ -72,7 +75,7 @@ def _shares_below(axes: Axes, field: FloatArray, simulated: Mapping[str, FloatAr
 
 
 def _band(field: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the 95 % band (2, N) of the sorted positions of N blocks."""
+    """Return the lower and upper limit (N,) of the 95 % bootstrap band of the sorted positions of N blocks."""
     draws = np.random.default_rng(1).integers(0, len(field), (2000, len(field)))
     low, high = np.percentile(np.sort(field[draws], axis=1), (2.5, 97.5), axis=0)
     return low, high
@@ -118,7 +121,7 @@ def _tschamut(ends: Mapping[str, Ends]) -> Figure:
 
 
 def _tschamut_in_plan(axes: Axes, ends: Mapping[str, Ends]) -> None:
-    """Draw releases, the field's end points and each model's mean end point of each run."""
+    """Draw releases, the field's end points, and the mean end point of each run and model, in plan."""
     field = tschamut.runs()
     _contours(axes)
     for i in field.distinct():
@@ -151,10 +154,10 @@ def _chant_sura(results: Mapping[str, Any]) -> Figure:
 
 
 def _energy_ratios(axes: Axes, results: Mapping[str, Any]) -> None:
-    """Draw the energy ratios of the six impacts: field, models with published values, calibrated models."""
+    """Draw the energy ratios of the six impacts, for the field, models with published values and calibrated models."""
     names = [impact.name for impact in chant_sura.published()]
     place = np.arange(len(names))
-    # On level ground the literal model of the thesis is the constant one.
+    # On level ground, `thesis_literal` gives the same results as `constant`.
     lines = [line for line in results["lines"] if line["values"] == HOEK and line["model"] != "thesis_literal"]
     for k, line in enumerate(lines):
         aside = ASIDE * ((k + 0.5) / len(lines) - 0.5)
@@ -173,7 +176,7 @@ def _energy_ratios(axes: Axes, results: Mapping[str, Any]) -> None:
 
 
 def _speeds(axes: Axes, results: Mapping[str, Any]) -> None:
-    """Draw the speed after each of the eleven contacts, predicted by the calibrated models."""
+    """Draw the predicted speed after each of the eleven contacts against the measured speed, for calibrated models."""
     seen = [impact.speed_after for impact in chant_sura.contacts()]
     for model, found in results["calibrations"].items():
         mark, size = MODEL_MARKS[model]

@@ -1,7 +1,8 @@
-"""Predict the stops of a site over ground that is not known: 64 parameter sets, all with the same number of rocks.
+"""Predict the stops of a site on unknown ground, with 64 parameter sets that all have the same number of rocks.
 
-The ground is a range from books, chosen by its description alone, or the sample of a calibration at this or the other
-site. The prediction is the distribution of all rocks; rocks that did not stop count as beyond every observed stop.
+The parameter sets come from ranges of the library, which were chosen by the description of the ground alone, or from a
+calibration at this or the other site. The prediction is the distribution of all rocks; rocks that did not stop count as
+beyond every observed stop.
 """
 
 import tempfile
@@ -29,22 +30,22 @@ from rpf3d_core.unknowns.parameter_sets import write_parameter_sets
 from rpf3d_core.values import Outcome
 
 LIBRARY, SINGLE = "library", "library, one value for each assumed range"
-"""Where the ground of a case comes from, in words of the page."""
+"""Origins of the ground of a case, as on the page."""
 STOPS = {AUTHUME: 41, TSCHAMUT: tschamut.RUNS}
 """Number of observed stops of each site."""
 ROCKS_OF_A_SET = {AUTHUME: 200, TSCHAMUT: 18 * 12}
-"""Rocks of each parameter set; at Tschamut 12 of each run.."""
+"""Number of rocks of each parameter set; at Tschamut, 12 for each run."""
 GROUND = {
     (AUTHUME, False): {"blue": "talus", "gray": "bedrock", "red": "talus"},
     (AUTHUME, True): {"blue": "ramms_medium", "gray": "ramms_hard", "red": "ramms_medium"},
     (TSCHAMUT, False): {"default": "soil"},
     (TSCHAMUT, True): {"default": "ramms_medium_soft"},
 }
-"""Entries of the library by zone, for points and spheres, and (True) for rocks with a shape.
+"""Site, and True for rocks with a shape (False for points and spheres) -> entries of the library by zone.
 
-They are chosen by the description of the ground: talus, an outcrop of bedrock, an alpine meadow."""
+The entries were chosen by the description of the ground: talus, an outcrop of bedrock, an alpine meadow."""
 ONE_VALUE = {"friction_angle_deg": 30.0, "rolling_friction": 0.575, "rolling_resistance": 0.2}
-"""One value for each range that a scene assumes: the default angle, and the middle of the others."""
+"""One value for each range that a scene assumes: the default friction angle, and the middle of other ranges."""
 ASSUMED_FOR = {COULOMB_LIMITED: ("friction_angle_deg",), SPHERE: ("friction_angle_deg", "rolling_friction"),
                SHAPES: ("rolling_resistance",)}  # fmt: skip
 LOW, HIGH = 0.05, 0.95
@@ -52,7 +53,10 @@ LOW, HIGH = 0.05, 0.95
 
 
 class Case(NamedTuple):
-    """A prediction: where, with which model, from which ground (words of the page), and the keys of its ground."""
+    """A prediction.
+
+    ground : origin of the ground, as on the page; keys : keys of the scene that define the ground
+    """
 
     site: str
     model: Model
@@ -63,7 +67,7 @@ class Case(NamedTuple):
 class Predicted(NamedTuple):
     """The rocks of a prediction: end points, and the number (N,) of the parameter set of each rock.
 
-    At Tschamut rocks with a shape have the shape of their run's block; the others are left out.
+    At Tschamut, rocks with a shape are left out if their shape is not that of their run's block.
     """
 
     ends: Ends
@@ -71,7 +75,7 @@ class Predicted(NamedTuple):
 
 
 def cases_of_books() -> Iterator[Case]:
-    """Yield the cases with ground of the library, and the same with one value in place of each assumed range."""
+    """Yield the cases with ground of the library, with assumed ranges, and with one value in place of each of them."""
     for site in (AUTHUME, TSCHAMUT):
         for model, assumed in ASSUMED_FOR.items():
             single = {key: ONE_VALUE[key] for key in assumed}
@@ -82,9 +86,9 @@ def cases_of_books() -> Iterator[Case]:
 
 
 def cases_of_calibrations(calibrations: Mapping[str, Any], same_site: bool) -> Iterator[Case]:
-    """Yield the cases with the ground of a calibration at the same site, or at the other site; all models.
+    """Yield the cases of all models with the ground of a calibration at the same site, or at the other site.
 
-    calibrations : the results of `calibrations.calibrate`
+    calibrations : results of `calibrations.calibrate`; same_site : False for the other site
     """
     for site, other in ((AUTHUME, TSCHAMUT), (TSCHAMUT, AUTHUME)):
         source = site if same_site else other
@@ -94,7 +98,7 @@ def cases_of_calibrations(calibrations: Mapping[str, Any], same_site: bool) -> I
 
 
 def _written(name: str, calibration: Mapping[str, Any]) -> Path:
-    """Write the parameter sets of a calibration into a file, which goes when the program ends; return its path."""
+    """Write the parameter sets of a calibration to a temporary file, and return its path."""
     path = Path(_folder().name) / f"{name}.parquet"
     write_parameter_sets(path, sample_of(calibration))
     return path
@@ -106,7 +110,7 @@ def _folder() -> tempfile.TemporaryDirectory[str]:
 
 
 def predicted(case: Case) -> Predicted:
-    """Fly the rocks of a case, other rocks than those of the calibration (`REPORT_SEED`)."""
+    """Return the rocks of a case after their flight; with REPORT_SEED, they are not the rocks of the calibration."""
     scene = with_keys(_scene(case.site, case.model), {**case.keys, "observed": None, "calibration": None})
     run = rpf3d_core.simulate(scene, rocks=SETS * ROCKS_OF_A_SET[case.site])
     of = run.flights.deposits
@@ -126,15 +130,16 @@ def _sets_of(source: IntArray, rock: IntArray) -> IntArray:
 
 
 def some_of(rocks: Predicted, chosen: FloatArray) -> Predicted:
-    """Return the chosen (N,) rocks of a prediction."""
+    """Return some rocks of a prediction; chosen : (N,) True for these rocks."""
     ends = rocks.ends
     return Predicted(Ends(ends.source[chosen], ends.end[chosen], ends.stopped[chosen]), rocks.set[chosen])
 
 
 def figures_of(site: str, rocks: Predicted) -> dict[str, Any]:
-    """Return the figures of all rocks of a prediction, those of the coverage, and the range over the parameter sets.
+    """Return the figures of a prediction by name: of all rocks, coverage, and ranges over the parameter sets.
 
-    over_sets : 5 and 95 % of the sets, each flown alone, for the figures that `OVER_SETS` names
+    `along` and `across` are the shares of `coverage`. `over_sets` has the 5th and 95th percentile, over the parameter
+    sets alone, of the figures in OVER_SETS.
     """
     compared = authume.compared if site == AUTHUME else tschamut.compared
     along, across = coverage(site, rocks)
@@ -165,27 +170,27 @@ def coverage(site: str, rocks: Predicted) -> tuple[float, float]:
 
 
 def held(line: Mapping[str, Any], way: str) -> int:
-    """Return how many observed stops the intervals of a line of the page hold; way : `along` or `across` the slope."""
+    """Return the number of observed stops in the 90 % intervals of a line of the page; way : `along` or `across`."""
     return round(float(line[way]) * STOPS[line["site"]])
 
 
 def held_of_all(line: Mapping[str, Any], way: str) -> str:
-    """Return how many of the observed stops the intervals of a line hold, such as `40 of 41`; way : as in `held`."""
+    """Return the number of `held` and the number of all observed stops as text, such as `40 of 41`."""
     return f"{held(line, way)} of {STOPS[line['site']]}"
 
 
 Places = list[tuple[float, float]]
-"""For each observed stop, the shares of rocks as `_places` returns them."""
+"""For each observed stop, the two shares (-) that `_places` returns."""
 
 
 def _places_at_authume(rocks: Predicted) -> Places:
-    """Return the places of the 41 blocks among all rocks."""
+    """Return the places of the stops of the 41 blocks among the stops of all rocks."""
     field, simulated = authume.seen(authume.end_points()), authume.seen(authume.in_field_datum(rocks.ends.end))
     return [_places(simulated, rocks.ends.stopped, field.along[k], field.across[k]) for k in range(len(field.along))]
 
 
 def _places_at_tschamut(rocks: Predicted) -> Places:
-    """Return the places of the stops of the 18 runs, each among the rocks of its run."""
+    """Return the places of the stops of the 18 runs among the stops of all rocks of the same run."""
     field, ends, places = tschamut.runs().seen(), rocks.ends, []
     for run in range(tschamut.RUNS):
         its = ends.source == run
@@ -195,7 +200,10 @@ def _places_at_tschamut(rocks: Predicted) -> Places:
 
 
 def _places(rocks: EndPoints, stopped: FloatArray, along: float, across: float) -> tuple[float, float]:
-    """Return the share of the rocks before a stop, and the share of the stopped rocks on one side of it."""
+    """Return the share of the rocks that end before a stop along the slope, and of the stopped rocks on one side of it.
+
+    along, across : position (m) of the stop; stopped : (N,) False for rocks that count as beyond every stop
+    """
     beyond = np.where(stopped, rocks.along, np.inf)
     beside = rocks.across[stopped] < across
     return float((beyond < along).mean()), float(beside.sum() / max(len(beside), 1))

@@ -1,4 +1,4 @@
-"""The text of docs/explanation/validation.md; most figures of models are inserted by the modules `page_*`."""
+"""Texts of docs/explanation/validation.md; the modules `page_*` insert most figures of models."""
 
 HEAD = """# Validation: simulated rocks against rocks that fell
 This page explains how far you can trust a predicted runout. It compares simulated rocks with rocks that fell in field

@@ -1,4 +1,4 @@
-"""The text of docs/explanation/validation.md on rocks with a shape; tables are inserted by `page_blocks`."""
+"""Texts of docs/explanation/validation.md on rocks with a shape; `page_blocks` inserts the tables."""
 
 BLOCKS = """## Rocks with a shape
 Here a rock is a rigid convex body (`rock.shape` with `contact: rigid`). The ground has three coefficients for the whole

@@ -1,4 +1,4 @@
-"""The words of the page on ground that is not known: ranges of the library, values from another slope."""
+"""Texts of docs/explanation/validation.md on unknown ground: ranges of the library, values from another slope."""
 
 HEAD = """## Do predictive intervals contain the observed stops?
 On a slope without observations, a coefficient is a range. Here the prediction is the distribution of the rocks of 64

@@ -3,8 +3,8 @@
 python docs/field_cases/scenes.py FOLDER
 rpf3d calibrate FOLDER/tschamut_coulomb_limited.yaml --out FOLDER/result
 
-At Tschamut each of the 18 runs is a source, and the stops are those of all runs, in the coordinates of the terrain. A
-calibration does not know which stop belongs to which source.
+At Tschamut, each of the 18 runs is a source. The stops of all runs are in one file, in the coordinates of the terrain,
+so a calibration does not know which stop belongs to which source.
 """
 
 import sys
@@ -28,17 +28,17 @@ from rpf3d_core.shapes.polyhedron import Polyhedron
 
 Raw = dict[str, Any]
 SHIPPED = {(AUTHUME, CONSTANT): authume.SCENE, (AUTHUME, SHAPES): quarry.SCENE}
-"""Scenes that the project ships; the others are written."""
+"""Site and model -> scene file of the project; other scenes are written by this module."""
 MEASURING_ERROR = 0.5
-"""Error (m) of the position of an observed stop."""
+"""Standard deviation (m) of the measured position of an observed stop."""
 SOIL = {"restitution": 0.0, "friction": 0.6, "rolling_resistance": 0.2}
-"""One value for each coefficient of rocks with a shape, as a scene needs; a calibration replaces all of them."""
+"""Values of the coefficients of rocks with a shape, which a scene must have; a calibration replaces all of them."""
 ROCKS_A_RUN = 100
 
 
 @lru_cache
 def scene_file(site: str, model: Model) -> Path:
-    """Return the scene of a site and a model; one that is not shipped goes when the program ends."""
+    """Return the scene file of a site and a model; a scene that is not shipped is written to a temporary folder."""
     return SHIPPED.get((site, model)) or write_scene(Path(_folder().name), site, model)
 
 
@@ -48,12 +48,12 @@ def _folder() -> tempfile.TemporaryDirectory[str]:
 
 
 def name_of(site: str, model: Model) -> str:
-    """Return the name of the files of a site and a model, such as tschamut_coulomb_limited."""
+    """Return the name of the files of a site and a model without extension, such as tschamut_coulomb_limited."""
     return f"{site.lower()}_{model.impact}"
 
 
 def write_scene(folder: Path, site: str, model: Model) -> Path:
-    """Write a scene and the files that it names into an existing folder; return the path of the scene."""
+    """Write a scene and the files that it names to an existing folder; return the path of the scene file."""
     scene = _quarry() if site == AUTHUME else _meadow(folder, model)
     ground = {"default": SOIL} if model == SHAPES else model.published(site, HOEK)["materials"]
     unknown: Raw = {"unknowns": model.unknowns(site), "measuring_error": MEASURING_ERROR}
@@ -69,7 +69,7 @@ def write_scene(folder: Path, site: str, model: Model) -> Path:
 
 
 def _quarry() -> Raw:
-    """Return the shipped scene of points at Authume without its models; its paths are absolute."""
+    """Return the shipped scene of points at Authume without its models, with absolute paths."""
     scene: Raw = yaml.safe_load(authume.SCENE.read_text(encoding="utf-8"))
     for named in (*scene["terrain"]["files"], *scene["sources"], scene["observed"]):
         key = "path" if "path" in named else "points_file"
@@ -78,7 +78,7 @@ def _quarry() -> Raw:
 
 
 def _meadow(folder: Path, model: Model) -> Raw:
-    """Return the scene of Tschamut without its models; the stops and the shapes of the blocks go into a folder."""
+    """Return the scene of Tschamut without its models; write the stops and the shapes of the blocks to a folder."""
     field = tschamut.runs()
     rock: Raw = {"density": tschamut.MEADOW_DENSITY, "mass": round(float(field.mass.mean()), 1)}
     above = 2.0 * field.radius
@@ -102,7 +102,7 @@ def _block_files(folder: Path) -> list[str]:
 
 
 def _write_stops(path: Path) -> None:
-    """Write the stops of all runs with the number of the shape of each run's block, from 1."""
+    """Write a CSV file with the stops of all runs, and the number (from 1) of the shape of each run's block."""
     order = list(meadow.blocks())
     rows = [[*end, order.index(block) + 1]
             for end, block in zip(tschamut.runs().end, meadow.block_of_run(), strict=True)]  # fmt: skip
@@ -127,7 +127,7 @@ def obj_text(shape: Polyhedron) -> str:
 
 
 def main() -> int:
-    """Write the scenes that are not shipped into the folder of the command line."""
+    """Write the scenes that are not shipped to the folder that the command line names."""
     folder = Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
     for site in (AUTHUME, TSCHAMUT):

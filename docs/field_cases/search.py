@@ -1,4 +1,4 @@
-"""Find the best parameters of a calibration: try a grid, then finer grids around the best set of parameters."""
+"""Find the best set of parameters: try a grid of sets, then finer grids around the best set."""
 
 from collections.abc import Callable, Mapping
 from itertools import product
@@ -13,7 +13,7 @@ FINER = (-1.0, -0.5, 0.0, 0.5, 1.0)
 
 
 class Free(NamedTuple):
-    """A parameter to calibrate: its lowest and highest value, the number of values in the first grid, its decimals."""
+    """A parameter to calibrate: lowest and highest value, number of values in the first grid, decimals of values."""
 
     name: str
     low: float
@@ -31,7 +31,10 @@ class Found(NamedTuple):
 
 
 def search(error: Callable[[Mapping[str, float]], float], free: tuple[Free, ...]) -> Found:
-    """Return the parameters with the smallest error; of equal errors, the first. No set is tried twice."""
+    """Return the set of parameters with the smallest error, or the first of several; no set is tried twice.
+
+    error : returns the error of a set, which is given as name -> value
+    """
     known: dict[tuple[float, ...], float] = {}
     axes = [np.linspace(one.low, one.high, one.values) for one in free]
     steps = [float(axis[1] - axis[0]) for axis in axes]

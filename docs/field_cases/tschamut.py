@@ -1,4 +1,4 @@
-"""Tschamut 2014: 18 runs on an alpine meadow, over an approximation of its terrain in cells of 5 m.
+"""Field case Tschamut 2014: 18 runs on an alpine meadow, whose terrain is approximated in cells of 5 m.
 
 Volkwein & Gerber 2018, EnviDat doi:10.16904/envidat.34; Geosciences 8(3):88.
 """
@@ -25,19 +25,19 @@ OTHER_CODE = {"translational": -35.0, "sphere": 104.6}
 """Mean runout error (m) of another open program, without calibration, on the survey of 2 m: for comparison."""
 MEADOW_DENSITY = 2700.0
 SPREAD = 0.5
-"""Half-width (m) of the square in which the rocks of a run start: about a block, much less than a cell of 5 m."""
+"""Half-width (m) of the square in which the rocks of a run start: about a block's size, much less than a cell."""
 CELL, CORNER = 5.0, (-32.5, 87.5)
 """Side of a cell of the terrain (m), and the centre of the south-western cell (m)."""
 ROCKS_A_RUN = 500
 STAYED = 10.0
-"""Runout (m) below which a rock has stayed near its release; no block has."""
+"""Runout (m) below which a rock counts as stopped near its release; no block stopped so near."""
 
 
 class Runs:
     """The R measured runs of the field, sorted by name.
 
-    names : (R) names; release, end : (R, 3) m on the ground; velocity : (R, 3) m/s; radius : (R,) m; mass : (R,) kg
-    axes : the first axis points from the mean release to the mean end point
+    names : R names; release, end : (R, 3) m on the ground; velocity : (R, 3) m/s, at the release
+    radius : (R,) m; mass : (R,) kg; axes : the first axis points from the mean release to the mean end point
     """
 
     def __init__(self) -> None:
@@ -50,11 +50,11 @@ class Runs:
         self.axes = horizontal_axes(self.release.mean(axis=0), self.end.mean(axis=0))
 
     def seen(self) -> EndPoints:
-        """Return the field's end points, each measured from the release of its run."""
+        """Return the field's end points as distances and angles, each from the release of its run."""
         return seen(np.arange(len(self.names)), self.end)
 
     def distinct(self) -> list[int]:
-        """Return the runs without copies: v034 repeats v033 to the last digit."""
+        """Return the numbers of the runs that repeat no earlier run; v034 repeats v033 to the last digit."""
         rows = [(*self.release[i], *self.end[i]) for i in range(len(self.names))]
         return [i for i, row in enumerate(rows) if row not in rows[:i]]
 
@@ -67,7 +67,7 @@ def runs() -> Runs:
 
 @lru_cache
 def site(rocks_a_run: int, seed: int) -> Site:
-    """Return the meadow, prepared for many flights, with a number of rocks per run; each run is a source."""
+    """Return the meadow as a site, prepared for many flights; each run is a source with `rocks_a_run` rocks."""
     field = runs()
     # A sphere rests on the ground where its centre is a radius above; on a slope its centre is a little higher.
     sources = [
@@ -97,12 +97,15 @@ def heights() -> FloatArray:
 
 
 def seen(run: IntArray, ends: FloatArray) -> EndPoints:
-    """Return end points (N, 3) m of runs (N,), each measured from the field's release of its run."""
+    """Return end points (N, 3) m as distances and angles, each from the field's release of its run.
+
+    run : (N,) number of the run of each end point
+    """
     return measured_from(runs().release[run], ends, runs().axes)
 
 
 def figures_of(run: IntArray, ends: FloatArray) -> dict[str, float]:
-    """Return the figures of end points (N, 3) m of runs (N,), for field and simulation alike."""
+    """Return the figures of end points (N, 3) m of field or simulation by name; run : as in `seen`."""
     found = seen(run, ends)
     pairs = {"side": found.across, "runout": found.runout, "angle": found.reach_angle}
     return {f"{name}_{key}": value for name, values in pairs.items()
@@ -110,7 +113,7 @@ def figures_of(run: IntArray, ends: FloatArray) -> dict[str, float]:
 
 
 def field_figures() -> dict[str, Any]:
-    """Return the figures of the field's end points."""
+    """Return the figures of the field's end points by name, and the number of runs."""
     field = runs()
     return {
         "runs": len(field.names),
@@ -119,13 +122,13 @@ def field_figures() -> dict[str, Any]:
 
 
 def simulated(keys: Keys) -> tuple[dict[str, Any], Ends]:
-    """Fly a model; return its errors over the runs, and the end points of its rocks."""
+    """Fly a model; return its figures (`compared`), and the end points of its rocks. keys : as in `Site.fly`."""
     ends = site(ROCKS_A_RUN, REPORT_SEED).fly(keys)
     return compared(ends), ends
 
 
 def compared(ends: Ends) -> dict[str, Any]:
-    """Return the figures of simulated end points, and the errors of runout over the runs."""
+    """Return the figures of simulated end points by name, with errors of the runout over the runs."""
     errors, field = errors_of(ends), runs()
     far = np.linalg.norm((mean_ends(ends) - field.end)[:, :2], axis=1)
     return {
@@ -142,12 +145,15 @@ def compared(ends: Ends) -> dict[str, Any]:
 
 
 def east() -> NDArray[np.bool_]:
-    """Return for each run (R,) whether it was released at the eastern one of two places, 25 m from the other runs."""
+    """Return flags (R,), True for runs that were released at the eastern one of two places, 25 m from the other."""
     return np.asarray(runs().release[:, 0] > 50.0)
 
 
 def _at_release(ends: Ends, errors: FloatArray, chosen: NDArray[np.bool_]) -> dict[str, float]:
-    """Return the mean error of the chosen (R,) runs, and the share of their rocks that end within `STAYED`."""
+    """Return the mean error (m) of some runs, and the share (-) of their rocks with a runout below STAYED.
+
+    chosen : (R,) True for these runs
+    """
     if not chosen.any():
         return {"error_mean": np.nan, "stayed": np.nan}
     runout = seen(ends.source, ends.end).runout[chosen[ends.source]]
@@ -163,7 +169,7 @@ def errors_of(ends: Ends) -> FloatArray:
 
 
 def mean_ends(ends: Ends) -> FloatArray:
-    """Return the mean end point of each run's rocks (R, 3) m."""
+    """Return the mean end point (R, 3) m of the rocks of each run."""
     return np.stack([_by_run(ends.source, ends.end[:, k]) for k in range(3)], axis=1)
 
 

@@ -23,7 +23,8 @@ class Sand(NamedTuple):
 def softened(R_n: float, speed: float, into: float) -> float:
     """Return R_n (-) at an impact.
 
-    R_n : of the material, for slow impacts; speed : as in `Sand`; into : speed into the ground at the impact (m/s)
+    R_n : normal restitution (-) of the material, for slow impacts; speed : as in `Sand` (m/s)
+    into : speed into the ground at the impact (m/s)
     """
     return R_n / (1.0 + into / speed)
 
@@ -32,7 +33,7 @@ def softened(R_n: float, speed: float, into: float) -> float:
 def rebound_from_sand(model: Sand, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a rock after an impact.
 
-    surface : the coefficients of the ground; motion : before the impact
+    surface : coefficients of the ground; motion : motion of the rock before the impact
     n : (3,) unit normal of the ground, which points away from the ground; rock : not used here
     """
     into = -dot(motion.v, n)

@@ -36,7 +36,8 @@ RAMP = {
 def site(areas: dict[str, Any] | None = None, **terms: Any) -> Thresholds:
     """Return the thresholds of the small site.
 
-    areas : limits of each area, by name, in place of RAMP; terms : changes of EVIDENCE_TERMS
+    areas : limits of each area, by name; None for the area `ramp` with the limits RAMP
+    terms : values that differ from EVIDENCE_TERMS
     """
     return Thresholds.model_validate(
         {
@@ -66,9 +67,9 @@ def area(reached: int = 0, name: str = "ramp", flown: int = FLOWN, **facts: Any)
 
 
 def evidence(*areas: AreaEvidence, now: int = NOW, **facts: Any) -> Evidence:
-    """Return the evidence of an answer that is one second old at a time (ns).
+    """Return the evidence of an answer; by default the answer is one second old at the time `now` (ns).
 
-    By default, its area is the ramp, which none of 10,000 rocks reaches. facts : other fields of `Evidence`
+    By default, the only area is the ramp, which none of 10,000 rocks reached. facts : fields of `Evidence` to change
     """
     made = Evidence(
         result=7, stage=3, at_ns=now - S, trigger_stamp_ns=now - 2 * S, terrain_stamp_ns=now - 60 * S,
@@ -79,7 +80,10 @@ def evidence(*areas: AreaEvidence, now: int = NOW, **facts: Any) -> Evidence:
 
 
 def origin(topic: str = "radar", **facts: Any) -> Origin:
-    """Return the origin of a figure: a cluster of sources over the terrain of `evidence`."""
+    """Return the origin of a figure: a cluster of three sources, with the terrain and sources of `evidence`.
+
+    facts : fields of `Origin` to change
+    """
     made = Origin(
         topic=topic, place=(1.5, -2.25, 30.0), sources=3, sources_digest="5c" * 32, terrain_digest="7e" * 32,
         terrain_stamp_ns=NOW - 60 * S,
@@ -88,16 +92,16 @@ def origin(topic: str = "radar", **facts: Any) -> Origin:
 
 
 def nothing_seen(now: int = NOW, **facts: Any) -> Evidence:
-    """Return the evidence of a message without sources, one second old at a time (ns)."""
+    """Return the evidence of a message without sources; by default it is one second old at the time `now` (ns)."""
     return evidence(*untouched(["ramp"]), now=now, sources=0, **facts)
 
 
 NORMAL, WATCH, RESTRICT, EVACUATE = (evidence(area(reached)) for reached in (0, 120, 700, 3000))
-"""Evidence for each level, from `normal` to `evacuate`."""
+"""Evidence of the time NOW that leads to each level with the limits RAMP, from `normal` to `evacuate`."""
 
 
 def later(answer: Evidence, seconds: int) -> Evidence:
-    """Return evidence with all its times later by `seconds`."""
+    """Return the evidence with the times of answer, sources and terrain later by `seconds`."""
     shift = seconds * S
     return answer._replace(
         at_ns=answer.at_ns + shift,
@@ -107,9 +111,10 @@ def later(answer: Evidence, seconds: int) -> Evidence:
 
 
 def decided(*answers: Evidence | None, thresholds: Thresholds | None = None) -> Alert:
-    """Decide on the evidence of several answers, one second apart, and return the last alert.
+    """Decide on several pieces of evidence, one second apart from NOW on, and return the last alert.
 
-    answers : evidence, None where there is none; each gets the time of its decision
+    answers : evidence of the time NOW, which is shifted to the time of its decision; None for no evidence
+    thresholds : None for those of `site()`
     """
     alert = None
     for step, answer in enumerate(answers):
@@ -125,13 +130,16 @@ def seen_by(at_ns: int) -> Acknowledgement:
 
 
 SHIFT = (NORMAL, WATCH, EVACUATE, None, NORMAL, "acknowledged", NORMAL)
-"""The evidence of a shift, second by second: the level rises, then there is no evidence, then an acknowledgement."""
+"""One entry for each second: the level rises, then there is no evidence, then a person acknowledges.
+
+An entry is evidence of the time NOW, None for no evidence, or "acknowledged" for NORMAL with an acknowledgement.
+"""
 
 
 def logged_shift(folder: Path, thresholds: Thresholds | None = None, **options: Any) -> list[Alert]:
-    """Make the decisions of SHIFT and log them in a folder; return the alerts.
+    """Decide on each entry of SHIFT, log the decisions in a folder, and return the alerts.
 
-    options : further arguments of `DecisionLog`
+    thresholds : None for those of `site()`; options : further arguments of `DecisionLog`
     """
     alerts: list[Alert] = []
     thresholds = thresholds or site()

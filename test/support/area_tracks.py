@@ -13,10 +13,10 @@ from rpf3d_core.terrain.zones import in_plan
 
 
 def plan_tracks(frame: Frame, flights: Flights) -> tuple[Any, NDArray[np.int64]]:
-    """Return the tracks in plan, lines (shapely), and the rock of each track.
+    """Return the tracks of rocks in plan as shapely lines (T,), and the row of the rock of each track (T,).
 
-    Each track is the line through the contacts of a rock, or a kept path. In plan a flight is a straight line, so
-    contacts joined by straight lines are the exact track of the rock.
+    Each rock has one track through its release, impacts and end, and a second track if its path was kept. An arc is a
+    straight line in plan, so straight lines between the contacts of a flying rock are exact.
     """
     contacts, paths = _contacts(flights), (flights.paths.row, flights.paths.x)
     lines = [_lines(frame, *contacts), _lines(frame, *paths)]
@@ -24,7 +24,10 @@ def plan_tracks(frame: Frame, flights: Flights) -> tuple[Any, NDArray[np.int64]]
 
 
 def reached(tracks: tuple[Any, NDArray[np.int64]], polygons: MultiPolygon, rocks: int) -> NDArray[np.bool_]:
-    """Return a flag (R,) for each rock: True if a track of the rock intersects the polygons."""
+    """Return a flag (R,) for each rock: True if a track of the rock intersects the polygons.
+
+    tracks : as returned by `plan_tracks`; rocks : R
+    """
     lines, row = tracks
     union = shapely.union_all(list(polygons.geoms))  # a multi-polygon with overlapping parts is not valid
     shapely.prepare(union)

@@ -15,7 +15,7 @@ HALF = 50.0
 
 
 def bench() -> Terrain:
-    """Return a bench that falls 15 m at 70 degrees along x, from 20 m behind the crest to 200 m beyond it."""
+    """Return a bench with a face of 15 m at 70 degrees; it reaches from x = -20 m to 200 m, with the crest at x = 0."""
     profile = [(-20.0, HEIGHT), (0.0, HEIGHT), (TOE, 0.0), (200.0, 0.0)]
     vertices = np.array([(x, y, z) for x, z in profile for y in (-HALF, HALF)])
     quads = [(2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1) for i in range(3)]
@@ -26,8 +26,8 @@ def bench() -> Terrain:
 def fallen(runouts, at_rest=None, sets=0, paths=None) -> RunFiles:
     """Return the result files of a run whose rocks start at the crest and end at distances (N,) m in plan from it.
 
-    at_rest : (N,) True for rocks that stopped on the ground, None for all rocks
-    sets : number of parameter sets, which the rocks have in turn; 0 for a run without unknowns
+    at_rest : (N,) True for rocks that stopped on the ground; None if all rocks stopped there
+    sets : number of parameter sets S, of which rock i has number i modulo S; 0 for a run without unknowns
     paths : kept paths of the run, None for no paths
     """
     runouts = np.asarray(runouts, dtype=float)
@@ -50,7 +50,9 @@ def fallen(runouts, at_rest=None, sets=0, paths=None) -> RunFiles:
 
 
 def thrown(run: RunFiles, speed: float, height: float) -> RunFiles:
-    """Return the result files with a level path for each rock, at one speed (m/s) and one height (m) above the floor.
+    """Return the result files with a straight, level path from release to end for each rock.
+
+    speed : m/s, of all rocks; height : m above the floor
     """
     x, starts = [], [0]
     for release, end in zip(run.ends.release, run.ends.end, strict=True):

@@ -1,9 +1,9 @@
-"""Fly the rocks (blocks) of a scene on both engines, and compare every number of every rock bit by bit.
+"""Fly rocks (blocks) of the first source of a scene on both engines, and compare their results bit by bit.
 
 python test/support/blocks_on_both_engines.py config/scenes/authume_p1_blocks.yaml --blocks 1000
 
-The reference engine is plain Python and takes seconds for a block, so several processes share the work. Groups of
-blocks with a different number are printed; the exit code is then 1.
+The reference engine is plain Python and takes seconds for a block, so several processes share the work. The program
+prints each group of blocks in which a number differs; its exit code is 1 if there is such a group, else 0.
 """
 
 import argparse
@@ -28,9 +28,9 @@ GROUP = 10
 
 
 def flown(scene_file: Path, engine: str, first: int, count: int) -> Flights:
-    """Return the flights of `count` blocks of a scene's first source, with their paths and impacts.
+    """Return the flights of `count` blocks of a scene's first source.
 
-    engine : name of the engine; first : number of the first block
+    engine : name of the engine; first : number of the first block, from 0
     """
     prepared = prepare(read_scene(scene_file).model_copy(update={"engine": engine}))
     ranges = [range(first, first + count), *[range(0)] * (len(prepared.sources) - 1)]
@@ -50,7 +50,7 @@ def _columns(one: object, other: object) -> Iterator[tuple[str, object, object]]
 
 
 def _same_bits(a: object, b: object) -> bool:
-    """True if two columns have the same type, shape and bits, or if both are None."""
+    """Return True if two columns have the same type, shape and bits, or if both are None."""
     if a is None or b is None:
         return a is b
     x, y = np.asarray(a), np.asarray(b)
@@ -58,10 +58,9 @@ def _same_bits(a: object, b: object) -> bool:
 
 
 def _compared(scene_file: Path, first: int) -> tuple[int, list[str], Deposits, int]:
-    """Fly a group of blocks on both engines; return the results of the comparison.
+    """Fly GROUP blocks from number `first` on with both engines, and compare their results.
 
-    The results are the number of the group's first block, the names of the columns that differ, the deposits of the
-    compiled engine, and the number of impacts.
+    Returns `first`, the names of the columns that differ, and the compiled engine's deposits and number of impacts.
     """
     one, other = (flown(scene_file, engine, first, GROUP) for engine in ENGINES)
     return first, differences(one, other), other.deposits, len(other.impacts.t)

@@ -1,4 +1,4 @@
-"""Make random bodies in contact, as the arrays that the solver of impacts reads, and solve many impacts at once."""
+"""Make random bodies in contact as arrays for the solver of impacts, and solve the impacts of many bodies at once."""
 
 from typing import Any, NamedTuple
 
@@ -22,13 +22,17 @@ from rpf3d_core.jit.dispatch import kernel, loop
 MOST = 8
 """Largest number of contacts of a body."""
 AFTER_V, AFTER_W, BEFORE, AFTER, LEFT = 0, 3, 6, 7, 8
-"""Columns of the results: velocity (m/s), spin (rad/s), energy before and after (J/kg), fastest approach left (m/s)."""
+"""First columns in a row of results: velocity (3, m/s) and spin (3, rad/s) after the impact, energy before and after.
+
+The energies are kinetic (J/kg). LEFT is the largest remaining speed of approach at a contact (m/s).
+"""
 
 
 class Bodies(NamedTuple):
     """N bodies in contact, in their own axes.
 
-    points : (N, MOST, CONTACT_COLUMNS); counts : (N,) number of contacts; moments : (N, 3) m2, ascending
+    points : (N, MOST, CONTACT_COLUMNS) contacts; counts : (N,) number of contacts
+    moments : (N, 3) m2, principal moments of inertia per unit of mass, ascending
     motion : (N, 6) velocity (m/s) and spin (rad/s)
     """
 
@@ -59,7 +63,7 @@ def unit(a: np.ndarray) -> np.ndarray:
 
 
 def random_moments(rng: np.random.Generator, count: int) -> np.ndarray:
-    """Return principal moments (N, 3) m2, ascending: those of random ellipsoids of about 1 m."""
+    """Return principal moments (N, 3) m2 of random ellipsoids with half-axes of 0.05 to 1 m, ascending."""
     squares = rng.uniform(0.05, 1.0, (count, 3)) ** 2
     return np.sort((squares.sum(1, keepdims=True) - squares) / 5.0, axis=1)
 
@@ -119,14 +123,14 @@ def boxes_on_faces(rng: np.random.Generator, count: int, ground: Ground, tilt: f
 
 @kernel
 def before_of(motion, moments):
-    """Return the velocity of a body before its impact, and its principal moments."""
+    """Return the velocity and spin of a body before its impact as a `Velocity`, and its principal moments (3,) m2."""
     velocity = Velocity((motion[0], motion[1], motion[2]), (motion[3], motion[4], motion[5]))
     return velocity, (moments[0], moments[1], moments[2])
 
 
 @kernel
 def note(row, points, count, moments, before, after):
-    """Write the result of an impact into a row: velocities, energies, and the fastest remaining approach."""
+    """Write the result of an impact into a row: motion afterwards, energies, largest remaining speed of approach."""
     put(row, AFTER_V, after.v)
     put(row, AFTER_W, after.w)
     row[BEFORE], row[AFTER] = kinetic(before, moments), kinetic(after, moments)
@@ -167,7 +171,7 @@ def hold(points, rows, counts, moments, motion, within, out):
 
 
 def results_of(bodies: Bodies, solve: Any, threshold: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Return the results (N, 9) of the impacts of all bodies, and the rows of their contacts with impulses.
+    """Return the results (N, 9) of the impacts, and the contacts (N, MOST, CONTACT_COLUMNS) with their impulses.
 
     solve : `strike`, `stop` or `hold`, or the Python function of one of them (`py_func`)
     threshold : value of its argument `slow` or `within` (m/s)

@@ -1,11 +1,12 @@
-"""A campaign of bodies of random shapes over random meshes: no part of a body may ever be on the other side of a facet.
+"""Fly bodies of random shapes over random meshes, and check that no part of a body passes through a facet.
 
-    python test/support/bodies_on_meshes.py --bodies 3000 --first 1    print a line a family, and the seed of each fault
+    python test/support/bodies_on_meshes.py --bodies 3000 --first 1    print one line a family, the seed of each fault
 
 A case is a mesh of `test/support/random_ground.py`, a few bodies, a ground and an accuracy, drawn from a family and a
 seed. The check is `solid_overlap`: along the whole recorded path no facet may overlap a body, and the centre of a body
-may not pass through a facet. It shares the closed form of free rotation with the engines, and nothing of the search for
-contacts. No impact may increase the energy, and no contact may increase it by more than the accuracy of a step.
+may not pass through a facet. The check uses the closed form of free rotation of the engines, but no code of their
+search for contacts. No impact may increase the energy of a body. Sustained contact may increase the energy only as far
+as the accuracy of the steps allows (`allowed_rise`).
 """
 
 import argparse
@@ -29,21 +30,21 @@ from rpf3d_core.values import STANDARD_GRAVITY, Outcome
 ROUNDING = 1e-9
 """Largest overlap (m) that may be due to rounding."""
 STEP = 0.05
-"""Largest path of any point of a body between two checked places, over the largest distance of a corner (-)."""
+"""Largest path of any point of a body between two checked places, as a share of the body's largest radius (-)."""
 MOST_SAMPLES = 400
-"""Largest number of checked places of one segment of a path."""
+"""Largest number of checked places in one segment of a path, even if STEP then is exceeded."""
 IMPACT_GAIN = 1e-12
 """Largest increase of energy in an impact, as a share (-), that may be due to rounding."""
 SKINS, LONGEST, TURN = 2.0, 0.02, 0.15
-"""Terms of the largest allowed increase of energy in contact: a lift by SKINS skins, and the impulses of a step.
+"""Terms of the largest allowed increase of energy in contact: a lift by SKINS skins, and the impulses of one step.
 
-At its begin, a step receives half of the velocity that gravity and the spin add during the step. A step takes at most
+At its start, a step receives half of the velocity that gravity and the spin add during the step. A step takes at most
 LONGEST (s), and at most the time in which the body rotates by TURN (rad).
 """
 HANGS = 2.1
-"""Largest distance of a stopped body from the ground, over the skin (-)."""
+"""Largest distance of a stopped body from the ground, as a multiple of the skin (-)."""
 ROWS = 40_000
-"""Number of rows that are reserved for the path of a body."""
+"""Number of rows of the record that are reserved for each body."""
 KINDS = ("box", "hull", "hull", "family", "plate", "needle")
 
 
@@ -103,7 +104,11 @@ def case_of(family_name: str, seed: int, count: int) -> Case:
 
 
 def highest_around(terrain: Terrain, plan: np.ndarray, reach: np.ndarray) -> np.ndarray:
-    """Return the largest height (N,) m of the facets near each place (N, 2) m; reach : (N,) m, half of a square."""
+    """Return the height (N,) m of the highest vertex of all facets whose box in plan meets a square around a place.
+
+    Without such a facet: the height of the lowest vertex. plan : (N, 2) m, centres of the squares
+    reach : (N,) m, half of the sides of the squares
+    """
     t = terrain.vertices[terrain.triangles]
     low, high, top = t[:, :, :2].min(1), t[:, :, :2].max(1), t[:, :, 2].max(1)
     above, below = plan[:, None] + reach[:, None, None], plan[:, None] - reach[:, None, None]
@@ -112,7 +117,7 @@ def highest_around(terrain: Terrain, plan: np.ndarray, reach: np.ndarray) -> np.
 
 
 def fly_case(case: Case, engine: str = "compiled", some: slice = slice(None)) -> Flown:
-    """Return the flights of a case's bodies, or of some of them, on an engine."""
+    """Return the flights of a case's bodies on an engine; some : rows of the bodies to fly."""
     bodies = Drop(*(column[some] for column in case.bodies))
     return flown(engine_of(engine, facets_of(case.terrain)), case.shapes, bodies, case.terms)
 
@@ -208,9 +213,9 @@ def allowed_rise(case: Case, end: Flown, i: int) -> float:
 
 
 def rests_near(solid: Solid, x: np.ndarray, q: np.ndarray, triangles: np.ndarray, accuracy: float) -> bool:
-    """Return True if a body is so near to one of triangles (N, 3, 3) m that contact is possible.
+    """Return True if a body is within HANGS skins of one of triangles (N, 3, 3) m.
 
-    x : (1, 3) m, centre; q : (1, 4) orientation; accuracy : m, of contacts
+    x : (1, 3) m, centre; q : (1, 4) orientation; accuracy : accuracy (m) of contacts
     """
     band = HANGS * min(accuracy, SKIN * np.linalg.norm(solid.corners, axis=1).max())
     return bool(gaps(solid, x, q, triangles, band)[0] <= band)
@@ -219,7 +224,7 @@ def rests_near(solid: Solid, x: np.ndarray, q: np.ndarray, triangles: np.ndarray
 def campaign(name: str, seeds: range, count: int) -> int:
     """Fly the cases of a family of meshes; print each fault and a summary; return the number of faulty bodies.
 
-    name : of the family; seeds : of the cases; count : bodies of each case
+    name : family of meshes; seeds : seeds of the cases; count : number of bodies in each case
     """
     began, wrong, outcomes = time.process_time(), 0, np.zeros(len(Outcome) + 1, dtype=int)
     flying, blows, segments = 0.0, 0, 0

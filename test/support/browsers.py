@@ -1,4 +1,4 @@
-"""Start a Chromium of the system for tests of pages, and take pictures of pages; without Chromium the tests skip."""
+"""Start the installed Chromium for tests of pages, and take pictures of pages; without Chromium a test is skipped."""
 
 import io
 import shutil
@@ -13,7 +13,7 @@ from matplotlib.image import imread
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 OPTIONS = ["--enable-unsafe-swiftshader", "--no-sandbox", "--disable-dev-shm-usage"]
-"""Options of Chromium: WebGL without a graphics card, and no sandbox, because root in a container has none."""
+"""Options of Chromium: WebGL without a graphics card, and no sandbox, because root in a container cannot use one."""
 LONGEST, LOOK = 180_000, 500
 """Longest wait (ms) for an action that takes some seconds on an idle machine; time (ms) between two pictures."""
 
@@ -39,7 +39,10 @@ def picture(view: Any) -> np.ndarray:
 
 
 def picture_that(view: Any, fits: Callable[[np.ndarray], bool]) -> np.ndarray:
-    """Take pictures of an element of a page until one fits, and return it; fits : True for an expected picture."""
+    """Take pictures of an element of a page until one is as expected, and return it; the test fails after LONGEST.
+
+    view : locator of playwright; fits : returns True for an expected picture
+    """
     until = time.monotonic() + LONGEST / 1000
     while not fits(seen := picture(view)):
         assert time.monotonic() < until, "the picture does not come to what is expected"
@@ -48,7 +51,10 @@ def picture_that(view: Any, fits: Callable[[np.ndarray], bool]) -> np.ndarray:
 
 
 def settled(view: Any, colours: int) -> np.ndarray:
-    """Wait until the picture of an element has more than `colours` colours and does not change; return the picture."""
+    """Return the picture of an element as soon as it has more than `colours` colours and stays the same.
+
+    The last three pictures must be equal.
+    """
     last: list[np.ndarray] = []
 
     def fits(seen: np.ndarray) -> bool:
@@ -60,6 +66,6 @@ def settled(view: Any, colours: int) -> np.ndarray:
 
 
 def changed(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the share (-) of the pixels that differ between two pictures; only the rows of both are compared."""
+    """Return the share (-) of the pixels that differ by more than 0.1 in a colour; excess rows of one are ignored."""
     rows = min(len(one), len(other))
     return float((np.abs(one[:rows] - other[:rows]).max(axis=2) > 0.1).mean())

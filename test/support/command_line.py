@@ -17,18 +17,18 @@ LONGEST = 300.0
 
 
 def environment(**changes: str) -> dict[str, str]:
-    """Return this process' environment, with the package importable from any folder."""
+    """Return this process's environment with the project in PYTHONPATH; changes : variables to add or replace."""
     return {**os.environ, "PYTHONPATH": str(ROOT), **changes}
 
 
 def rpf3d(*arguments: Any, cwd: Path | None = None, **changes: str) -> "subprocess.CompletedProcess[str]":
-    """Run `rpf3d` with these arguments in a separate process to its end; changes : of environment variables."""
+    """Run `rpf3d` with arguments in a separate process until it ends; changes : environment variables to set."""
     words = [*COMMAND, *map(str, arguments)]
     return subprocess.run(words, cwd=cwd, env=environment(**changes), capture_output=True, text=True, timeout=LONGEST)
 
 
 def python(program: str, cwd: Path | None = None, **changes: str) -> "subprocess.CompletedProcess[str]":
-    """Run the text of a Python program in a new interpreter to its end; changes : of environment variables."""
+    """Run the text of a Python program in a new interpreter until it ends; changes : environment variables to set."""
     return subprocess.run(
         [sys.executable, "-c", program], cwd=cwd, env=environment(**changes), capture_output=True, text=True,
         timeout=LONGEST,
@@ -36,7 +36,10 @@ def python(program: str, cwd: Path | None = None, **changes: str) -> "subprocess
 
 
 def call(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
-    """Run `rpf3d` with some words in this process and return the exit code; an exception of the command is raised."""
+    """Run `rpf3d` with the arguments `words` in this process, and return the exit code.
+
+    Exceptions of the command other than SystemExit are not caught.
+    """
     monkeypatch.setattr(sys, "argv", ["rpf3d", *map(str, words)])
     try:
         cli.main()
@@ -48,9 +51,9 @@ def call(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
 def refused(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *words: object, printed: str = ""
 ) -> str:  # fmt: skip
-    """Return the message of a refused command; the message must be one line, and the exit code 2.
+    """Run `rpf3d` and return its error message without "rpf3d: "; the message must be one line, the exit code 2.
 
-    printed : begin of the text that the command must print to standard output; by default it must print nothing
+    printed : start of the text that the command must print to standard output; by default it must print nothing
     """
     assert call(monkeypatch, *words) == 2
     output = capsys.readouterr()

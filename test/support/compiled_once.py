@@ -15,7 +15,7 @@ from rpf3d_core.jit.cache import LOOPS
 
 
 def compile_once(folder: Path) -> None:
-    """Make this process compile each loop under a lock, which all workers use.
+    """Make numba compile each loop of this process under a lock that all workers share; no effect without numba.
 
     folder : folder of the lock files, the same for all workers
     """
@@ -29,7 +29,7 @@ def compile_once(folder: Path) -> None:
     def compile_or_load(loop: Any, signature: Any) -> Any:
         if loop not in LOOPS:
             return compile_alone(loop, signature)
-        # numba's own lock first, for all: two threads that took both locks in opposite order would wait for ever
+        # Always take numba's own lock first: two threads that take the locks in opposite order would wait for ever.
         with global_compiler_lock, locked(folder / lock_name(loop, signature)):
             return compile_alone(loop, signature)
 

@@ -1,4 +1,4 @@
-"""Random meshes with T-junctions that rounding displaced, and rocks that fly exactly to the cracks at the T-junctions.
+"""Make meshes with T-junctions whose vertex lies slightly off the edge, and rocks that fly exactly to these cracks.
 
 A rock that flies through such a crack at a crest may meet the back of the next facet, and fly on below the ground. A
 crack is less than a nanometre wide, so no rock with a random start meets it.
@@ -15,16 +15,16 @@ from rpf3d_core.terrain.facets import CRACK, Terrain, tolerance_of
 Draw = np.random.Generator
 GRAVITY = 9.81
 FARTHEST = 4.0
-"""Distance of a vertex from an edge, in crack widths, up to which the vertex makes a T-junction with the edge.
+"""Largest distance of a vertex from an edge, in crack widths, at which the vertex makes a T-junction with the edge.
 
-More than 1: survey coordinates round the vertices after the cut.
+The distance may exceed 1, because survey coordinates round the vertices after the cut.
 """
 
 
 def cracked(draw: Draw, whole: Terrain) -> Terrain:
-    """Return a terrain in which some facets are cut in two, at a new vertex near a shared edge.
+    """Return a terrain in which some facets are cut into two, at a new vertex near a shared edge.
 
-    The neighbour across the edge is not cut, so the vertex is a T-junction, up to 0.8 crack widths off the edge.
+    The neighbour across the edge is not cut, so the vertex is a T-junction, 0.01 to 0.8 crack widths off the edge.
     """
     vertices, triangles, cut = whole.vertices.tolist(), [], set()
     facets = whole.triangles.tolist()
@@ -46,7 +46,7 @@ def cracked(draw: Draw, whole: Terrain) -> Terrain:
 
 
 def junctions_of(terrain: Terrain) -> np.ndarray:
-    """Return the T-junctions (J, 3) of a terrain: both ends of a long edge, and the vertex that lies between them."""
+    """Return the T-junctions of a terrain as vertex numbers (J, 3): both ends of an edge, the vertex between them."""
     ends = np.concatenate([terrain.triangles[:, [0, 1]], terrain.triangles[:, [1, 2]], terrain.triangles[:, [2, 0]]])
     pairs, counts = np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
     found, width = [], FARTHEST * CRACK * tolerance_of(terrain)
@@ -62,7 +62,7 @@ def releases_at_cracks(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.nda
     """Return positions (R, 3) m and velocities (R, 3) m/s of rocks that start in a crack or on an arc that leads there.
 
     A fifth of the rocks start in a crack, some of them at rest. A fifth move along the edge. All start on or above the
-    ground. On a mesh without T-junctions, vertices take the place of cracks.
+    ground. On a mesh without T-junctions, sides of facets take the place of cracks.
     """
     places, edges = _in_cracks(draw, terrain, rocks)
     random = draw.normal(size=(rocks, 3))

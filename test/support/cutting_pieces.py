@@ -1,4 +1,4 @@
-"""Random meshes (pieces) that cut through other ground, and an independent check that no rock passes through a facet.
+"""Make random meshes (pieces) that cut through other ground, and check that no rock passes through a facet.
 
 A piece is a heap with a buried rim, a closed body, a sheet with an open rim, or a second survey of the same ground. The
 check shares no code with the contact search. For the path of each rock and every facet, it computes in NumPy when the
@@ -23,7 +23,7 @@ ON_TOP = 1e-9
 
 
 def heap(draw: Draw, ground: np.ndarray) -> Piece:
-    """Return an open heap of three to nine sides, such as a muck pile, whose rim is a metre below all ground.
+    """Return an open heap of three to nine sides, such as a muck pile, with its rim 1 m below the lowest ground.
 
     ground : (F, 3, 3) m, facets of the ground that the heap cuts
     """
@@ -80,7 +80,7 @@ def blade(draw: Draw, ground: np.ndarray) -> Piece:
 
 
 def tile(draw: Draw, ground: np.ndarray) -> Piece:
-    """Return a second survey of a part of the ground: other facets over the same surface, with noise.
+    """Return a second survey of a part of the ground: a grid of other facets over the same surface, with noise.
 
     ground : (F, 3, 3) m, facets of the ground
     """
@@ -97,7 +97,7 @@ PIECES: tuple[Callable[[Draw, np.ndarray], Piece], ...] = (heap, body, blade, ti
 
 
 def within(ground: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> Piece:
-    """Return a piece, made narrower in plan if necessary, so that it lies within the extent of the ground.
+    """Return a piece, moved and made smaller in plan if necessary, so that it lies within the extent of the ground.
 
     ground : (F, 3, 3) m, facets of the ground; vertices : (V, 3) m; triangles : (F, 3)
     """
@@ -126,7 +126,7 @@ def _cells(cells: int) -> np.ndarray:
 
 
 def highest(facets: np.ndarray, plan: np.ndarray) -> np.ndarray:
-    """Return the height (N,) m of the highest of facets (F, 3, 3) m at places (N, 2) m; -inf without a facet."""
+    """Return the height (N,) m of the highest of facets (F, 3, 3) m at places (N, 2) m in plan; -inf if none."""
     top = np.full(len(plan), -np.inf)
     for facet in facets:
         u, w, r = facet[1] - facet[0], facet[2] - facet[0], plan - facet[0, :2]
@@ -209,10 +209,11 @@ class Legs:
 
 
 def passed_through(facets: np.ndarray, legs: Legs, deep: float, margin: float) -> np.ndarray:
-    """Return the numbers of the rocks whose path leads through a facet (F, 3, 3) m, from its free side to its back.
+    """Return the numbers of the rocks that pass through one of facets (F, 3, 3) m, from its free side to its back.
 
-    The rock must be more than `deep` (m) above the facet's plane and then as deep below, and in between within the
-    facet by more than a margin (m). At the start of its path it counts as above if it is not as deep below.
+    A rock passes through a facet if it is more than `deep` (m) above the facet's plane, later more than `deep` below
+    it, and in between inside the facet by more than `margin` (m). At the start of its path, a rock counts as above
+    unless it is more than `deep` below.
     """
     found, starts = set(), np.concatenate([[True], legs.row[1:] != legs.row[:-1]])
     for facet in facets:
@@ -243,9 +244,9 @@ def _boxes_meet(facet: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.nda
 
 
 def _is_within_between(facet: np.ndarray, legs: Legs, ends: tuple[int, int], deep: float, margin: float) -> bool:
-    """Return True if a rock stays within a facet, seen along the facet's normal, while it passes the facet's plane.
+    """Return True if a rock stays inside a facet by `margin` (m), seen along its normal, while it passes its plane.
 
-    ends : the leg on which the rock comes from above the plane, and the leg on which it goes below
+    ends : numbers of the leg on which the rock leaves the upper side, and of the leg on which it is `deep` (m) below
     """
     first, last = ends
     begin, end = _place_at(facet, legs, first, 0.0), _place_at(facet, legs, last, -deep)

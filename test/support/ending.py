@@ -19,9 +19,9 @@ WALL = 6.0
 def ended_in_time(
     process: "subprocess.Popen[bytes]", number: int = signal.SIGTERM, computing: float = COMPUTING, wall: float = WALL
 ) -> int:
-    """End a process by a signal, check the time that this takes, and return the exit code.
+    """End a process by a signal, check that it ends in time, and return its exit code.
 
-    number : of the signal; computing : largest CPU time (s); wall : largest wall time (s), multiplied by `load()`
+    number : signal number; computing : largest CPU time (s); wall : largest wall time (s), which `load()` multiplies
     """
     before, children, began = computed(process.pid), _of_children(), time.monotonic()
     process.send_signal(number)
@@ -33,11 +33,11 @@ def ended_in_time(
 
 
 def load() -> float:
-    """Return the number of programs that share a core, as a mean over the last minute; at least 1."""
+    """Return the mean number of programs that shared a core in the last minute; at least 1."""
     return max(1.0, os.getloadavg()[0] / len(os.sched_getaffinity(0)))
 
 
 def _of_children() -> float:
-    """Return the CPU seconds of all child processes that have ended."""
+    """Return the CPU time (s) of all child processes that have ended."""
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return usage.ru_utime + usage.ru_stime

@@ -95,9 +95,9 @@ def facet_under(terrain: Terrain, x: np.ndarray) -> int:
 
 
 def events_of_a_throw(x: np.ndarray, v: np.ndarray) -> tuple[list, list]:
-    """Return the events (t, x, v, v_end, mode) and impacts (t, x, v_in, v_out) of a rock thrown from x with velocity v.
+    """Return the events (t, x, v, v_end, mode) and the impacts (t, x, v_in, v_out) of a rock that is thrown.
 
-    x : (3,) m; v : (3,) m/s. The rock stops at the last event.
+    x : position (3,) m of the release; v : velocity (3,) m/s there. The rock stops at the last event. Units: s, m, m/s
     """
     events, impacts, t = [], [], 0.0
     for _ in range(BOUNCES):
@@ -132,9 +132,9 @@ def start_of(i: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def findings(named: Scene, terrain: Terrain, flights: Flights, planned: int | None = None, steps=()) -> Run:
-    """Return the run of a scene over a floor that has these flights as its result; no engine is needed.
+    """Return a run of a scene over a floor with the given flights as its result; no engine is needed.
 
-    planned : number of planned rocks, None for all that flew; steps : of `Run`
+    planned : number of planned rocks, None for the number that flew; steps : field of `Run`
     """
     rocks = len(flights.deposits.rock)
     position = None if named.observed is None else position_along(named.observed, terrain.frame)
@@ -151,7 +151,7 @@ def findings(named: Scene, terrain: Terrain, flights: Flights, planned: int | No
         prepared=prepared, flights=flights, totals=totals, maps=maps_of(named, terrain, flights),
         planned=rocks if planned is None else planned, wall_s=2.0, steps=tuple(steps),
     )  # fmt: skip
-    vars(run)["placement"] = []  # there are no sources and no engine to look at the ground with
+    vars(run)["placement"] = []  # there is no engine to find the ground below sources
     return run
 
 
@@ -172,7 +172,7 @@ def maps_of(named: Scene, terrain: Terrain, flights: Flights) -> HazardMaps:
 
 
 def batch_of(flights: Flights) -> Batch:
-    """Return flights in the form in which an engine passes them to tallies: all impacts and paths, grouped by rock."""
+    """Return flights as the batch that an engine passes to tallies: all impacts and path segments, grouped by rock."""
     deposits, impacts, paths = flights.deposits, flights.impacts, flights.paths
     edges = np.arange(len(deposits.rock) + 1)
     events = np.bincount(paths.row, minlength=len(deposits.rock))

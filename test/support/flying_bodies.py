@@ -1,4 +1,4 @@
-"""Fly rocks with a shape (bodies) over small meshes, and check their places with code that no engine uses.
+"""Fly rocks with a shape (bodies) over small meshes, and compute their heights with code that no engine uses.
 
 All tests use the same types (`RigidBody`, `Materials`, no caps), so the compiled flight loop is compiled once.
 """
@@ -58,12 +58,12 @@ class Drop(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """The ground, the limits and the record of flights.
+    """The ground, the limits and the size of the record of flights.
 
-    surfaces : coefficients of each zone; accuracy : m, of contacts
-    rows : memory for the records of paths and impacts (rows), 0 for no record
-    max_time : s; max_impacts : number of impacts at which a flight is cut off
-    effects : effects on the bodies, in order; slip : slip friction of the zones; mass : kg, of each body
+    surfaces : coefficients of each zone; accuracy : accuracy (m) of contacts
+    rows : number of rows for path segments, and for impacts, of all bodies together; 0 for no record
+    max_time, max_impacts : time (s) and number of impacts at which a flight is cut off
+    effects : effects on the bodies, in order; slip : slip friction of the zones; mass : mass (kg) of each body
     """
 
     surfaces: tuple[Surface, ...]
@@ -79,8 +79,8 @@ class Terms(NamedTuple):
 class Flown(NamedTuple):
     """The flights of R bodies; `simulation/record.py` defines the columns.
 
-    finals, counts : (R, ...) final states; pieces, modes : segments of all paths; impacts : all impacts
-    first : (R + 1, 2) first row of each body in `impacts` and in `pieces`
+    finals, counts : (R, ...) final states; pieces, modes : segments of all paths, one row each
+    impacts : all impacts, one row each; first : (R + 1, 2) first row of each body in `impacts` and in `pieces`
     facets : (I,) facet of each impact, below 0 for obstacles
     """
 
@@ -125,7 +125,8 @@ class Flown(NamedTuple):
     def blows(self, i: int = 0) -> np.ndarray:
         """Return the impacts of body number i, one row each.
 
-        The columns are t, x (3), n (3), speed before and after, spin before and after, number of contacts, energies.
+        The columns are time (s), place (3, m), normal (3), speed before and after (m/s), spin before and after (rad/s),
+        number of contacts, kinetic energy before and after (J/kg).
         """
         rows = self.impacts[self.first[i, 0] : self.first[i + 1, 0]]
         speeds, spins = rows[:, 7:9], rows[:, IMPACT_COLUMNS : IMPACT_COLUMNS + 2]
@@ -179,7 +180,7 @@ class Path(NamedTuple):
 
     @property
     def sliding(self) -> np.ndarray:
-        """True (S,) where a segment is a step in contact."""
+        """Flags (S,), True for segments that are steps in contact."""
         return self.modes == Mode.SLIDING
 
 
@@ -191,10 +192,10 @@ def radius_of(polyhedron: Polyhedron) -> float:
 def drop(
     shapes: Sequence[Polyhedron], x: np.ndarray, pose: np.ndarray | None = None, v: Sequence[float] | None = None
 ) -> Drop:
-    """Return bodies released at points (R, 3) m, with the sizes of their polyhedra.
+    """Return bodies released with their centres at points x, (3,) or (R, 3) m.
 
     shapes : polyhedra; body i has shape number i modulo their number
-    pose : (R, 4) orientations, None for no rotation; v : velocity (3,) of all bodies, or (R, 3), None for 0 (m/s)
+    pose : (R, 4) orientations, None for no rotation; v : velocity (3,) of all bodies, or (R, 3) m/s; None for 0
     """
     x = np.ascontiguousarray(np.atleast_2d(np.asarray(x, dtype=float)))
     count = len(x)
@@ -208,14 +209,14 @@ def drop(
 def soft_ground(stiffness: float = 5e6, drag: float = 2.5, density: float = 1700.0) -> Scarring:
     """Return the effect `scarring` (soft ground) of one zone.
 
-    stiffness : N/m; drag : -; density : kg/m3. The friction in a scar is 0, because it acts on points and spheres only
+    stiffness : Pa; drag : drag coefficient (-); density : kg/m3. The friction in a scar is 0: bodies do not use it
     """
     columns = (stiffness, drag, density, 0.0, 0.0, 1.0)
     return Scarring(*(np.array([value]) for value in columns))
 
 
 def table_of(shapes: Sequence[Polyhedron]) -> ShapeTable:
-    """Return the shape table of a scene with these polyhedra, which rocks have equally often."""
+    """Return the shape table of a scene whose rocks have these polyhedra, all with the same weight."""
     return shape_table(shapes, [1.0] * len(shapes))
 
 
@@ -270,7 +271,7 @@ def random_poses(rng: np.random.Generator, count: int) -> np.ndarray:
 
 
 def matrix(q: np.ndarray) -> np.ndarray:
-    """Return the matrix (3, 3) of an orientation, from the body's axes to space."""
+    """Return the rotation matrix (3, 3) of an orientation (4,), from the body's axes to the axes of the terrain."""
     w, x, y, z = q / np.linalg.norm(q)
     return np.array(
         [
@@ -282,13 +283,13 @@ def matrix(q: np.ndarray) -> np.ndarray:
 
 
 def angle_between(p: np.ndarray, q: np.ndarray) -> float:
-    """Return the angle (rad) of the rotation that leads from one orientation to another."""
+    """Return the angle (rad) of the rotation from one orientation p (4,) to another q (4,)."""
     away = p[0] * q[1:] - q[0] * p[1:] - np.cross(p[1:], q[1:])
     return 2.0 * math.asin(min(float(np.linalg.norm(away)), 1.0))
 
 
 def corners_of(shape: Polyhedron, x: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Return the corners (C, 3) m of a body in space."""
+    """Return the corners (C, 3) m of a body in the terrain's frame; x : centre (3,) m; q : orientation (4,)."""
     return np.asarray(x + shape.corners @ matrix(q).T)
 
 
@@ -301,9 +302,9 @@ def triangles_of(terrain: Terrain) -> np.ndarray:
 
 
 def heights_above(terrain: Terrain, points: np.ndarray) -> np.ndarray:
-    """Return for each of points (N, 3) m its least height (N,) m above the facets at its place in plan; inf if none.
+    """Return the smallest height (N,) m of each point (N, 3) m above the facets over or under it; inf without facets.
 
-    The height is measured at right angles to the facet's plane, and is negative below the plane. Upright facets do not
+    The height is measured at right angles to a facet's plane, and is negative below the plane. Vertical facets do not
     count.
     """
     t = triangles_of(terrain)
@@ -319,7 +320,7 @@ def heights_above(terrain: Terrain, points: np.ndarray) -> np.ndarray:
 
 
 def depths_of_vertices(terrain: Terrain, shape: Polyhedron, x: np.ndarray, q: np.ndarray) -> float:
-    """Return how deep (m) the deepest vertex of a terrain lies inside a body; negative if no vertex is inside.
+    """Return the depth (m) of the deepest vertex of a terrain inside a body; negative if no vertex is inside.
 
     x : centre of the body (3,) m; q : orientation (4,)
     """
@@ -330,9 +331,9 @@ def depths_of_vertices(terrain: Terrain, shape: Polyhedron, x: np.ndarray, q: np
 
 
 def lowest(terrain: Terrain, shape: Polyhedron, x: np.ndarray, q: np.ndarray) -> float:
-    """Return the least height (m) of a body over a terrain; negative if they overlap.
+    """Return the smallest height (m) of a body above a terrain; negative if they overlap.
 
-    The corners of the body and the vertices of the terrain are compared. x : centre (3,) m; q : orientation (4,)
+    Only corners of the body and vertices of the terrain are checked, not edges. x : centre (3,) m; q : orientation (4,)
     """
     height = float(heights_above(terrain, corners_of(shape, x, q)).min())
     return min(height, -depths_of_vertices(terrain, shape, x, q))

@@ -85,7 +85,7 @@ def why_left_out(name: str) -> str:
 def made(name: str, folder: Path) -> Digests:
     """Fly an entry on each of its engines and return its digests; the results are written into the folder.
 
-    A part on which the engines disagree has the digests of both.
+    Where the engines disagree, the value of the part contains the digests of both, with the names of the engines.
     """
     engines = [engine for engine in engines_of(name) if not missing_for(name, engine)]
     found = joined({engine: _made_on(name, engine, folder / engine) for engine in engines})
@@ -122,7 +122,7 @@ def fingerprint() -> dict[str, str]:
 
 
 def _rounded() -> Iterator[object]:
-    """Yield results of NumPy and `math` functions whose last bit differs between processors and libraries."""
+    """Yield results of NumPy and `math` functions whose last bit may differ between processors and libraries."""
     x = np.arange(1, 2001) / 256.0
     y, share = x[::-1].copy(), x / 8.0
     for name in ("sin", "cos", "tan", "exp", "log", "log10", "log1p", "sqrt", "cbrt"):
@@ -161,7 +161,10 @@ def differences(golden: Digests, found: Digests) -> list[str]:
 
 
 def compare(names: Sequence[str], keep: Path | None) -> bool:
-    """Fly entries and print which parts differ from golden.json; return whether all are the same."""
+    """Fly entries and print which parts differ from golden.json; return True if all parts are the same.
+
+    The result is False if golden.json is not valid on this machine. keep : folder for the results, None to delete them
+    """
     if reason := why_not_comparable():
         print(f"nothing is compared: {reason}")
         return False

@@ -1,4 +1,4 @@
-"""Digest the files of a results folder: all numbers, all names and their order.
+"""Compute digests of the files of a results folder: of all numbers, all names and their order.
 
 Not digested: pictures and run.rrd, which show the same numbers; inputs.json, which repeats the scene; versions, engine
 and wall times in summary.json; and all sentences for users, that is, all strings with a blank.
@@ -33,7 +33,7 @@ SENTENCE = "a sentence"
 
 
 def digest_of(*values: Any) -> str:
-    """Return the digest of numbers, strings, bytes, arrays, and mappings and sequences of them, in their order."""
+    """Return the digest of numbers, strings, bytes, arrays, and of mappings and sequences of these; order counts."""
     digest = hashlib.sha256()
     for value in values:
         _feed(digest.update, value)
@@ -68,7 +68,7 @@ def _scalar(value: Any) -> bytes:
 
 
 def without_sentences(value: Any) -> Any:
-    """Return the value with SENTENCE in place of each sentence, and with the file name in place of each path."""
+    """Return a value with SENTENCE in place of each string with a blank, and the file name in place of each path."""
     if isinstance(value, Mapping):
         return {key: without_sentences(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -79,7 +79,7 @@ def without_sentences(value: Any) -> Any:
 
 
 def digests_of(folder: Path) -> dict[str, str]:
-    """Return path in the folder -> digest for each file of a results folder, in order of name.
+    """Return a dictionary from path in the folder to digest, for the digested files of a results folder, by name.
 
     Raises KeyError for a suffix without an entry in READERS.
     """
@@ -95,7 +95,7 @@ def digest_of_scene(folder: Path) -> str:
 
 
 def _of_json(path: Path) -> Any:
-    """Return the content with sorted keys; LEFT_OUT and the digest of the scene are removed from the summary."""
+    """Return the content of a JSON file; the summary is without the keys LEFT_OUT and the digest of the scene."""
     content = json.loads(path.read_text(encoding="utf-8"))
     if path.name == SUMMARY:
         content = {key: value for key, value in content.items() if key not in LEFT_OUT}
@@ -110,7 +110,7 @@ def _of_parquet(path: Path) -> Any:
 
 
 def _of_column(column: pa.ChunkedArray) -> Any:
-    """Return the flags of known values, and the values; for a dictionary column the name of each value."""
+    """Return flags, True for known values, and the values with 0 for unknown ones; for a dictionary column: names."""
     if pa.types.is_dictionary(column.type):
         return column.cast(column.type.value_type).to_pylist()
     known = column.is_valid().combine_chunks().to_numpy(zero_copy_only=False)
@@ -118,7 +118,7 @@ def _of_column(column: pa.ChunkedArray) -> Any:
 
 
 def _of_raster(path: Path) -> Any:
-    """Return the bands with their names, units, tags and nodata, and the transform and reference system."""
+    """Return types, nodata, transform, reference system and tags of a raster; names, units and values of its bands."""
     with rasterio.open(path) as file:
         system = None if file.crs is None else file.crs.to_string()
         where = file.dtypes, file.nodata, tuple(file.transform), system
@@ -127,7 +127,7 @@ def _of_raster(path: Path) -> Any:
 
 
 def _of_poly_data(path: Path) -> Any:
-    """Return points, cells and all arrays, as VTK reads them."""
+    """Return points, cells and all arrays of a .vtp file, as VTK reads them."""
     reader = vtkXMLPolyDataReader()
     reader.SetFileName(str(path))
     reader.Update()

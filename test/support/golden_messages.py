@@ -50,9 +50,9 @@ SECOND = 1_000_000_000
 START = 1_800_000_000
 """Time of the session's second 0 (s since the epoch)."""
 LATER = 2 * SECOND
-"""Time from a message of sources, or an answer, to the next answer (ns)."""
+"""Time (ns) from a message of sources to the first stage of its answer, and from each stage to the next stage."""
 TOOK = 0.25
-"""Duration (s) in `results`, in place of the measured duration."""
+"""Duration (s) of each answer in the messages `results`, in place of the measured duration."""
 
 PARAMETERS = SimulatorParameters(
     survey_frame="survey", map_origin=(1024.0, 2048.0, 128.0), first_rocks=24, release_speed=2.0, equipment_radius=6.0,
@@ -68,7 +68,7 @@ LIMITS = {
     "restrict": {"reach_probability": 0.8, "p95_energy_j": 800_000.0},
     "evacuate": {"reach_probability": 0.95, "first_arrival_s": {"evacuation": 2, "margin": 1}},
 }
-"""Limits with which the level of the session's alert rises step by step."""
+"""Limits of an area at which the alert level of the session rises step by step."""
 SITE = {
     "site": "golden", "valid_s": 10, "alarm_from": "restrict", "areas": {"live_area": LIMITS, "equipment": LIMITS},
     "evidence": {
@@ -85,14 +85,14 @@ Content = Any
 
 
 def _header(second: int, frame: str = "map") -> Header:
-    """Return a header; its stamp is a second of the session (+ 0.125 s)."""
+    """Return a header with the stamp `second` + 0.125 s after the start of the session."""
     return Header(frame_id=frame, stamp=Time(sec=START + second, nanosec=125_000_000))
 
 
 def _hill(rows: int, columns: int, lift: float = 0.0) -> np.ndarray:
-    """Return points (rows, columns, 3) m of an uneven slope down to the east and a floor; all are multiples of 1/8 m.
+    """Return points (rows, columns, 3) m of an uneven slope that falls to the east, and of a floor at its toe.
 
-    lift : height (m) by which all points are higher
+    All coordinates are multiples of 1/8 m. lift : height (m) that is added to all points
     """
     j, i = np.mgrid[0:rows, 0:columns]
     z = np.maximum(48.0 - 1.5 * i, 6.0) + 0.25 * ((7 * i + 5 * j) % 4) + lift
@@ -110,25 +110,25 @@ def _cloud(header: Header, names: tuple[str, ...], values: np.ndarray) -> PointC
 
 
 def _survey() -> PointCloud2:
-    """Return the hill in survey coordinates, with a hole that no rock reaches."""
+    """Return a survey of the hill in survey coordinates, with a missing point at a place that no rock reaches."""
     points = _hill(32, 40) + np.array(PARAMETERS.map_origin)
     points[30, 12] = np.nan
     return _cloud(_header(0, "survey"), tuple("xyz"), points)
 
 
 def _grid_patch() -> PointCloud2:
-    """Return a patch as a grid, above the ground."""
+    """Return a patch of the hill as an organised point cloud, 1.5 m above the ground."""
     return _cloud(_header(20), tuple("xyz"), _hill(32, 40, lift=1.5)[4:12, 18:28])
 
 
 def _scattered_patch() -> PointCloud2:
-    """Return a patch of scattered points, above the ground."""
+    """Return a patch of the hill as an unorganised point cloud, 0.75 m above the ground."""
     points = _hill(32, 40, lift=0.75)[14:20, 20:27].reshape(1, -1, 3) + np.array([0.5, 0.25, 0.0])
     return _cloud(_header(40), tuple("xyz"), points)
 
 
 def _mesh() -> bytes:
-    """Return another hill as a mesh message, in CDR bytes."""
+    """Return a smaller hill, 2 m higher, as the CDR bytes of a mesh message."""
     points, square = _hill(20, 36, lift=2.0), np.arange(20 * 36).reshape(20, 36)
     a, b, c, d = square[:-1, :-1], square[:-1, 1:], square[1:, 1:], square[1:, :-1]
     corners = np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3).astype(np.uint32)
@@ -138,7 +138,7 @@ def _mesh() -> bytes:
 
 
 def _poses(second: int, *places: tuple[float, float, float], turned: bool = True) -> PoseArray:
-    """Return poses at places (x, y, z) m, with the directions east, north-east and none in turn.
+    """Return poses at places (x, y, z) m; the directions are in turn east, 33 degrees north of east, and none.
 
     turned : False if all directions are east
     """
@@ -158,20 +158,20 @@ def _thrown() -> PointCloud2:
 
 
 def messages_in() -> Iterator[tuple[str, Any]]:
-    """Yield (topic, message) of the session in order; a mesh as its bytes."""
+    """Yield topic and message of each input of the session, in order; a mesh is given as CDR bytes."""
     toe = ((52.0, 8.0), (72.0, 8.0), (72.0, 52.0), (60.0, 30.0), (52.0, 52.0))
     corners = [Point32(x=x, y=y, z=6.0) for x, y in toe]
     yield "terrain/points", _survey()
     yield "areas/polygon", PolygonStamped(header=_header(1), polygon=Polygon(points=corners))
     yield "areas/equipment", _poses(2, (58.0, 24.0, 6.0), (64.0, 28.0, 6.0), turned=False)
-    yield "sources", _poses(5)  # nothing is seen
+    yield "sources", _poses(5)  # no sources
     yield "sources", _poses(10, (6.0, 12.0, 48.0), (8.0, 30.0, 47.0), (10.0, 40.0, 46.0))
     yield "terrain/update", _grid_patch()
     yield "clicked_point", PointStamped(header=_header(30), point=Point(x=8.0, y=16.0, z=48.5))
     yield "terrain/update", _scattered_patch()
     yield "source_cloud", _thrown()
     yield "terrain/mesh", _mesh()
-    yield "sources", _poses(80, (6.0, 12.0, 50.0), (500.0, 12.0, 50.0))  # the second is off the terrain
+    yield "sources", _poses(80, (6.0, 12.0, 50.0), (500.0, 12.0, 50.0))  # the second source is off the terrain
     yield "sources", _poses(90)
     yield "source_cloud", _cloud(_header(91), tuple("xyz"), np.empty((1, 0, 3)))
 
@@ -180,7 +180,10 @@ def messages_in() -> Iterator[tuple[str, Any]]:
 
 
 class Session:
-    """A simulator and a recorder in one thread; `parts` has their published messages and recorded rows, by part."""
+    """A simulator and a recorder in one thread.
+
+    parts : name of a part, as in `digests_of_session` -> its contents in order
+    """
 
     def __init__(self, engine: str) -> None:
         self.parts: dict[str, list[Content]] = {}
@@ -214,7 +217,7 @@ class Session:
         ways[topic](message)
 
     def acknowledge(self) -> None:
-        """Acknowledge the alert."""
+        """Acknowledge the alert one second later, and decide again."""
         self._now += SECOND
         self._decide(acknowledgement("A. Shift", "inspected from the other side", self._now))
 
@@ -223,14 +226,14 @@ class Session:
         self._take_over(stand_on(self._workshop.whole(survey, self._now), self._scene))
 
     def _patch(self, cloud: PointCloud2) -> None:
-        """Replace a part of the terrain."""
+        """Replace a part of the terrain by the points of a cloud."""
         before = self._stood
         _ = before.cells
         ground = self._workshop.patched(before.ground, survey_of_cloud(cloud, self._frame), self._now)
         self._take_over(stand_after(before, ground))
 
     def _take_over(self, standing: PreparedTerrain) -> None:
-        """Use a prepared terrain from now on, and note copies of its arrays, because a patch changes them in place."""
+        """Use a prepared terrain from now on, and note its arrays as copies, because a patch changes them in place."""
         self._standing, terrain = standing, standing.ground.terrain
         mesh = (terrain.frame.points_to_input(terrain.vertices), terrain.triangles.copy(), standing.ground.digest)
         self._note("terrain", [*mesh, *(column.copy() for column in standing.cells)])
@@ -242,7 +245,7 @@ class Session:
         return self._standing
 
     def _answer(self, topic: str, sources: Sources) -> None:
-        """Answer sources until the answer is complete, and decide on each stage."""
+        """Answer sources, publish all stages of the answer, and decide on each stage."""
         trigger = trigger_of(sources.positions, sources.velocities, sources.diameters, sources.stamp_ns, topic)
         around = ReleaseSpread(PARAMETERS.position_spread, PARAMETERS.velocity_spread)
         size = EnsembleSize(PARAMETERS.first_rocks)
@@ -252,12 +255,12 @@ class Session:
             timed = dataclasses.replace(answer, seconds=TOOK)
             for name, message in messages_of(sources.header, timed, PARAMETERS, _stamp(self._now)):
                 self._publish(name, message)
-            others = self._evidence if answer.sources else {}  # no sources: earlier evidence is void
+            others = self._evidence if answer.sources else {}  # without sources, earlier evidence is void
             self._evidence = {**others, topic: self._evidence_of(answer)}
             self._decide(None)
 
     def _evidence_of(self, answer: Answer) -> Evidence:
-        """Return the evidence of an answer for the areas; omitted sources are a fault."""
+        """Return the evidence of an answer for the areas; sources that could not be released are a fault."""
         ground = self._stood.ground
         facts = {
             "result": answer.result, "stage": answer.stage, "at_ns": self._now, "version": "golden",
@@ -286,7 +289,7 @@ class Session:
         self._record(topic, deserialize_message(sent, kind))
 
     def _record(self, topic: str, message: Any) -> None:
-        """Note the rows that the recorder logs for a message, and their time."""
+        """Note the rows that the recorder logs for a message, with their stamp and event."""
         for entry in self._log.entries(topic, message):
             drawn = Drawn()
             entry.draw(drawn)
@@ -298,7 +301,7 @@ class Session:
 
 
 class Drawn:
-    """Replaces a recording: keeps the arguments of every method call."""
+    """A replacement for a recording that keeps the arguments of every method call in `rows`."""
 
     def __init__(self) -> None:
         self.rows: list[Any] = []
@@ -319,7 +322,7 @@ def _stamp(ns: int) -> Time:
 
 
 def content_of(value: Any) -> Content:
-    """Return a message, or the recorded rows of a message, as plain values; sentences are replaced."""
+    """Return a message, or the recorded rows of a message, as plain values, with SENTENCE in place of sentences."""
     if hasattr(value, "get_fields_and_field_types"):
         return _content_of_message(value)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
@@ -334,7 +337,10 @@ def content_of(value: Any) -> Content:
 
 
 def _content_of_message(message: Any) -> Content:
-    """Return field name -> content; the names of a status and of its values stay, although they contain blanks."""
+    """Return a dictionary from field name to content.
+
+    The `name` of a status and the `key` of its values are kept, although they may contain blanks.
+    """
     fields = {name: getattr(message, name) for name in message.get_fields_and_field_types()}
     kept = {"name": fields["name"]} if isinstance(message, DiagnosticStatus) else {}
     kept |= {"key": fields["key"]} if isinstance(message, KeyValue) else {}
@@ -342,7 +348,10 @@ def _content_of_message(message: Any) -> Content:
 
 
 def digests_of_session(engine: str) -> dict[str, str]:
-    """Return part -> digest; the parts are `terrain`, `out TOPIC` (published) and `recorded TOPIC` (recorded rows)."""
+    """Run the session on an engine; return a dictionary from part to digest.
+
+    The parts are `terrain`, `out TOPIC` (published messages) and `recorded TOPIC` (recorded rows).
+    """
     session = Session(engine)
     for topic, message in messages_in():
         session.take(topic, message)

@@ -1,4 +1,4 @@
-"""The scenes of the golden digests: shipped scenes, a scene for each model and effect, scenes with rarely used keys.
+"""Scenes for the golden digests: shipped scenes, a scene for each model and effect, and scenes with rarely used keys.
 
 Each scene is text and uses no helper of other tests, so a change of a helper cannot change a digest.
 """
@@ -36,7 +36,7 @@ class Entry:
 
     @property
     def named(self) -> set[str]:
-        """Models and effects in the scene, such as `rebound.constant`."""
+        """Names of the models and effects in the scene, such as `rebound.constant`."""
         content = yaml.safe_load(self.scene)
         return {f"{kind}.{name}" for kind in KINDS for name in _names(content.get(kind))}
 
@@ -48,7 +48,7 @@ class Entry:
 
 
 def _names(value: Any) -> list[str]:
-    """Return the names in the value of `rebound`, `ground` or `effects`."""
+    """Return the names in the value of a key of KINDS."""
     return [value] if isinstance(value, str) else list(value or ())
 
 
@@ -87,7 +87,7 @@ TREES = "x,y,dbh_cm,height,kind\n" + "".join(
     for j in range(-18, 19)
     if 120 <= 12 * (i * i + j * j) ** 0.5 <= 215
 )
-"""Text of a file of trees on the wall of the pit, CSV."""
+"""Text of a CSV file with trees on the wall of the pit."""
 ROWS = "[[5, 1.6, 0.6], [30, 0.7, 0.7], [60, 0.35, 0.85], [90, 0.25, 0.9]]"
 COVARIANCE = [[0.0025 if row == column else 0.0005 for column in range(9)] for row in range(9)]
 EFFECTS = {
@@ -99,7 +99,7 @@ EFFECTS = {
     "barriers": f"{{panels: [{RINGS}]}}",
     "fragmentation": "{least_ratio: 0.4, least_volume: 0.02, generations: 2}",
 }
-"""Every effect with values that act on the rocks of the pit."""
+"""Every effect, with parameters with which the effect changes paths of rocks in the pit."""
 ALL_EFFECTS = "effects: {" + ", ".join(f"{name}: {value}" for name, value in EFFECTS.items()) + "}\nmax_time: 120\n"
 
 REBOUNDS = {
@@ -133,7 +133,10 @@ MORE_EFFECTS = {
 
 
 def _shipped() -> Iterator[Entry]:
-    """Yield the scenes of config/scenes that need no external data; scenes that would take long get fewer rocks."""
+    """Yield the scenes of config/scenes that need no external data; scenes that would take long get fewer rocks.
+
+    The finer scenes `study_*` fly on the compiled engine only.
+    """
     beside = {path.name: path.read_text() for path in CONFIG.iterdir() if path.suffix != ".yaml"}
     for path in sorted(CONFIG.glob("*.yaml")):
         if path.stem not in WITHOUT_TERRAIN:

@@ -21,7 +21,7 @@ def height(i: int, j: int) -> float:
 
 
 def strip(first: int, last: int) -> tuple[list[Point], list[Corners]]:
-    """Return vertices (m, y up) and triangles of the slope between two rows of corners."""
+    """Return vertices (x, y, z) m, y up, and triangles of the slope from row `first` of corners to row `last`."""
     places = [(i, j) for i in range(first, last + 1) for j in range(COLUMNS + 1)]
     vertices = [(STEP * i, height(i, j), -STEP * j) for i, j in places]
     triangles, row = [], COLUMNS + 1
@@ -59,7 +59,10 @@ def legacy_vtk(vertices: Sequence[Point], triangles: Sequence[Corners]) -> str:
 
 
 def esri_grid(with_hole: bool = False) -> str:
-    """Return the text of an ESRI grid of the heights, on request with a hole of 20 m in the middle."""
+    """Return the text of an ESRI grid of the heights.
+
+    with_hole : True to leave out 5 by 5 heights in the middle, a square of 20 m
+    """
     head = f"ncols {ROWS + 1}\nnrows {COLUMNS + 1}\nxllcorner 400000\nyllcorner 300000\ncellsize {STEP}\n"
     hole = {(i, j) for i in range(9, 14) for j in range(4, 9)} if with_hole else set()
     rows = ([-9999 if (i, j) in hole else height(i, j) for i in range(ROWS + 1)] for j in range(COLUMNS + 1))
@@ -67,5 +70,5 @@ def esri_grid(with_hole: bool = False) -> str:
 
 
 def _lines(rows: Iterable[Iterable[float]], before: str = "") -> str:
-    """Return rows of numbers as lines of text; before : text at the begin of each line."""
+    """Return rows of numbers as lines of text; before : text at the start of each line."""
     return "".join(before + " ".join(map(str, row)) + "\n" for row in rows)

@@ -1,4 +1,4 @@
-"""Search prose for words that the texts of rpf3d must not use, with codespell and the dictionary habits.txt.
+"""Search prose for words that texts of rpf3d must not use, with codespell and the dictionary habits.txt.
 
 python test/support/habits.py [FILE ...]
 
@@ -54,7 +54,7 @@ def prose_tokens(source: str) -> Iterator[tokenize.TokenInfo]:
 
 
 def phrases(dictionary: Path) -> list[str]:
-    """Return the entries of a dictionary that are several words: codespell looks for single words only."""
+    """Return the entries of a dictionary with several words, because codespell looks for single words only."""
     entries = (line.partition("->")[0] for line in dictionary.read_text(encoding="utf-8").splitlines())
     return [entry for entry in entries if " " in entry]
 

@@ -24,9 +24,9 @@ JOINED = 1e-9
 
 @dataclass
 class Stays:
-    """The time intervals (s) of one rock in one cell, the rock's largest values there, and its counts.
+    """The time intervals of one rock in one cell, the rock's largest values there, and its counts.
 
-    energy : J; speed : m/s; height : m; impacts, deposits : numbers
+    times : pairs of begin and end (s); energy : J; speed : m/s; height : m above ground; impacts, deposits : numbers
     """
 
     times: list
@@ -38,9 +38,10 @@ class Stays:
 
 
 def straight_pieces(flights: Flights):
-    """Yield (row, t, x, v, duration, gravity, speed at begin, at end) for each segment or chord, straight in plan.
+    """Yield (row, t, x, v, duration, gravity, speed at the start, speed at the end) for each segment that is straight.
 
-    Both speeds are None for a flight; gravity is 0 for a slide.
+    A segment must be straight in plan: a curved slide is replaced by CHORDS chords. x, v : at the start; for a slide, v
+    is the mean velocity. Both speeds are None for a flight; gravity is 0 for a slide.
     """
     p = flights.paths
     for i in np.flatnonzero(p.mode != Mode.END):
@@ -62,11 +63,12 @@ def straight_pieces(flights: Flights):
 
 
 def cut(inside, turning, duration):
-    """Return begin (N,) and end (N,) of the times in [0, duration] at which a rock is inside all K borders of a cell.
+    """Return the times (N,) s at which a rock enters N cells during a segment, and the times (N,) s at which it leaves.
 
-    If the rock never is, the begin is not before the end.
+    Both times are in [0, duration]. For a cell in which the rock never is, the first time is not before the second.
 
-    inside, turning : (N, K), distance inside each border at time 0, and its change per second
+    inside : (N, K) distance from each of the K borders of a cell at time 0, positive inside, in any unit
+    turning : (N, K) change of this distance per second
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         at = -inside / turning
@@ -78,8 +80,8 @@ def cut(inside, turning, duration):
 def clock(gravity, ends, duration, t):
     """Return the time (s) at which a rock reaches the point that it would reach after t seconds at its mean speed.
 
-    The length of a slide is u t + a t^2 / 2. The acceleration a changes the speed from u to the speed at the end. In a
-    flight, the result is t. ends : speeds (m/s) at begin and end
+    A slide covers the distance u t + a t^2 / 2. The acceleration a changes the speed from u to the speed at the end.
+    For a flight, the result is t. ends : speeds (m/s) at the start and the end
     """
     a = 0.0 if gravity else (ends[1] - ends[0]) / duration
     if a == 0.0:
@@ -89,16 +91,16 @@ def clock(gravity, ends, duration, t):
 
 
 def speed(v, gravity, ends, duration, t):
-    """Return the speed (m/s) on a segment, t seconds after its begin; t : as returned by `clock`."""
+    """Return the speed (m/s) on a segment, t seconds after its start; t : as returned by `clock`."""
     if gravity == 0.0:
         return ends[0] + (ends[1] - ends[0]) * t / duration
     return math.hypot(v[0], v[1], v[2] - gravity * t)
 
 
 def height_above(facets, f, x, v, gravity, low, high):
-    """Return the largest height (m) of a segment above the plane of the facet with index f, from time low to time high.
+    """Return the largest vertical height (m) of a segment above the plane of facet f, from time `low` to time `high`.
 
-    The height is taken at three times, and where the velocity is parallel to the plane.
+    The height is computed at three times, and at the time at which the velocity is parallel to the plane; at least 0.
     """
     n, a = facets.normals[f], facets.corners[f, :3]
     times = np.linspace(low, high, 3)
@@ -110,9 +112,9 @@ def height_above(facets, f, x, v, gravity, low, high):
 
 
 def by_force(flights: Flights, facets: Facets, raster, mass):
-    """Return three dictionaries (rock, cell) -> Stays: the cells are squares of the raster, facets, and zones.
+    """Return three dictionaries from (rock, cell) to `Stays`: for the squares of the raster, for facets, and for zones.
 
-    mass : of each rock (kg)
+    mass : mass (kg) of every rock
     """
     squares, ground, zones = {}, {}, {}
     corners = np.asarray(facets.corners).reshape(-1, 3, 3)
@@ -148,7 +150,11 @@ def by_force(flights: Flights, facets: Facets, raster, mass):
 
 
 def stay(kind, row, cell, t, low, high, v, gravity, ends, duration, mass):
-    """Add one interval to the stays of a rock in a cell."""
+    """Add one interval of a segment to the stays of a rock in a cell.
+
+    kind : one of the dictionaries of `by_force`; low, high : times (s) as returned by `cut`
+    row, t, v, gravity, ends, duration : the segment, as in `straight_pieces`
+    """
     low, high = (clock(gravity, ends, duration, pace) for pace in (low, high))
     found = kind.setdefault((row, cell), Stays([]))
     found.times.append((t + low, t + high))
@@ -158,7 +164,7 @@ def stay(kind, row, cell, t, low, high, v, gravity, ends, duration, mass):
 
 
 def count(flights, facets, raster, mass, squares, ground, zones):
-    """Add all deposits and impacts to the stays, and the speeds before the impacts to the stays of facets and zones."""
+    """Count all deposits and impacts in the stays; in facets and zones also compare the speeds before impacts."""
 
     def square(x):
         return math.floor((x[1] - raster.y) / raster.cell) * raster.nx + math.floor((x[0] - raster.x) / raster.cell)
@@ -176,7 +182,7 @@ def count(flights, facets, raster, mass, squares, ground, zones):
 
 
 def passages(times):
-    """Return the number of stays: intervals that follow each other within JOINED count as one stay."""
+    """Return the number of passages in a list of time intervals; intervals at most JOINED apart are one passage."""
     entered, until = 0, -math.inf
     for begin, end in sorted(times):
         entered += begin > until + JOINED

@@ -1,4 +1,4 @@
-"""Hazard maps computed by brute force from points on the paths of rocks, to compare the written maps with in tests."""
+"""Compute hazard maps by brute force from points on the paths of rocks, to compare the written maps with in tests."""
 
 from types import SimpleNamespace
 
@@ -27,9 +27,9 @@ class Points:
 
 
 def lines_of_rocks(terrain: Terrain, rocks: int = 300, points: int = 80, seed: int = 7) -> Points:
-    """Return random points of rocks that fly from one place on the western rim of a terrain towards its middle.
+    """Return random points of rocks that fly from one place near the western rim of a terrain to the east.
 
-    Each rock flies a random share of the distance. points : number of points of each rock
+    Each rock flies a random share of 70 % of the terrain's width. points : number of points of each rock
     """
     random = np.random.default_rng(seed)
     low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
@@ -66,7 +66,7 @@ def laid_out(layers: Layers) -> SimpleNamespace:
 
 
 def laid_out_maps(maps: HazardMaps) -> SimpleNamespace:
-    """Return the maps with the layers of each kind of place (cells, facets, zones, areas) as arrays of all places."""
+    """Return the maps, with the layers of cells, facets, zones and areas as arrays of all places (`laid_out`)."""
     kinds = {kind: laid_out(getattr(maps, kind)) for kind in ("cells", "facets", "zones", "areas")}
     return SimpleNamespace(**{**vars(maps), **kinds})
 
@@ -101,9 +101,10 @@ def cell_of(raster: Raster, plan: np.ndarray) -> np.ndarray:
 
 
 def facets_below(terrain: Terrain, plan: np.ndarray, pixels: int = 500) -> np.ndarray:
-    """Return the facet (N,) below points (N, 2) m, from a picture of `pixels` pixels; -1 outside the terrain.
+    """Return the number of the facet (N,) below each of points (N, 2) m in plan; -1 outside the terrain.
 
-    Within a pixel of a facet's edge, the result may be the neighbouring facet.
+    The facet is read from a view of the terrain from above, with `pixels` pixels along the longer side. Within a pixel
+    of a facet's edge, the result may be the neighbouring facet.
     """
     low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
     shown = seen_from_above(terrain, Window(low[0], high[0], low[1], high[1]), pixels).facet
@@ -114,7 +115,7 @@ def facets_below(terrain: Terrain, plan: np.ndarray, pixels: int = 500) -> np.nd
 
 
 def layers_of(points: Points, cell: np.ndarray, cells: int) -> Layers:
-    """Return the layers of `cells` cells from points; cell : (N,) cell of each point, -1 for none."""
+    """Return the layers of `cells` cells from points; cell : (N,) number of the cell of each point, -1 for none."""
     inside = cell >= 0
     rock, cell = points.rock[inside], cell[inside]
     entered = np.append(True, (cell[1:] != cell[:-1]) | (rock[1:] != rock[:-1])) if len(cell) else np.empty(0, bool)
@@ -148,7 +149,9 @@ def gathered(everywhere: tuple[np.ndarray, ...], kept: np.ndarray) -> Layers:
 
 
 def spread_of(cell: np.ndarray, most: np.ndarray, cells: int) -> np.ndarray:
-    """Return a table (C, 6) of the statistics of each cell: largest value, mean, and percentiles; NaN if not known.
+    """Return a table (C, 6) of the statistics of each cell: largest value, mean, and percentiles.
+
+    All are NaN without rocks; the percentiles are NaN with fewer than FEWEST_ROCKS rocks.
 
     cell : (N,) cell of each value; most : (N,) largest value of one rock in this cell; cells : C
     """
@@ -163,9 +166,9 @@ def spread_of(cell: np.ndarray, most: np.ndarray, cells: int) -> np.ndarray:
 
 
 def _merged(parts: list[Layers]) -> Layers:
-    """Return the layers of several areas as one; areas may overlap, so each was counted separately.
+    """Return the layers of several areas in one `Layers`; areas may overlap, so each was counted separately.
 
-    parts : for each area, layers of which only the area's own row is used
+    parts : layers of each area, in which only the row of this area is used
     """
     count = parts[0].count
     laid = [laid_out(part) for part in parts]

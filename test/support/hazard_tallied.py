@@ -1,4 +1,4 @@
-"""Fly rocks over small terrains, with tallies that count them."""
+"""Fly rocks over small terrains, and count them with tallies."""
 
 import numpy as np
 import scenes_of_facets as made
@@ -20,7 +20,8 @@ MEMORY = 1e9
 def over(terrain, cell=1.3, areas=None, compiled=True, limit=MEMORY):
     """Return empty tallies for a terrain; their raster is not aligned with the grid of the terrain.
 
-    cell : size of a cell of the raster (m); areas : outlines of areas by name; limit : memory of the bins (bytes)
+    cell : size of a cell of the raster (m); areas : outlines of areas by name, None for no areas
+    compiled : False for tallies in Python; limit : memory limit of the bins (bytes)
     """
     facets = facets_of(terrain)
     low = (facets.low[0] - 0.37, facets.low[1] - 0.53)
@@ -31,7 +32,7 @@ def over(terrain, cell=1.3, areas=None, compiled=True, limit=MEMORY):
 
 
 def rocks_above(count, size=18.0, seed=3):
-    """Return random positions (R, 3) m and velocities (R, 3) m/s of rocks over a square grid.
+    """Return random positions (R, 3) m at z = 6 m, and velocities (R, 3) m/s, of rocks over a square grid.
 
     count : R; size : side of the grid (m)
     """

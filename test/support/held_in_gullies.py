@@ -1,4 +1,4 @@
-"""An independent check that a gully does not stop a rock that would bounce out of it.
+"""Check that a gully does not stop a rock that would bounce out of it.
 
 The check shares no code with the simulation. It examines rocks that lose velocity between a flight and a slide without
 a recorded impact. If such a rock came down one facet and met another, the check computes its further bounces between
@@ -13,7 +13,7 @@ from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.values import Mode
 
 ON = 1e-6
-"""Values that count as zero: a distance from a facet (m), and a speed into a facet, over the rock's speed (-)."""
+"""Limit below which values count as zero: distances from a facet (m), speeds into a facet as a share of the rock's."""
 MOST = 32
 """Largest number of bounces between two facets that the check computes."""
 RISE = 2.0
@@ -24,7 +24,10 @@ The ratio is above 1, because the simulation measures the height of a bounce alo
 
 
 def held_too_early(facets: np.ndarray, flights: Flights, settings: Settings, R_n: float) -> np.ndarray:
-    """Return the rows of the rocks that a gully between two of facets (F, 3, 3) m held too early."""
+    """Return the rows of the rocks that a gully between two of facets (F, 3, 3) m held too early.
+
+    R_n : normal restitution (-) of all facets
+    """
     paths, n = flights.paths, _normals(facets)
     noted = set(zip(flights.impacts.row.tolist(), flights.impacts.t.tolist(), strict=True))
     lands = np.flatnonzero((paths.mode[:-1] == Mode.FLIGHT) & (paths.mode[1:] == Mode.SLIDING))
@@ -41,9 +44,10 @@ def held_too_early(facets: np.ndarray, flights: Flights, settings: Settings, R_n
 
 
 def _rises(near: np.ndarray, v: np.ndarray, kept: np.ndarray, settings: Settings, R_n: float) -> bool:
-    """True if a pair of the facets at a place holds a rock, although the rock would bounce out of each such pair.
+    """Return True if facets hold a rock in pairs, although it would bounce out of each of these pairs.
 
-    near : (N, 3) unit normals of the facets; v : (3,) m/s, velocity before; kept : (3,) m/s, velocity afterwards
+    near : (N, 3) unit normals of the facets at the place of the rock
+    v, kept : (3,) m/s, velocities of the rock before and after the gully holds it
     """
     zero, least2 = ON * (1.0 + np.linalg.norm(v)), 2.0 * settings.gravity * settings.smallest_bounce
     rises = []
@@ -63,13 +67,13 @@ def _rises(near: np.ndarray, v: np.ndarray, kept: np.ndarray, settings: Settings
 
 
 def _along_line(v: np.ndarray, n: np.ndarray, m: np.ndarray) -> np.ndarray:
-    """Return the part of a velocity (3,) along the line between two facets with unit normals n and m, (3,)."""
+    """Return the component (3,) of a velocity v (3,) along the common line of two facets; n, m : (3,) unit normals."""
     line = np.cross(n, m)
     return np.asarray((v @ line) / (line @ line) * line)
 
 
 def _thrown(v: np.ndarray, met: np.ndarray, slid: np.ndarray, R_n: float) -> np.ndarray:
-    """Return the velocity (3,) m/s with which a rock leaves two facets, or zero if it stays between them.
+    """Return the velocity (3,) m/s with which a rock bounces out from between two facets; 0 after MOST bounces.
 
     v : (3,) m/s, velocity before the first bounce; met, slid : (3,) unit normals of the facets
     """
@@ -87,7 +91,7 @@ def _normals(facets: np.ndarray) -> np.ndarray:
 
 
 def _are_near(facets: np.ndarray, n: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Return flags (F,), True for the facets that a place x (3,) m is on, within ON; n : (F, 3) unit normals."""
+    """Return flags (F,), True for the facets within ON of a place x (3,) m; n : (F, 3) unit normals of the facets."""
     near = np.abs(((x - facets[:, 0]) * n).sum(1)) <= ON
     for k in range(3):
         edge = facets[:, (k + 1) % 3] - facets[:, k]

@@ -27,7 +27,7 @@ def write_grid(path: Path, values: Grid, cell: float = CELL, corner: tuple[float
 
 
 def slope(rows: int = ROWS, columns: int = COLUMNS) -> Grid:
-    """Return the heights (m) of an uneven slope of about 40 degrees that falls to the south and becomes level."""
+    """Return the heights (m) of an uneven slope that falls to the south at about 40 degrees, to a level floor."""
     row, column = np.mgrid[0:rows, 0:columns].astype(float)
     fall = np.maximum(0.0, 0.7 * rows - row) * CELL * 0.84
     return np.asarray(400.0 + fall + 0.4 * np.sin(1.3 * column) + 0.3 * np.cos(row))
@@ -39,9 +39,9 @@ def full(value: float, rows: int = ROWS, columns: int = COLUMNS) -> Grid:
 
 
 def rockyfor3d_grids() -> dict[str, Grid]:
-    """Return the grids of a Rockyfor3D project, by file name: a slope of three soils and a river, with source cells.
+    """Return the grids of a Rockyfor3D project, by file name: a slope with three soils, a river and source cells.
 
-    The sources are six cells with rocks of two sizes, and one cell that the import leaves out.
+    Six source cells have rocks of two sizes. The import omits a seventh, because it is too near the edge of the grid.
     """
     soil, rough = full(4.0), {"rg70": full(0.05), "rg20": full(0.1), "rg10": full(0.3)}
     soil[9:11] = 3.0
@@ -61,7 +61,7 @@ def rockyfor3d_grids() -> dict[str, Grid]:
 
 
 def stone_grids() -> dict[str, Grid]:
-    """Return the grids of a STONE project, by name: a slope of two lithologies above a lake, with sources.
+    """Return the grids of a STONE project, by file name: a slope with two lithologies and sources, above a lake.
 
     Source cells have 10 or 4 rocks; the values -1 and NaN mean that a cell has no source.
     """

@@ -11,7 +11,7 @@ LISTEN = "0A"
 
 
 def family(process: int) -> list[int]:
-    """Return the ids of a process and of all its living descendants that can be found from parent to child."""
+    """Return the ids of a process and its living descendants; descendants of a process that has ended are not found."""
     found = [process]
     for one in found:
         with contextlib.suppress(OSError):
@@ -21,7 +21,7 @@ def family(process: int) -> list[int]:
 
 
 def session(leader: int) -> list[int]:
-    """Return the ids of the living processes of a session, such as children that a program has left behind."""
+    """Return the ids of the processes in the session of a leader, such as children that a program has left behind."""
     return [one for one in map(int, filter(str.isdigit, os.listdir("/proc"))) if _session_of(one) == leader]
 
 

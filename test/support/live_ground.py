@@ -1,4 +1,4 @@
-"""Terrain and sources for tests of answers over a small pit."""
+"""Make terrain and sources for tests of answers over a small pit."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +19,7 @@ ENGINES = ["reference", *(["compiled"] if HAS_NUMBA else [])]
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """A minimal live terrain: only the attributes that the computation of an answer reads."""
+    """A replacement for a live terrain with only the attributes that the computation of an answer reads."""
 
     terrain: Any
     facets: Any
@@ -48,9 +48,9 @@ def pit_standing(folder, engine=ENGINES[-1], more="", **of_pit):
 
 
 def over_the_wall(count=5, height=4.0, stamp_ns=7, topic=""):
-    """Return a trigger of `count` sources on the pit's wall, thrown towards the pit's middle.
+    """Return a trigger of `count` sources above the pit's wall, with velocities of 6 m/s towards the pit's middle.
 
-    height : m above z = 60 m
+    height : height (m) of the sources above z = 60 m
     """
     angle = np.linspace(0.0, 1.5 * np.pi, count)
     towards = np.stack([-np.cos(angle), -np.sin(angle), np.zeros(count)], axis=1)

@@ -1,4 +1,4 @@
-"""A peer of the simulator in tests with real processes: it publishes all inputs and receives all outputs."""
+"""A peer of the simulator in tests with real processes: it publishes inputs and receives results and alerts."""
 
 import resource
 import time
@@ -30,14 +30,14 @@ from rpf3d_ros.messages.cloud_messages import cloud_of_columns
 NODE = "rpf3d_simulator"
 CONFIGURE, SHUT_DOWN = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_UNCONFIGURED_SHUTDOWN
 FOLLOWED = "may have reported other sources"
-"""Part of the fault of a refused message after which another message of its topic was understood."""
+"""Words in the fault of a refused message if a later message of the same topic was understood."""
 
 PATIENCE = 600.0
 """Longest wait for an expected event (s). Nodes compile before they subscribe: with an empty cache this takes 40 s of
-one core, and 210 s of wall time if five other programs share the core."""
+CPU time, and 210 s of wall time if five other programs share the core."""
 
 TURN = 0.02
-"""Time that a peer waits for a message before it checks its condition again (s)."""
+"""Longest time (s) that a peer waits for a message before it checks its condition again."""
 
 SECOND = 1_000_000_000
 INPUTS = [name for name, topic in TOPICS.items() if topic.given]
@@ -52,7 +52,7 @@ SPACING = 1.0
 
 
 class Said(NamedTuple):
-    """A state of one part of a node, as received on /diagnostics.
+    """The state of one part of a node, as received on /diagnostics.
 
     part : "node: part"; level : 0 OK, 1 WARN, 2 ERROR, 3 STALE; message : a sentence
     """
@@ -65,14 +65,14 @@ class Said(NamedTuple):
 def ramp(lowered=0.0):
     """Return points (61, 61, 3) m: a slope of 45 degrees from x = 0 to x = 40, and a level floor up to x = 60.
 
-    lowered : length (m) by which all points are lower
+    lowered : length (m) that is subtracted from all heights
     """
     y, x = np.mgrid[0 : SIDE + 1, 0 : SIDE + 1].astype(float) * SPACING
     return np.stack([x, y, np.maximum(DROP - x, 0.0) - lowered], axis=-1)
 
 
 def long_ramp():
-    """Return points (61, 241, 3) m of the ramp with a floor on which all rocks stop: none leaves the survey."""
+    """Return points (61, 241, 3) m of the ramp with a floor so long that no rock leaves the survey."""
     y, x = np.mgrid[0 : SIDE + 1, 0 : 4 * SIDE + 1].astype(float) * SPACING
     return np.stack([x, y, np.maximum(DROP - x, 0.0)], axis=-1)
 
@@ -84,7 +84,7 @@ def ramp_of(side):
 
 
 def cloud(points, stamp_ns, frame="map"):
-    """Return a PointCloud2 of points (H, W, 3) or (N, 3) m, organised or not."""
+    """Return an organised PointCloud2 of points (H, W, 3) m, or an unorganised PointCloud2 of points (N, 3) m."""
     return cloud_of_columns(header(stamp_ns, frame), {name: points[..., i] for i, name in enumerate("xyz")})
 
 
@@ -118,7 +118,7 @@ def resident(pid):
 class LivePeer:
     """Publishes every input of a simulator, and keeps its results, alerts and diagnostics.
 
-    said : received states, in order; health : the last status of each part, by its name
+    said : received states (`Said`), in order; health : the last status of each part, by name of the part
     results, alerts, alarms, grids : received messages of `results`, `alerts`, `alarm` (as bool) and `hazard/grid`
     """
 
@@ -149,18 +149,18 @@ class LivePeer:
             self.health[status.name] = status
 
     def now(self):
-        """Return the time (ns) of this peer's clock, later than any time that it returned earlier."""
+        """Return the time (ns) of this peer's clock; each call returns a later time."""
         now = time.time_ns() if self._clock is None else self._clock()
         self._last_stamp = max(now, self._last_stamp + 1)
         return self._last_stamp
 
     def run_clock(self, from_ns):
-        """Begin to publish /clock from a time (ns), at the rate of the wall clock, whenever this peer spins."""
+        """Start /clock at a time (ns), at the rate of the wall clock; it is published while this peer receives."""
         began = time.monotonic_ns()
         self._clock, self._last_stamp = lambda: from_ns + time.monotonic_ns() - began, 0
 
     def spin(self, seconds=0.0, until_something_is_said=False):
-        """Receive messages for some seconds, or until the simulator publishes a state."""
+        """Receive messages for some seconds; until_something_is_said : True to end as soon as a state is received."""
         until, said = time.monotonic() + seconds, len(self.said)
         self._turn(0.0)
         while (left := until - time.monotonic()) > 0 and not (until_something_is_said and len(self.said) > said):
@@ -174,7 +174,7 @@ class LivePeer:
     def wait(self, condition, what):
         """Receive messages until a condition is true, and return its value; after PATIENCE seconds the test fails.
 
-        what : words for the condition, for the error
+        what : description of the condition, for the error message
         """
         deadline = time.monotonic() + PATIENCE
         while not (answer := condition()):
@@ -183,17 +183,17 @@ class LivePeer:
         return answer
 
     def wait_for_simulator(self):
-        """Receive messages until a simulator subscribes to every topic and has published a state."""
+        """Receive messages until every topic of this peer has a subscriber and the simulator has published a state."""
         for topic, publisher in self.publishers.items():
             self.wait(lambda p=publisher: p.get_subscription_count() >= 1, f"a subscriber of {topic}")
         self.wait(lambda: any(said.part.startswith(NODE) for said in self.said), "a word of the simulator")
 
     def send(self, topic, message):
-        """Publish a message on a topic, or the bytes of a message."""
+        """Publish a message on a topic; message : a ROS message, or its CDR bytes."""
         self.publishers[topic].publish(message)
 
     def wait_for_sentence(self, sentence, after=0, node=NODE):
-        """Receive messages until a node publishes a state that contains a sentence, and return the state.
+        """Receive messages until a node publishes a state whose message contains a sentence, and return this state.
 
         after : number of earlier states that are skipped
         """
@@ -204,13 +204,13 @@ class LivePeer:
         return self.wait(found, f"{node} to say {sentence!r}")
 
     def refused(self, topic, message, sentence):
-        """Publish an invalid message, wait until the simulator refuses it with a sentence, and return the state."""
+        """Publish a message, wait for a state of the simulator that contains a sentence, and return the state."""
         before = len(self.said)
         self.send(topic, message)
         return self.wait_for_sentence(sentence, before)
 
     def stand_on_ramp(self, lowered=0.0, stamp_ns=None):
-        """Publish the ramp as terrain and return its stamp (ns)."""
+        """Publish the ramp as terrain, and return its stamp (ns); lowered : as in `ramp`."""
         stamp_ns = stamp_ns or self.now()
         self.send("terrain/points", cloud(ramp(lowered), stamp_ns))
         return stamp_ns
@@ -220,7 +220,7 @@ class LivePeer:
         self.send("areas/polygon", polygon(TOE, self.now()))
 
     def see_rocks_reach_the_toe(self):
-        """Publish ramp, area and sources, and wait for the level `evacuate`; return the values of `results`."""
+        """Publish ramp, area and sources, and wait for the level `evacuate`; return the values in `results`."""
         self.stand_on_ramp()
         self.watch_toe()
         values = self.answered()
@@ -278,7 +278,7 @@ class LivePeer:
         return self.wait(found, f"{what}, not {[a.status[0].message for a in self.alerts[-3:]]}")
 
     def acknowledge_refusals(self, after=0):
-        """Wait for a normal alert or the fault of a refused message that an understood one followed; acknowledge it.
+        """Wait for an alert that is `normal` or contains FOLLOWED; in the second case, acknowledge the alert.
 
         after : number of earlier alerts to skip
         """
@@ -320,9 +320,9 @@ class LivePeer:
 
 
 def acknowledge_as(peer, words):
-    """Acknowledge as a person, and return the response of the service.
+    """Acknowledge an alert by the services of the simulator, and return the response of ~/acknowledge.
 
-    peer : has the method `call`; words : name, colon and reason
+    peer : object with the method `call`, such as a `LivePeer`; words : "NAME: REASON"
     """
     parameter = Parameter("acknowledged_by", value=words).to_parameter_msg()
     peer.call(SetParameters, f"{NODE}/set_parameters", SetParameters.Request(parameters=[parameter]))
@@ -342,9 +342,9 @@ FEW_ROCKS = {"ground": "sliding", "first_rocks": 200, "target.most_rocks": 400}
 
 
 def with_alerts(folder, oldest=3600):
-    """Return the parameters of a simulator that decides on alerts and keeps its terrain and decisions in a folder.
+    """Write a site file; return the parameters of a simulator that keeps its terrain and decisions in the same folder.
 
-    oldest : age (s) at which sources are stale
+    oldest : age (s) above which sources are a fault
     """
     site = Path(folder) / "site.yaml"
     site.write_text(SITE.format(oldest=oldest))
@@ -353,6 +353,6 @@ def with_alerts(folder, oldest=3600):
 
 
 def full_disk(pid, limit):
-    """Limit the size of all files of a process (bytes), as on a full disk; None removes the limit."""
+    """Limit the size of each file that a process writes, as on a full disk; limit : bytes, None for no limit."""
     hard = resource.prlimit(pid, resource.RLIMIT_FSIZE)[1]
     resource.prlimit(pid, resource.RLIMIT_FSIZE, (hard if limit is None else limit, hard))

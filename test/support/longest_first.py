@@ -1,8 +1,8 @@
 """Order the test files, longest first, so that no worker is still busy with a long file after the others have ended.
 
-    make test PYTEST_ADDOPTS=--durations=0 | .venv/bin/python test/support/longest_first.py
+This command rewrites longest_files.txt, the list of the files that take longest, from the durations printed by pytest:
 
-rewrites the list of the files that take longest (longest_files.txt), from the durations that pytest prints.
+    make test PYTEST_ADDOPTS=--durations=0 | .venv/bin/python test/support/longest_first.py
 """
 
 import re
@@ -15,18 +15,18 @@ TESTS = Path(__file__).parents[1]
 LIST = Path(__file__).with_name("longest_files.txt")
 """File with one line for each test file, longest first: the seconds of its tests, and its path in the folder `test`."""
 SHORT = 3.0
-"""Time (s): test files that take less are not listed; they are run last."""
+"""Smallest time (s) of a listed test file; files that are not listed run last."""
 DURATION = re.compile(r"^ *([\d.]+)s (?:setup|call|teardown) +test/([\w/]+\.py)::", re.MULTILINE)
 
 
 def seconds_of_files() -> dict[str, float]:
-    """Return the seconds of each listed file."""
+    """Return the time (s) of each file in LIST, by its path in the folder `test`."""
     rows = (line.split() for line in LIST.read_text(encoding="utf-8").splitlines())
     return {file: float(seconds) for seconds, file in rows}
 
 
 def longest_first(files: Iterable[Path]) -> list[int]:
-    """Return the indices of files in the order in which to run them: longest first, otherwise in the given order."""
+    """Return the indices of files, longest file first; files with equal times keep their order."""
     seconds = seconds_of_files()
     taken = [seconds.get(file.relative_to(TESTS).as_posix(), 0.0) if TESTS in file.parents else 0.0 for file in files]
     return sorted(range(len(taken)), key=lambda i: -taken[i])

@@ -1,4 +1,4 @@
-"""Write small valid files in the formats that mines use, where possible with a library that is not part of rpf3d."""
+"""Write small valid files in formats that mines use, where possible with a library that rpf3d does not contain."""
 
 from pathlib import Path
 
@@ -41,7 +41,7 @@ def write_dxf_layers(path: Path, faces: list[tuple[str, list[tuple[float, float,
 
 
 def write_landxml(path: Path, vertices: np.ndarray, triangles: np.ndarray, name: str = "topo") -> Path:
-    """Write a mesh as a TIN surface of a LandXML file, which has the northing first; name : of the surface."""
+    """Write a mesh as a TIN surface of a LandXML file, which has the northing first; name : surface name."""
     points = "".join(f'<P id="{i}">{y!r} {x!r} {z!r}</P>\n' for i, (x, y, z) in enumerate(vertices.tolist(), start=1))
     faces = "".join(f"<F>{a + 1} {b + 1} {c + 1}</F>\n" for a, b, c in triangles.tolist())
     path.write_text(
@@ -80,7 +80,10 @@ def write_omf(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> Path:
 
 
 def write_las(path: Path, points: np.ndarray, classes: np.ndarray | None = None, crs: int | None = None) -> Path:
-    """Write points (N, 3) as LAS or LAZ, by the extension, with laspy; crs : EPSG code."""
+    """Write points (N, 3) m as a LAS or LAZ file, depending on the extension, with laspy.
+
+    classes : (N,) class of each point, None for no classes; crs : EPSG code, None for no reference system
+    """
     import laspy
 
     header = laspy.LasHeader(point_format=6, version="1.4")
@@ -98,7 +101,7 @@ def write_las(path: Path, points: np.ndarray, classes: np.ndarray | None = None,
 
 
 def write_e57(path: Path, points: np.ndarray) -> Path:
-    """Write points (N, 3) as one scan of an E57 file, in single precision, with pye57."""
+    """Write points (N, 3) m as one scan of an E57 file, in single precision, with pye57."""
     import pye57
 
     file = pye57.E57(str(path), mode="w")

@@ -41,7 +41,7 @@ WORDS = (b"", b"float", b"int", b"list", b"vertex", b"\0", b"\xff\xfe", b"'", b'
 
 
 def mutated(data: bytes, rng: random.Random) -> bytes:
-    """Return the content of a file after one to three kinds of damage."""
+    """Return the content of a file with one to three random kinds of damage."""
     for _ in range(rng.choice((1, 1, 1, 2, 3))):
         data = rng.choice((_cut, _bits, _bytes, _number, _number, _number, _word, _line, _twice))(data, rng)
     return data
@@ -59,7 +59,7 @@ def _bits(data: bytes, rng: random.Random) -> bytes:
 
 
 def _bytes(data: bytes, rng: random.Random) -> bytes:
-    """Return the data with four or eight bytes replaced by values that have a meaning in binary files."""
+    """Return the data with four or eight bytes replaced by an extreme integer, zeros or NaN."""
     what = rng.choice((b"\xff\xff\xff\xff", b"\0\0\0\0", b"\x7f\xff\xff\xff", b"\xff\xff\xff\x7f", b"\0\0\xc0\x7f" * 2))
     place = rng.randrange(len(data) + 1)
     return data[:place] + what + data[place + len(what) :]
@@ -119,9 +119,9 @@ def _by_vtk(writer_of: Callable[[], object], binary: bool | None) -> Callable[[P
 
 
 def _ply(order: str) -> Callable[[Path], None]:
-    """Return a function that writes a PLY file.
+    """Return a function that writes a PLY file; order : format in the header, such as `ascii`.
 
-    One triangle is replaced by a square, so that the file has polygons with three and with four corners.
+    One polygon of the file has four corners, the others have three.
     """
     sign = {"binary_little_endian": "<", "binary_big_endian": ">"}.get(order)
     faces = [[*TRIANGLES[0], 5], *TRIANGLES[1:].tolist()]
@@ -169,7 +169,7 @@ def _geotiff(path: Path) -> None:
 
 
 def _areas(path: Path) -> None:
-    """Write two squares; a file of the same name is replaced."""
+    """Write two rectangles; an existing file of the same name is replaced."""
     path.unlink(missing_ok=True)
     write_vector(path, [shapely.box(0, 0, 4, 4), shapely.box(9, 0, 12, 4)])
 

@@ -1,4 +1,4 @@
-"""Make a small valid message of every converted kind, with the function that converts it."""
+"""Make a small valid message of each kind that the nodes convert, with the function that converts the message."""
 
 from collections.abc import Callable
 from typing import Any
@@ -39,7 +39,7 @@ def _grid() -> Case:
 
 
 def _survey(cloud: PointCloud2) -> object:
-    """Convert a cloud as the node does: first the quick check, then the points."""
+    """Convert a cloud to a survey as the node does: first the quick check, then the points."""
     check_cloud(cloud, MAP, MOST)
     return survey_of_cloud(cloud, MAP, MOST)
 

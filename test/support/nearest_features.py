@@ -1,4 +1,7 @@
-"""Compute the distance of a convex body and a triangle from all pairs of corners, edges and faces, in long doubles."""
+"""Compute the distance between a convex body and a triangle by comparing all pairs of features, in long doubles.
+
+The features are corners, edges and faces.
+"""
 
 from typing import NamedTuple
 
@@ -44,7 +47,10 @@ BODIES = bodies()
 
 
 class Hull(NamedTuple):
-    """Corners (N, 3), faces (F, 3, 3) and edges (E, 2, 3) of a body, in extended precision; faces turn outwards."""
+    """Corners (N, 3), faces (F, 3, 3) and edges (E, 2, 3) of a body, in extended precision.
+
+    The corners of a face are counter-clockwise, seen from outside.
+    """
 
     corners: np.ndarray
     faces: np.ndarray
@@ -82,14 +88,14 @@ def wide_cross(a, b):
 
 
 def point_segment(p, a, b):
-    """Return the points (..., 3) of the segments from a to b that are nearest to the points p; arrays are broadcast."""
+    """Return the points (..., 3) on the segments from a to b that are nearest to points p; arrays are broadcast."""
     d = b - a
     t = np.clip(dots(p - a, d) / dots(d, d), 0, 1)
     return a + t[..., None] * d
 
 
 def point_triangle(p, a, b, c):
-    """Return the points (..., 3) of the triangles a b c that are nearest to the points p; arrays are broadcast."""
+    """Return the points (..., 3) on the triangles a b c that are nearest to points p; arrays are broadcast."""
     n = wide_cross(b - a, c - a)
     inside = True
     for u, v in ((a, b), (b, c), (c, a)):
@@ -99,14 +105,14 @@ def point_triangle(p, a, b, c):
     for u, v in ((a, b), (b, c), (c, a)):
         q = point_segment(p, u, v)
         nearer = np.isnan(best[..., 0]) | (dots(p - q, p - q) < dots(p - best, p - best))
-        best = np.where(nearer[..., None], q, best)  # also where inside: the foot on a sliver is inexact
+        best = np.where(nearer[..., None], q, best)  # also if inside, because the foot on a sliver is inexact
     return best
 
 
 def crossing_lines(a, b, c, d):
-    """Return the nearest points of the segments a b and c d if both points are inside the segments, else a and c.
+    """Return the nearest points (..., 3) of the lines a b and c d if both lie within the segments, else a and c.
 
-    A nearest point at the end of a segment is found by `point_triangle`. Arrays are broadcast.
+    `point_triangle` finds nearest points at the ends of segments. Arrays are broadcast.
     """
     u, v, w = b - a, d - c, c - a
     n = wide_cross(u, v)
@@ -118,7 +124,7 @@ def crossing_lines(a, b, c, d):
 
 
 def pierced(a, b, faces) -> bool:
-    """True if one of the segments a b passes through one of the faces."""
+    """Return True if one of the segments from a to b, (S, 3) each, passes through one of faces (F, 3, 3)."""
     p, q, r = faces[:, 0], faces[:, 1], faces[:, 2]
     n = wide_cross(q - p, r - p)
     a, b = a[:, None], b[:, None]
@@ -132,9 +138,9 @@ def pierced(a, b, faces) -> bool:
 
 
 def by_features(hull: Hull, facet: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return the distance of body and facet (0 if they overlap), the nearest point of each (3,): body, then facet.
+    """Return the distance between body and facet (3, 3), and the nearest points (3,) of the body and of the facet.
 
-    If they overlap, both points are the facet's first corner.
+    If they overlap, the distance is 0, and both points are the facet's first corner.
     """
     f = facet.astype(WIDE)
     ring = np.roll(f, -1, axis=0)

@@ -1,6 +1,6 @@
-"""A campaign of releases on vertices, edges and facets, which checks that no rock falls below the ground.
+"""Release rocks on vertices, edges and facets of random meshes, and check that no rock falls below the ground.
 
-    python test/support/never_below.py --rocks 1250000 --first 1    print a line a family, and the seed of each fall
+    python test/support/never_below.py --rocks 1250000 --first 1    print one line a family, and the seed of each fault
     python test/support/never_below.py --roughness 5                the same on rough ground
 
 A case is a mesh, 250 rocks and one set of models, drawn from a family and a seed (`test/support/random_ground.py`).
@@ -32,12 +32,12 @@ FEW = 20
 
 
 def flown(case: Case, engine: str = "compiled", some: slice = slice(None)) -> Flights:
-    """Return the flights of a case's rocks, or of some of them, on an engine."""
+    """Return the flights of a case's rocks on an engine; some : rows of the rocks to fly."""
     return fly_ensemble(engine_over(engine, case.terrain), case.flight, released(case.x[some], case.v[some]), threads=1)
 
 
 def engines_differ(case: Case) -> bool:
-    """True if the engines give different bits for the first rocks of a case."""
+    """Return True if any bit of the results differs between the engines for the first FEW rocks of a case."""
     first = slice(0, FEW)
     return not same_bits(flown(case, "compiled", first), flown(case, "reference", first))
 
@@ -51,7 +51,10 @@ def guarded(flights: Flights) -> NDArray[np.int64]:
 
 
 def on_rough_ground(case: Case, degrees: float) -> Case:
-    """Return the case with normals that tilt in each impact; degrees : standard deviation of the tilt, 0 for none."""
+    """Return the case with a normal that is tilted at random in each impact.
+
+    degrees : standard deviation of the tilt; 0 to return the case unchanged
+    """
     if not degrees:
         return case
     models = case.flight.models._replace(effects=chain_of([RocfallRoughness(math.radians(degrees))]))
@@ -62,13 +65,16 @@ def on_rough_ground(case: Case, degrees: float) -> Case:
 def held(case: Case, flights: Flights) -> NDArray[np.int64]:
     """Return the rows of the rocks that a gully stopped although they would bounce out of it; none on rough ground."""
     if case.flight.models.effects is not None:
-        return np.empty(0, dtype=np.int64)  # the bounces that the check follows have the normals of the facets
+        return np.empty(0, dtype=np.int64)  # the check computes bounces with the normals of the facets
     facets = case.terrain.vertices[case.terrain.triangles]
     return held_too_early(facets, flights, case.flight.settings, float(case.flight.materials.R_n[0]))
 
 
 def wrongs(case: Case, flights: Flights, both: bool) -> int:
-    """Print the faults of a case's flights, with the seed of the case; return the number of faulty rocks."""
+    """Print the faults of a case's flights, with the seed of the case; return the number of faults.
+
+    both : True to compare the engines as well; a difference is one fault
+    """
     rows = {
         "fell": fallen(case, flights),
         "hang": in_the_air(case, flights),
@@ -85,8 +91,9 @@ def wrongs(case: Case, flights: Flights, both: bool) -> int:
 
 
 def campaign(family: str, seeds: range, rebounds: list[str], both: int, degrees: float = 0.0) -> int:
-    """Fly the cases of a family, every n-th case on both engines; print a line; return the number of faulty rocks.
+    """Fly the cases of a family and print one line; return the number of faults.
 
+    rebounds : names of rebound models, which the seeds have in turn; both : n, every n-th seed flies on both engines
     degrees : roughness of the ground, as in `on_rough_ground`
     """
     began, outcomes, wrong = time.process_time(), Counter[str](), 0
@@ -102,7 +109,7 @@ def campaign(family: str, seeds: range, rebounds: list[str], both: int, degrees:
 
 
 def main() -> int:
-    """Fly the campaign; return 1 if a rock fell, hung in the air, was held too early or differed, else 0."""
+    """Fly the campaign; return 1 if there is a fault (`wrongs`), else 0."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rocks", type=int, default=1_250_000)
     parser.add_argument("--first", type=int, default=1, help="the first seed")

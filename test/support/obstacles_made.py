@@ -1,4 +1,4 @@
-"""Barriers and trees for tests without a scene, and rocks flown against them."""
+"""Make barriers and trees for tests without a scene, and releases of rocks against them."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from rpf3d_core.terrain.sections import ground_at, section_of
 MASS, RADIUS = 1000.0, 0.5
 """Mass and radius of the rocks of `scenes_of_facets.fly` (kg, m)."""
 STRAIGHT = Deflection(0.35, 0.75, (1.0, 0.0, 0.0) * 3, (0.0, 0.0, 67.5, 76.0))
-"""A deflection by trees that does not change the direction of rocks."""
+"""Deflection of rocks by trees in which no rock changes its direction."""
 ASIDE = Deflection(0.35, 0.75, (0.4, 0.4, 0.2) * 3, (0.0, 22.5, 67.5, 76.0))
 
 
@@ -29,7 +29,7 @@ def fence(
 ) -> Barriers:  # fmt: skip
     """Return the effect of one barrier along a line on a terrain.
 
-    corners : (x, y) m of the line; height : m; capacity : J, energy that the barrier can stop
+    corners : (x, y) m of the line; height : m; capacity : largest energy (J) that the barrier stops
     taken, top : as in `Panel`; first : as in `Barriers`
     """
     feet, facets, lines = [], [], []
@@ -82,7 +82,7 @@ def trees(
 
 
 def with_effects(physics: Flight, *effects: object) -> Flight:
-    """Return a copy of materials, settings and models of a flight, with these effects."""
+    """Return a copy of a flight with the given effects in place of its own."""
     models = physics.models
     return dataclasses.replace(physics, models=Models(models.rebound, models.ground, chain_of(effects)))
 
@@ -93,7 +93,7 @@ def energy_of(speed: float) -> float:
 
 
 def thrown(count: int, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions and velocities of rocks thrown down an incline that falls towards +x."""
+    """Return positions (R, 3) m and velocities (R, 3) m/s of rocks thrown down an incline that falls towards +x."""
     random = np.random.default_rng(seed)
     x = np.stack([random.uniform(-2, 0, count), random.uniform(-7, 7, count), random.uniform(2, 6, count)], 1)
     return x, np.stack([random.uniform(0, 8, count), random.uniform(-2, 2, count), np.zeros(count)], 1)

@@ -16,7 +16,7 @@ WIDTH = 100
 
 
 class OnATerminal:
-    """A command that runs on a separate terminal, so that it shows its progress.
+    """A command that runs on a pseudo-terminal, so that it shows its progress.
 
     shown : all text that has appeared on the terminal
     """

@@ -1,4 +1,4 @@
-"""Shared parts of tests of difficult cases: parameters for both engines, and conditions that hold for every rock."""
+"""Parameters for tests of flights on both engines, and checks of the flights."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from rpf3d_core.values import Mode, Outcome
 
 G = 9.81
 NEAR = 1e-6
-"""Distance (m) that counts as zero: far above the contact tolerance (1e-11 m), far below any relevant distance."""
+"""Distance (m) that counts as zero: far above the tolerance (1e-11 m), far below any relevant distance."""
 BOTH = pytest.mark.parametrize("engine", ENGINES)
 MODELS = pytest.mark.parametrize("model", ["none", "sliding"])
 
@@ -27,19 +27,19 @@ def as_loaded(terrain: Terrain) -> Terrain:
 
 
 def lies_on(engine: Engine, flights: Flights) -> bool:
-    """True if every rock that stopped has ground within NEAR below it."""
+    """Return True if every rock that stopped has ground at most NEAR below it."""
     x = flights.deposits.x[flights.deposits.outcome == Outcome.STOPPED] + (0, 0, NEAR)
     below = engine.ground_below(x)
     return bool(np.all(below[:, 1] >= 0) and np.all(below[:, 0] <= 2 * NEAR))
 
 
 def outcomes(flights: Flights) -> set[Outcome]:
-    """Return the outcomes that occurred."""
+    """Return the set of the outcomes of all rocks."""
     return {Outcome(outcome) for outcome in flights.deposits.outcome}
 
 
 def along_flights(flights: Flights, gravity: float = G, samples: int = 9) -> np.ndarray:
-    """Return points (N, 3) m on all paths: events, and `samples` points on each flight between them."""
+    """Return points (N, 3) m on all paths: all events, and `samples` evenly spaced points on each arc."""
     paths = flights.paths
     going = np.flatnonzero(paths.mode[:-1] == Mode.FLIGHT)
     t = np.linspace(0.0, 1.0, samples)[:, None, None] * (paths.t[going + 1] - paths.t[going])[:, None]
@@ -48,7 +48,10 @@ def along_flights(flights: Flights, gravity: float = G, samples: int = 9) -> np.
 
 
 def loses_energy(flights: Flights, gravity: float = G, room: float = 1e-9) -> bool:
-    """True if no rock's energy rises on its path by more than a share `room` of the largest energy of all rocks."""
+    """Return True if no rock gains energy anywhere on its path.
+
+    room : allowed gain by rounding, as a share of the largest energy of all rocks (-)
+    """
     paths = flights.paths
     after = gravity * paths.x[:, 2] + 0.5 * (paths.v**2).sum(1)
     before = gravity * paths.x[1:, 2] + 0.5 * (paths.v_end[:-1] ** 2).sum(1)

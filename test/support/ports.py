@@ -5,14 +5,14 @@ import os
 import socket
 
 LOWEST, COUNT = 20_000, 12_000
-"""Range of ports: below those that the system gives to connections (32768 and higher on Linux) at any time."""
+"""First port and number of ports to try; Linux gives connections only higher ports (32768 and above)."""
 
 _numbers = itertools.count(37 * os.getpid())
-"""Numbers of the next ports to try: each process begins at another port, and takes no port twice."""
+"""Numbers of the next ports to try; processes begin at different ports, and repeat a port only after COUNT others."""
 
 
 def free_port() -> int:
-    """Return a TCP port of the loopback address that no program uses."""
+    """Return a TCP port of 127.0.0.1 that no program uses at present. Raises RuntimeError if there is none."""
     for number in itertools.islice(_numbers, COUNT):
         port = LOWEST + number % COUNT
         with socket.socket() as probe:

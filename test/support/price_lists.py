@@ -1,5 +1,4 @@
-"""An invented price list of accuracy for tests, with round figures: the error and the time of each choice of a scene.
-"""
+"""Make an invented price list of accuracy for tests: error and time of each choice of a scene, in round figures."""
 
 import math
 from typing import Any
@@ -10,7 +9,7 @@ STEPS = {"method": "stepping", "dt": 1e-3, "threshold": 0.05, "squared": False}
 
 
 def price_list(**changes: Any) -> PriceList:
-    """Return a price list with errors and times (s) that are easy to add; changes : attributes with other values."""
+    """Return a price list with errors and times (s) that are easy to add; changes : attributes to replace."""
     statistical = [Priced({"rocks": n}, 2.0 / math.sqrt(n), 0.01, {"seconds": 1e-5 * n}) for n in (100, 400, 1600)]
     numerical = [
         Priced(EVENTS, 0.0, 0.01, {}), Priced(STEPS, 0.02, 5.0, {}), Priced({**STEPS, "dt": 1e-1}, 0.4, 0.001, {}),

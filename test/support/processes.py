@@ -7,18 +7,18 @@ PROC = Path("/proc")
 
 
 def is_there(pid: int) -> bool:
-    """True if a process has not ended; a zombie, that is a process whose end its parent has not read yet, has ended."""
+    """Return True if a process has not ended; a zombie (ended, but not yet waited for by its parent) has ended."""
     return _state(pid) not in ("", "Z", "X")
 
 
 def children_of(pid: int) -> list[int]:
-    """Return the numbers of the processes that a process has started and that have not ended."""
+    """Return the ids of the child processes of a process that have not ended."""
     everyone = [int(path.name) for path in PROC.iterdir() if path.name.isdigit()]
     return [each for each in everyone if is_there(each) and _fields(each)[1:2] == [str(pid)]]
 
 
 def threads_of(pid: int) -> int:
-    """Return how many threads a process has; 0 if it has ended."""
+    """Return the number of threads of a process; 0 if the process has ended."""
     try:
         return len(list((PROC / str(pid) / "task").iterdir()))
     except OSError:
@@ -26,7 +26,7 @@ def threads_of(pid: int) -> int:
 
 
 def computed(pid: int) -> float:
-    """Return the CPU seconds that a running process has used."""
+    """Return the CPU time (s) that a running process has used, in user and system mode."""
     fields = _fields(pid)
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 

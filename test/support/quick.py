@@ -1,4 +1,4 @@
-"""Make the parameters of a test so that `make test` runs some of them, and `make test-long` the others."""
+"""Mark parameters of a test so that `make test` runs some of them, and `make test-long` the others."""
 
 from collections.abc import Collection, Iterable
 from typing import Any

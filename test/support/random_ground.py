@@ -1,4 +1,4 @@
-"""Random meshes, rocks released on the meshes, and an independent check that no rock falls through the ground.
+"""Make random meshes, release rocks on them, and check independently that no rock falls through the ground.
 
 The rocks start on vertices, edges and facets. The check shares no code with the contact search. For every facet that a
 point lies over in plan, the check computes in NumPy whether the point is below the facet's plane. A family is a kind of
@@ -35,15 +35,18 @@ LARGE = 100.0
 UTM = (512_345.678, 4_567_890.123, 1_687.0)
 """Offset (m) as of survey coordinates; adding and subtracting the offset rounds the vertices."""
 DEEP = 1e-6
-"""Depth (m) below a facet from which a rock has fallen through: 2.4 times 256 tolerances of the largest mesh."""
+"""Depth (m) below a facet at which a rock counts as fallen through: 2.4 times 256 tolerances of the largest mesh."""
 NEXT_TO = 1e-6
-"""Distance (m) in plan: points closer to a facet's edge are judged by the facets on both sides of the edge."""
+"""Distance (m) in plan from an edge within which a point counts as over the facets on both sides of the edge."""
 
 ROUNDED = 2e-4
-"""Distance from the rim, over the size of a mesh, at which the check of a rock ends: a rounded rim is not convex."""
+"""Distance from the rim, as a share of the mesh's size, within which rocks are not checked.
+
+A rim with rounded vertices is not convex.
+"""
 
 LEGS = 8
-"""Number of legs of a flight; at the ends of each leg, the check computes on which side of a facet the rock is."""
+"""Number of legs of an arc; at the ends of each leg, the check computes on which side of a facet the rock is."""
 
 Draw = np.random.Generator
 
@@ -69,7 +72,10 @@ class Case:
 
 
 def _grid(draw: Draw, cells: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (V, 2) m of a square grid and its triangles (F, 3); each cell is cut along a random diagonal."""
+    """Return points (V, 2) m in plan and triangles (F, 3) of a square grid; each cell is cut along a random diagonal.
+
+    cells : number of cells on each side
+    """
     ticks = np.linspace(0.0, SIDE, cells + 1)
     plan = np.stack(np.meshgrid(ticks, ticks, indexing="ij"), -1).reshape(-1, 2)
     a = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
@@ -81,20 +87,23 @@ def _grid(draw: Draw, cells: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _sloping(draw: Draw, plan: np.ndarray, steepest: float = 1.2) -> np.ndarray:
-    """Return heights (V,) m at places (V, 2) m of a plane that falls along an axis, a diagonal or in any direction."""
+    """Return heights (V,) m at places (V, 2) m of a plane that falls along an axis, a diagonal or in any direction.
+
+    steepest : largest slope (m per m)
+    """
     angle = draw.choice([0.0, 0.25, 0.5, draw.uniform()]) * math.pi
     return -draw.uniform(0.0, steepest) * (plan @ (math.cos(angle), math.sin(angle)))
 
 
 def rough(draw: Draw) -> Terrain:
-    """Return a grid with noise from nanometres to metres."""
+    """Return a sloping grid with noise; its amplitude is random, from 1 nm to 3 m."""
     plan, triangles = _grid(draw, int(draw.integers(2, 13)))
     noise = 10.0 ** draw.uniform(-9.0, 0.5) * draw.uniform(-1.0, 1.0, len(plan))
     return _mesh(plan, _sloping(draw, plan) + noise, triangles)
 
 
 def planes(draw: Draw) -> Terrain:
-    """Return one plane, cut into facets."""
+    """Return a plane with any slope, cut into facets."""
     plan, triangles = _grid(draw, int(draw.integers(2, 6)))
     return _mesh(plan, _sloping(draw, plan), triangles)
 
@@ -132,7 +141,7 @@ def scattered(draw: Draw) -> Terrain:
 
 
 def junctions(draw: Draw) -> Terrain:
-    """Return a rough grid with T-junctions: some facets are cut at an edge that their neighbour does not share."""
+    """Return a rough grid with T-junctions: some facets are cut into two, but their neighbours are not."""
     whole = rough(draw)
     vertices, triangles = whole.vertices.tolist(), []
     for a, b, c in whole.triangles.tolist():
@@ -156,7 +165,10 @@ def fans(draw: Draw) -> Terrain:
 
 
 def walls(draw: Draw) -> Terrain:
-    """Return a plateau, an upright wall and a floor that slopes along the wall, in strips with seams along the foot."""
+    """Return a plateau, a wall that is vertical or nearly so, and a floor, in strips with seams at the foot.
+
+    The floor slopes along the wall, and towards or away from it.
+    """
     rows, foot = np.linspace(0.0, SIDE, int(draw.integers(2, 6))), 0.5 * SIDE
     lean = float(draw.choice([0.0, 0.0, 0.0, 1e-9, 1e-6, 1e-4, 0.1]))
     along, towards = draw.uniform(-1.0, 1.0), draw.uniform(-0.2, 1.0)
@@ -209,7 +221,7 @@ def pieces(draw: Draw) -> Terrain:
 
 
 def crests(draw: Draw) -> Terrain:
-    """Return a height field with T-junctions that lie off their edges by 0.01 to 0.8 of a crack's largest width."""
+    """Return a height field with T-junctions that lie 0.01 to 0.8 crack widths off their edges (`cracked_ground`)."""
     return cracked(draw, (rough, ridges, steps, benches, scattered)[draw.integers(5)](draw))
 
 
@@ -322,7 +334,10 @@ def _releases_on_top(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarr
 
 
 def _is_under_a_face(terrain: Terrain, x: np.ndarray) -> np.ndarray:
-    """Return flags (R,), True for places (R, 3) m on or under an overhanging facet, where no rock may start higher."""
+    """Return flags (R,), True for places (R, 3) m that are in plan inside a facet that faces downwards.
+
+    A rock that is released above such a place might start inside the ground.
+    """
     facets = terrain.vertices[terrain.triangles]
     leans = np.cross(facets[:, 1] - facets[:, 0], facets[:, 2] - facets[:, 0])[:, 2] < 0.0
     under = np.zeros(len(x), dtype=bool)
@@ -338,9 +353,10 @@ def fallen(case: Case, flights: Flights) -> np.ndarray:
     """Return the rows of the rocks that were more than DEEP below the ground anywhere on their paths.
 
     A point is below the ground if it is below all facets at its place in plan, including facets within NEXT_TO. At the
-    foot of an upright wall, the point must be below the floor and below the plateau. Points within NEXT_TO of the rim
+    foot of a vertical wall, the point must be below the floor and below the plateau. Points within NEXT_TO of the rim
     of the mesh, which is convex, do not count. In a family of OVERHANGING, a point is below the ground if an odd number
-    of facets lies above the point; a path does not count from the moment when the rock is near the rim.
+    of facets lies above the point; a path is checked only until the rock comes near the rim. In the family `pieces`,
+    rocks that pass through a facet are returned as well.
     """
     rows, times, points = _points(flights, case.flight.settings.gravity)
     facets = case.terrain.vertices[case.terrain.triangles]
@@ -378,7 +394,7 @@ def _below_a_piece(case: Case, rows: np.ndarray, times: np.ndarray, points: np.n
     """Return the rows of the rocks that were below the height field, within a closed body, or below a buried heap.
 
     A heap is buried if its whole rim is lower than the height field. A place under another sheet is not below ground.
-    A path does not count from the moment when the rock leaves the height field in plan.
+    A path is checked only until the rock leaves the height field in plan.
     """
     terrain, ground = case.terrain, _ground_alone(case.terrain)
     left = np.full(len(case.x), np.inf)
@@ -395,7 +411,10 @@ def _below_a_piece(case: Case, rows: np.ndarray, times: np.ndarray, points: np.n
 
 
 def _through_a_facet(case: Case, flights: Flights) -> np.ndarray:
-    """Return the rows of the rocks whose path leads through a facet, from its free side to its back."""
+    """Return the rows of the rocks that pass through a facet, from its free side to its back.
+
+    A path is checked only until the rock leaves the height field in plan.
+    """
     paths, gravity = flights.paths, case.flight.settings.gravity
     last = np.concatenate([paths.row[1:] != paths.row[:-1], [True]])
     flies, way = (paths.mode == Mode.FLIGHT) & ~last, np.vstack([np.diff(paths.x, axis=0), np.zeros((1, 3))])
@@ -419,10 +438,10 @@ def _through_a_facet(case: Case, flights: Flights) -> np.ndarray:
 
 
 def _has_odd_above(facets: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return flags (N,), True for points with an odd number of facets straight above, and no facet within DEEP.
+    """Return flags (N,), True for points with an odd number of facets vertically above and no facet within DEEP.
 
-    A flag is True only if three places at the distance NEXT_TO from the point agree, because a vertical line through an
-    edge passes through two facets, or none. facets : (F, 3, 3) m; points : (N, 3) m
+    The number must be odd at three places at the distance NEXT_TO from the point, because a vertical line through an
+    edge may meet both facets of the edge, or none. facets : (F, 3, 3) m; points : (N, 3) m
     """
     below = np.ones(len(points), dtype=bool)
     for turn in (1.0, 3.1, 5.2):
@@ -435,7 +454,7 @@ def _has_odd_above(facets: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def _is_above(facet: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return flags (N,), True for points (N, 3) m that have a facet (3, 3) m straight above."""
+    """Return flags (N,), True for points (N, 3) m that have a facet (3, 3) m vertically above."""
     plan = [facet[(k + 1) % 3, :2] - facet[k, :2] for k in range(3)]
     sides = [e[0] * (points[:, 1] - p[1]) - e[1] * (points[:, 0] - p[0]) for e, p in zip(plan, facet, strict=True)]
     whole = sides[0] + sides[1] + sides[2]
@@ -489,7 +508,7 @@ def _lies_over(facet: np.ndarray, points: np.ndarray) -> np.ndarray:
         edge = (facet[(k + 1) % 3] - facet[k])[:2]
         length = np.linalg.norm(edge)
         if length == 0.0:
-            return np.zeros(len(points), dtype=bool)  # an upright wall has no area in plan
+            return np.zeros(len(points), dtype=bool)  # a vertical wall has no area in plan
         over &= (points[:, :2] - facet[k, :2]) @ (np.array([-edge[1], edge[0]]) / length) >= -NEXT_TO
     return over
 

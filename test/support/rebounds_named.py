@@ -1,4 +1,4 @@
-"""All rebound models by name, with example parameters, and functions for single impacts and flights with a model."""
+"""Rebound models by name, with example parameters, and functions for single impacts and flights with a model."""
 
 from dataclasses import replace
 from typing import Any
@@ -29,7 +29,7 @@ ROWS = ((5.0, 1.6, 0.6), (30.0, 0.7, 0.7), (60.0, 0.35, 0.85), (90.0, 0.25, 0.9)
 """Rows of an angle table with invented values: R_n falls with the angle and R_t rises, as in experiments."""
 MEAN = ((0.75, 0.05, 0.1), (0.1, 0.4, 0.0), (0.4, 0.1, 0.3))
 SPREAD = 0.15
-"""Invented standard deviation of the coefficients, with correlations of 0.3."""
+"""Invented standard deviation (-) of the elements of the matrix, which have correlations of 0.3."""
 
 
 def table_of(rows: Any) -> Any:
@@ -38,7 +38,10 @@ def table_of(rows: Any) -> Any:
 
 
 def matrix_of(spread: float = SPREAD, mean: Any = MEAN) -> StochasticMatrix:
-    """Return a `StochasticMatrix` whose coefficients vary by `spread`."""
+    """Return a `StochasticMatrix` model.
+
+    spread : standard deviation (-) of the elements of the matrix; mean : (3, 3) their means
+    """
     covariance = spread * spread * (0.7 * np.eye(9) + 0.3)
     return StochasticMatrix(np.array(mean), cholesky(covariance))
 
@@ -76,11 +79,14 @@ def struck(model: Any, ground: Surface, v: Vec, w: Vec = ZERO, n: Vec = UP, rock
 
 
 def energy(motion: Motion, radius: float = 0.5) -> float:
-    """Return the kinetic energy per kilogram (J/kg), including the rotation of a sphere."""
+    """Return the kinetic energy (J/kg) of a motion, with the rotation of a solid sphere; radius : m."""
     return 0.5 * float(np.dot(motion.v, motion.v) + 0.4 * radius * radius * np.dot(motion.w, motion.w))
 
 
 def flight_with(model: Any, ground: Any, resting: str = "sliding", effects: Any = None, **settings: Any) -> Flight:
-    """Return the physics of a flight with a rebound model."""
+    """Return materials, settings and models of flights with a rebound model.
+
+    ground : surface of all zones, or of each zone; resting : name of the ground model; settings : fields of `Settings`
+    """
     plain = flight(ground, resting, **settings)
     return replace(plain, models=Models(model, plain.models.ground, effects))

@@ -43,7 +43,7 @@ def header(second, frame="map"):
 
 
 def markers(data):
-    """Return the MarkerArray in published CDR bytes."""
+    """Return the MarkerArray of published CDR bytes."""
     return deserialize_message(data, MarkerArray)
 
 
@@ -66,7 +66,10 @@ def mesh():
 
 
 def falls(rocks=6, points=30, seconds=4.0):
-    """Return the columns of `trajectories` of rocks that bounce down the slope; points : number for each rock."""
+    """Return the columns (N,) of a cloud of points on the paths of rocks that bounce down the slope.
+
+    rocks : number of rocks; points : number of points of each rock; seconds : duration of the motion (s)
+    """
     rock = np.repeat(np.arange(rocks), points)
     t = np.tile(np.linspace(0.0, seconds, points), rocks)
     y = 2.0 + 30.0 * t / seconds
@@ -100,7 +103,10 @@ def grid(second):
 
 
 def areas(second, *names, raised=0.0):
-    """Return the MarkerArray with the outline of each named area, by default of haul_ramp; raised : height (m)."""
+    """Return the MarkerArray with an outline for each named area, by default for haul_ramp.
+
+    raised : height (m) that is added to the outlines
+    """
     ring = np.array([[5.0, 30.0, 5.0], [35.0, 30.0, 5.0], [35.0, 34.0, 4.0], [5.0, 30.0, 5.0]])
     ring[:, 2] += raised
     return markers(area_markers(header(second), {name: [ring] for name in names or ("haul_ramp",)}))
@@ -114,7 +120,7 @@ def alerts(second, level, area="haul_ramp"):
 
 
 def inputs(second):
-    """Return a message for each input of the simulator other than whole terrain, by topic."""
+    """Return a message for each input of the simulator except whole surveys, by topic."""
     patch = slope()[4:8, 4:10] + np.array([0.0, 0.0, 0.4])
     return {
         "terrain/update": cloud_of_columns(header(second), {n: patch[..., i] for i, n in enumerate("xyz")}),
@@ -156,9 +162,9 @@ def answers(second, seconds=4.0):
 
 
 def shift(start=1_700_000_000):
-    """Yield (time of reception in ns, topic, message) in order: two events, an alert that rises and falls.
+    """Yield time of reception (ns), topic and message of two events, in order; the alert level rises and falls.
 
-    The mesh is given as CDR.
+    start : time of the first message (s); meshes are given as CDR bytes
     """
     yield start * SECOND, "terrain/mesh", mesh()
     yield start * SECOND, "alarm", Bool(data=False)
@@ -183,14 +189,17 @@ def as_cdr(message):
 
 
 def without_chance(message):
-    """Return a message as CDR with zeros as padding; rclpy leaves the previous contents of the memory there."""
+    """Return a message as CDR bytes with zeros as padding; rclpy leaves arbitrary bytes there."""
     kind, types = type(message), typestore()
     name = f"{kind.__module__.split('.')[0]}/msg/{kind.__name__}"
     return bytes(types.serialize_cdr(types.deserialize_cdr(serialize_message(message), name), name))
 
 
 def write_bag(folder, messages, namespace="/"):
-    """Write a bag with messages (time in ns, topic, message)."""
+    """Write a bag to a folder.
+
+    messages : time (ns), topic and message of each; namespace : prefix of topics that do not begin with a slash
+    """
     bag = BagWriter(folder)
     for stamp_ns, topic, message in messages:
         bag.write(topic, topic if topic.startswith("/") else namespace + topic, stamp_ns, as_cdr(message))

@@ -1,11 +1,11 @@
-"""Small calibrations with known true values: how often does a 90 % interval contain the true value of a parameter?
+"""Run small calibrations with known true values, and count how often the 90 % intervals contain the true values.
 
 python test/support/recovery.py --count 100
 
 Each calibration has true values from the prior and its own observed stops, so that the intervals of a correct sampler
 contain 90 % of the true values. Intervals miss true values in the corners of the prior more often than elsewhere. So
 the true values of all calibrations are evenly spread over the prior: with random true values, the count would depend on
-how many of them lie in the corners. The observed rocks are flown by an ordinary run, not by the calibration.
+how many of them lie in the corners. The observed stops come from an ordinary run, not from code of the calibration.
 """
 
 import argparse
@@ -64,9 +64,9 @@ calibration:
 BLOCKS = 30
 """Number of observed stops."""
 ERROR = 0.5
-"""Standard deviation (m) of the observed stops' measurement."""
+"""Standard deviation (m) of the measuring error of the observed stops."""
 R_N, R_T = (0.2, 0.6), (0.6, 0.95)
-"""Priors of the two unknowns, from which the true values are drawn."""
+"""Ranges of the uniform priors of the two unknowns; the true values lie in these ranges."""
 TRUTHS = 18
 """Seed of the evenly spread true values: calibration number i has point number i - 1."""
 MIDDLE = (0.5, 0.5)
@@ -79,8 +79,9 @@ OTHER_SEED = 1_000_003
 def known_scene(
     folder: Path, seed: int, at: tuple[float, float] | None = None
 ) -> tuple[Path, dict[str, float]]:  # fmt: skip
-    """Write a scene with observed stops; return its file, and the true values of its unknowns by key path.
+    """Write a scene with observed stops to a folder; return its file, and the true values of its unknowns by key path.
 
+    seed : number of the calibration, from 1
     at : places of the true values in the ranges of their priors, from 0 to 1; None for those of the campaign
     """
     random = np.random.default_rng([seed, 18])
@@ -107,7 +108,7 @@ def found_in(
 ) -> tuple[Findings, dict[str, float]]:
     """Calibrate a scene with known true values; return the findings, and the true values by key path.
 
-    folder : for the scene and the calibration; budget : longest time (s); seed, at : as in `known_scene`
+    folder : receives scene and calibration; budget : longest time (s); seed, at : as in `known_scene`
     """
     path, truth = known_scene(folder, seed, at)
     scene = read_scene(path)
@@ -120,9 +121,9 @@ def found_in(
 
 
 def recovered(seed: int, at: tuple[float, float] | None = None) -> tuple[dict[str, bool], float, int]:
-    """Run one calibration; return what it recovered.
+    """Run one calibration, and compare its 90 % intervals with the true values.
 
-    The result has, for each unknown, True if its true value lies in the 90 % interval; the number of effective samples;
+    Returns a dictionary from key path to True if the interval contains the true value, the number of effective samples,
     and the number of parameter sets flown. seed, at : as in `known_scene`
     """
     with TemporaryDirectory() as folder:

@@ -24,7 +24,7 @@ SPHERE = CoulombSphere(MATERIALS_OWN, 0.0)
 
 
 def spheres(ground: Surface, model=SPHERE, on_ground=None, **settings: float) -> Flight:
-    """Return materials, settings and models for flights of spheres over one ground.
+    """Return materials, settings and models of flights of spheres over ground with one surface.
 
     model : rebound model; on_ground : ground model, None for `sphere`; settings : fields of `Settings`
     """
@@ -33,9 +33,9 @@ def spheres(ground: Surface, model=SPHERE, on_ground=None, **settings: float) ->
 
 
 def roll(engine: Engine, physics: Flight, radius, x, v=(0.0, 0.0, 0.0), **how) -> Flights:
-    """Fly spheres with one radius (m), or with one radius each (R,), from positions (3,) or (R, 3) m.
+    """Fly spheres from positions x, (3,) or (R, 3) m, over ground with the first surface of `physics` in all zones.
 
-    v : velocity (3,) or (R, 3) m/s; how : further arguments of `fly_ensemble`
+    radius : m, of all spheres or (R,); v : velocity (3,) or (R, 3) m/s; how : further arguments of `fly_ensemble`
     """
     places = np.atleast_2d(np.array(x, dtype=float))
     rocks = np.arange(len(places))
@@ -50,7 +50,7 @@ def roll(engine: Engine, physics: Flight, radius, x, v=(0.0, 0.0, 0.0), **how) -
 
 
 def clearance(engine: Engine, points: np.ndarray) -> np.ndarray:
-    """Return the distance (N,) m of points (N, 3) m from the nearest facet, by a search over all facets."""
+    """Return the distance (N,) m of each of points (N, 3) m from the nearest facet, by a search over all facets."""
     facets = engine.facets
     return np.array(
         [min(distance_to_facet(facets, f, tuple(p)) for f in range(len(facets.zone))) for p in points.tolist()]
@@ -58,7 +58,7 @@ def clearance(engine: Engine, points: np.ndarray) -> np.ndarray:
 
 
 def places_of(flights: Flights, samples: int = 3) -> np.ndarray:
-    """Return the events of all paths, and points on the flights between the events, (N, 3) m."""
+    """Return points (N, 3) m on all paths: all events, and `samples` points inside each arc."""
     paths = flights.paths
     going = np.flatnonzero(paths.mode[:-1] == Mode.FLIGHT)
     t = np.linspace(0.0, 1.0, samples + 2)[1:-1, None, None] * (paths.t[going + 1] - paths.t[going])[:, None]

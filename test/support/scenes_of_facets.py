@@ -1,6 +1,7 @@
-"""Test terrains, and rocks flown over them: inclines, profiles, boxes, gullies, rough grids.
+"""Make test terrains (inclines, profiles, boxes, gullies, rough grids), and fly rocks over them.
 
-Everything is in the local frame, z up. A slope falls towards +x; `strike` turns it counter-clockwise about the z axis.
+All coordinates are in the local frame, z up. A slope falls towards +x; `strike` is an angle (degrees) by which the
+terrain is rotated counter-clockwise about the z axis.
 """
 
 import math
@@ -21,7 +22,7 @@ from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Terrain, facets_of
 
 ENGINES = ("reference", "compiled")
-"""Names of both engines; every test of flights runs on both. numba, which the compiled engine needs, is installed."""
+"""Names of both engines; every test of flights runs on both. The compiled engine needs numba."""
 
 AT_REST = (0.0, 0.0, 0.0)
 
@@ -45,16 +46,16 @@ def terrain_of(
 
 
 def grid_triangles(rows: int, columns: int) -> np.ndarray:
-    """Return two triangles for each cell of a grid with rows by columns points, numbered row by row.
+    """Return two triangles (F, 3) for each cell of a grid with rows by columns points, numbered row by row.
 
-    x grows with the row, y with the column.
+    The triangles face up if x grows with the row and y with the column.
     """
     a = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     return np.concatenate([np.stack([a, a + columns, a + columns + 1], 1), np.stack([a, a + columns + 1, a + 1], 1)])
 
 
 def turned(vertices: np.ndarray, degrees: float) -> np.ndarray:
-    """Return points (V, 3) turned counter-clockwise about the z axis; multiples of 90 degrees turn exactly."""
+    """Return points (V, 3), rotated counter-clockwise about the z axis; multiples of 90 degrees are exact."""
     quarter, rest = divmod(degrees, 90.0)
     c, s = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[int(quarter) % 4]
     if rest:
@@ -67,7 +68,10 @@ def turned(vertices: np.ndarray, degrees: float) -> np.ndarray:
 def strip(
     profile: Sequence[tuple[float, float]], half_width: float = 10.0, across: int = 1, strike: float = 0.0
 ) -> Terrain:
-    """Return a profile of (x, z) extruded along y, `across` cells wide; its zones are the segments of the profile."""
+    """Return a profile of points (x, z) m, extruded along y from -half_width to half_width (m).
+
+    Each segment of the profile is a zone. across : number of cells along y
+    """
     x, z = np.array(profile, dtype=float).T
     y = np.linspace(-half_width, half_width, across + 1)
     vertices = np.stack([np.repeat(x, across + 1), np.tile(y, len(x)), np.repeat(z, across + 1)], 1)
@@ -100,7 +104,10 @@ def incline(
 
 
 def down_the_slope(angle: float, strike: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Return two unit vectors of an incline: steepest descent, and the normal towards the free side."""
+    """Return two unit vectors (3,) of an incline: the steepest descent, and the normal on the free side.
+
+    angle, strike : as in `incline`
+    """
     a = math.radians(angle)
     both = np.array([[math.cos(a), 0.0, -math.sin(a)], [math.sin(a), 0.0, math.cos(a)]])
     descent, normal = turned(both, strike)
@@ -108,16 +115,16 @@ def down_the_slope(angle: float, strike: float = 0.0) -> tuple[np.ndarray, np.nd
 
 
 def floor(half: float = 20.0, z: float = 0.0, cells: int = 1) -> Terrain:
-    """Return a level square with its centre at x = y = 0 and its sides 2 `half` (m) long, at a height z (m)."""
+    """Return a level square with its centre at x = y = 0 and sides of 2 `half` (m), at a height z (m)."""
     return rough_grid(cells, 2.0 * half, 0.0, 0.0, centred=True, z=z)
 
 
 def rough_grid(
     cells: int, size: float, slope: float, amplitude: float, seed: int = 0, centred: bool = False, z: float = 0.0
 ) -> Terrain:
-    """Return a square grid with `cells` cells on each side, which is `size` (m) long.
+    """Return a square grid with sides of `size` (m) and with `cells` cells on each side.
 
-    The heights fall by `slope` (m per m) along x from height z (m), with noise of an amplitude (m).
+    The heights fall by `slope` (m per m) along x, from the height z (m) at x = 0. amplitude : largest noise (m)
     centred : True if the origin is in the middle of the square, False if it is a corner
     """
     ticks = np.linspace(0.0, size, cells + 1) - (0.5 * size if centred else 0.0)
@@ -139,7 +146,8 @@ def gully(
 ) -> Terrain:
     """Return a V-shaped gully; its line passes through the origin and slopes down towards +x at `dip` degrees.
 
-    The sides rise by the angles left (+y) and right (-y), measured in the profile across x. Zones: left, right.
+    The sides rise at the angles `left` (at +y) and `right` (at -y) in degrees, measured in the profile across x. The
+    zones are `left` and `right`. length : m, along x; side : width (m) of each side; cells : number of cells along x
     """
     x = np.linspace(-2.0, length, cells + 1)
     z = -x * math.tan(math.radians(dip))
@@ -151,9 +159,9 @@ def gully(
 
 
 def cone(sides: int, radius: float = 5.0, height: float = 5.0) -> Terrain:
-    """Return `sides` facets around one vertex at the origin, which rise by `height` (m) out to `radius` (m).
+    """Return a cone of `sides` facets around a vertex at the origin; its rim is at the height `height` (m).
 
-    If the height is negative, the facets fall.
+    radius : m, of the rim. A negative height gives a hill.
     """
     angles = 2.0 * np.pi * np.arange(sides) / sides
     rim = [(radius * math.cos(a), radius * math.sin(a), height) for a in angles]
@@ -161,7 +169,7 @@ def cone(sides: int, radius: float = 5.0, height: float = 5.0) -> Terrain:
 
 
 def joined(*parts: Terrain) -> Terrain:
-    """Return several terrains as one, facets in order; each terrain is a zone."""
+    """Return several terrains as one terrain, with the facets in order; each of the terrains is a zone."""
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     return Terrain(
         np.concatenate([part.vertices for part in parts]),
@@ -172,7 +180,7 @@ def joined(*parts: Terrain) -> Terrain:
 
 
 def without_facets(terrain: Terrain, *numbers: int) -> Terrain:
-    """Return the terrain with holes in place of some facets."""
+    """Return the terrain without the facets with the given numbers."""
     keep = np.setdiff1d(np.arange(len(terrain.triangles)), numbers)
     return Terrain(terrain.vertices, terrain.triangles[keep], terrain.zone[keep], terrain.zones, terrain.frame)
 
@@ -181,12 +189,12 @@ def without_facets(terrain: Terrain, *numbers: int) -> Terrain:
 
 
 def surface(R_n: float = 0.5, R_t: float = 0.8, friction_angle: float = 30.0, stop_speed: float = 0.5) -> Surface:
-    """Return the ground at a contact; the friction angle is in degrees."""
+    """Return the coefficients of the ground; friction_angle : degrees; stop_speed : m/s."""
     return Surface(R_n, R_t, math.tan(math.radians(friction_angle)), stop_speed)
 
 
 def engine_over(name: str, terrain: Terrain) -> Engine:
-    """Return the engine with a name over a terrain, with the terrain's components but without caps over gaps."""
+    """Return an engine over a terrain, with the terrain's components but without caps; name : name of the engine."""
     return engine_of(name, facets_of(terrain), pieces=piece_numbers(terrain))
 
 
@@ -206,7 +214,7 @@ def fly(
     engine: Engine, physics: Flight, x: Sequence[float] | np.ndarray, v: Sequence[float] | np.ndarray = AT_REST,
     **how: Any,
 ) -> Flights:  # fmt: skip
-    """Fly rocks from positions (3,) or (R, 3) m with velocities of either shape (m/s), and record everything.
+    """Return the flights of rocks from positions x, (3,) or (R, 3) m, with velocities v of either shape (m/s).
 
     how : further arguments of `fly_ensemble`
     """
@@ -222,7 +230,10 @@ def fly(
 
 
 def released(x: Sequence[float] | np.ndarray, v: Sequence[float] | np.ndarray = AT_REST) -> Releases:
-    """Return releases of R rocks of 1 t from positions (3,) or (R, 3) m with velocities of either shape (m/s)."""
+    """Return releases of R rocks of 1 t and 0.5 m radius from positions x, (3,) or (R, 3) m.
+
+    v : velocities (m/s) of either shape
+    """
     places = np.atleast_2d(np.array(x, dtype=float))
     speeds = np.ascontiguousarray(np.broadcast_to(np.array(v, dtype=float), places.shape))
     rocks, ones = np.arange(len(places)), np.ones(len(places))
@@ -230,7 +241,7 @@ def released(x: Sequence[float] | np.ndarray, v: Sequence[float] | np.ndarray = 
 
 
 def specific_energy(flights: Flights, gravity: float = 9.81) -> tuple[np.ndarray, np.ndarray]:
-    """Return for each event of the paths the energy (J/kg) just after it, and at the end of the segment it begins."""
+    """Return the energies (N,) J/kg of the rocks just after each event of the paths, and just before the next event."""
     paths = flights.paths
     after = gravity * paths.x[:, 2] + 0.5 * (paths.v**2).sum(1)
     z_end = np.append(paths.x[1:, 2], paths.x[-1:, 2])
@@ -238,7 +249,7 @@ def specific_energy(flights: Flights, gravity: float = 9.81) -> tuple[np.ndarray
 
 
 def same_bits(one: Flights, other: Flights) -> bool:
-    """True if all results of two ensembles are equal to the last bit."""
+    """Return True if all results of two ensembles are equal to the last bit."""
     return all(
         np.array_equal(a, b, equal_nan=True)
         for name in ("deposits", "impacts", "paths")

@@ -1,4 +1,4 @@
-"""A class for tests of a second process that calls the methods of an object."""
+"""A class whose methods a second process calls in tests."""
 
 import os
 import threading
@@ -9,7 +9,7 @@ from rpf3d_core.errors import InputError
 
 
 class Clerk:
-    """Has methods that write to a file, print, fail or hang."""
+    """An object with methods that write to a file, print, fail or hang."""
 
     def note(self, path: Path, words: str) -> None:
         """Append a line with this process's ID and some words to a file."""
@@ -17,7 +17,7 @@ class Clerk:
             file.write(f"{os.getpid()} {words}\n")
 
     def say(self, words: str) -> None:
-        """Print to standard output, as a library may."""
+        """Write some words to standard output, by `print` and directly to the file descriptor, as a library may."""
         print(words, flush=True)
         os.write(1, words.encode())
 
@@ -32,6 +32,6 @@ class Clerk:
         raise fault
 
     def hang(self, path: Path) -> None:
-        """Append this process's ID to a file, then sleep for longer than any test waits (600 s)."""
+        """Append this process's ID to a file, then sleep for 600 s, which is longer than any test waits."""
         self.note(path, "hangs")
         time.sleep(600.0)

@@ -14,13 +14,13 @@ from command_line import COMMAND, environment
 from listening import listening_addresses
 
 LONGEST = 300.0
-"""Longest time (s) until the desk has ended, on a busy machine."""
+"""Longest time (s) that a test waits for the end of the desk, on a busy machine."""
 
 
 class ServedDesk(NamedTuple):
     """A running desk.
 
-    address : URL of the page, with its token; heard : addresses at which it has listened since its start
+    address : URL of the page, with its token; heard : addresses at which the desk listened during its start
     """
 
     process: "subprocess.Popen[str]"
@@ -39,7 +39,7 @@ class ServedDesk(NamedTuple):
 
 @contextmanager
 def served_desk(*words: object, cwd: Path | None = None) -> Iterator[ServedDesk]:
-    """Context manager: start `rpf3d desk` with some arguments, yield it, and end it if the test has not."""
+    """Context manager: start `rpf3d desk` with the arguments `words`, and end it if the test has not ended it."""
     for library in ("trame", "trame_vtk", "ruamel.yaml"):
         pytest.importorskip(library, reason="the extra `desk` is not installed")
     command = [*COMMAND, "desk", "--no-open", *map(str, words)]

@@ -1,7 +1,7 @@
-"""Random meshes with sharp gullies and with many steep benches, and rocks that are thrown at them.
+"""Make random meshes with sharp gullies, or with many steep benches, and releases of rocks that are thrown at them.
 
-Two faults are likely on such meshes: that rocks lose all speed in gullies sharper than 45 degrees, and that rocks which
-are released in the ground, straight above an edge of an overhang, are not refused.
+Two errors of a simulation are likely on such meshes: rocks lose all speed in gullies sharper than 45 degrees; and rocks
+that are released in the ground, vertically above an edge of an overhang, are not refused.
 """
 
 import math
@@ -15,7 +15,7 @@ from rpf3d_core.terrain.facets import Terrain
 
 Draw = np.random.Generator
 SIDE = 12.0
-"""Length (m) of the meshes along their benches and gullies; their width across is similar."""
+"""Length (m) of the meshes along their benches and gullies; their width is similar."""
 GRAVITY = 9.81
 
 
@@ -30,7 +30,7 @@ def strips(draw: Draw, rows: int, columns: int = 4) -> np.ndarray:
 
 
 def wedges(draw: Draw) -> Terrain:
-    """Return two to eight parallel gullies of 5 to 100 degrees along a slope; in half of the meshes they are uneven."""
+    """Return two to eight parallel gullies with opening angles of 5 to 100 degrees; half of the meshes are uneven."""
     x, profile = 0.0, [(0.0, 0.0)]
     for _ in range(int(draw.integers(2, 9))):
         opening, depth, rises = math.radians(draw.uniform(5.0, 100.0)), draw.uniform(0.3, 4.0), draw.uniform(0.3, 4.0)
@@ -44,7 +44,10 @@ def wedges(draw: Draw) -> Terrain:
 
 
 def terraces(draw: Draw) -> Terrain:
-    """Return two to five benches whose faces all lean back, stand upright or overhang; the mesh is rotated in plan."""
+    """Return two to five benches whose faces are all inclined, all vertical or all overhanging.
+
+    The mesh may be rotated in plan.
+    """
     lean = draw.choice([0.0, draw.uniform(0.05, 1.5), -draw.uniform(0.05, 1.0), -draw.uniform(0.05, 1.0)])
     x, z, profile = 0.0, 0.0, []
     for _ in range(int(draw.integers(2, 6))):
@@ -57,7 +60,7 @@ def terraces(draw: Draw) -> Terrain:
 
 
 def _extruded(draw: Draw, profile: Sequence[tuple[float, float]], noise: float) -> Terrain:
-    """Return a terrain that extends a profile of (x, z) m along y, in strips that may slope along y.
+    """Return a profile of points (x, z) m, extruded along y in strips that may slope along y.
 
     noise : largest random change (m) of the heights of vertices
     """
@@ -70,9 +73,9 @@ def _extruded(draw: Draw, profile: Sequence[tuple[float, float]], noise: float) 
 def releases_thrown(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.ndarray]:
     """Return positions (R, 3) m and velocities (R, 3) m/s of rocks on facets, or on arcs that lead to facets.
 
-    Half of the rocks start on a vertex, an edge or a facet, at rest or along the facet, some of them down it. The other
-    half start on an arc that leads there; the arc may lead through other ground. rpf3d refuses the rocks that start in
-    the ground; these rocks start at rest on the facet instead.
+    Half of the rocks start on a vertex, an edge or a facet, at rest or with a velocity along the facet. The other half
+    start on an arc that leads to such a place; the arc may pass through other ground. A rock that would start in the
+    ground, which rpf3d refuses, starts at rest on the facet instead.
     """
     corners = terrain.vertices[terrain.triangles[draw.integers(0, len(terrain.triangles), rocks)]]
     share = draw.dirichlet([1.0, 1.0, 1.0], rocks)

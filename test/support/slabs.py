@@ -1,4 +1,4 @@
-"""Boxes (slabs) released on an inclined plane, with one face parallel to the plane."""
+"""Make inclined planes, and boxes (slabs) that are released on them with one face parallel to the plane."""
 
 import math
 
@@ -13,9 +13,9 @@ ACCURACY = 1e-3
 
 
 def slope(angle: float, strike: float = 0.0, at=(0.0, 0.0, 0.0), reach: float = 200.0):
-    """Return a plane through the point `at` that falls at an angle (rad) towards +x, turned by `strike` (rad) about z.
+    """Return a square plane that falls at an angle (rad) towards +x, rotated by `strike` (rad) about z.
 
-    reach : half of the sides of the plane (m)
+    at : centre (x, y, z) m of the plane; reach : half of the sides (m)
     """
     corners = [(u * math.cos(angle), y, -u * math.sin(angle)) for u in (-reach, reach) for y in (-reach, reach)]
     return terrain_of(np.array(corners) @ matrix(about((0, 0, 1), strike)).T + at, grid_triangles(2, 2))
@@ -24,7 +24,7 @@ def slope(angle: float, strike: float = 0.0, at=(0.0, 0.0, 0.0), reach: float = 
 def slab(b: float, h: float, angle: float, strike: float = 0.0, at=(0.0, 0.0, 0.0)):
     """Return a slab as a polyhedron, and its release on a slope: centre (3,) m and orientation (4,).
 
-    b, h : half of its lengths along the slope and at right angles to the slope (m); its width is 1 m
+    b, h : half of its lengths (m) down the slope and normal to the slope; its width is 1 m
     angle, strike, at : as in `slope`
     """
     down, out = np.array([math.cos(angle), 0.0, -math.sin(angle)]), np.array([math.sin(angle), 0.0, math.cos(angle)])

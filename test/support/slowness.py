@@ -1,10 +1,9 @@
-"""Measure how slow the processor is at the moment, because other programs share its caches and clock rate with a test.
-"""
+"""Measure how slow the processor is at present, because other programs share its caches and clock rate with a test."""
 
 import time
 
 STEPS, IDLE = 200_000, 0.008
-"""Number of steps of a loop, and the CPU seconds of the loop on a machine without other programs."""
+"""Number of steps of a loop, and CPU time (s) of the loop on a machine without other programs."""
 
 
 def slowness() -> float:

@@ -1,4 +1,4 @@
-"""A scene file with a synthetic pit that is small enough for flights in a test."""
+"""Write a scene file with a synthetic pit that is small enough for flights in a test."""
 
 from pathlib import Path
 

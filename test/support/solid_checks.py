@@ -7,7 +7,10 @@ from scipy.spatial import Delaunay
 
 
 def edge_count(faces):
-    """Return the number of edges of a closed surface; fail if an edge does not have exactly one face on each side."""
+    """Return the number of edges of a closed surface; fail unless each edge has exactly one face on each side.
+
+    faces : vertex numbers of each face, counter-clockwise
+    """
     sides = Counter((a, b) for face in faces for a, b in zip(face, (*face[1:], face[0]), strict=True))
     assert set(sides.values()) == {1}, "two faces run along an edge in the same direction"
     assert all((b, a) in sides for a, b in sides), "an edge has one face only"
@@ -15,7 +18,10 @@ def edge_count(faces):
 
 
 def assert_is_a_closed_convex_solid(body, tolerance=1e-9):
-    """Fail unless the faces are closed, convex, plane and anticlockwise, and every corner lies behind every face."""
+    """Fail unless a body is closed and convex, with plane and anticlockwise faces and unit normals.
+
+    tolerance : distance from the plane of a face that counts as zero, as a share of the body's largest coordinate
+    """
     assert len(body.corners) - edge_count(body.faces) + len(body.faces) == 2, "Euler's formula"
     used = [corner for face in body.faces for corner in face]
     assert list(dict.fromkeys(used)) == list(range(len(body.corners))), "corners in the order of first use"
@@ -30,7 +36,10 @@ def assert_is_a_closed_convex_solid(body, tolerance=1e-9):
 
 
 def integrals(points):
-    """Return volume, centre of mass (3,) and inertia per unit of mass (3, 3) of a hull, from Delaunay's tetrahedra."""
+    """Return volume, centre of mass (3,) and inertia per unit of mass (3, 3) of the convex hull of points (P, 3).
+
+    The hull is divided into Delaunay's tetrahedra.
+    """
     points = np.asarray(points, float)
     tetrahedra = points[Delaunay(points).simplices]
     volumes = np.abs(np.linalg.det(tetrahedra[:, 1:] - tetrahedra[:, :1])) / 6
@@ -43,7 +52,7 @@ def integrals(points):
 
 
 def chirality(points):
-    """Return a number (-) that a rotation of points (P, 3) about the origin keeps, and a mirror reverses."""
+    """Return a number (-) that stays the same if points (P, 3) rotate about the origin; a mirror changes its sign."""
     length = np.linalg.norm(points, axis=1)
     length = length / length.max()
     moments = [(points * length[:, None] ** power).mean(axis=0) for power in (1, 3, 6)]

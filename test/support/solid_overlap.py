@@ -1,8 +1,9 @@
-"""Compute how deep convex bodies and triangles overlap, by all separating axes in NumPy, without code of the engines.
+"""Compute how deep convex bodies and triangles overlap, with separating axes in NumPy, without code of the engines.
 
 A convex body and a triangle are apart if and only if a plane at right angles to one of these axes separates them: a
-normal of the body's faces, the triangle's normal, or the product of an edge of the body with an edge of the triangle.
-Otherwise the least overlap along these axes is the shortest way by which the body can be moved off the triangle.
+normal of a face of the body, the triangle's normal, or the cross product of an edge of each.
+Otherwise the smallest overlap along these axes is the shortest distance that separates the body from the triangle if
+the body is moved by it.
 Source: Gottschalk, Lin & Manocha 1996, SIGGRAPH 96:171.
 """
 
@@ -13,9 +14,9 @@ import numpy as np
 from rpf3d_core.shapes.polyhedron import Polyhedron
 
 PAIRS = 4_000
-"""Number of pairs of pose and triangle that are computed at once, to limit the memory."""
+"""Number of pairs of a pose and a triangle that are computed at once, to limit the memory."""
 PARALLEL = 1e-9
-"""Length of the product of two unit vectors below which they count as parallel."""
+"""Length of the cross product of two unit vectors below which the vectors count as parallel."""
 
 
 class Solid(NamedTuple):
@@ -39,13 +40,13 @@ def solid_of(shape: Polyhedron) -> Solid:
 
 
 def unit(a: np.ndarray) -> np.ndarray:
-    """Return vectors (..., 3) scaled to length 1; vectors without length unchanged."""
+    """Return vectors (..., 3) scaled to length 1; zero vectors stay zero."""
     length = np.linalg.norm(a, axis=-1, keepdims=True)
     return np.asarray(a / np.where(length > 0.0, length, 1.0))
 
 
 def matrices(q: np.ndarray) -> np.ndarray:
-    """Return the matrices (S, 3, 3) of orientations (S, 4), from the body's axes to space."""
+    """Return the rotation matrices (S, 3, 3) of orientations (S, 4), from the body's axes to those of the triangles."""
     w, x, y, z = (q / np.linalg.norm(q, axis=1)[:, None]).T
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -56,9 +57,9 @@ def matrices(q: np.ndarray) -> np.ndarray:
 
 
 def near_pairs(solid: Solid, x: np.ndarray, triangles: np.ndarray, band: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers of poses (P,) and triangles (P,) that are near each other.
+    """Return the pairs of a pose and a triangle that are near each other: numbers of poses (P,) and triangles (P,).
 
-    A pair is near if the triangle's box is closer to the body's centre than the body's radius plus `band` (m).
+    A pair is near if the triangle's box is within the body's largest radius plus `band` (m) of the body's centre.
     x : centres (S, 3) m; triangles : (N, 3, 3) m
     """
     reach = np.linalg.norm(solid.corners, axis=1).max() + band
@@ -74,11 +75,11 @@ def near_pairs(solid: Solid, x: np.ndarray, triangles: np.ndarray, band: float) 
 
 
 def gaps(solid: Solid, x: np.ndarray, q: np.ndarray, triangles: np.ndarray, band: float = 0.0) -> np.ndarray:
-    """Return for each pose of a body (S,) the least gap (m) to triangles (N, 3, 3) m; inf if no triangle is near.
+    """Return the smallest gap (S,) m between a body and triangles (N, 3, 3) m for each pose; inf if none is near.
 
-    The gap to a triangle is the largest along all axes. A gap below 0 is the depth of an overlap. A gap above 0 is at
-    most the distance, and equals it if the nearest points lie inside a face, or inside two edges. Gaps above `band` (m)
-    may be missed. x : centres (S, 3) m; q : orientations (S, 4)
+    The gap to one triangle is the largest gap along all axes. Minus a negative gap is the depth of an overlap. A
+    positive gap is at most the distance, and equals it if a nearest point lies inside a face, or both lie inside edges.
+    Gaps above `band` (m) may be missing or too small. x : centres (S, 3) m; q : orientations (S, 4)
     """
     poses, facets = near_pairs(solid, x, triangles, band)
     least, turns = np.full(len(x), np.inf), matrices(q)
@@ -95,7 +96,10 @@ def gaps(solid: Solid, x: np.ndarray, q: np.ndarray, triangles: np.ndarray, band
 
 
 def _by_faces(solid: Solid, local: np.ndarray) -> np.ndarray:
-    """Return the largest gap (P,) m of triangles (P, 3, 3) along the normals of the faces and of the triangle."""
+    """Return the largest gap (P,) m between the body and each of triangles (P, 3, 3) m along the normals of both.
+
+    local : triangles in the body's axes
+    """
     heights = np.einsum("pvi,fi->pvf", local, solid.normals).min(axis=1) - solid.offsets
     n = unit(np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0]))
     along = np.einsum("ci,pi->pc", solid.corners, n) - np.einsum("pi,pi->p", local[:, 0], n)[:, None]
@@ -105,7 +109,10 @@ def _by_faces(solid: Solid, local: np.ndarray) -> np.ndarray:
 
 
 def _by_edges(solid: Solid, local: np.ndarray) -> np.ndarray:
-    """Return the largest gap (P,) m of triangles (P, 3, 3) along the products of edges."""
+    """Return the largest gap (P,) m between the body and each of triangles (P, 3, 3) m along cross products of edges.
+
+    local : triangles in the body's axes
+    """
     sides = unit(np.roll(local, -1, axis=1) - local)
     axes = np.cross(solid.edges[None, :, None], sides[:, None]).reshape(len(local), -1, 3)
     length = np.linalg.norm(axes, axis=-1)

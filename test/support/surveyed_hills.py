@@ -1,4 +1,4 @@
-"""Surveys of the same hills for tests of live terrains, and functions that read properties of a live terrain."""
+"""Make surveys of the same hills for tests of live terrains, and read properties of a live terrain."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ EAST, NORTH = 5000.0, 3000.0
 
 
 def heights(x: np.ndarray, y: np.ndarray, seed: int) -> np.ndarray:
-    """Return the heights (m) of hills at places x, y (m), with noise of 0.2 m."""
+    """Return the heights (m) of the hills at places x, y (m), with noise; its standard deviation is 0.2 m."""
     return 6.0 * np.sin(x / 9.0) + 4.0 * np.cos(y / 7.0) - 0.5 * x + np.random.default_rng(seed).normal(0, 0.2, x.shape)
 
 
@@ -19,10 +19,10 @@ def grid(
     rows: int = 40, columns: int = 44, east: float = 0.0, north: float = 0.0, step: float = 1.0, seed: int = 0,
     turned: float = 0.0,
 ) -> GridSurvey:  # fmt: skip
-    """Return a survey of the hills with points in rows, rotated counter-clockwise by `turned` (rad).
+    """Return a survey of the hills whose points form a grid, rotated counter-clockwise by `turned` (rad).
 
-    The first point is the centre of the rotation; east, north : its place relative to EAST, NORTH (m)
-    step : distance of the points (m); seed : of the noise
+    east, north : place of the first point, the centre of the rotation, relative to EAST, NORTH (m)
+    step : distance of the points (m); seed : seed of the noise
     """
     v, u = np.mgrid[0:rows, 0:columns] * step
     x = EAST + east + np.cos(turned) * u - np.sin(turned) * v
@@ -58,9 +58,9 @@ def corner_sets(ground: LiveTerrain, facets: np.ndarray) -> set[bytes]:
 
 
 def edge_counts(ground: LiveTerrain) -> tuple[int, int]:
-    """Return how many edges of a terrain have one facet, and how many have more than two.
+    """Return the number of edges of a terrain with one facet, and the number of edges with more than two facets.
 
-    Corners with equal bits are one vertex.
+    Corners with equal coordinates are one vertex.
     """
     corners = np.asarray(ground.facets.corners)[live_facets(ground)].reshape(-1, 3)
     vertices, numbers = np.unique(corners, axis=0, return_inverse=True)

@@ -1,4 +1,4 @@
-"""Scenes of benches for the tests of sweeps, and an executor that counts the cells that it flies."""
+"""Make scenes of benches for tests of sweeps, and count the cells that a sweep flies."""
 
 import csv
 import json
@@ -26,7 +26,10 @@ def road(low: float, high: float) -> str:
 
 
 class Here(Executor):
-    """Flies each cell at once in this process, and counts them."""
+    """An executor that flies each cell at once in this process.
+
+    flown : number of cells flown; ends : number of cells after which `submit` raises KeyboardInterrupt, None for never
+    """
 
     def __init__(self, ends: int | None = None) -> None:
         self.flown, self.ends = 0, ends

@@ -1,4 +1,4 @@
-"""Small terrain files for tests, and scenes that read them."""
+"""Make small terrain files for tests, and scenes that read them."""
 
 from pathlib import Path
 from typing import Any
@@ -17,13 +17,13 @@ materials:
   rock: {normal_restitution: 0.5, tangential_restitution: 0.8}
 sources:
 """
-"""A scene file over slope.stl whose last line is the key `sources`, without its sources."""
+"""Text of a scene file over slope.stl; its last line is the key `sources`, to which a test adds sources."""
 
 
 def with_models(text: str, rebound: str = "constant", ground: str = "none") -> str:
-    """Return a scene that names its models; the models of the thesis are added if the text names none.
+    """Return the text of a scene file, with `rebound` and `ground` added if the text does not have these keys.
 
-    Spheres have no rebound model, so none is added for them.
+    Spheres need no rebound model, so none is added for them. rebound, ground : names of the models to add
     """
     models = {"ground": ground} if "shape: sphere" in text else {"rebound": rebound, "ground": ground}
     named = "".join(f"{key}: {name}\n" for key, name in models.items() if f"\n{key}:" not in f"\n{text}")
@@ -34,7 +34,7 @@ STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attri
 
 
 def scene_of(*files: Path, zones: list[dict[str, Any]] | None = None, **terrain: Any) -> Scene:
-    """Return a scene over terrain files; each file is a zone that has the name of the file.
+    """Return a scene over terrain files; each file is a zone with the name of the file, without the extension.
 
     zones : value of the scene's key `zones`; terrain : further keys of `terrain`
     """
@@ -50,7 +50,7 @@ def scene_of(*files: Path, zones: list[dict[str, Any]] | None = None, **terrain:
 
 
 def grid(rows: int, columns: int, step: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """Return the vertices (V, 3) m and triangles (F, 3), upper side up, of a wavy surface; step : of the grid (m)."""
+    """Return the vertices (V, 3) m and triangles (F, 3), upper side up, of a wavy grid; step : cell size (m)."""
     y, x = np.meshgrid(np.arange(rows) * step, np.arange(columns) * step, indexing="ij")
     vertices = np.stack([x, y, np.sin(x) + np.cos(0.7 * y)], axis=-1).reshape(-1, 3)
     number = np.arange(rows * columns).reshape(rows, columns)
@@ -59,9 +59,9 @@ def grid(rows: int, columns: int, step: float = 1.0) -> tuple[np.ndarray, np.nda
 
 
 def write_binary_stl(path: Path, corners: np.ndarray, announced: int | None = None, header: bytes = b"") -> Path:
-    """Write a binary STL of corners (F, 3, 3).
+    """Write the facets with corners (F, 3, 3) m as a binary STL file.
 
-    announced : a wrong number of facets for the header; by default the true number
+    announced : number of facets in the header, None for the true number; header : first bytes, at most 80
     """
     records = np.zeros(len(corners), STL_RECORD)
     records["corners"] = corners
@@ -71,7 +71,7 @@ def write_binary_stl(path: Path, corners: np.ndarray, announced: int | None = No
 
 
 def ascii_stl(corners: np.ndarray) -> str:
-    """Return the text of an ASCII STL of corners (F, 3, 3)."""
+    """Return the text of an ASCII STL file with facets that have the corners (F, 3, 3) m."""
     facets = []
     for facet in corners:
         lines = "\n".join("vertex " + " ".join(repr(float(c)) for c in corner) for corner in facet)

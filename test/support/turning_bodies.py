@@ -1,4 +1,4 @@
-"""Bodies that rotate without torque: random bodies, reference results with 40 digits, and loops over many bodies."""
+"""Make bodies that rotate without torque, and compute their rotation to 40 digits, or with the engines' code."""
 
 from operator import mul
 
@@ -29,9 +29,12 @@ def real_bodies(n: int, seed: int):
 
 
 def by_taylor(moments, q, w, t: float):
-    """Return orientation (4,) and spin (3,) after t seconds, by Taylor steps of order ORDER with 40 digits."""
+    """Return orientation (4,) and spin (3,) rad/s of a body after t seconds, from Taylor series with 40 digits.
+
+    moments : (3,) principal moments, in any unit; q : (4,) orientation; w : (3,) rad/s, spin in the body's axes
+    """
     fastest = float(np.sqrt(np.dot(moments, np.square(w)) / min(moments)))
-    unit = 2.0 ** np.round(np.log2(fastest))  # unit of spin in which no coefficient loses digits
+    unit = 2.0 ** np.round(np.log2(fastest))  # in this unit of spin, no coefficient loses digits
     steps = int(fastest * t / STEP) + 1
     h = exact(t * unit) // steps
     J = [exact(value) for value in moments]
@@ -44,7 +47,7 @@ def by_taylor(moments, q, w, t: float):
 
 
 def exact(value: float) -> int:
-    """Return a number in units of 2^-BITS, as an integer; exact for every double above 1e-26."""
+    """Return a number as an integer in units of 2^-BITS; exact for every double with a magnitude above 1e-26."""
     top, bottom = float(value).as_integer_ratio()
     return (top << BITS) // bottom
 
@@ -93,14 +96,17 @@ def angle_between(q, p) -> np.ndarray:
 
 
 def in_space(q, a) -> np.ndarray:
-    """Return vectors a (n, 3), given in body axes, in the axes of space; q : unit quaternions (n, 4)."""
+    """Return vectors a (n, 3) of the body's axes, rotated by unit quaternions q (n, 4) into the axes of space."""
     s, v = q[:, :1], q[:, 1:]
     return a + 2.0 * np.cross(v, np.cross(v, a) + s * a)
 
 
 @loop
 def turn_all(moments, q, w, t, out):
-    """Rotate each body for its time t (s), and write orientation (4), spin (3) and bound of the spin into `out`."""
+    """Rotate each body for its time t (s), and write its final state into a row of `out`.
+
+    The columns are orientation (4), spin (3, rad/s) and the upper bound of the spin (rad/s).
+    """
     for k in range(len(out)):
         J, s = (moments[k, 0], moments[k, 1], moments[k, 2]), (w[k, 0], w[k, 1], w[k, 2])
         turning = turning_of(J, (q[k, 0], q[k, 1], q[k, 2], q[k, 3]), s)
@@ -113,9 +119,9 @@ def turn_all(moments, q, w, t, out):
 
 
 def turned(moments, q, w, t, run=turn_all):
-    """Return orientations (n, 4), spins (n, 3) and upper bounds of the spins (n,) rad/s of bodies after times t (s).
+    """Return orientations (n, 4), spins (n, 3) rad/s and upper bounds of the spins (n,) rad/s of bodies after times t.
 
-    moments : (3,) or (n, 3); q : (4,) or (n, 4); w : (n, 3) rad/s; t : a number or (n,); run : loop like `turn_all`
+    moments : (3,) or (n, 3); q : (4,) or (n, 4); w : (n, 3) rad/s; t : s, a number or (n,); run : loop like `turn_all`
     """
     w = np.atleast_2d(np.asarray(w, dtype=float))
     n = len(w)

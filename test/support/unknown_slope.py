@@ -1,4 +1,4 @@
-"""The slope of `watched_road` with unknown coefficients: a live scene with parameter sets, and its answers."""
+"""Prepare the slope of `watched_road` with unknown coefficients, and answer sources on it with parameter sets."""
 
 from itertools import count
 from pathlib import Path
@@ -28,15 +28,15 @@ unknowns: {{sets: 40{misfit}}}
 """
 RANGE = "{prior: {min: 0.2, max: 0.7}}"
 FAR = np.array([[66.0, 2.0], [72.0, 2.0], [72.0, 158.0], [66.0, 158.0]])
-"""Corners (m) of a road that only rocks on the hardest ground reach."""
+"""Corners (x, y) m of a road that rocks reach only if the normal restitution is high."""
 
 
 def standing_with(
     folder: Path, R_n: str = RANGE, misfit: str = "", points: np.ndarray | None = None
 ) -> PreparedTerrain:
-    """Return the prepared terrain of the slope, for a live scene with unknowns.
+    """Return the prepared terrain of the slope, for a live scene with unknowns, which is written to a folder.
 
-    R_n : YAML of the normal restitution; misfit : YAML of further keys of `unknowns`
+    R_n : YAML of the normal restitution; misfit : YAML of further keys of `unknowns`, with a leading comma
     points : (rows, columns, 3) m of another terrain, None for the slope
     """
     path = folder / "live.yaml"
@@ -48,10 +48,10 @@ def standing_with(
 def stages(
     standing: PreparedTerrain, places, cluster: float = 5.0, road: np.ndarray = FAR, least: int = WANTED
 ) -> list[Answer]:
-    """Return all stages of the answer to sources.
+    """Return all stages of the answer to sources, in order.
 
     standing : prepared terrain; places : (x, y, z) m of the sources; cluster : side of the squares of clusters (m)
-    road : corners (P, 2) m of the area; least : fewest rocks of a cluster
+    road : corners (P, 2) m of the area; least : fewest rocks of each cluster
     """
     at = np.array(places, dtype=float).reshape(-1, 3)
     trigger = trigger_of(at, np.zeros_like(at), None, NOW - S)

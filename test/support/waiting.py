@@ -6,7 +6,7 @@ from typing import Any
 
 
 def wait_for(condition: Callable[[], Any], seconds: float, pause: float = 0.005) -> Any:
-    """Call a condition until its value is true, and return the value; the test fails after some seconds.
+    """Call a condition until its value is true, and return the value; the test fails if that takes too long.
 
     seconds : longest wait (s); pause : time between two calls (s)
     """

@@ -1,4 +1,4 @@
-"""Start a node without a network over the pit of the never-green campaign, and read the levels that it shows."""
+"""Start a node without a network over the pit of the never-green campaign, and read the levels that the node shows."""
 
 from dataclasses import replace
 from typing import Any
@@ -11,7 +11,7 @@ from never_green.plan import Plan
 
 
 def start_with(monkeypatch: pytest.MonkeyPatch, plan: Plan, **parameters: Any) -> Run:
-    """Start a node for a plan and return the run; parameters : values that differ from those of the campaign."""
+    """Start a node for a plan and return the run; parameters : parameters of the node to change."""
 
     def configured(plan: Plan) -> Any:
         before = configuration_of(plan)
@@ -22,7 +22,7 @@ def start_with(monkeypatch: pytest.MonkeyPatch, plan: Plan, **parameters: Any) -
 
 
 def shown_at(run: Run, at: float) -> str:
-    """Call the node's timer until a time (s), and return the level that is then shown, as a word."""
+    """Call the node's timer every 0.25 s until a time `at` (s), and return the level shown then, as a word."""
     for tick in np.arange(run.at + 0.25, at + 0.01, 0.25).tolist():
         run.at = tick
         run.node.tick()

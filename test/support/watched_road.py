@@ -1,4 +1,4 @@
-"""A slope above a road that is an area of interest: its terrain, answers to sources on the slope, and alerts."""
+"""Make a slope above a road (an area of interest), answer sources on the slope, and decide on alerts."""
 
 from itertools import count
 
@@ -18,10 +18,10 @@ LENGTH, WIDTH, DROP = 80, 160, 40.0
 """The slope of 45 degrees falls along x from 0 to 40 m, then the ground is level; it is 160 m wide along y."""
 
 ROAD = np.array([[44.0, 2.0], [52.0, 2.0], [52.0, 158.0], [44.0, 158.0]])
-"""Corners (m) of the road at the toe; nearly every rock from the slope reaches the road."""
+"""Corners (x, y) m of the road at the toe; nearly every rock from the slope reaches the road."""
 
 ON_THE_SLOPE = (10.0, 20.0, 31.0)
-"""Place (x, y, z) m of a source a metre above the slope."""
+"""Place (x, y, z) m of a source 1 m above the slope."""
 
 LIMITS = {"watch": {"reach_probability": 0.02}, "restrict": {"reach_probability": 0.1}}
 WANTED = 500
@@ -35,9 +35,9 @@ def slope():
 
 
 def behind_a_bank(points):
-    """Add a bank of 8 m before the road to points (rows, columns, 3) m, for y > 60 m, and return the same array.
+    """Add a bank at the toe of the slope, 8 m high, to points (rows, columns, 3) m in place, and return the points.
 
-    Rocks from the slope above the bank stop before the road.
+    The bank protects the road for y > 60 m: rocks from the slope above stop at the bank.
     """
     x, y = points[..., 0], points[..., 1]
     points[..., 2] += np.where((y > 60.0) & (np.abs(x - 41.0) <= 1.0), 8.0, 0.0)
@@ -50,9 +50,9 @@ def road_site(**terms):
 
 
 def standing_over(points, **fields):
-    """Return the prepared terrain of a survey with points in rows, (rows, columns, 3) m.
+    """Return the prepared terrain of a survey with points in a grid, (rows, columns, 3) m.
 
-    fields : further fields of the scene, by key path
+    fields : further values of the live scene, by key path
     """
     scene = live_scene({"ground": "sliding", "target.most_rocks": 1000, **fields})
     return stand_on(Workshop().whole(GridSurvey(points)), scene)
@@ -72,6 +72,6 @@ def last_answer(standing, places, cluster=5.0, road=ROAD):
 
 
 def decided_on(answer, thresholds=None):
-    """Return the alert that follows from one answer, without an earlier alert."""
+    """Return the alert that follows from one answer, without an earlier alert; thresholds : None for `road_site()`."""
     told = evidence(*answer.evidence, sources=answer.sources, unfinished=answer.unfinished)
     return decide(None, told, thresholds or road_site(), NOW)

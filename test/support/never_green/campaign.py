@@ -1,9 +1,9 @@
-"""The campaign of the safety argument: random combinations of defects of inputs; no level may be shown too low.
+"""Run the campaign of the safety argument: in no combination of defects of inputs may the node show too low a level.
 
     PYTHONPATH=test/support:. python -m never_green.campaign --count 2000      all seeds from 0 on
-    PYTHONPATH=test/support:. python -m never_green.campaign --first 17 --count 1 --words    one, printed as text
+    PYTHONPATH=test/support:. python -m never_green.campaign --first 17 --count 1 --words    seed 17, with its defects
 
-A combination is drawn from its seed: what is true in a small pit, the messages about it, and defects of the messages.
+A combination is drawn from its seed: the true state of a small pit, messages about it, and defects of the messages.
 docs/explanation/never-green.md has the report.
 """
 
@@ -20,11 +20,14 @@ from never_green.combination import CLEAN, Verdict, run
 from never_green.defects import DEFECTS
 
 NO_DEFECT = "none"
-"""Value of --kinds that runs only combinations without a defect, which are those of every tenth seed from 0 on."""
+"""Value of --kinds that runs every tenth seed: only combinations without a defect if --first is a multiple of 10."""
 
 
 def failures_of(verdict: Verdict) -> list[str]:
-    """Return the failures of a combination as sentences; empty if the node never showed too low or a wrong level."""
+    """Return the failures of a combination as sentences; empty if there is none.
+
+    A failure is too low a level, a closed contact of the bridge, or without defects a wrong level.
+    """
     greens = [
         f"{each.at:g} s: {'evidence' if each.is_masked else 'level'} {each.shown}, true is {each.true}"
         for each in verdict.greens
@@ -34,7 +37,7 @@ def failures_of(verdict: Verdict) -> list[str]:
 
 
 def words_of(verdict: Verdict) -> str:
-    """Return a line of text on a verdict: its seed, its defects and its first failure."""
+    """Return a line of text about a verdict: its seed, its defects and its first failure."""
     failures = failures_of(verdict)
     defects = ", ".join(verdict.plan.defects) or "no defect"
     more = f" and {len(failures) - 1} more" if len(failures) > 1 else ""
@@ -60,18 +63,20 @@ def _run(seed: int, kinds: Sequence[str]) -> Verdict:
 
 
 def bare(verdict: Verdict) -> Verdict:
-    """Return a verdict without the messages of its plan, because they cannot be sent to another process."""
+    """Return a verdict without the messages of its plan, which cannot be sent to another process."""
     return verdict._replace(plan=verdict.plan._replace(sends=()))
 
 
 class Totals:
     """The counts of a campaign.
 
+    A fault, and a time, count only after the first SETTLED seconds of a combination (`Verdict`).
+
     seeds : all seeds; failed : verdicts with failures
-    of_defect, found : number of combinations with a kind of defect, and of these with a fault at any time
-    several : combinations with two or more defects and a true level of restrict or worse
-    clean, cautious : combinations without a defect, and of these with a fault at any time
-    clean_s, clean_fault_s : time (s) of combinations without a defect, and time in fault of this
+    of_defect : kind of defect -> number of combinations with this defect; found : the same, with a fault
+    several : number of combinations with two or more defects and a true level of restrict or evacuate
+    clean, cautious : number of combinations without a defect, and number of these with a fault
+    clean_s, clean_fault_s : total time (s) of the combinations without a defect, and their time in fault
     """
 
     def __init__(self) -> None:

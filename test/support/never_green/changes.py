@@ -1,4 +1,4 @@
-"""The changes that defects make to a message: each function draws a change at random, a function of a `Send`."""
+"""Draw the changes that defects make to a message; a change is a function from a `Send` to the changed `Send`."""
 
 from collections.abc import Callable
 
@@ -9,11 +9,11 @@ from never_green.plan import Send
 Change = Callable[[Send], Send]
 AXES = np.array([[-1.0, 1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, -1.0], [-1.0, -1.0, -1.0]])
 UNITS = (0.3048, 1.0 / 0.3048, 1000.0, 0.001, 0.01)
-"""Factors of coordinates in a wrong unit: metres per foot, feet, millimetres and kilometres per metre, metres per
-centimetre."""
+"""Factors of coordinates in a wrong unit: metres in a foot, feet in a metre, millimetres in a metre, kilometres in a
+metre, and metres in a centimetre."""
 
 NO_DATA = -9999.0
-"""Height (m) that means "no data" in many files of grids."""
+"""Height (m) that means "no data" in many grid files."""
 
 
 def framed(rng: np.random.Generator) -> Change:
@@ -41,7 +41,7 @@ def mirrored(rng: np.random.Generator) -> Change:
 
 
 def mirrored_heights(rng: np.random.Generator) -> Change:
-    """Return a change that turns a survey upside down about a height within the pit: the road becomes high."""
+    """Return a change that mirrors the heights of a survey about 510 m, within the pit, so that the road is high."""
     return lambda send: send._replace(places=send.places * AXES[2] + (0.0, 0.0, 1020.0))
 
 
@@ -56,7 +56,7 @@ def upside_down(rng: np.random.Generator) -> Change:
 
 
 def late(rng: np.random.Generator) -> Change:
-    """Return a change to an older stamp; in half of all cases, the message also arrives later by the same time."""
+    """Return a change to an older stamp; in half of all cases, the message also arrives later by the same amount."""
     by, waits = float(rng.uniform(6.0, 40.0)), rng.random() < 0.5
     return lambda send: send._replace(offset=-by, at=send.at + (by if waits else 0.0))
 
@@ -74,7 +74,7 @@ def early(rng: np.random.Generator) -> Change:
 
 
 def not_finite(rng: np.random.Generator) -> Change:
-    """Return a change that makes one place NaN; a cloud is also marked as dense."""
+    """Return a change that makes one place NaN, or adds a NaN if there are no places; a cloud is marked as dense."""
     row = int(rng.integers(100))
 
     def change(send: Send) -> Send:
@@ -102,7 +102,7 @@ def two_corners(rng: np.random.Generator) -> Change:
 
 
 def strip(rng: np.random.Generator) -> Change:
-    """Return a change that makes a strip of holes in a survey, on the slope above the road."""
+    """Return a change that removes two columns of points of a survey, on the slope above the road."""
     column = int(rng.integers(10, 20))
 
     def change(send: Send) -> Send:
@@ -114,7 +114,7 @@ def strip(rng: np.random.Generator) -> Change:
 
 
 def no_data(rng: np.random.Generator) -> Change:
-    """Return a change that writes the height -9999 m into a strip of a survey, on the slope above the road."""
+    """Return a change of two columns of a survey, on the slope above the road, to the height NO_DATA."""
     holes = strip(rng)
 
     def change(send: Send) -> Send:
@@ -137,6 +137,6 @@ def folded(rng: np.random.Generator) -> Change:
 
 
 def cut(rng: np.random.Generator) -> Change:
-    """Return a change that ends a survey at a random column, before the road."""
+    """Return a change that cuts a survey off at a random column, before the road."""
     columns = int(rng.integers(8, 22))
     return lambda send: send._replace(places=send.places[:, :columns])

@@ -1,4 +1,4 @@
-"""Draw a combination from its seed, run it on a node without a network, and compare the shown levels with the truth."""
+"""Draw a combination from its seed, run it on a node without a network, and compare shown levels with true levels."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -40,27 +40,27 @@ DECIDED = 1.5
 """Time (s) that a decision may take, in addition to the ages that the site file allows."""
 
 CLEAN, SINGLE = 1, 4
-"""Of ten seeds in a row, the number without a defect, and the number with one defect.
+"""Number of combinations without a defect, and with one defect, in every ten consecutive seeds.
 
-The other combinations have two to four defects and a danger.
+The other combinations have two to four defects, and their true level must reach `restrict`.
 """
 
 FINE = 0.001
-"""Time (s) between the moments at which the age of a click is computed; its end is known as exactly as this."""
+"""Step (s) in which the age of a click is computed; the time at which the click becomes too old is as exact as this."""
 
 TRIES = 40
-"""Largest number of attempts to draw a defect: a drawn defect may need an input that the combination does not have."""
+"""Number of attempts to draw defects: a drawn defect may need an input that the combination does not have."""
 
 SETTLED = 3.0
 """Time (s) after which a combination without defects must show the true level."""
 
 
 class Green(NamedTuple):
-    """A false green: a time (s) at which the shown level was lower than the level that had to be shown.
+    """A false green: a time `at` (s) at which the node's level was lower than the level that had to be shown.
 
-    shown, true : these two levels, as words
-    is_masked : True if only the level of the evidence was too low, and the shown level was high enough because it
-        was held
+    shown, true : the node's level, and the level that had to be shown, as words
+    is_masked : True if only the level of the evidence was too low (then `shown`); the shown level was high enough
+        because it was held
     """
 
     at: float
@@ -74,8 +74,8 @@ class Verdict(NamedTuple):
 
     greens : false greens; worst : the highest true level, as a word
     fault_s, shown_s : time (s) in fault, and in total, after the first SETTLED seconds
-    wrong : for a combination without defects, sentences on the moments at which another level than the true was shown
-    contact_closed : True if an alarm bridge closed its contact although the alarm had to sound
+    wrong : for a combination without defects, one sentence for each time at which the shown level was wrong
+    contact_closed : True if an alarm bridge closed its contact (no alarm) when the alarm had to sound
     """
 
     seed: int
@@ -89,7 +89,7 @@ class Verdict(NamedTuple):
 
 
 def drawn(seed: int, kinds: Sequence[str] = tuple(DEFECTS)) -> Plan:
-    """Return the combination of a seed; kinds : names of the kinds of defects to draw from."""
+    """Return the combination of a seed as a plan; kinds : names of the kinds of defects to draw from."""
     rng, group = np.random.default_rng([seed, 19]), seed % 10
     is_dangerous = group >= CLEAN + SINGLE
     plan = plan_of(rng, is_dangerous)
@@ -102,7 +102,7 @@ def drawn(seed: int, kinds: Sequence[str] = tuple(DEFECTS)) -> Plan:
 
 
 def known_by_its_clock(source: TrueSource, clock: ClockRule) -> TrueSource:
-    """Return a true source; the node knows of a clicked source until the click is too old by the node's clock.
+    """Return a clicked source that ends as soon as the node's clock makes the click void; other sources unchanged.
 
     A clock that jumps ahead makes the click too old; a clock that goes back makes the node forget the click.
     """
@@ -117,12 +117,15 @@ def known_by_its_clock(source: TrueSource, clock: ClockRule) -> TrueSource:
 
 @cache
 def workshop() -> Workshop:
-    """Return the object that builds terrains; one for all combinations in this process."""
+    """Return the object that builds terrains; all combinations in this process use the same object."""
     return Workshop(must_face_up=True)
 
 
 def site_values(limits: str, has_machines: bool) -> dict[str, Any]:
-    """Return the site file of a combination as a mapping; limits : the highest level that has a limit."""
+    """Return the content of a combination's site file.
+
+    limits : highest level that has a limit, as a word; has_machines : True if the area `equipment` has limits as well
+    """
     words = LEVELS[1 : LEVELS.index(limits) + 1]
     names = ("live_area", *(("equipment",) if has_machines else ()))
     terms = {"sources_max_age_s": MAX_AGE, "terrain_max_age_s": TERRAIN_MAX_AGE, "clock_tolerance_s": 0.5,
@@ -160,7 +163,7 @@ class Run:
         return round(self.plan.clock.now(self.at) * SECOND)
 
     def deliver(self, send: Send) -> None:
-        """Let the node receive a message, if it can receive the message's publisher at the time of sending."""
+        """Deliver an acknowledgement, or a message whose publisher exists when it is sent and can be received."""
         self.at = max(self.at, send.at)
         if send.kind == "acknowledgement":
             self.node.station.acknowledged(send.words)
@@ -174,7 +177,10 @@ class Run:
                 self.node.receive(send.topic, message)
 
     def evident(self) -> str:
-        """Return the level of the evidence alone, without held levels; `fault` if the last decision has a fault."""
+        """Return the level of the evidence alone, without held levels.
+
+        The level is `fault` if there is no decision, or if the last decision has a fault.
+        """
         desk = self.node.station.desk
         alert = None if desk is None else desk.alert
         return "fault" if alert is None or alert.faults else self.watcher.evident(self.at)
@@ -237,7 +243,7 @@ def _judged(seed: int, one: Run, oracle: Oracle) -> Verdict:
 
 
 def _greens(at: float, shown: str, evident: str, least: int) -> list[Green]:
-    """Return a list with the false green at a time (s), empty if there is none.
+    """Return a list with the false green at a time (s); empty if there is none.
 
     shown, evident : shown level and level of the evidence; least : index in LEVELS of the lowest allowed level
     """
@@ -250,7 +256,9 @@ def _greens(at: float, shown: str, evident: str, least: int) -> list[Green]:
 def required(oracle: Oracle, plan: Plan, at: float, decided: float = DECIDED) -> int:
     """Return the lowest level, as an index in LEVELS, that may be shown at a time (s).
 
-    This is the least true level in the time before, for as long as the site file allows old sources, terrain and areas.
+    It is the lowest of the true levels for sources, terrain and areas, each as now or as at the largest age that the
+    site file allows, plus `decided`. In the grace times of the plan, it is 0.
+
     decided : time (s) that a decision may take, in addition to the ages that the site file allows
     """
     if any(since <= at < since + grace + decided for since, grace in plan.graces):
@@ -266,10 +274,10 @@ def required(oracle: Oracle, plan: Plan, at: float, decided: float = DECIDED) ->
 
 
 def _not_exact(oracle: Oracle, at: float, shown: str) -> list[str]:
-    """Return what is wrong with the shown level of a combination without defects, as sentences; empty if nothing is.
+    """Return a sentence if the shown level of a combination without defects is wrong; an empty list if it is right.
 
     Without an acknowledgement, no level falls. So the shown level is at most the highest true level until now, and at
-    least the highest true level until one interval of surveys ago.
+    least the highest true level until RESURVEYED + SETTLED seconds ago.
     """
     ranges = [(each, oracle.range_at(each, each, each)) for each in np.arange(0.0, at + TICK, TICK).tolist()]
     least = max((low for each, (low, _) in ranges if each <= at - RESURVEYED - SETTLED), default=0)
@@ -279,7 +287,10 @@ def _not_exact(oracle: Oracle, at: float, shown: str) -> list[str]:
 
 
 class failing_answers:
-    """Context manager: answers to sources on the slope fail with an error in the times `answers_fail` of a plan."""
+    """Context manager: answers to sources on the slope raise an error during the time `answers_fail` of a plan.
+
+    run : the `Run` whose time counts; to be set by the caller
+    """
 
     def __init__(self, plan: Plan) -> None:
         self._during, self._answers, self.run = plan.answers_fail, flyer.answers, None

@@ -1,4 +1,4 @@
-"""The defects of inputs: each function takes a combination (a `Plan`) and returns it with one input harmed.
+"""Add defects of inputs to a combination: each function takes a `Plan` and returns it with one more defect.
 
 Only defects that the node can notice are drawn. The safety argument names the others ("What does no part cover?"): a
 wrong place that is plausible, a source that no sensor reports, a patch that is never sent while whole surveys arrive.
@@ -26,7 +26,7 @@ LOOKED = 2.5
 def harmed(plan: Plan, name: str, chosen: Callable[[Send], bool], change: Change) -> Plan | None:
     """Return a plan with some of its messages changed; None if no message is chosen.
 
-    name : of the defect; chosen : returns True for the messages to change
+    name : name of the defect; chosen : returns True for the messages to change
     """
     if not any(map(chosen, plan.sends)):
         return None
@@ -34,13 +34,15 @@ def harmed(plan: Plan, name: str, chosen: Callable[[Send], bool], change: Change
 
 
 def _topic_of(plan: Plan, rng: np.random.Generator, topics: tuple[str, ...]) -> str:
-    """Return at random one of `topics` that has messages in the plan; "" if none has."""
+    """Return one of `topics` at random, of those that have messages in the plan; "" if none has."""
     used = sorted({send.topic for send in plan.sends if send.topic in topics})
     return str(rng.choice(used)) if used else ""
 
 
 def _from_then(plan: Plan, rng: np.random.Generator, topics: tuple[str, ...]) -> tuple[str, Callable[[Send], bool]]:
-    """Return a random topic, and a function that is true for its messages from a random time on, or for a few of them.
+    """Return a random one of `topics`, and a function that returns True for the messages to change.
+
+    These are its messages from a random time on, to the end or for 2.5 EVERY seconds.
     """
     topic, since = _topic_of(plan, rng, topics), float(rng.choice((0.0, rng.uniform(0.0, 14.0))))
     until = float(rng.choice((END, since + 2.5 * EVERY)))
@@ -71,7 +73,7 @@ def late_sources(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def silent(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let a sensor fall silent; it is silent from the begin only if the node's parameters name it as expected."""
+    """Let a sensor fall silent; it is silent from the start only if the node's parameters name it as expected."""
     topic, since = _topic_of(plan, rng, SENSORS), 0.0 if plan.expects and rng.random() < 0.4 else rng.uniform(3.0, 14.0)
     sends = tuple(send for send in plan.sends if send.topic != topic or send.sent < since)
     if len(sends) == len(plan.sends) or (since and not any(send.topic == topic for send in sends)):
@@ -80,7 +82,7 @@ def silent(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def without(word: str, topics: tuple[str, ...], from_begin: bool) -> Defect:
-    """Return a defect that removes the messages of one of `topics` from a time on.
+    """Return a defect that removes the messages of one of `topics` from a random time on.
 
     word : name of the defect; from_begin : True to remove all messages of the topic
     """
@@ -94,7 +96,7 @@ def without(word: str, topics: tuple[str, ...], from_begin: bool) -> Defect:
 
 
 def duplicated(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Send messages of a topic a second time, at once or much later, with the same stamp."""
+    """Send messages of a topic twice with the same stamp; the second arrives at once or 8.3 s later."""
     topic, chosen = _from_then(plan, rng, (*SENSORS, *AREAS, *WHOLE, *PATCH))
     by = float(rng.choice((0.05, 4.0 * EVERY + 0.3)))
     again = tuple(send._replace(at=send.at + by) for send in plan.sends if chosen(send))
@@ -102,7 +104,7 @@ def duplicated(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def repeated_surveys(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Publish each whole survey again before the next one, with the stamp of the first time."""
+    """Publish each whole survey again before the next survey, with its first stamp."""
     later = float(rng.uniform(0.5, 5.0))
     again = tuple(
         send._replace(sent=send.sent + later, at=send.at + later, offset=send.offset - later)
@@ -136,7 +138,7 @@ def contradicting(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def empty_at_once(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Send a message without sources with the same stamp after each message of a sensor."""
+    """After messages of a sensor, send a message without sources and with the same stamp."""
     topic, chosen = _from_then(plan, rng, SENSORS)
     none = np.empty((0, 3))
     full = [send for send in plan.sends if chosen(send) and len(send.places)]
@@ -145,7 +147,7 @@ def empty_at_once(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def two_speakers(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let a second program publish on a topic: messages without sources, or again the first survey or area."""
+    """Let a second program publish on a topic: messages without sources, or copies of the first survey or area."""
     topic, since = _topic_of(plan, rng, (*SENSORS, *AREAS, *WHOLE)), float(rng.uniform(0.0, 12.0))
     own = [send for send in plan.sends if send.topic == topic]
     if not own:
@@ -204,7 +206,7 @@ def acknowledged(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def failing(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let every answer to sources on the slope fail with an error, for some time."""
+    """Let every answer to sources on the slope fail with an error for a random time of at least 5 s."""
     begin = float(rng.choice((0.0, rng.uniform(0.0, 10.0))))
     return plan.with_defect("answers fail", answers_fail=(begin, begin + float(rng.uniform(5.0, END))))
 

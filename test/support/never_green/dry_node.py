@@ -1,7 +1,7 @@
-"""A simulator node without a network and on simulated time, with the node's own threads for terrain, rocks and alerts.
+"""Run a simulator node without a network and on simulated time, with its own threads for terrain, rocks and alerts.
 
-All code is that of the node, except rclpy's subscriptions, publishers, clock and graph, the published answers, and the
-diagnostics. After each message, the campaign waits until all threads wait for work.
+All code is that of the node, with these exceptions. Subscriptions, publishers, clock and graph of rclpy are replaced.
+Answers and diagnostics are not published. After each message, the campaign waits until all threads wait for work.
 """
 
 import inspect
@@ -32,11 +32,11 @@ WITH_TIME: tuple[ModuleType, ...] = (
 """Modules in which the steady clock is replaced by a simulated clock."""
 
 IDLE_WITHIN = 300.0
-"""Time (s) after which a thread that still works is an error of the campaign; the first answer compiles code."""
+"""Time (s) after which a thread that is still busy is an error; it is long, because the first answer compiles code."""
 
 
 class WatchedQueue:
-    """A queue like `queue.SimpleQueue` that shows whether a thread waits for an item: by its condition `changed`."""
+    """A queue like `queue.SimpleQueue`; its condition `changed` has a waiter while a thread waits for an item."""
 
     def __init__(self) -> None:
         self._items: deque[Any] = deque()
@@ -58,10 +58,10 @@ class WatchedQueue:
 
 
 def wait_until_idle(conditions: Sequence[threading.Condition]) -> None:
-    """Wait until a thread waits at each of the conditions, one condition after the other.
+    """Wait until a thread waits at each of the conditions; they are checked one after the other.
 
-    The conditions are in the order in which their threads pass work to each other. Raises RuntimeError after
-    IDLE_WITHIN seconds.
+    conditions : in the order in which their threads pass work to each other. Raises RuntimeError after IDLE_WITHIN
+        seconds
     """
     until = time.monotonic() + IDLE_WITHIN
     for condition in conditions:
@@ -90,7 +90,7 @@ class DryRosNode:
     """A replacement for rclpy's node, with the methods that `Inputs` and `AlertPublishers` call.
 
     now_ns : returns the time of the node's clock (ns); publishers_of : returns the publishers of a topic in the graph
-    take : topic -> function that receives a message; published : (topic, message) in order
+    take : topic -> callback that receives a message; published : (topic, message) of all published messages, in order
     """
 
     def __init__(self, now_ns: Callable[[], int], publishers_of: Callable[[str], list[Any]]) -> None:
@@ -100,7 +100,7 @@ class DryRosNode:
         self.context = SimpleNamespace(ok=lambda: True)
 
     def create_subscription(self, kind: Any, topic: str, callback: Callable[..., None], qos: Any, **_: Any) -> Any:
-        counts = len(inspect.signature(callback).parameters) > 1  # the callback wants the message information, too
+        counts = len(inspect.signature(callback).parameters) > 1  # the callback also takes the message information
         numbers, now_ns = itertools.count(1), self._now_ns
 
         def take(message: Any) -> None:
@@ -123,7 +123,7 @@ class DryRosNode:
 
 
 class DryLargeMessages:
-    """A replacement for `LargeMessages`: the caller's thread passes terrain messages to their callbacks."""
+    """A replacement for `LargeMessages` that passes terrain messages to their callbacks in the caller's thread."""
 
     def __init__(self, node: DryRosNode, topics: Sequence[Any], failed: Any, refused: Any, events: Any = None) -> None:
         self.qos = {topic.name: topic.qos for topic in topics}
@@ -132,7 +132,7 @@ class DryLargeMessages:
     def _hand_on(self, topic: Any, refused: Any, content: Any, published_ns: int) -> None:
         try:
             topic.take(content, published_ns)
-        except Exception as error:  # as the thread of LargeMessages does
+        except Exception as error:  # LargeMessages does the same in its thread
             refused(topic.name, published_ns, error)
 
     def close(self) -> None:
@@ -182,9 +182,9 @@ class DryNode:
         wait_until_idle((one.terrain._changed, one.flyer._changed, one.desk._requests.changed))
 
     def receive(self, topic: str, *message: Any) -> None:
-        """Receive a message, and wait until it is processed.
+        """Pass a message to the callback of its topic, and wait until the message is processed.
 
-        message : a message, or for terrain its bytes (CDR) and time of publication (ns)
+        message : a message, or for terrain its CDR bytes and time of publication (ns)
         """
         self.ros.take[topic](*message)
         self.settle()

@@ -1,4 +1,4 @@
-"""The campaign with real processes: a simulator node, and a peer that publishes each combination by DDS.
+"""Run the campaign with real processes: a simulator node, and a peer that publishes each combination over DDS.
 
     PYTHONPATH=test/support:. python -m never_green.live --count 300
 
@@ -47,7 +47,7 @@ SLOWER = 8.0
 """Time (s of `/clock`) that a message, a decision and a busy machine take, in addition to DECIDED."""
 
 ONLY_DRY = ("clock begins late", "answers fail", "missing terrain", "missing areas")
-"""Kinds of defects that are left out here, because they need a new node, or code of the node that fails."""
+"""Kinds of defects that are left out here, because they need a new node or a failing function in the node."""
 
 LIVE_KINDS = tuple(kind for kind in DEFECTS if kind not in ONLY_DRY)
 CORNER = pit.placed(66.0, 76.0, 0.0)[None]
@@ -61,9 +61,9 @@ CLASSES = {topic: TOPICS[topic].message_class if topic in TOPICS else TOPICS[RAD
 class LiveVerdict(NamedTuple):
     """The result of a combination.
 
-    greens : sentences on the false greens, that is moments at which the node showed too low a level
-    worst : the highest true level; required : the highest level that was true for so long that the node had to show
-        it. If it is `normal`, the combination cannot fail
+    greens : one sentence for each false green, a time at which the node showed too low a level
+    worst : highest true level, as a word
+    required : highest level that the node had to show, as a word; if it is `normal`, the combination cannot fail
     looks : number of comparisons of the shown level with the truth
     """
 
@@ -94,7 +94,7 @@ class Mine(LivePeer):
     """The peer of the simulator node: it publishes `/clock` and all inputs, and keeps what the node publishes."""
 
     def __init__(self, number: int) -> None:
-        """Join the ROS domain; number : of the worker, from 1, which decides where its clock begins."""
+        """Join the ROS domain; number : number of the worker, from 1; each worker has another start of /clock."""
         super().__init__()
         self.clock_publisher = self.node.create_publisher(Clock, "/clock", EVENTS)
         self.own: dict[tuple[str, int], Any] = {(topic, 0): publisher for topic, publisher in self.publishers.items()}
@@ -108,7 +108,7 @@ class Mine(LivePeer):
         self._last_clock = 0.0
 
     def at(self) -> float:
-        """Return the steady time since the begin of the combination, in seconds of `/clock` (RATE per second)."""
+        """Return the steady time since the start of the combination, in seconds of `/clock` (RATE per second)."""
         return (time.monotonic() - self.began) * RATE
 
     def ros_now(self) -> float:
@@ -117,9 +117,9 @@ class Mine(LivePeer):
         return self.base + (at if self.plan is None else self.plan.clock.now(at) - BEGAN)
 
     def begin(self, plan: Plan | None) -> None:
-        """Begin a combination, or a time without a combination if `plan` is None.
+        """Begin a combination; plan : None for a time without a combination.
 
-        `/clock` continues just after the largest time that it has shown.
+        `/clock` continues 0.1 s after the largest time that it has shown.
         """
         self.base = max(self.ros_now(), self._last_clock) + 0.1
         self.began, self.plan = time.monotonic(), plan
@@ -136,7 +136,7 @@ class Mine(LivePeer):
     def until(self, condition: Callable[[], Any], what: str) -> None:
         """Publish the clock and receive messages until a condition holds.
 
-        Raises RuntimeError after PATIENCE seconds; what : words for the condition, for the error
+        Raises RuntimeError after PATIENCE seconds. what : description of the condition, for the error message
         """
         deadline = time.monotonic() + PATIENCE
         while not condition():
@@ -145,7 +145,7 @@ class Mine(LivePeer):
             self.turn()
 
     def give(self, send: Send) -> None:
-        """Publish the message of a `Send`; do nothing if its publisher does not exist at present."""
+        """Publish the message of a `Send`; do nothing if the message's publisher does not exist now."""
         publisher = self.own.get((send.topic, send.publisher))
         if publisher is None:
             return
@@ -200,7 +200,7 @@ class Mine(LivePeer):
                 self.until(lambda t=topic: self.own[t, 0].get_subscription_count(), topic)
 
     def change_speakers(self, plan: Plan, at: float) -> None:
-        """Add and change publishers as the plan demands at a time `at` (s)."""
+        """Create the publishers that the plan adds by a time `at` (s), and replace those that it makes unreadable."""
         for one in plan.speakers:
             key = one.topic, one.number
             if one.number and one.since <= at and key not in self.own:
@@ -221,7 +221,8 @@ class Mine(LivePeer):
 def run_live(mine: Mine, seed: int, limits: str, load: float = 1.0) -> LiveVerdict:
     """Run a combination on the node, and compare the shown levels with the truth.
 
-    load : number of programs that share a core; the node may take `load` times SLOWER (s) longer
+    limits : highest level for which the site has limits
+    load : number of programs that share a core; the node may take `load` times SLOWER seconds longer
     """
     plan = live_plan(seed, limits)
     oracle = Oracle(plan.truth, limits, RADIUS)
@@ -249,7 +250,10 @@ def run_live(mine: Mine, seed: int, limits: str, load: float = 1.0) -> LiveVerdi
 
 
 def node_parameters(folder: Path, limits: str) -> list[str]:
-    """Write the site file of a node of the campaign to a folder, and return the ROS arguments of the node."""
+    """Write the site file of a node to a folder, and return the ROS arguments of the node.
+
+    limits : highest level for which the site has limits
+    """
     site = folder / "site.yaml"
     site.write_text(yaml.safe_dump({**site_values(limits, has_machines=True), "valid_s": 10.0}))
     given = {
@@ -264,7 +268,8 @@ def node_parameters(folder: Path, limits: str) -> list[str]:
 def several(seeds: Sequence[int], number: int, words: bool = True, load: float = 1.0) -> list[LiveVerdict]:
     """Start a node, run combinations on it one after the other, and return their verdicts.
 
-    number : of the worker, from 0; words : True to print each verdict; load : as in `run_live`
+    number : number of the worker, from 0; workers with odd numbers have no limit for `evacuate`
+    words : True to print each verdict; load : as in `run_live`
     """
     limits, verdicts = ("evacuate", "restrict")[number % 2], []
     with tempfile.TemporaryDirectory() as name:
@@ -287,7 +292,7 @@ def several(seeds: Sequence[int], number: int, words: bool = True, load: float =
 
 
 def words_of(verdict: LiveVerdict) -> str:
-    """Return a line of text on a verdict: its seed, its defects and its first false green."""
+    """Return a line of text about a verdict: its seed, its defects and its first false green."""
     well = verdict.greens[0] if verdict.greens else "well"
     return f"seed {verdict.seed} ({', '.join(verdict.defects) or 'no defect'}; true up to {verdict.worst}): {well}"
 

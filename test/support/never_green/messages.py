@@ -1,4 +1,4 @@
-"""Make the ROS messages of a combination of the campaign, and the bytes of its terrain messages."""
+"""Make the ROS messages of a combination of the campaign, damage them, and serialize terrain messages."""
 
 from typing import Any
 
@@ -13,17 +13,20 @@ from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
 
 SECOND = 1_000_000_000
 TERRAIN = ("grid", "mesh", "patch")
-"""Kinds of messages that the node receives as bytes, together with their time of publication."""
+"""Kinds of messages that the node receives as CDR bytes, together with their time of publication."""
 
 
 def message_of(send: Send, stamp_ns: int) -> Any:
-    """Return the message of a `Send` with a stamp (ns), after its damage; a mesh is returned as bytes (CDR)."""
+    """Return the message of a `Send`, with its damage; a mesh is returned as CDR bytes.
+
+    stamp_ns : stamp (ns); negative stamps become 0
+    """
     made = _made(send, max(stamp_ns, 0))
     return made if send.damage is None else send.damage(made)
 
 
 def bytes_of(message: Any) -> bytes:
-    """Return a terrain message as bytes (CDR)."""
+    """Return the CDR bytes of a terrain message; bytes are returned unchanged."""
     return message if isinstance(message, bytes) else serialize_message(message)
 
 
@@ -43,9 +46,10 @@ def _made(send: Send, stamp_ns: int) -> Any:
 
 
 def truncated(message: Any) -> Any:
-    """Return a damaged message: bytes and clouds lose half of their data; the last pose of an array is no rotation.
+    """Damage a message and return it.
 
-    An array without poses stays as it is.
+    Bytes and clouds lose the second half of their data. The last pose of a PoseArray gets a quaternion that is not a
+    rotation; a PoseArray without poses stays unchanged.
     """
     if isinstance(message, bytes):
         return message[: len(message) // 2]
@@ -59,7 +63,7 @@ def truncated(message: Any) -> Any:
 
 
 def dense(message: Any) -> Any:
-    """Return a cloud that is marked as dense, so that no point may be missing."""
+    """Mark a cloud as dense, so that no point may be NaN, and return it."""
     message.is_dense = True
     return message
 

@@ -1,4 +1,4 @@
-"""Rare defects, for guards that matter in these cases only; the campaign itself does not draw these defects."""
+"""Rare defects for testing guards that matter only in these cases; the campaign itself does not draw these defects."""
 
 from collections.abc import Callable
 
@@ -30,7 +30,7 @@ never_released = of_the_only_sensor("never released", changes.upside_down)
 
 
 def never_published(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let the only sensor that sees a dangerous source never publish; the node's parameters expect all sensors."""
+    """Let the only sensor that sees the last source never publish; the node's parameters expect all sensors."""
     harmed_plan = never_understood(plan._replace(expects=False), rng)
     if harmed_plan is None:
         return None
@@ -40,7 +40,7 @@ def never_published(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def connected_and_mute(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let the only sensor that sees a dangerous source be connected but never publish; no sensor is expected."""
+    """Let the only sensor that sees the last source be connected but never publish; no sensor is expected."""
     harmed_plan = never_published(plan, rng)
     if harmed_plan is None:
         return None
@@ -49,7 +49,9 @@ def connected_and_mute(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def alternately_understood(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let a sensor publish in an unknown frame, while a second program publishes messages without sources on its topic.
+    """Let the only sensor that sees the last source publish in an unknown frame, in alternation with a second program.
+
+    The second program publishes messages without sources on the same topic.
     """
     harmed_plan = never_understood(plan, rng)
     if harmed_plan is None:
@@ -76,7 +78,7 @@ def one_misplaced(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def change_not_understood(by_patch: bool) -> Defect:
-    """Return a defect: the surveys that show the removal of the bank are in an unknown frame.
+    """Return a defect in which the surveys that show the removal of the bank are in an unknown frame.
 
     by_patch : True if one patch shows the removal, False if all later whole surveys show it
     """
@@ -98,7 +100,7 @@ def change_not_understood(by_patch: bool) -> Defect:
 
 
 def mesh_after_the_patch(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let a patch show that the bank is gone, and publish the mesh from before again and again."""
+    """Let a patch show that the bank is removed, and then publish the old mesh with the bank again and again."""
     gone = plan.truth.bank_until
     if np.isinf(gone):
         return None

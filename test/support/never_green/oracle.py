@@ -1,7 +1,8 @@
-"""Compute the true level of a combination: rocks of the true sources fly over the true terrain, and are counted.
+"""Compute the true level of a combination: fly rocks of the true sources over the true terrain, and count them.
 
-The oracle uses the core's simulation only: no code of `rpf3d_core.alerts`, `rpf3d_core.live` or `rpf3d_ros`. Between
-two events of its path, a rock moves along a straight line in plan; a rock whose line touches an area has reached it.
+The oracle uses no code of `rpf3d_core.alerts` or `rpf3d_ros`, and of `rpf3d_core.live` only the function that makes the
+scene. The events of a path, joined by straight lines in plan, are the track of a rock; a rock whose track touches an
+area has reached the area.
 """
 
 import math
@@ -25,14 +26,14 @@ ROCKS = 300
 """Number of rocks of each source."""
 
 SPREAD, SPEED = 1.0, 0.5
-"""Half-widths of the places (m) and the velocities (m/s) of the rocks of a source."""
+"""Largest offset of a rock from its source along x and y (m), and largest component of its velocity (m/s)."""
 
 SCENE = {"ground": "sliding", "target.most_rocks": 100}
-"""The scene of the node and of the oracle, as parameters of the node."""
+"""Values of the scene of node and oracle, as parameters of the node."""
 
 LEVELS = ("normal", "watch", "restrict", "evacuate")
 LIMITS = {"watch": 0.05, "restrict": 0.2, "evacuate": 0.5}
-"""The smallest share of rocks (-) that reach an area at each level."""
+"""Limit of each level: smallest share (-) of the rocks that reach an area."""
 
 HIGH = 1000.0
 """Height (m, local frame) above all ground, from which the ground below is searched."""
@@ -42,12 +43,12 @@ QUANTILE = 1.959963984540054
 
 
 class Oracle:
-    """Computes the true levels of one truth; the rocks of each source fly only once over each state of the terrain."""
+    """Computes the true levels of one truth; each source is simulated only once over each state of the terrain."""
 
     def __init__(self, truth: Truth, limits: str, radius: float) -> None:
         """Begin without flights.
 
-        limits : highest level for which the site has a limit; radius : of the circle around a machine (m)
+        limits : highest level for which the site has a limit, as a word; radius : radius (m) around a machine
         """
         self._truth, self._highest, self._radius = truth, LEVELS.index(limits), radius
         self._tracks: dict[tuple[int, bool], FloatArray] = {}
@@ -99,7 +100,10 @@ def interval(reached: int, flown: int) -> tuple[float, float]:
 
 
 def tracks_from(place: FloatArray, has_bank: bool) -> list[shapely.Geometry]:
-    """Return the paths in plan of the rocks of a source over the true terrain, as lines in the map frame."""
+    """Return the tracks in plan of the rocks of a source over the true terrain, as lines (shapely) in the map frame.
+
+    place : (3,) m of the source, map frame
+    """
     engine, flight, origin = flying_over(has_bank)
     flights = fly_ensemble(engine, flight, releases_around(place - origin, engine), threads=1)
     paths = flights.paths
@@ -126,7 +130,7 @@ def releases_around(place: FloatArray, engine: Engine) -> Releases:
 
 @cache
 def flying_over(has_bank: bool) -> tuple[Engine, object, FloatArray]:
-    """Return the engine over the true terrain, materials and models of its flights, and the terrain's origin (3,) m."""
+    """Return the engine over the true terrain, materials and models of flights, and the terrain's origin (3,) m."""
     mesh = grid_mesh(survey(has_bank))
     zone = np.zeros(len(mesh.triangles), np.int32)
     terrain = Terrain(mesh.vertices, mesh.triangles, zone, ("terrain",), Frame(mesh.origin))

@@ -19,7 +19,7 @@ BANK_FROM, BANK_HEIGHT = 40.0, 14.0
 """The bank stands at the toe of the slope where y is above BANK_FROM (m); BANK_HEIGHT is its height (m)."""
 
 OPEN, SHELTERED = (12.0, 30.0), (54.0, 68.0)
-"""Ranges of y (m) of sources above the open road and above the bank."""
+"""Ranges of y (m) of sources above the unprotected half of the road, and above the bank."""
 
 ROAD = ((44.0, 2.0), (52.0, 2.0), (52.0, 78.0), (44.0, 78.0))
 """Corners (m) of the road at the toe, relative to ORIGIN."""
@@ -54,7 +54,7 @@ def placed(x: float, y: float, z: float) -> FloatArray:
 
 
 def on_the_slope(rng: np.random.Generator, y: tuple[float, float]) -> FloatArray:
-    """Return a random place (3,) m of a source a metre above the slope, map frame.
+    """Return a random place (3,) m of a source 1 m above the slope, map frame.
 
     y : range relative to ORIGIN (m)
     """
@@ -63,7 +63,7 @@ def on_the_slope(rng: np.random.Generator, y: tuple[float, float]) -> FloatArray
 
 
 def on_the_floor(rng: np.random.Generator) -> FloatArray:
-    """Return a random place (3,) m of a harmless source half a metre above the floor behind the road, map frame."""
+    """Return a random place (3,) m of a harmless source 0.5 m above the floor beyond the road, map frame."""
     return placed(rng.uniform(57.0, 68.0), rng.uniform(10.0, 70.0), 0.5)
 
 

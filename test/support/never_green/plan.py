@@ -1,4 +1,4 @@
-"""The parts of a combination of the campaign: the truth, the messages, their publishers, and the node's clock."""
+"""Types for the parts of a combination: the truth, the messages, their publishers, and the node's clock."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -10,10 +10,10 @@ END = 24.0
 """Duration of a combination (s of simulated time)."""
 
 TICK = 0.25
-"""Time (s) between two calls of the node's regular work."""
+"""Time (s) between two calls of the node's timer."""
 
 BEGAN = 100_000.0
-"""Time of the node's clock at the begin of a combination (s)."""
+"""Time (s) of the node's clock at the start of a combination."""
 
 
 class TrueSource(NamedTuple):
@@ -22,7 +22,7 @@ class TrueSource(NamedTuple):
     place : (3,) m
 
     seen_by : topics of the sensors that see the source
-    until : time (s) until which the monitoring knows of the source; a click counts as long as sources may be old
+    until : time (s) until which the node must count the source; for a click, until the click is too old
     """
 
     place: FloatArray
@@ -32,10 +32,10 @@ class TrueSource(NamedTuple):
 
 
 class Truth(NamedTuple):
-    """The true state of the pit, whatever the messages report: sources, the bank, and the areas of interest.
+    """The true state of the pit, independent of the messages: sources, the bank, and the areas of interest.
 
     bank_until : time (s) at which the bank is removed; infinite if it stays, 0 if there is no bank
-    areas : corners (P, 2) m of the area live_area, before and after the time `area_since` (s)
+    areas : corners (P, 2) m of the area `live_area` before, and after, the time `area_since` (s)
     machines : places (N, 3) m of equipment, None if the site watches no equipment
     """
 
@@ -46,7 +46,7 @@ class Truth(NamedTuple):
     machines: FloatArray | None = None
 
     def has_bank(self, at: float) -> bool:
-        """True if the bank stands at a time (s)."""
+        """Return True if the bank exists at a time (s)."""
         return at < self.bank_until
 
     def area(self, at: float) -> FloatArray:
@@ -55,13 +55,13 @@ class Truth(NamedTuple):
 
 
 class Send(NamedTuple):
-    """A message that a publisher sends, with the changes that a defect makes.
+    """A message of a publisher, with the changes that a defect makes.
 
-    sent, at : times (s) at which the message is published, and at which it arrives
+    sent, at : times (s) at which the message is published, and at which the node receives it
     kind : poses, cloud, point, grid, mesh, patch, polygon, equipment or acknowledgement
     places : (N, 3) or (rows, columns, 3) m; corners (P, 2) m of a polygon
     offset : time (s) added to the stamp; without it, the stamp is the time of the node's clock at `sent`
-    publisher : number of the publisher of the topic
+    publisher : number of the publisher (`Speaker.number`)
     damage : function of a defect that changes the finished message, None for no change
     words : "NAME: REASON" of an acknowledgement
     """
@@ -95,11 +95,11 @@ class Speaker(NamedTuple):
 
 
 class ClockRule(NamedTuple):
-    """How the node's clock differs from a steady clock.
+    """The difference between the node's clock and a steady clock.
 
     begins : time (s) before which the clock shows 0
-    stands : times (s) from which and until which the clock shows the same time
-    jump, jump_at : length (s) of a step of the clock, and the time (s) of the step
+    stands : start and end (s) of the time in which the clock stands still
+    jump, jump_at : length (s) of a jump of the clock, negative if the clock jumps back, and time (s) of the jump
     """
 
     begins: float = 0.0
@@ -108,7 +108,10 @@ class ClockRule(NamedTuple):
     jump_at: float = np.inf
 
     def now(self, steady: float) -> float:
-        """Return the time (s) of the clock at a steady time (s) since the begin; 0 before the clock runs."""
+        """Return the time (s) of the node's clock; 0 before the clock runs.
+
+        steady : time (s) of a steady clock since the start of the combination
+        """
         if steady < self.begins:
             return 0.0
         shown = self.stands[0] if self.stands[0] <= steady < self.stands[1] else steady
@@ -118,10 +121,10 @@ class ClockRule(NamedTuple):
 class Plan(NamedTuple):
     """A combination: truth, messages, publishers, clock, properties of the site, and the names of the defects.
 
-    sensors : topics of the sensors; limits : highest level for which the site has limits
-    expects : True if the node's parameters name the sensors as expected
-    answers_fail : range of times (s) in which answers to sources on the slope fail, None if none fail
-    graces : pairs of a time (s) and a duration (s): a fault that begins at this time may be shown so much later
+    sensors : topics of the sensors; limits : highest level for which the site has limits, as a word
+    expects : True if `expected_topics` of the node are the sensors, False if `optional_topics` are
+    answers_fail : start and end (s) of the time in which answers to sources on the slope fail, None if none fails
+    graces : pairs of a start (s) and a duration (s) in which any level is accepted, plus the time of a decision
     """
 
     truth: Truth
@@ -136,5 +139,5 @@ class Plan(NamedTuple):
     defects: tuple[str, ...] = ()
 
     def with_defect(self, name: str, **changes: Any) -> "Plan":
-        """Return the plan with one more defect and other changes."""
+        """Return the plan with one more defect; changes : fields to replace."""
         return self._replace(defects=(*self.defects, name), **changes)

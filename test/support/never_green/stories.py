@@ -1,4 +1,4 @@
-"""Draw the truth of a combination, and the messages that sensors and surveyors without a defect send about it."""
+"""Draw the truth of a combination, and the correct messages of sensors and surveyors about it."""
 
 from typing import NamedTuple
 
@@ -23,9 +23,9 @@ CHANGED_TERRAIN = 1.0
 """Time (s) for which an answer over the former terrain may count, in the site file."""
 
 STORIES = ("steady", "appears", "bank", "area", "machine", "clicked", "patched", "quiet")
-"""Names of the courses of events, in this order: a dangerous source from the begin, or from later on; the bank is
-removed; the area grows; a machine stands below a source; a person clicks a source; the bank is removed while patches of
-other places continue; nothing is dangerous."""
+"""Names of the stories (courses of events). In this order: a dangerous source exists from the start; or it appears
+later; the bank is removed; the area grows; a machine stands below a source; a person clicks a source; the bank is
+removed while patches of other places continue; nothing is dangerous."""
 
 
 class Draw(NamedTuple):
@@ -40,7 +40,7 @@ class Draw(NamedTuple):
     change: float
 
     def some(self, sensors: tuple[str, ...]) -> tuple[str, ...]:
-        """Return a random part of the sensors, at least one of them."""
+        """Return a random selection of the sensors, at least one."""
         keeps = self.rng.random(len(sensors)) < 0.5
         keeps[self.rng.integers(len(sensors))] = True
         return tuple(np.array(sensors)[keeps].tolist())
@@ -84,14 +84,14 @@ def _dangerous(draw: Draw) -> TrueSource:
     sheltered = draw.story in ("bank", "patched")
     place = pit.on_the_slope(draw.rng, pit.SHELTERED if sheltered else pit.OPEN)
     if draw.story == "clicked":
-        known = draw.change - MAX_AGE  # earlier than the click by the age of sources, so that the click counts at once
+        known = draw.change - MAX_AGE  # MAX_AGE before the click, so that the node must count the click at once
         return TrueSource(place=place, since=known, seen_by=(CLICK,), until=draw.change + MAX_AGE)
     since = draw.change if draw.story == "appears" else 0.0
     return TrueSource(place=place, since=since, seen_by=draw.some(draw.sensors))
 
 
 def seen(truth: Truth, topic: str, at: float) -> np.ndarray:
-    """Return the places (N, 3) m of the sources that a sensor sees at a time (s)."""
+    """Return the places (N, 3) m of the sources that a sensor sees at a time (s); topic : topic of the sensor."""
     places = [source.place for source in truth.sources if topic in source.seen_by and source.since <= at]
     return np.array(places).reshape(-1, 3)
 
@@ -105,7 +105,10 @@ def _of_sensors(draw: Draw, truth: Truth) -> list[Send]:
 
 
 def _clicks(draw: Draw, truth: Truth) -> list[Send]:
-    """Return the click on a dangerous source, and sometimes another on a harmless place next to it."""
+    """Return the click on the dangerous source, and sometimes a click on a harmless place below it.
+
+    The list is empty unless the story is `clicked`.
+    """
     if draw.story != "clicked":
         return []
     at, place = draw.change, truth.sources[-1].place
@@ -134,12 +137,12 @@ def _surveys(draw: Draw, truth: Truth) -> list[Send]:
 def survey(truth: Truth, at: float) -> np.ndarray:
     """Return the points (rows, columns, 3) m of a correct whole survey at a time (s)."""
     points = pit.survey(truth.has_bank(at))
-    points[0, 0, 2] += 1e-3 * at / RESURVEYED  # no survey equals the survey before
+    points[0, 0, 2] += 1e-3 * at / RESURVEYED  # so that no two surveys are equal
     return points
 
 
 def patch_send(truth: Truth, at: float, ranges: tuple[tuple[float, float], tuple[float, float]]) -> Send:
-    """Return the message of a correct patch at a time (s); ranges : of x and y relative to the pit (m)."""
+    """Return the message of a correct patch at a time (s); ranges : of x and of y (m), relative to `pit.ORIGIN`."""
     points = pit.patch_of(truth.has_bank(at), *ranges)
     return Send(sent=at, at=at, topic="terrain/update", kind="patch", places=points)
 

@@ -1,4 +1,4 @@
-"""A subscriber of `alerts` and `alarm` in the campaign: the level that it must assume, and the bridge's contact."""
+"""Subscribe to `alerts` and `alarm` in the campaign, and return the level and the state of an alarm bridge."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,11 +8,14 @@ from rpf3d_ros.messages.alert_reading import alerts_of
 from rpf3d_ros.messages.stamps import nanoseconds_of_text
 
 STALE = 3.0
-"""Age (s) of the last message above which the bridge opens its contact."""
+"""Age (s) of the last message above which the alarm bridge opens its contact (alarm)."""
 
 
 class Watcher:
-    """Reads the published messages as the documentation asks of a subscriber: an alert that has expired is a fault."""
+    """Reads published messages as the documentation demands of a subscriber.
+
+    An alert that has expired counts as a fault, unless its level is `evacuate`.
+    """
 
     def __init__(self, published: list[tuple[str, Any]], now_ns: Callable[[], int]) -> None:
         """Begin without a message.
@@ -29,11 +32,11 @@ class Watcher:
         return self._value("level", at)
 
     def evident(self, at: float) -> str:
-        """Return the level of the newest evidence, as a word; `fault` if the level of the site is a fault."""
+        """Return the level of the newest evidence, as a word; as `shown` if the alert has expired or is a fault."""
         return self._value("evident", at)
 
     def is_closed(self, at: float) -> bool:
-        """True if the alarm bridge keeps its contact closed at a steady time (s), which means that no alarm sounds."""
+        """Return True if the alarm bridge keeps its contact closed (no alarm) at a steady time (s)."""
         self._read_on(at)
         return not self._bridge.why_open(at, self._now_ns())
 

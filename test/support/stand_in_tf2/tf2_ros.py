@@ -1,4 +1,4 @@
-"""A replacement for tf2_ros, which pip cannot install: the names, exceptions and rules of tf2_ros that rpf3d uses.
+"""Replace tf2_ros, which pip cannot install, by the names, exceptions and rules of tf2_ros that rpf3d uses.
 
 Tests put this folder on the path of Python. The rules are those of tf2's BufferCore. A lookup for the time 0 uses the
 newest time that all dynamic transforms of the chain have, or 0 if there are none. Between two samples, a transform is
@@ -43,7 +43,7 @@ class TimeoutException(TransformException): ...
 
 
 class Pose(NamedTuple):
-    """A rotation as a quaternion (4,) x, y, z, w, and a translation (3,) m, from a child into its parent."""
+    """A transform from a child frame into its parent: rotation as a quaternion (4,) x, y, z, w; translation (3,) m."""
 
     turn: np.ndarray
     shift: np.ndarray
@@ -68,12 +68,12 @@ def multiplied(p, q):
 
 
 def rotated(q, v):
-    """Return a vector after a rotation by a quaternion."""
+    """Return the vector v (3,) rotated by the unit quaternion q (4,) x, y, z, w."""
     return multiplied(multiplied(q, np.array([*v, 0.0])), q * (-1.0, -1.0, -1.0, 1.0))[:3]
 
 
 def between(one, other, share):
-    """Return the transform between two samples, interpolated linearly and with a rotation of constant rate.
+    """Return a transform between two samples: linear translation, and rotation at a constant rate.
 
     share : place between the samples, from 0 (`one`) to 1 (`other`)
     """
