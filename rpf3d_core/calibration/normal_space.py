@@ -20,14 +20,14 @@ LOG_ROOT_TAU = 0.5 * math.log(2.0 * math.pi)
 
 
 def probability_below(z: FloatArray) -> FloatArray:
-    """Return the standard normal probability below each z, from 0 to 1, exact in both tails; z : of any shape."""
+    """Return the standard normal probability below each z (...), from 0 to 1, exact in both tails."""
     z = np.asarray(z, dtype=float)
     flat = [0.5 * math.erfc(-value / math.sqrt(2.0)) for value in z.ravel().tolist()]
     return np.array(flat).reshape(z.shape)
 
 
 def normal_of(u: FloatArray) -> FloatArray:
-    """Return the standard normal quantile z of each probability u, 0 < u < 1; u : of any shape."""
+    """Return the standard normal quantile z (...) of each probability u (...), 0 < u < 1."""
     u = np.asarray(u, dtype=float)
     return np.array([normal_quantile(value) for value in u.ravel().tolist()]).reshape(u.shape)
 

@@ -51,7 +51,9 @@ def prior_mixture(unknowns: int) -> Mixture:
 
 
 def draw(mixture: Mixture, count: int, seed: int, number: int) -> FloatArray:
-    """Return `count` parameter sets drawn from the proposal of a round: z (count, U) (-), as in `normal_space`.
+    """Return parameter sets drawn from the proposal of a round: z (N, U) (-), as in `normal_space`.
+
+    count : number N of the parameter sets
 
     The random numbers depend only on the seed and on `number`, the number of the round. The sets of the first round are
     quasi-random, that is evenly spread.

@@ -55,7 +55,7 @@ STONE = "r.stone manual; Alvioli et al. 2021, Eng. Geol. 293:106301; 10 % to bot
 ROCKYFOR = "Rockyfor3D, soil classes; R_t follows from the roughness there, so give tangential_restitution"
 RAMMS = "RAMMS::ROCKFALL 1.6, default terrain table; restitution 0 as in Leine et al. 2014"
 SLIP = "friction grows along the slip from the lower to the upper end; here it is one number between them"
-BOOKS = "all values of the library's sources for this ground together"
+BOOKS = "typical values of the library's sources for this ground together; single sources go beyond them"
 TWO = 2.0
 STONE_SPREAD = 0.10
 

@@ -41,11 +41,11 @@ class Effects(NamedTuple):
 
 
 def trajectories(count: int, unknowns: int, seed: int) -> FloatArray:
-    """Return `count` random trajectories (count, U + 1, U) (-) in the unit cube; each step moves one unknown.
+    """Return random trajectories (T, U + 1, U) (-) in the unit cube; each step moves one unknown.
 
     Each coordinate is one of LEVELS levels from 0 to 1.
 
-    unknowns : number U of unknowns
+    count : number T of trajectories; unknowns : number U of unknowns
     """
     random = np.random.Generator(np.random.Philox(key=[seed, 2**33]))
     paths = np.empty((count, unknowns + 1, unknowns))

@@ -127,7 +127,8 @@ def main() -> int:
     totals, began = Totals(), time.monotonic()
     seeds, kinds = range(asked.first, asked.first + asked.count), tuple(DEFECTS)
     if asked.kinds == NO_DEFECT:
-        seeds = range(asked.first, asked.first + 10 * asked.count, 10)
+        first = asked.first + -asked.first % 10
+        seeds = range(first, first + 10 * asked.count, 10)
     elif asked.kinds:
         seeds, kinds = [seed for seed in seeds if seed % 10 >= CLEAN], tuple(asked.kinds.split(","))
     for verdict in verdicts(seeds, asked.workers, kinds):
