@@ -48,8 +48,7 @@ MEASURED = {
 """Sections of the page, by the name of their picture."""
 
 HEAD = """# What accuracy costs
-This page explains how to choose a method, a mesh and a number of rocks by the error that each causes and the time that
-it costs.
+This page explains how to choose a method, a mesh and a number of rocks, from the error and the time of each choice.
 
 ## How do I measure it on my own scene?
 ```
@@ -58,44 +57,39 @@ rpf3d run SCENE --out DIR --accuracy 0.05   # enough rocks to keep the error und
 ```
 
 `rpf3d cost` writes a *price list*: error and time of each setting. `run --accuracy` reads the price list in DIR. If
-there is none for this scene and version, `run --accuracy` measures the price list first. The rocks of `run --accuracy`
-always fly over the full terrain. `make accuracy` (`docs/accuracy.py`) measures and writes this page;
-`python docs/accuracy.py --as-is` rewrites the text and keeps the measured figures.
+there is none for this scene and version, `run --accuracy` measures it first. The rocks of `run --accuracy` always fly
+over the full terrain. `make accuracy` (`docs/accuracy.py`) measures and writes this page.
 
 ## Which errors are measured?
 All errors are differences of two maps of reach probability. The **map error** is the sum over all cells of |p - q|,
-divided by the sum over all cells of p + q. Here p and q are the reach probabilities of a cell in the two maps. 0 means
+divided by the sum over all cells of p + q, with p and q the reach probabilities of a cell in the two maps. 0 means
 equal maps, 1 means maps without a common cell. The map error depends on `hazard.cell`: smaller cells need more rocks.
-
 There are four errors:
 
-- **numerical**: the error of the search for contacts. The same rocks fly with two methods: event by event, which is
-  exact, and in fixed time steps, as in the [thesis](design.md#what-is-rpf3d-for) (`method: {stepping: ...}` in a
+- **numerical**: the error of the search for contacts. The same rocks fly with two methods: from event to event, which
+  is exact, and in fixed time steps, as in the [thesis](design.md#what-is-rpf3d-for) (`method: {stepping: ...}` in a
   scene). At each step VTK finds the closest facet. If the rock is nearer to the facet than the *threshold* and moves
-  into the facet, it has an impact. All other code is the same. There are two variants of the steps. *squared* compares
-  the squared distance with the threshold, as the thesis' code does: 0.05 then means 0.22 m. *raster* replaces the mesh
-  by heights in cells; the impact is at the first step below the ground. A scene cannot choose *raster*.
+  into the facet, it has an impact. All other code is the same. The steps have two variants. *squared* compares the
+  squared distance with the threshold, as the thesis' code does: 0.05 then means 0.22 m. *raster* replaces the mesh by
+  heights in cells; the impact is at the first step below the ground. A scene cannot choose *raster*.
 - **geometric**: the error of a coarser terrain. The same rocks, from the same heights above the ground, fly over 1/2
   to 1/64 of the triangles (quadric decimation). Their map is compared with the map on the full terrain. The error of
   the survey itself is unknown; the best estimate is the error of half the triangles.
 - **statistical**: the error of a small number of rocks. The map of n rocks is compared with the map of all N rocks
   flown, which include the n rocks. The difference, divided by the square root of 1 - n/N, is the expected difference
-  from the map of infinitely many rocks. For numbers above the largest n, the error is proportional to one over the
-  square root of the number of rocks. (Two small ensembles cannot be compared directly, because most of their cells have
-  one rock or no rock.)
+  from the map of infinitely many rocks. Above the largest n, the error falls with the square root of the number of
+  rocks. (Two small ensembles cannot be compared directly, because most of their cells have one rock or no rock.)
 - **parametric**: the error of unknown values of the ground. If a scene has ranges (`prior`, `library`) or the sample of
   a calibration, up to 32 parameter sets fly two groups of rocks each. The error is the root mean square distance
-  between the maps of two sets. The distance that chance causes between two groups of one set is subtracted. If a scene
-  gives one value for each coefficient, the table has no parametric error. The error exists, but its size is unknown.
+  between the maps of two sets, without the distance that chance causes between two groups of one set. If a scene gives
+  one value for each coefficient, the table has no parametric error: the error exists, but its size is unknown.
 
 The **total** is the sum of the first three errors, because a systematic and a random error do not cancel. The full
-terrain has the geometric error 0. For each scene below, the line *total up to 0.05* names the cheapest of all measured
-settings: with events or with fixed steps, on the full or on a coarser terrain. If this setting has a coarser terrain,
-you must make that terrain yourself.
+terrain has the geometric error 0.
 
-The parametric error is not in the total, because no setting reduces it. If the parametric error is above the target,
-`rpf3d cost` and `run --accuracy` report that more rocks cannot reach the target. The largest of the four errors shows
-what to improve next: more rocks, a finer survey, or a calibration.
+The parametric error is not in the total, because no setting reduces it. If it is above the target, `rpf3d cost` and
+`run --accuracy` report that more rocks cannot reach the target. The largest of the four errors shows what to improve
+next: more rocks, a finer survey, or a calibration.
 
 ## What do the columns mean?
 | column | meaning |
@@ -112,43 +106,43 @@ what to improve next: more rocks, a finer survey, or a calibration.
 
 - **Chance.** Numerical and geometric rows compare the same rocks, so they show errors far below chance. But if a
   setting moves most rocks elsewhere, the error also contains chance and is an upper limit. If a setting is too slow for
-  2,000 rocks, only a half, a quarter, ... of them fly (`rocks` in `cost.json`). With so few rocks, small map errors are
-  uncertain: if one of 500 rocks ends elsewhere, the map error is a few thousandths.
+  2,000 rocks, only a half, a quarter, ... of them fly (`rocks` in `cost.json`). Small map errors are then uncertain: if
+  one of 500 rocks ends elsewhere, the map error is a few thousandths.
 - **Seconds of steps.** For these times, every step is tested for contact, as in the thesis, and no maps are made. For
-  *s / 1,000 rocks*, Python calls VTK as the thesis' program does, so this column compares rpf3d with a program like
-  that of the thesis. *compiled* (hollow markers in the picture) is the time of the same steps in compiled code.
-  Compared with the time of events, it shows what the method alone costs. `method: {stepping: ...}` is faster than both,
-  because it skips steps at which no contact is possible. The times of all other rows include maps.
+  *s / 1,000 rocks*, Python calls VTK as the thesis' program does. *compiled* (hollow markers in the picture) is the
+  time of the same steps in compiled code; compared with the time of events, it shows what the method alone costs.
+  `method: {stepping: ...}` is faster than both, because it skips steps at which no contact is possible. The times of
+  all other rows include maps.
 - **Events** have rounding errors only. To measure these errors, the impacts are calculated again with 50 digits on the
   facets that the rocks hit. (`test/accuracy` checks that this calculation agrees with closed forms to 45 digits, and
-  that with exact arithmetic no rock hits another facet.) A small difference between two paths may be multiplied by each
-  bounce off a new facet, so the errors of single impacts say little about the map. The map error in the row *events* is
-  therefore an upper estimate from another test: all rocks are shifted by one contact tolerance to the east. This shift
-  is thousands of times larger than rounding.
+  that with exact arithmetic no rock hits another facet.) Each bounce off a new facet may multiply a small difference
+  between two paths, so the errors of single impacts say little about the map. The map error in the row *events* is
+  therefore an upper estimate from another test: all rocks are shifted by one contact tolerance to the east, thousands
+  of times more than rounding.
 
 ## How do I read the lines of a scene?
-- *events against 50 digits*: rounding errors of the impacts of 50 rocks. A later impact has a larger error, because
-  each bounce may multiply the error.
+- *events against 50 digits*: rounding errors of the impacts of 50 rocks.
 - *errors of this scene*: the errors of the scene with the method, the terrain and the number of rocks of its file. The
   geometric error is the error that half of the triangles of this terrain would cause.
-- *total up to 0.05*: the cheapest measured setting with a *total* of at most 0.05. The total is the sum of the
-  numerical, geometric and statistical error; the geometric error is relative to the full terrain.
+- *total up to 0.05*: the cheapest measured setting with a *total* of at most 0.05, with events or with fixed steps, on
+  the full or on a coarser terrain. If this setting has a coarser terrain, you must make that terrain yourself.
 - *`rpf3d run --accuracy 0.05`*: the setting that this command chooses.
 - *numerical*, *geometric*, *statistical*: a table for each of these errors.
 """
 READING = """## What follows from the tables?
-- **With steps, a ten times smaller error costs ten times more time.** If step and threshold shrink together, the error
-  is proportional to the step, and the time is inversely proportional to the step (`test/accuracy` checks that the error
-  is proportional). With events there is no step or threshold to choose, because their error is only rounding.
+- **With steps, a ten times smaller error takes ten times more time.** If step and threshold shrink together, the error
+  is proportional to the step (`test/accuracy` checks this), and the time is inversely proportional to the step. With
+  events there is no step or threshold to choose, because their error is only rounding.
 - **A threshold causes a systematic error that no smaller step removes.** An impact is found one threshold too early. If
   the rock hits the ground at a low angle, the shift along the ground is several times the threshold. Below a certain
   step, smaller steps cost more time but do not reduce the error.
 - **A long step loses rocks**: a rock that moves more than twice the threshold in one step can fall through the ground.
 - **Python makes steps four to twelve times slower**: compare the columns *s / 1,000 rocks* and *compiled*. The rest of
-  the difference from events is due to the steps themselves.
+  the difference from events is due to the steps.
 - **A raster converges to the result of another terrain** as its step shrinks. A smaller cell may even be worse, because
   the cells turn a face of 70 degrees into stairs.
 """
+
 
 def main(arguments: list[str]) -> int:
     """Measure and write the page, or with `--as-is` write only its text; return the exit code."""

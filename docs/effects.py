@@ -75,11 +75,11 @@ Look up here every model and effect that a scene may name, with its parameters, 
 
 `rpf3d effects` prints this list, `rpf3d effects --json` the same for programs. `docs/effects.py` writes this page.
 
-A scene of points names one rebound model, one ground model and any number of effects. Spheres have a contact model in
+A scene of points has one rebound model, one ground model and any number of effects. Spheres have a contact model in
 place of the rebound model. Rocks with a shape have a contact model in place of both the rebound and the ground model.
-The [table of effects by shape](effects-by-shape.md) shows on which rocks each effect acts. **An effect that the scene
-does not name is not simulated, not compiled, not imported and uses no random number.** You can add [your
-own](../howto/own-models.md).
+[Effects by shape](effects-by-shape.md) shows on which rocks each effect acts. **An effect that the scene does not name
+is not simulated, not compiled, not imported and uses no random number.** You can add
+[your own](../howto/own-models.md).
 
 ```yaml
 rebound: coulomb_limited         # a name, or a name with parameters: {v_half: {speed: 10}}
@@ -100,17 +100,17 @@ If a parameter has only a mark, its source is the source of the model. Files wit
 of [file formats](formats.md#areas-lines-and-points).
 
 ## What does each cost?
-*Time* is the CPU time to simulate the rocks, divided by the CPU time with the defaults (`coulomb_limited`,
-`sliding`), without compiling; median of {passes} alternating measurements. *Runout* is the change of the mean
-horizontal runout. Both were measured with {rocks:,} rocks on a wall of one synthetic pit (150,000 triangles,
-`docs/effects_wall.yaml`), by `make effects`. For other pits they show only the order of magnitude. Models without
-default parameters were measured with invented parameters: do not use these parameters as advice.
+*Time* is the CPU time to simulate the rocks, divided by the CPU time with the defaults (`coulomb_limited`, `sliding`),
+without compiling; median of {passes} alternating measurements. *Runout* is the change of the mean horizontal runout.
+`make effects` measured both with {rocks:,} rocks on a wall of one synthetic pit (150,000 triangles,
+`docs/effects_wall.yaml`). For other pits they show only the order of magnitude. Models without default parameters were
+measured with invented parameters, which are not advice.
 
 """
 TEXTS = {
     "effects.scarring": """\
-In `zones`, each zone or pattern may have all other keys of this table. A key that is left out there has the value given
-outside `zones`.
+In `zones`, each zone or pattern may have all other keys of this table. A key that it leaves out has the value outside
+`zones`.
 """,
     "effects.forest": """\
 - A file of trees is a CSV. Its header names x, y and `dbh_cm` (stem diameter). It may also name `height` (m),
@@ -132,9 +132,9 @@ effects:
 - A barrier stands vertically on the ground straight below its line. A rock hits the barrier if it crosses the plane of
   the barrier at most `height` times `residual_height` above this ground. A higher rock flies over, and its path does
   not change.
-- A rock with at most `capacity_kj` of translational energy is caught (outcome `caught`). A rock with more energy breaks
-  through in the same direction, and loses `taken_by_break` times the capacity.
-- For bodies, the sum of translational and rotational energy is compared.
+- A rock with at most `capacity_kj` of energy is caught (outcome `caught`). A rock with more energy breaks through in
+  the same direction, and loses `taken_by_break` times the capacity. The energy is translational; of bodies, it is the
+  sum of translational and rotational energy.
 - Rocks that slide, roll or settle also hit barriers.
 - Rocks are independent of each other, so every rock hits an undamaged barrier. For a net that was hit before, give
   `residual_height`.
@@ -163,7 +163,7 @@ def _costs(listed: list[CatalogueEntry]) -> str:
         + " |"
         for entry in listed
     ]
-    return "\n".join(["| named in the scene | confirmed | time | runout |", "|---|---|---|---|", *rows, ""])
+    return "\n".join(["| named in the scene | confirmed | time (ratio) | runout (change) |", "|---|---|---|---|", *rows, ""])
 
 
 def _section(kind: str, title: str, listed: list[CatalogueEntry]) -> list[str]:

@@ -28,8 +28,8 @@ from rpf3d_core.terrain.pit import parameters as pit
 HEAD = """# The scene file
 Look up here every key of the scene, the YAML file that describes a run, with its unit, bounds and default.
 
-`docs/scene_keys.py` writes this page from the model that checks scenes. [config/scenes](../../config/scenes) has
-examples. The parameters of models and effects are on a page of their own: [effects.md](effects.md).
+`docs/scene_keys.py` writes this page from the model that checks scenes. Examples: [config/scenes](../../config/scenes).
+Parameters of models and effects: [effects.md](effects.md).
 
 The smallest possible scene:
 
@@ -47,38 +47,38 @@ sources: [{name: west, line: [[-570, -10, 0], [-570, 40, 0]], above_ground: 1, v
 - A key that does not exist, or a value out of bounds, is refused. The message has the file, the line, the key and what
   would be right.
 - YAML anchors and aliases: `*name` is a copy of the value with the anchor `&name`. A message about the copy has the key
-  of the copy, and the line of the original value. All aliases of a file together may repeat at most 100,000 values. Two
-  things are refused: an alias inside the value of its own anchor, and a merge key (`<<`).
+  of the copy, and the line of the original value. All aliases of a file together may repeat at most 100,000 values. An
+  alias inside the value of its own anchor and a merge key (`<<`) are refused.
 - In the tables, a value without a stated type is a number; (-) means without a unit. *Left out* describes a scene
   without the key.
 """
 SOURCES = """\
 Without `rocks`, a source of points has one rock for each point; every other source has one rock. Rocks are assigned to
 points in turn. On a line, a polygon or a zone they start at random places. All places along the line, or on the
-inclined surface of the polygon or zone (not its area in plan), are equally likely. `rpf3d check` prints how much of a
-polygon is on the terrain, if part of it is not.
+inclined surface of the polygon or zone (not its area in plan), are equally likely. If part of a polygon is outside the
+terrain, `rpf3d check` prints how much of it is on the terrain.
 
 With `above_ground`, points may be `[x, y]` (with `up: y`: `[x, z]`), and `line` may be a file with one or more lines
 (`.geojson .gpkg .shp .dxf .str`). Rocks are spread over the length of all lines of the file. The points of a line must
-be in their order along the crest; a line that turns back, and would be shorter in another order, is warned of.
+be in their order along the crest: rpf3d warns of a line that turns back and would be shorter in another order.
 Rocks also start along the closing segment of a closed line, and along the lines of all layers of a DXF file: rpf3d
-warns of a long closing segment, and of several layers. Heights in the file of a source are not used with
-`above_ground`, but rpf3d warns if they differ from the ground by more than 2 m plus `above_ground` in the median.
+warns of a long closing segment, and of several layers. With `above_ground`, heights in the file of a source are not
+used, but rpf3d warns if they differ from the ground by more than 2 m plus `above_ground` in the median.
 
 A source with `diameter`, `mass` or `volume` has rocks of this size; all other sources use the size in `rock`. All
-sources use the density and shape in `rock`. The live node refuses a scene in which a source has a size, because it
-receives sources in messages.
+sources use the density and shape in `rock`. The live node receives its sources in messages, and refuses a scene in
+which a source has a size.
 """
 PIT = "Lengths are in m, angles in degrees."
 BENCHES = """\
 A slope of level berms and plane faces, for a design without a mesh. Lengths are in m, angles in degrees. The uppermost
-edge is at x = 0, the floor at z = 0; x points away from the faces, and y = 0 is the middle of the slope. Here a berm is
-a level step between two faces, not a [ridge of loose rock](#terrainberms).
+edge is at x = 0, the floor at z = 0; x points away from the faces, and y = 0 is the middle of the slope. Here a *berm*
+is a level step between two faces, not a [ridge of loose rock](#terrainberms).
 
 Zones from the top: `crest`, `face_1`, `berm_1`, `face_2` and so on, `floor`. Materials may name them by pattern
 (`face_*`). A source with `crest: 1` releases rocks along the middle half of the upper edge of `face_1`, at
-`above_ground`. `roughness` moves the points of faces and berms normal to the surface. It does not move the edges of
-faces and berms: from an edge, its effect grows over the first 3 m.
+`above_ground`. `roughness` moves the points of faces and berms normal to the surface, but not their edges: from an
+edge, its effect grows over the first 3 m.
 
 The steps of a design: [how-to](../howto/catch-bench-design.md).
 """
@@ -91,12 +91,12 @@ columns; a line that begins with `#` is a comment |
 | `.geojson`, `.json` | Points and MultiPoints, `[x, y, z]` in the input's coordinates |
 | `.gpkg`, `.shp`, `.dxf`, `.str` | points, as [file formats](formats.md) describes |
 
-- A first line without a number is a header. It names x, y and z in any order, in small letters or capitals; other
-  columns are allowed.
+- A first line without a number is a header. It names x, y and z, in any order, among any other columns; capitals do
+  not matter.
 - Other names of x are `east`, `easting`, `e`; of y `north`, `northing`, `n`; of z `elevation`, `elev`, `height`,
   `altitude`, `alt`, `rl`. With `up: y`, only the names x, y and z are accepted.
-- A name may state a unit of length: `E (mm)`, `N [ft]`, `z_m`. The numbers are converted to m. Without a unit they are
-  read in m. Other words in brackets are refused, as in `RL (UTM)`.
+- A name may state a unit of length, from which the numbers are converted to m: `E (mm)`, `N [ft]`, `z_m`. Without a
+  unit they are read in m. Other words in brackets are refused, as in `RL (UTM)`.
 - A cell must be a plain number. `1,234.5` and `1,5` are refused with line and column.
 - With `above_ground`, the height may be missing: no column for it, or `[x, y]` (with `up: y`, x and z).
 """
@@ -104,41 +104,39 @@ ROCKS = """## rocks
 The total number of rocks; `--rocks` of `rpf3d run` replaces it. Without this key, each source flies its own `rocks`.
 
 - With a number, sources share the total in proportion to their own `rocks`.
-- With `auto`, first at least 1,000 rocks fly. Then the number of rocks doubles until it is sufficient for `target`, or
-  until another doubling would exceed `most_rocks`. Each doubling keeps the proportions of the sources. The summary has
-  the intervals after each doubling.
+- With `auto`, first at least 1,000 rocks fly. Then their number doubles until it is sufficient for `target`, or until
+  another doubling would exceed `most_rocks`. Each doubling keeps the proportions of the sources. The summary has the
+  intervals after each doubling.
 """
 TARGET = """\
-The places of the target are the areas of interest. In a scene without areas, they are all zones that rocks reached. A
-rock reaches a zone if it touches a facet of the zone or passes straight above a facet of the zone, at any height.
-
-The number of rocks is sufficient when three figures of each place are certain enough: the share of rocks that reached
-the place, the share that stopped there, and the p95 energy there (if at least 20 rocks reached the place).
+The places of the target are the areas of interest or, in a scene without areas, all zones that rocks
+[reached](outputs.md#bench-table). The number of rocks is sufficient when three figures of each place are certain
+enough: the share of rocks that reached the place, the share that stopped there, and the p95 energy there (if at least
+20 rocks reached the place).
 """
 MATERIALS = """\
 A zone has the material with its exact name; otherwise that of the first pattern that fits (`bench_*`); otherwise
-`default`. A material is refused if its name fits no zone of the terrain; this does not apply to `default`.
-Capitals count: the pattern of layers such as `FACES_NORTH` is `FACES_*`.
-`rpf3d materials` lists the entries of the `library`.
+`default`. A material other than `default` is refused if its name fits no zone of the terrain. Capitals count: the
+pattern of layers such as `FACES_NORTH` is `FACES_*`. `rpf3d materials` lists the entries of the `library`.
 """
 ROCK = """\
 Without `rock`, rocks are spheres of 1 m diameter and 2,700 kg/m3: 1,414 kg. `rpf3d check` prints mass and size.
 """
 TERRAIN = """\
 Files are meshes, grids, files of mine planning programs, or clouds of points: [all formats](formats.md). Heights of a
-grid are at the centres of cells; NODATA is a hole. Maps have the reference system `crs`. If a terrain file states
-another reference system, the scene is refused.
+grid are at the centres of cells; NODATA is a hole. Maps have the reference system `crs`; a terrain file that states
+another one is refused.
 """
 SCENE = f"""\
 - `stop_speed`: a rock on the ground stops below this speed, if friction holds it there. `ground: none` ignores
   friction; `rolling_stone` has a separate `stop_speed`.
-- `smallest_bounce`: when the next bounce would be lower than this height, bouncing ends. The rebound model decides
-  whether the remaining bounces are summed in closed form or left out
-  ([why](../explanation/physics.md#the-end-of-bouncing)).
+- `smallest_bounce`: when the next bounce would be lower than this height, bouncing
+  [ends](../explanation/physics.md#the-end-of-bouncing). The rebound model decides whether the remaining bounces are
+  summed in closed form, simulated or left out.
 - `max_time` and `max_impacts`: the flight of a rock that still moves at this time, or after this number of impacts,
   ends with the outcome of the same name.
 - `engine`: both engines give the same result with `method: events`. `auto` uses the engine that finishes first:
-  `reference` up to {REFERENCE_ROCKS} rocks ({REFERENCE_SPHERES} with `rock.shape: sphere`) or without numba, else
+  `reference` up to {REFERENCE_ROCKS} rocks ({REFERENCE_SPHERES} spheres or rocks with a shape) or without numba, else
   `compiled`.
 - `method`: `events` is exact; fixed steps ([`stepping`](#methodstepping)) are only for comparison.
 """
@@ -148,24 +146,23 @@ The word *berm* has two meanings in a scene. A berm of `terrain.berms` is a ridg
 
 A berm of `terrain.berms` is a part of the ground. Berms are added before the winding is corrected and before zones are
 drawn or split. The crest of a berm has a constant height above the ground below. The berm slopes down to its foot on
-both sides and beyond its ends.
-Where two berms cross, their heights are added. The facets of a berm form the zone `berm_<name>`, even inside a polygon
-of `zones`, so `materials` and the bench table can use this name. If a berm cuts a facet into parts, the first part
-keeps the number of the facet.
+both sides and beyond its ends. Where two berms cross, their heights are added. The facets of a berm form the zone
+`berm_<name>`, even inside a polygon of `zones`, so `materials` and the bench table can use this name. If a berm cuts a
+facet into parts, the first part keeps the number of the facet.
 
 Example: `berms: [{name: haul_road, along: [[0, 0], [120, 40]], height: 2, width: 6, crest: 1}]`
 """
 AREAS = """\
-An area of interest outside the terrain is refused. If part of an area is outside, `rpf3d check` prints how much of the
-area is on the terrain. Files with polygons or lines, here and elsewhere, are GeoJSON, GeoPackage, Shapefile, DXF or
+An area of interest outside the terrain is refused. If part of an area is outside, `rpf3d check` prints how much of it
+is on the terrain. Files with polygons or lines, here and elsewhere, are GeoJSON, GeoPackage, Shapefile, DXF or
 Surpac strings: [file formats](formats.md#areas-lines-and-points).
 """
 HAZARD = """\
-[outputs.md](outputs.md#hazard) explains the maps and has an example.
+The maps, with an example: [outputs.md](outputs.md#hazard).
 """
 DRAWS = """## Distributions
 If a table of this page says "or a distribution", a distribution may replace the number. `min` and `max` cut the
-distribution off. They must be within the limits of the key.
+distribution off, and must be within the limits of the key.
 
 | written | drawn |
 |---|---|
@@ -184,20 +181,19 @@ same probability; a file has a number on each line, and may have a header |
 - The header of a file of measured sizes may state a unit:
   - `length (mm)`, `diameter_cm`, `mass (t)`: the sizes are converted to m, kg or m3. `rpf3d check` prints the unit.
   - No unit: the sizes are read in m, kg or m3.
-  - `mass_t`: the sizes are converted, with a warning, because a single letter after `_` may have another meaning than
-    a unit. If it is a unit, write it in brackets: `mass (t)`.
+  - `mass_t`: the sizes are converted, with a warning, because a single letter after `_` may not be a unit. If it is,
+    write it in brackets: `mass (t)`.
   - `ton`: a ton is read as 1,000 kg, with a warning, because there are other tons.
-  - An unknown word in brackets: rpf3d warns, and reads the sizes in m, kg or m3.
+  - An unknown word in brackets: the sizes are read in m, kg or m3, with a warning.
   - A unit of another quantity, such as `width (m)` or `width_m` for masses: the file is refused.
   - A name of another quantity, such as `tonnage` for diameters: the file is refused, with the key that the column
-    belongs to. German names such as `Masse`, `Durchmesser` and `Volumen` are known, too.
+    belongs to. German names such as `Masse`, `Durchmesser` and `Volumen` are also known.
   - A radius, such as `Radius (m)`: the file is refused, because sizes are diameters, masses or volumes.
   - `Length (L)`, `mass (m)` and `thickness (t)`: the letter in brackets is read as the symbol of the quantity, not as
     litres, metres or tonnes.
 - rpf3d asks for the unit if all rocks are lighter than about 5 kg, or if a named column of masses without a unit has
   only values below 50. It also asks for the unit of a density from 100 to 300 kg/m3, which may be in lb/ft3.
-- A random number depends only on the seed, the source, the number of the rock and the purpose of the number. Therefore
-  it is the same on both engines.
+- Random numbers are the same on both engines.
 - A coefficient of a material is drawn for each rock and zone; with `draw: per_impact`, for each impact. The last
   bounces, which are summed, and the slide after them share one draw.
 
@@ -225,9 +221,9 @@ sources:
 """
 UNKNOWNS = f"""\
 A coefficient is **unknown** if it has one value for the whole site, but this value is not known. It **varies** if it
-differs from rock to rock or from impact to impact ([distributions](#distributions)).
-[statistics.md](../explanation/statistics.md#what-is-the-difference-between-unknown-and-varying) explains the
-difference, and [a how-to](../howto/unknown-ground.md) the steps.
+differs from rock to rock or from impact to impact ([distributions](#distributions)):
+[the difference](../explanation/statistics.md#what-is-the-difference-between-unknown-and-varying),
+[the steps](../howto/unknown-ground.md).
 
 - These keys, and keys below them, may have unknown numbers:
   {", ".join(f"`{root}`" for root in scene_unknowns.ROOTS)}.
@@ -238,7 +234,7 @@ difference, and [a how-to](../howto/unknown-ground.md) the steps.
   varies, and its mean is unknown.
 - A key path is the keys from the outermost to the innermost, joined by dots. `*` stands for all keys of a mapping:
   `materials.*.friction` is one value for all materials.
-- With unknowns, the rocks of a run are shared among `sets` parameter sets. Without unknowns, `sets` has no effect.
+- The rocks of a run with unknowns are shared among `sets` parameter sets. Without unknowns, `sets` has no effect.
 - If a parameter has a column in `sample`, it is drawn from the sample, even if it also has a prior.
 - `rpf3d cost`, `rpf3d check` and pictures of models use the middle of each range. A
   [run in parts](../howto/parallel-runs.md#run-one-scene-in-parts) refuses a scene with unknowns.
@@ -261,13 +257,13 @@ scene has outside this section, such as the ranges of a library. If both have a 
 `calibration.unknowns` applies.
 
 `mass_column` and `shape_column` name columns of the file of end points. A simulated rock is then compared only with
-blocks of about its mass, and of its shape. In the file, these columns may also be to the left of x, y and z. The
-heights of stops are not compared, so x and y are enough.
+blocks of about its mass, and of its shape. These columns may be anywhere in the file. The heights of stops are not
+compared, so x and y are enough.
 """
 SHAPE = """\
-`shape: point` is the default. `shape: sphere` makes spheres of the rocks' size, which roll and spin; they need the same
-coefficients of materials as points. All other shapes are convex bodies. Which effects act on which rocks:
-[effects by shape](effects-by-shape.md).
+`shape: point` is the default. Spheres have the rocks' size, roll and spin, and need the same coefficients of materials
+as points. All other shapes are convex bodies. [Effects by shape](effects-by-shape.md) shows which effects act on which
+rocks.
 """
 MODELS = (
     ("rebound", "The rebound model, one of:", model_keys.ReboundSpec),

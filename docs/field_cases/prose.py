@@ -5,12 +5,12 @@ This page explains how far you can trust a predicted runout. It compares simulat
 tests at three sites.
 
 On this page a *block* is a real rock of a field test, and a *rock* is simulated. A *stop* is the place where a block
-stopped. Four models are compared: `constant` and `coulomb_limited`, in which a rock is a point; the rigid sphere; and
-[rocks with a shape](#rocks-with-a-shape). The models are explained in [physics](physics.md).
+stopped. Four [models](physics.md) are compared: `constant` and `coulomb_limited`, in which a rock is a point; the rigid
+sphere; and [rocks with a shape](#rocks-with-a-shape).
 """
 
-VERDICT = """**No, not on a slope where the model was not calibrated.** Calibrate on rocks that fell on the slope in
-question. If no rocks fell there, use ranges for the coefficients, and accept that the intervals are wide.
+VERDICT = """**No, not on a slope where the model was not calibrated.** Calibrate on rocks that fell on this slope. If
+no rocks fell there, use ranges for the coefficients, and accept wide intervals.
 
 - **Coefficients from books give no reliable prediction.** With points and spheres, the error of the mean distance is
   {book_low:+.0f} to {book_high:+.0f} m at Authume and {meadow_low:+.0f} to {meadow_high:+.0f} m at Tschamut.
@@ -19,7 +19,7 @@ question. If no rocks fell there, use ranges for the coefficients, and accept th
 - **After calibration, the intervals of points and spheres contain too few stops across the slope.** At Authume the
   lateral standard deviation of their rocks is {side_low:.1f} to {side_high:.1f} m (field: {field_side:.1f} m). Across
   the slope, 90 % intervals contain only {across_quarry_low} to {across_quarry_high} of the 41 stops that were kept out
-  of the calibration. Real blocks spread because of their shapes; a point or a sphere has no such shape.
+  of the calibration. Real blocks spread because of their shapes; points and spheres have no such shape.
 - **Rocks with a shape spread as the blocks do at Authume.** Their lateral standard deviation is {shaped_side:.1f} m.
   The 90 % intervals contain {shaped_along_quarry} kept-out stops along the slope and {shaped_across_quarry} across. At
   Tschamut, the intervals contain {shaped_along_meadow} stops along, where 16 are expected (with two other seeds: 16
@@ -27,19 +27,18 @@ question. If no rocks fell there, use ranges for the coefficients, and accept th
   ({meadow_along:.0f} m, field: {field_along:.0f} m).
 - **The predictive intervals of a calibrated run include the misfit of the model, and are therefore wide enough**,
   except for `constant` along the slope at Tschamut. But at Tschamut the misfit of points and spheres is as large as the
-  spread of the stops themselves: such intervals repeat the spread of the field and predict nothing.
+  spread of the stops: such intervals repeat the spread of the field and predict nothing.
 - **Stops alone contain little information about the ground.** At Tschamut most coefficients stay nearly as uncertain as
-  before the calibration. No model predicts kept-out stops clearly better than a curve without any physics. The best
-  model is rocks with a shape at Authume: it is better than the curve by {gain:.2f} ± {doubt:.2f} (mean log density).
+  before the calibration. No model predicts kept-out stops clearly better than a curve without physics. The best model,
+  rocks with a shape at Authume, is better than the curve by {gain:.2f} ± {doubt:.2f} (mean log density).
 - **A calibration on one slope may be far too sure on another.** Calibrated at Authume, the models have errors of
   {at_meadow} m at Tschamut (constant, Coulomb-limited, rigid sphere, rocks with a shape), and their 90 % intervals
   contain {held_at_meadow} of 18 stops. Calibrated at Tschamut, they have errors of {at_quarry} m at Authume, and their
   intervals contain {held_at_quarry} of 41 stops. With values from single impacts, the first three of these models have
   errors of {impacts_quarry} m at Authume and {impacts_meadow} m at Tschamut.
 - **With ranges of the library, intervals contain most stops before any calibration**: {library_quarry} of 41 along the
-  slope at Authume and {library_meadow} of 18 at Tschamut. Most of these intervals have no far end. Across the slope
-  they contain as few as {library_across} ([predictive
-  intervals](#do-predictive-intervals-contain-the-observed-stops)).
+  slope at Authume and {library_meadow} of 18 at Tschamut. Most of these intervals [have no far
+  end](#do-predictive-intervals-contain-the-observed-stops). Across the slope they contain as few as {library_across}.
 """
 
 METHOD = """## How are field and simulation compared?
@@ -48,40 +47,39 @@ writes the page from the last measurement.
 
 - **Models**: `constant` and `coulomb_limited` with `ground: sliding`; the rigid sphere is `rock.shape: sphere` with
   `ground: sphere`; rocks with a shape have `contact: rigid`.
-- **Published values** are values for ground with the same description. They were chosen without knowledge of the stops.
-  Values from two libraries show how much books differ. 10,000 rocks at Authume and 9,000 at Tschamut fly with one value
-  for each coefficient.
+- **Published values** are values for ground with the same description, chosen without knowledge of the stops, from two
+  libraries. 10,000 rocks at Authume and 9,000 at Tschamut fly with one value for each coefficient.
 - **Calibrated** is a sample of parameter sets from `rpf3d calibrate`, with one value for the whole site and a budget of
   one hour. `python docs/field_cases/scenes.py FOLDER` writes the scenes. 64 sets of the sample fly over the slope of
-  their calibration, with 200 rocks each at Authume and 216 at Tschamut. (Rocks with a shape at Tschamut: about 72,
-  because only rocks with the shape of the block of their run are used.) These lines show how well a model can fit, not
-  how well it predicts.
-- **Kept-out stops** show how well a model predicts. The stops are divided into groups (folds). The calibration keeps
-  out one group at a time, and predicts this group from the other groups. The *score* is the mean logarithm of the
-  predicted density at each stop; higher is better. The *curve* is a normal distribution without physics.
-- **Misfit** is the error of the model that the calibration found, a standard deviation in metres. Intervals *with the
-  misfit* include this error. The largest misfit that the calibration tries is the spread of the stops.
+  their calibration, with 200 rocks each at Authume and 216 at Tschamut (about 72 for rocks with a shape, because only
+  rocks with the shape of the block of their run are used). These rows show how well a model can fit, not how well it
+  predicts.
+- **Kept-out stops** show how well a model predicts. The stops are divided into groups (folds), and each group is
+  predicted from a calibration with the other groups. The *score* is the mean logarithm of the predicted density at each
+  stop; higher is better. The *curve* is a normal distribution without physics.
+- **Misfit** is the error of the model that the calibration found, a standard deviation (m). Intervals *with the misfit*
+  include this error. The largest misfit that the calibration tries is the spread of the stops.
 - **Contained**: a 90 % interval contains a stop if 5 to 95 % of the predicted rocks stop before it, along or across the
-  slope. The intervals in the tables of kept-out stops come from a smoothed distribution of the simulated stops, without
-  the rocks that did not stop. All other tables count rocks that did not stop as beyond every stop along the slope. So
-  the counts in the two kinds of tables differ a little.
+  slope. In tables of kept-out stops, the intervals come from a smoothed distribution of the simulated stops, without
+  the rocks that did not stop. All other tables count rocks that did not stop as beyond every stop along the slope, so
+  their counts differ a little.
 - **One basis**: the same functions evaluate field and simulation. Distances start at the field's start (the mean drop
   point at Authume, the run's release at Tschamut), also for rocks that are released next to it. A rock that left the
-  terrain counts with its distance to the boundary. It would have gone farther.
-- **Brackets**: in a line of the field or of published values, the brackets have the 95 % interval that follows from the
-  small number of blocks (bootstrap percentiles). In a line of calibrated values or ranges, they have the range from the
-  5th to the 95th percentile of the results of the parameter sets, each flown alone. This range includes chance among
-  the rocks of one set, but not chance among the blocks.
+  terrain counts with its distance to the boundary, although it would have gone farther.
+- **Brackets**: in a row of the field or of published values, the brackets have the 95 % interval that follows from the
+  small number of blocks (bootstrap percentiles). In a row of calibrated values or ranges, they have the 5th and the
+  95th percentile of the results of the parameter sets, each flown alone. These include chance among the rocks of one
+  set, but not chance among the blocks.
 - **Narrower by** compares a calibrated coefficient with its prior: 1 minus the ratio of their standard deviations.
   Below 15 % (in **bold**) the stops hardly determine the coefficient. Below 0 the calibrated coefficient is less
   certain than its prior.
-- **Scores** stand in four columns: the calibrated model for kept-out stops, the *prior*, published values (*books*) and
-  the *curve*. An empty cell means that no published values were compared. *Effective samples* is the number of
-  independent samples that would be as certain as the sample of the calibration.
+- **Scores** have four columns: the calibrated model for kept-out stops, the *prior*, published values (*books*; empty
+  if none were compared) and the *curve*. *Effective samples* is the number of independent samples that would be as
+  certain as the sample of the calibration.
 - **Other columns**: *sd* is the standard deviation; *p5*, *p50* and *p95* are percentiles; *rms* is the root mean
   square; *not at rest* is the share of rocks that did not stop. *Correlation over runs* is the correlation of simulated
   and observed runouts. *Error of velocity* is the root mean square of the difference between simulated and observed
-  velocity, as vectors, so it includes wrong directions. Angles are in degrees.
+  velocity as vectors, so it includes wrong directions. Angles are in degrees.
 """
 
 COEFFICIENTS = "Calibrated coefficients:\n"
@@ -100,8 +98,8 @@ zones (`config/scenes/authume_p1.yaml`). x is the direction along the profile, z
 """
 
 TSCHAMUT = """## Tschamut 2014
-The data are 18 runs of blocks of 40 to 79 kg on an alpine meadow. In the data, run v034 repeats run v033 to the last
-digit. All 18 runs are used, so this stop counts twice in the calibration, and one copy may predict the other.
+The data are 18 runs of blocks of 40 to 79 kg on an alpine meadow. Run v034 repeats run v033 to the last digit. All 18
+runs are used, so this stop counts twice in the calibration, and one copy may predict the other.
 
 - The terrain is not a survey but an approximation in cells of 5 m: a plane with interpolated deviations. Differences of
   some metres have no meaning.
@@ -113,10 +111,9 @@ digit. All 18 runs are used, so this stop counts twice in the calibration, and o
   and a sphere).
 """
 
-OWN_RELEASE = """In this table each stop is compared with the simulated rocks that start at the release of the same
-run. The calibration does not know from which release a stop comes, so it compares each stop also with rocks from other
-releases. So the intervals for kept-out stops (table *Kept-out stops* below) are often wider than the intervals of this
-table.
+OWN_RELEASE = """In this table each stop is compared with the simulated rocks that start at the release of the same run.
+The calibration does not know from which release a stop comes, so it compares each stop also with rocks from other
+releases, and the intervals in the table *Kept-out stops* below are often wider.
 """
 
 AUTHUME_FAILS = """**Where it fails.**
@@ -133,7 +130,7 @@ AUTHUME_FAILS = """**Where it fails.**
 """
 
 TSCHAMUT_FAILS = """**Where it fails.**
-- No model fits the seven runs that were released in the east, near (59, 258). There the approximated terrain is
+- No model fits the seven runs that were released in the east, near (59, 258), where the approximated terrain is
   gentler. Up to half of the rocks of a model stop within 10 m of their release; no block did. For the other eleven
   runs, the mean error of all calibrated models except `constant` is below 8 m. These data do not show whether the
   terrain or the models are the reason.
@@ -149,9 +146,9 @@ TSCHAMUT_FAILS = """**Where it fails.**
 
 DEFAULT = """## Why is `coulomb_limited` the default, and where is it weaker than `constant`?
 `coulomb_limited` is the default because of its mechanics: no impact removes more speed along the ground than friction
-can. `constant` removes a share of the speed at each of infinitely many impacts. So no speed is left when bouncing ends,
-on any slope. Unless the ground is slippery, the runout is too short, which is the unsafe side
-([the end of bouncing](physics.md#the-end-of-bouncing)). The field data alone do not decide between the two models.
+can. With `constant` [no speed is left when bouncing ends](physics.md#the-end-of-bouncing), on any slope. Unless the
+ground is slippery, the runout is too short, which is the unsafe side. The field data alone do not decide between the
+two models.
 
 `coulomb_limited` is **better** in these figures:
 
@@ -190,29 +187,28 @@ energy before it.
 **Where it fails.**
 - In one of the six impacts the translational energy is larger after the impact than before (ratio 1.11), because spin
   turned into speed. A model that never adds energy and starts without spin cannot show this.
-- The energy ratios of the six impacts differ by a factor of five. The six ratios of one model differ by a factor of
-  {widest:.1f} or less. A flat block lands on a face, an edge or a corner; none of these models distinguishes the three
-  cases.
+- The energy ratios of the six impacts differ by a factor of five, those of one model by a factor of {widest:.1f} or
+  less. A flat block lands on a face, an edge or a corner; none of these models distinguishes the three cases.
 - In the eleven contacts, slow blocks hit the ground at a steep angle; in the six impacts, fast blocks hit the ground at
   a shallow angle. With values of `constant` that are calibrated on the eleven contacts, the rocks keep far too little
   energy in the six impacts.
 """
 
 NOT_VALIDATED = """## What does this page not show?
-- There are three sites, two of them meadows, with 41 + 18 blocks and 17 impacts. Intervals are wide. By chance,
-  values from one site can look good or bad at another.
+- Three sites, two of them meadows, with 41 + 18 blocks and 17 impacts are few. By chance, values from one site can look
+  good or bad at another.
 - The page does not show whether a simulated difference between two designs is right.
-- Only end points and single impacts are compared. The figures for the design of barriers are not: bounce heights,
-  speeds and energies along the path.
+- Only end points and single impacts are compared. Bounce heights, speeds and energies along the path, on which the
+  design of barriers depends, are not compared.
 - All points and spheres of a site have the same mass, and coefficients do not vary from impact to impact.
   Distributions in the scene (`normal_restitution: {mean: ...}`), `effects` and the real masses may give better results;
   this was not measured.
-- Calibrated values are valid only with the rules of rpf3d for the end of bouncing and for sliding
-  ([physics](physics.md)). In another program or model they have another meaning.
+- Calibrated values are valid only with rpf3d's own rules for the end of bouncing and for sliding, not in another
+  program or model.
 """
 
 SOURCES_OF_DATA = """## Where does the data come from?
-The data is not part of this project. Put the folders into `shared/data`, next to the project's own folder.
+The data is not part of this project. Put the folders into `shared/data`, next to the project's folder.
 
 | site | data | literature |
 | --- | --- | --- |

@@ -3,14 +3,13 @@
 BLOCKS = """## Rocks with a shape
 Here a rock is a rigid convex body (`rock.shape` with `contact: rigid`). The ground has three coefficients for the whole
 site: restitution, friction and rolling resistance. Calibrations, scores and predictions are in the tables above. This
-section shows the effect of the shape. `python docs/validation.py --blocks` measures only this section.
+section, which `python docs/validation.py --blocks` measures, shows the effect of the shape.
 """
 
 BARS = """### What does x alone determine?
 The scene `config/scenes/authume_p1_blocks.yaml`, which comes with rpf3d, has one value for each of the three
-coefficients. A search tried 260 such sets of values, and these values gave the distribution of x that is nearest to the
-distribution of the 41 blocks. The search did not look at lateral figures. So the lateral figures in the table test the
-model.
+coefficients. Of 260 sets of values that a search tried, this set gave the distribution of x that is nearest to that of
+the 41 blocks. The search did not look at lateral figures, so the lateral figures in the table test the model.
 
 In the search all sets fly the same rocks. Each round keeps the best sets, which then fly more rocks (successive
 halving). The values are within the 90 % intervals of the calibration. The figures in the table come from 4,000 rocks
@@ -26,7 +25,7 @@ All rows have the coefficients of the scene above:
 PER_BLOCK = """### Does a block's shape decide where it stopped?
 Partly: with the proportions of each block, simulated and observed x correlate; with the mass alone they do not. Each of
 the 41 blocks is simulated with its own mass (first row), and with its own mass and three lengths (second row). The
-hulls are the hulls of the four scanned blocks. L1, L2 and L3 are the three lengths of a block, the longest first:
+hulls are those of the four scanned blocks. L1, L2 and L3 are the three lengths of a block, the longest first:
 """
 
 AT_IMPACTS = """### Chant Sura with norm blocks of 24 corners
