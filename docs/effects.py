@@ -163,7 +163,8 @@ def _costs(listed: list[CatalogueEntry]) -> str:
         + " |"
         for entry in listed
     ]
-    return "\n".join(["| named in the scene | confirmed | time (ratio) | runout (change) |", "|---|---|---|---|", *rows, ""])
+    head = ["| named in the scene | confirmed | time (ratio) | runout (change) |", "|---|---|---|---|"]
+    return "\n".join([*head, *rows, ""])
 
 
 def _section(kind: str, title: str, listed: list[CatalogueEntry]) -> list[str]:

@@ -52,7 +52,7 @@ MOVING = -1
 """Value in place of an outcome while a rock is still moving."""
 
 OUTCOME_SENTENCES: dict[Outcome, str] = {
-    Outcome.STOPPED: "came to rest on the ground",
+    Outcome.STOPPED: "stopped on the ground",
     Outcome.LEFT_TERRAIN: "flew past the edge of the terrain",
     Outcome.CAUGHT: "was caught by a barrier",
     Outcome.FRAGMENTED: "broke; its pieces fly on as rocks of their own",

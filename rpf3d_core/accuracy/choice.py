@@ -123,8 +123,8 @@ def _chosen(prices: PriceList, method: Priced, terrain: Priced, target: float) -
     rocks = rocks_needed(prices.statistical, target - method.error - terrain.error)
     if rocks is None:
         return None
-    dearer = terrain.seconds_per_1000_rocks / max(_whole(prices).seconds_per_1000_rocks, 1e-12)
-    seconds = method.seconds_per_1000_rocks * dearer * rocks / 1000.0
+    factor = terrain.seconds_per_1000_rocks / max(_whole(prices).seconds_per_1000_rocks, 1e-12)
+    seconds = method.seconds_per_1000_rocks * factor * rocks / 1000.0
     statistical = statistical_error(prices.statistical, rocks)
     return Choice(
         method=method.setting,

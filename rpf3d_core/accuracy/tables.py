@@ -115,13 +115,13 @@ def findings(prices: PriceList, target: float) -> list[str]:
     target : largest total error (-)
     """
     errors = errors_of_scene(prices)
-    told = {
+    labels = {
         "numerical": "numerical (the scene's method)",
         "geometric": "geometric (half of its triangles)",
         "statistical": f"statistical ({_rocks(prices.rocks)}{', the first of `rocks: auto`' if prices.auto else ''})",
         "parametric": "parametric (values of the ground)",
     }
-    each = ", ".join(f"{told[name]} {number(error)}" for name, error in errors.items())
+    each = ", ".join(f"{labels[name]} {number(error)}" for name, error in errors.items())
     return [
         *_exactness(prices),
         *_left_out(prices),

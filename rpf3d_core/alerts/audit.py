@@ -316,5 +316,5 @@ def _difference(written: dict[str, Any], again: dict[str, Any]) -> str:
     """
     keys = [key for key in again if canonical(again[key]) != canonical(written.get(key))]
     keys += [key for key in written if key not in again]
-    told = f"`{keys[0]}` is {canonical(written.get(keys[0]))}, but the audit gets {canonical(again.get(keys[0]))}"
-    return f"the decision is not reproduced: {told}" + (f" (and {len(keys) - 1} more)" if len(keys) > 1 else "")
+    difference = f"`{keys[0]}` is {canonical(written.get(keys[0]))}, but the audit gets {canonical(again.get(keys[0]))}"
+    return f"the decision is not reproduced: {difference}" + (f" (and {len(keys) - 1} more)" if len(keys) > 1 else "")

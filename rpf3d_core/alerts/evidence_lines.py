@@ -32,8 +32,8 @@ def evidence_content(evidence: Evidence) -> dict[str, Any]:
 
 
 def _area_evidence_content(area: AreaEvidence) -> dict[str, Any]:
-    told = {key: value for key, value in area._asdict().items() if key not in OVER_SETS or value != DEFAULTS[key]}
-    content = {key: _written(value) for key, value in told.items() if key != "origins"}
+    stated = {key: value for key, value in area._asdict().items() if key not in OVER_SETS or value != DEFAULTS[key]}
+    content = {key: _written(value) for key, value in stated.items() if key != "origins"}
     return content if area.origins is None else {**content, "origins": _origins_content(area.origins)}
 
 

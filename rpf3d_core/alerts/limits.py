@@ -213,10 +213,10 @@ def _share(area: AreaEvidence, terms: EvidenceSpec) -> str:
     if area.flown == 0 == area.reached:
         return "there is no source, so no rock flew"
     most = f"up to {_percent(upper_end(area, terms))}{_of(area, terms)}"
-    told = f"{area.reached:,} of {area.flown:,} rocks reached the area ({most})"
+    sentence = f"{area.reached:,} of {area.flown:,} rocks reached the area ({most})"
     if area.clusters <= 1:
-        return told
-    return f"{told}, the worst of {area.clusters:,} clusters of sources ({_pooled(area)} of all rocks)"
+        return sentence
+    return f"{sentence}, the worst of {area.clusters:,} clusters of sources ({_pooled(area)} of all rocks)"
 
 
 def _of(area: AreaEvidence, terms: EvidenceSpec) -> str:
@@ -263,15 +263,15 @@ def _energy(area: AreaEvidence, terms: EvidenceSpec) -> str:
     terms : the site's rules for evidence
     """
     what = "largest energy (too few rocks for a p95)" if area.p95_energy is None else "p95 energy"
-    told = "no rock reached the area" if area.pooled_energy is None else f"{what} {area.pooled_energy:.6g} J"
+    sentence = "no rock reached the area" if area.pooled_energy is None else f"{what} {area.pooled_energy:.6g} J"
     if area.sets == 0:
-        return told
+        return sentence
     if terms.interval != "predictive" or area.energy_high is None:
-        return f"{told} (of all parameter sets together)"
+        return f"{sentence} (of all parameter sets together)"
     if area.energy_sets >= ENOUGH:
-        return f"{told} (up to {area.energy_high:.6g} J, predictive over {area.energy_sets:,} parameter sets)"
+        return f"{sentence} (up to {area.energy_high:.6g} J, predictive over {area.energy_sets:,} parameter sets)"
     few = f"only {area.energy_sets} have a p95, {ENOUGH} are needed for a predictive interval"
-    return f"{told} (up to {area.energy_high:.6g} J, the largest of all {area.sets:,} parameter sets: {few})"
+    return f"{sentence} (up to {area.energy_high:.6g} J, the largest of all {area.sets:,} parameter sets: {few})"
 
 
 def _arrival(area: AreaEvidence, terms: EvidenceSpec) -> str:
@@ -282,14 +282,14 @@ def _arrival(area: AreaEvidence, terms: EvidenceSpec) -> str:
     terms : the site's rules for evidence
     """
     first = area.first_arrival_s
-    told = "no rock reached the area" if first is None else f"the first rock arrives after {first:.1f} s"
+    sentence = "no rock reached the area" if first is None else f"the first rock arrives after {first:.1f} s"
     if area.sets == 0:
-        return told
+        return sentence
     if first is None and area.first_arrival_low_s is not None and terms.interval == "predictive":
-        told = "no rock reached the area on its own path, but some do on paths displaced by the misfit"
+        sentence = "no rock reached the area on its own path, but some do on paths displaced by the misfit"
     if terms.interval != "predictive" or area.first_arrival_low_s is None:
-        return f"{told} (of all parameter sets together)"
-    return f"{told} (after {area.first_arrival_low_s:.1f} s in the fastest of {area.sets:,} parameter sets)"
+        return f"{sentence} (of all parameter sets together)"
+    return f"{sentence} (after {area.first_arrival_low_s:.1f} s in the fastest of {area.sets:,} parameter sets)"
 
 
 def _pooled(area: AreaEvidence) -> str:

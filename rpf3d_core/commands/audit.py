@@ -88,13 +88,13 @@ def _shown(alert: "Alert") -> str:
 
 def _verdict(found: "Audit") -> list[str]:
     versions = ", ".join(found.versions) or "none"
-    told = f"{found.reproduced:,} of {found.decisions:,} decisions reproduced bit for bit"
+    sentence = f"{found.reproduced:,} of {found.decisions:,} decisions reproduced bit for bit"
     state = "the chain of lines is whole" if found.sound else "the log is NOT sound"
     files = f"{found.files:,} {'file' if found.files == 1 else 'files'}"
     refused = f", {found.refused:,} refused acknowledgements" if found.refused else ""
     return [
         f"{found.lines:,} lines in {files}, written by version {versions}; last line {found.head}",
-        f"{told}{refused}; {state}",
+        f"{sentence}{refused}; {state}",
     ]
 
 

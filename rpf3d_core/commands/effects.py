@@ -52,8 +52,8 @@ def _print_one(entry: "CatalogueEntry") -> None:
     screen.print(f"{entry.kind}: {entry.name}", style="bold")
     screen.print(entry.summary, soft_wrap=True, markup=False)
     time, runout = _cost(entry)
-    told = f"; on the demo pit time {time}, runout {runout}" if time else ""
-    screen.print(f"Source: {entry.source} ({entry.confirmed}){told}", soft_wrap=True, markup=False)
+    ratios = f"; on the demo pit time {time}, runout {runout}" if time else ""
+    screen.print(f"Source: {entry.source} ({entry.confirmed}){ratios}", soft_wrap=True, markup=False)
     table = Table("parameter", "value", "default", "source", "confirmed", box=None, padding=GAP, pad_edge=False)
     for each in entry.parameters:
         default = "must be given" if each.required else "none" if each.default in (None, ()) else str(each.default)

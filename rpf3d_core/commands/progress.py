@@ -71,14 +71,14 @@ def interruptible() -> Iterator[tuple[Callable[[], bool], Callable[[bool], None]
             raise KeyboardInterrupt
         asked = True
 
-    def told(now: bool) -> None:
+    def show(now: bool) -> None:
         nonlocal flying
         flying = now
 
     handled = [number for number in (signal.SIGINT, signal.SIGTERM) if signal.getsignal(number) != signal.SIG_IGN]
     before = {number: signal.signal(number, on_signal) for number in handled}
     try:
-        yield lambda: asked, told
+        yield lambda: asked, show
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

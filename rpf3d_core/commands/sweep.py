@@ -47,7 +47,7 @@ def sweep(
         with progress("flying cells") as (begin, writing), _executor(workers) as executor:
             found = fly(
                 scene, {one.key: one.values for one in asked}, out, executor, number_of_rocks(rocks),
-                told=_counting(begin, writing),
+                report=_counting(begin, writing),
             )  # fmt: skip
     except KeyboardInterrupt:
         end_interrupted(f"the cells that have flown are in {out}; the same command goes on")
@@ -82,7 +82,7 @@ def _counting(begin: Callable[[int], Callable[[int], None]], writing: Callable[[
     """
     advance: list[Callable[[int], None]] = []
 
-    def told(done: int, of: int) -> None:
+    def report(done: int, of: int) -> None:
         if advance:
             advance[0](1)
         elif done < of:
@@ -91,7 +91,7 @@ def _counting(begin: Callable[[int], Callable[[int], None]], writing: Callable[[
         if done == of:
             writing()
 
-    return told
+    return report
 
 
 def _print_sweep(found: "Sweep") -> None:

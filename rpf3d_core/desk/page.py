@@ -89,7 +89,7 @@ def _head(html: Any, actions: Actions) -> None:
     html.Div("{{ path }} {{ unsaved ? '(changed, not saved)' : '' }}", classes="quiet path")
     html.Div("{{ busy ? busy + ' ...' : '' }}", classes="busy", id="busy")
     with html.Div(classes="messages", id="messages"):
-        html.Div("{{ said.text }}", v_for="(said, i) in messages", key="i", classes=("'message ' + said.kind",))
+        html.Div("{{ m.text }}", v_for="(m, i) in messages", key="i", classes=("'message ' + m.kind",))
 
 
 def _run_part(html: Any, actions: Actions) -> None:

@@ -76,9 +76,9 @@ def _output(path: Path, reader: Any) -> vtkPolyData:
     with _collected_messages() as messages:
         reader.SetFileName(str(path))
         reader.Update()
-    said = _first_sentence(messages.GetOutput() or "")
-    if said:
-        raise TerrainError(f"{path}: is no complete {path.suffix.lower()} file; the reader says: {said}")
+    complaint = _first_sentence(messages.GetOutput() or "")
+    if complaint:
+        raise TerrainError(f"{path}: is no complete {path.suffix.lower()} file; the reader says: {complaint}")
     data: vtkPolyData = reader.GetOutput()
     return data
 

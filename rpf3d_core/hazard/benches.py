@@ -23,16 +23,16 @@ AT_MOST = "at most"
 The column is printed only if rocks were lost to holes.
 """
 
-TEXT_NOTE = "shares of all rocks (retained: of those that came) with 95 % intervals"
+TEXT_NOTE = "shares of all rocks (retained: of the rocks that reached the place) with 95 % intervals"
 """Note under the printed table that explains its columns."""
 
 OPEN = "intervals are of the number of rocks alone; ground and model leave more open"
 """Note under the printed table on uncertainties that its intervals do not include."""
 
 OF_SETS = (
-    "shares of all rocks (retained: of those that came) and p95 energies, each with the 95 % predictive interval over "
-    "{sets} parameter sets, which holds the unknowns of the scene, and then the sampling interval of the number of "
-    "rocks"
+    "shares of all rocks (retained: of the rocks that reached the place) and p95 energies, each with the 95 % "
+    "predictive interval over {sets} parameter sets, which includes the unknowns of the scene, and then the sampling "
+    "interval of the number of rocks"
 )
 """Note under the printed table of a run over parameter sets that explains its columns."""
 
@@ -54,7 +54,7 @@ NOT_KNOWN, UNKNOWN_END = "not known", "?"
 MEANINGS = {
     NOT_KNOWN: "fewer than {enough} parameter sets sent enough rocks there for a predictive interval; the sampling "
     "interval does not replace it",
-    UNKNOWN_END: "too few rocks came there to bound the p95 energy from above; it may be much larger",
+    UNKNOWN_END: "too few rocks reached it to bound the p95 energy from above; it may be much larger",
 }
 """Notes under the printed table on the texts for unknown intervals and ends, if the table has them."""
 

@@ -54,7 +54,7 @@ def _edges(tally: CellTally, q: int) -> FloatArray:
 
 def _percentiles_of(tally: CellTally, found: Found, edges: list[FloatArray]) -> StatisticArray:
     """Return the percentiles (3, S, P) of energy, speed and height in S cells; NaN for cells with too few rocks."""
-    told = np.full((3, len(found.cell), len(PERCENTILES)), np.nan, dtype=np.float32)
+    found_values = np.full((3, len(found.cell), len(PERCENTILES)), np.nan, dtype=np.float32)
     values, many, first = [bin_values(some) for some in edges], np.flatnonzero(found.rocks >= FEWEST_ROCKS), 0
     for bins in tally.bins_found(many):
         some = many[first : first + len(bins)]
@@ -62,9 +62,9 @@ def _percentiles_of(tally: CellTally, found: Found, edges: list[FloatArray]) -> 
         for q in range(3):
             if q == ENERGY or tally.scales.bins[q] > 0:  # Without its own bins, speed uses the bins of energy.
                 place = _places(bins, _columns(tally, q), ranks)
-            told[q, some] = values[q][place]
+            found_values[q, some] = values[q][place]
         first += len(bins)
-    return told
+    return found_values
 
 
 def bins_of(tally: CellTally, q: int) -> NDArray[np.uint32]:

@@ -36,7 +36,7 @@ class Quantity(NamedTuple):
 REACH = Quantity(
     name="reach_probability",
     unit="1",
-    meaning="share of all rocks flown that came here, given that they fall",
+    meaning="share of all simulated rocks that reached this cell, given that they fall",
     elsewhere=0,
 )
 REACH_LOW = Quantity(

@@ -160,7 +160,7 @@ class Workshop:
             survey, "" if the digest is not known; None for those of `survey`
         """
         check_points(points_of(survey), self._most)
-        told = self._aside.submit(lambda: digest or digest_of(survey))
+        hashed = self._aside.submit(lambda: digest or digest_of(survey))
         with self._rooms.free_one() as room:
             room.begin()
             terrain = self._terrain(self._mesh(survey, room), room)
@@ -172,7 +172,7 @@ class Workshop:
             border = _border(border_of(terrain.vertices, terrain.triangles, room.memory), facets.tolerance)
             indexed = IndexedTerrain(terrain=terrain, facets=facets, locator=locator)
             pieces = pieces_that_cross(terrain) if isinstance(survey, MeshSurvey) else APART
-            known = told.result()
+            known = hashed.result()
             origin = Origin(
                 digest=known,
                 whole_digest=known if whole_digest is None else whole_digest,

@@ -39,8 +39,8 @@ def replay(folder: str | Path) -> "subprocess.Popen[bytes]":
             return viewer
         if code:
             log.seek(0)
-            said = log.read().decode(errors="replace").strip().splitlines()
-            raise InputError(f"{recording}: the rerun viewer could not open it ({said[-1] if said else code})")
+            lines = log.read().decode(errors="replace").strip().splitlines()
+            raise InputError(f"{recording}: the rerun viewer could not open it ({lines[-1] if lines else code})")
         return viewer
 
 

@@ -14,12 +14,12 @@ SHARES = {
 }
 """Label of each share of the rocks that reached a barrier, by its name in summary.json."""
 NOTE = (
-    "Shares are of the rocks that came; energies and heights are those of the rocks when they first came. The largest "
-    "energy is that of the rocks flown: more rocks may have a larger one."
+    "Shares are of the rocks that reached the barrier; energies and heights are those of their first arrivals. The "
+    "largest energy is that of the simulated rocks: other rocks may have a larger one."
 )
 SAMPLING_ONLY = (
-    "A sampling interval holds the number of rocks only, not what is not known about the ground. Do not design with it "
-    "where the predictive interval is not known."
+    "A sampling interval includes only the uncertainty due to the number of rocks, not that of the ground. Do not use "
+    "it for design if the predictive interval is unknown."
 )
 LEAVES_OUT = "Predictive intervals at barriers leave out the misfit of the model."
 

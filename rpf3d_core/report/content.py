@@ -167,12 +167,12 @@ def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
     for name, area in run.summary["areas_of_interest"].items():
         rows.append([f"rocks that reach the area {name}", *share_cells(area["reached"])])
     for name, found in run.summary.get("barriers", {}).items():
-        rows += [[f"{words} {name}, of the rocks that came", *share_cells(found[did])]
+        rows += [[f"{words} {name}, of the rocks that reached it", *share_cells(found[did])]
                  for did, words in AT_BARRIERS.items()]  # fmt: skip
     retained = {name: bench for name, bench in run.summary["benches"].items() if bench["reached"]["rocks"]}
     order = sorted(retained, key=lambda name: [-retained[name][did]["rocks"] for did in ("stopped", "reached")])
     holding = order[: max(MOST_ROWS - len(rows), FEWEST_BENCHES)]
-    rows += [[f"retained by {name}, of the rocks that came", *share_cells(bench["retained"])]
+    rows += [[f"retained by {name}, of the rocks that reached it", *share_cells(bench["retained"])]
              for name, bench in retained.items() if name in holding]  # fmt: skip
     note = NO_PREDICTIVE if run.inputs["ground"] == ASSUMED else BOTH
     left = len(retained) - len(holding)
@@ -274,7 +274,7 @@ def _benches(run: RunFiles) -> Iterator[Element]:
     yield Table(("zone", "reached", "retained", *THREE[1:]), [
         [name, share(place["reached"]["share"]), *share_cells(place["retained"])] for name, place in places.items()
     ])  # fmt: skip
-    yield Text("Reached: share of all rocks. Retained: share of the rocks that came to the zone and stopped there. "
+    yield Text("Reached: share of all rocks. Retained: share of the rocks that reached the zone and stopped there. "
                "A zone is one row, however many surfaces it has: `terrain.split` makes a zone of each. Zones that no "
                f"rock reached are left out.{_caught(run)}", quiet=True)  # fmt: skip
     yield Table(("zone", "p95 energy", *THREE[1:]), [

@@ -110,8 +110,8 @@ def _flights(
     fall = np.zeros_like(mean)
     fall[:, 2] = 0.5 * gravity * time
     speeds = np.stack([np.linalg.norm(mean + fall, axis=1), np.linalg.norm(mean - fall, axis=1)], axis=1)
-    told = np.stack([launched, landed], axis=1)
-    known = np.where(np.isnan(told), speeds, told)
+    recorded = np.stack([launched, landed], axis=1)
+    known = np.where(np.isnan(recorded), speeds, recorded)
     agrees = (np.abs(speeds - known) <= AGREES * known + SLOW).all(axis=1) & (time > 0.0)
     slid = np.repeat(known.max(axis=1)[:, None], 2, axis=1)
     return np.where(agrees, time, np.nan), np.where(agrees[:, None], speeds, slid)

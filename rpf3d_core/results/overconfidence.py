@@ -65,23 +65,23 @@ def _of_the_ground(run: Run) -> Iterator[str]:
     """Yield sentences on coefficients of the ground that are assumed or not calibrated here, and on the misfit."""
     spec = run.scene.unknowns
     if not run.scene.has_unknowns or spec is None:
-        yield ("every coefficient counts as known: no interval holds what is not known about the ground; "
+        yield ("every coefficient counts as known, so no interval includes the uncertainty of the ground; "
                "give ranges with `library` or `prior`")  # fmt: skip
     elif spec.sample is None:
         yield "ranges of the ground are from books or estimates, not from a calibration on this slope"
     elif ranges := _outside_sample(run):
         yield (f"ranges of {_named(ranges)} are from books or estimates, because the sample of the "
-               "calibration does not hold them")  # fmt: skip
+               "calibration does not have them")  # fmt: skip
     if (share := share_calibrated_elsewhere(run)) >= SOME_ELSEWHERE:
         yield (f"{100 * share:.0f} % of the rocks start away from the place where the sample was calibrated. "
                f"{OF_ANOTHER_SLOPE}")  # fmt: skip
     if run.scene.has_unknowns and (known := _counted_as_known(run)):
-        yield (f"{_named(known)}: one value in all parameter sets, so no interval holds what is not "
-               "known about it; give a range with `prior`")  # fmt: skip
+        yield (f"{_named(known)}: one value in all parameter sets, so no interval includes its "
+               "uncertainty; give a range with `prior`")  # fmt: skip
     if run.scene.has_unknowns and spec is not None and spec.misfit is not None and spec.misfit >= NOTABLE:
         yield (f"the calibration found that observed stops differ from the model's by {spec.misfit:.1f} m (standard "
-               "deviation) beyond its own spread: predictive intervals of shares, runout and reach probability hold "
-               "this misfit; those of speed, height, outcomes and barriers do not")  # fmt: skip
+               "deviation) beyond its own spread: predictive intervals of shares, runout and reach probability "
+               "include this misfit; those of speed, height, outcomes and barriers do not")  # fmt: skip
     if spec is not None and spec.sample is not None and spec.misfit is None:
         yield ("the sample states no misfit: how far the model is wrong is in no interval, so all of them are too "
                "narrow where the model is poor")  # fmt: skip
@@ -237,7 +237,7 @@ def _of_energies(run: Run) -> Iterator[str]:
     few = [bench for bench in bench_table(run.terrain, run.maps) if 0 < bench.reached["rocks"] < FEWEST_ROCKS]
     if few:
         names = [f"{bench.name} (area)" if bench.kind == AREA else bench.name for bench in few]
-        yield f"energies in {_named(names)} are unknown: fewer than {FEWEST_ROCKS} rocks came there"
+        yield f"energies in {_named(names)} are unknown: fewer than {FEWEST_ROCKS} rocks reached them"
 
 
 def _named(names: Sequence[str]) -> str:

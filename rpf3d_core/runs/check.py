@@ -234,11 +234,11 @@ def _with_pilot(report: Check, prepared: Prepared, releases: Releases) -> Check:
     cost = _cost(report.scene, prepared, flown, seconds, rocks)
     fastest = float(flown.deposits.max_speed.max(initial=0.0))
     behind = behind_a_crest(flown.deposits, [source.name for source in prepared.sources], "pilot rocks")
-    told = [
+    sentences = [
         *warnings_of_speed(fastest), *behind, *effects_called_for(report.scene, flown),
         *idle_effects(prepared, few, flown),
     ]  # fmt: skip
-    return replace(report, cost=cost, warnings=[*report.warnings, *told])
+    return replace(report, cost=cost, warnings=[*report.warnings, *sentences])
 
 
 def _pilots(source: IntArray) -> IntArray:

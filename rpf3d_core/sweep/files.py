@@ -89,7 +89,9 @@ def _panel(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[Ce
     retained = [figure.value for record in records if (figure := figure_of(record, RETAINED, place))]
     result = REACHED if min((value for value in retained if value is not None), default=0.0) >= NEARLY_ALL else RETAINED
     name = place_name(place)
-    title, of = (f"reached {name}", "all rocks") if result == REACHED else (f"retained by {name}", "rocks that came")
+    title, of = f"retained by {name}", "rocks that reached it"
+    if result == REACHED:
+        title, of = f"reached {name}", "all rocks"
     curves = _curves(varied, cells, records, (result, place), 100.0)
     return Panel(title=title, axis=f"share of {of} (%)", curves=curves)
 

@@ -30,7 +30,7 @@ def sweep(
     executor: Executor,
     rocks: Rocks = None,
     threads: int | None = 1,
-    told: Callable[[int, int], None] = lambda done, of: None,
+    report: Callable[[int, int], None] = lambda done, of: None,
 ) -> Sweep:
     """Fly a scene with each combination of values of some keys, and write sweep.csv and sweep.png into a folder.
 
@@ -44,7 +44,7 @@ def sweep(
     executor : any `concurrent.futures.Executor`; every worker must see the scene's files at the same paths
     rocks : number of rocks of each cell, as in `rpf3d_core.simulate`
     threads : number of threads of each cell, for the compiled engine; None for one per core
-    told : called with the number of cells that have flown and the number of all cells, after each cell; first called
+    report : called with the number of cells that have flown and the number of all cells, after each cell; first called
         with the number of cells that flew in an earlier sweep
 
     Raises
@@ -56,12 +56,12 @@ def sweep(
     asked = tuple(Varied(key=key, values=tuple(values)) for key, values in varied.items())
     cells = cells_of(scene if isinstance(scene, Scene) else read_scene(scene), asked, rocks)
     done = sum(record_of(cell, folder / CELLS) is not None for cell in cells)
-    told(done, len(cells))
+    report(done, len(cells))
 
     def flown() -> None:
         nonlocal done
         done += 1
-        told(done, len(cells))
+        report(done, len(cells))
 
     try:
         (folder / CELLS).mkdir(parents=True, exist_ok=True)

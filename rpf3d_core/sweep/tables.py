@@ -114,7 +114,8 @@ def have_unknowns(cells: Sequence[Cell]) -> bool:
 
 def notes_of(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
     """Return notes for the reader: what the intervals cover and, if true, that cells share random numbers."""
-    notes = [f"reached: of all rocks; retained: of those that came; in brackets {_on_brackets(cells, records)}"]
+    brackets = _on_brackets(cells, records)
+    notes = [f"reached: of all rocks; retained: of the rocks that reached the place; in brackets {brackets}"]
     notes += [COMMON.format(seed=cells[0].scene.seed)] if are_alike(cells) else []
     printed = [figure for record in records for figure in record.figures if _is_printed(figure)]
     notes += [RUNOUT_NOTE] if any(map(is_beyond_terrain, _of_runs(records))) else []

@@ -159,11 +159,11 @@ def sentences_by_topic(findings: Iterable[PublisherFinding], topics: Iterable[st
 
     findings : from `PublisherWatch` or `MuteSensors`; warnings are skipped
     """
-    told: dict[str, str] = dict.fromkeys(topics, "")
+    sentences: dict[str, str] = dict.fromkeys(topics, "")
     for finding in findings:
         if finding.is_fault:
-            told[finding.topic] = "; ".join(filter(None, (told.get(finding.topic, ""), finding.sentence)))
-    return told
+            sentences[finding.topic] = "; ".join(filter(None, (sentences.get(finding.topic, ""), finding.sentence)))
+    return sentences
 
 
 def _misfit(topic: WatchedTopic, publisher: SeenPublisher) -> str:

@@ -97,7 +97,7 @@ class RefusedInputs:
         silent = tuple(
             topic for topic, refusal in self._refused.items() if refusal.is_followed or now - refusal.at > self._silence
         )
-        recent = {each: told for each, told in self._persons.items() if now - told[0] <= self._terms.within_s}
+        recent = {each: noted for each, noted in self._persons.items() if now - noted[0] <= self._terms.within_s}
         self._persons = {**recent, person_of(by): (now, frozenset(silent))}
         if len(self._persons) < self._terms.persons:
             return ()

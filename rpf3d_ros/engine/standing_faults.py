@@ -25,7 +25,7 @@ class StandingFaults:
         with self._lock:
             if self._sentences.get(cause, "") == sentence:
                 return
-            others = {each: told for each, told in self._sentences.items() if each != cause}
+            others = {each: other for each, other in self._sentences.items() if each != cause}
             self._sentences = {**others, cause: sentence} if sentence else others
         self._changed()
 

@@ -95,8 +95,8 @@ class PublisherReports:
         """Report all findings in the diagnostics, with the number of publishers of each topic."""
         level = ERROR if any(each.is_fault for each in findings) else WARN if findings else OK
         counts = {f"publishers.{topic}": str(len(found)) for topic, found in seen.items()}
-        told = "; ".join(each.sentence for each in findings)
-        self._health.set("inputs", level, told or "messages from every publisher can be received", counts)
+        summary = "; ".join(each.sentence for each in findings)
+        self._health.set("inputs", level, summary or "messages from every publisher can be received", counts)
 
     def of(self, topic: str) -> list[SeenPublisher]:
         """Return the publishers of a topic in the ROS graph."""

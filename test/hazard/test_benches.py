@@ -156,7 +156,7 @@ def test_unknown_intervals_and_ends_are_explained_below_the_table_that_has_them(
     energy = bench("a", 1)._replace(energy_p95=496e3, energy_predictive=[239e3, 795e3], energy_sampling=[443e3, 778e3])
     assert notes_on_unknown(text_rows([energy])) == []
     (end,) = notes_on_unknown(text_rows([energy._replace(energy_sampling=[183e3, None])]))
-    assert end == "`?`: too few rocks came there to bound the p95 energy from above; it may be much larger"
+    assert end == "`?`: too few rocks reached it to bound the p95 energy from above; it may be much larger"
     none, end = notes_on_unknown(text_rows([energy._replace(energy_predictive=[None] * 2, energy_sampling=[1, None])]))
     assert none.startswith("`not known`: fewer than 39 parameter sets") and end.startswith("`?`")
     assert notes_on_unknown(text_rows([bench("not known?", 1)])) == []  # the name of a zone is not an interval

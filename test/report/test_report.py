@@ -151,7 +151,7 @@ def test_the_answer_names_every_area_and_the_zones_that_hold_most(known_ground) 
     names, texts = answer_of(run)
     assert [name for name in names if " area " in name] == [f"rocks that reach the area a{i}" for i in range(14)]
     zones = [name for name in names if name.startswith("retained by")]
-    assert zones == [f"retained by BENCH_{i}, of the rocks that came" for i in range(3)], "faces hold none"
+    assert zones == [f"retained by BENCH_{i}, of the rocks that reached it" for i in range(3)], "faces hold none"
     assert "and 9 more in the table" in texts[0]
 
 
@@ -165,7 +165,7 @@ def test_the_answer_has_the_barriers_and_what_no_rock_reached(unknown_ground) ->
     run.summary["barriers"] = {"fence": at_a_barrier(share)}
     names, texts = answer_of(run)
     assert [name for name in names if "fence" in name] == [
-        f"{did} fence, of the rocks that came" for did in ("caught in the end by", "broke through", "flew over")
+        f"{did} fence, of the rocks that reached it" for did in ("caught in the end by", "broke through", "flew over")
     ]
     assert any("No rock reached PIT FLOOR" in text and "interval 0-3 %" in text for text in texts)
 

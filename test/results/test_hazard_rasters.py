@@ -90,7 +90,7 @@ def test_a_file_says_where_it_lies_what_it_holds_and_what_is_no_data(tmp_path):
     assert [files[name].units[0] for name in ("energy_j", "speed_m_s", "height_m", "first_arrival_s")] == [
         "J", "m/s", "m", "s",
     ]  # fmt: skip
-    assert "distinct rocks" in files["energy_j"].tags()["MEANING"]
+    assert "different rocks" in files["energy_j"].tags()["MEANING"]
     assert np.isnan(files["energy_j"].nodata) and files["impacts"].nodata == 2**32 - 1
     assert files["impacts"].dtypes == ("uint32",) and set(files["energy_j"].dtypes) == {"float32"}
 

@@ -110,7 +110,7 @@ def test_a_run_of_too_few_sets_is_named(tmp_path: Path) -> None:
 
 
 def test_places_that_few_rocks_reached_are_named(tmp_path: Path) -> None:
-    words = "energies in rock are unknown: fewer than 20 rocks came there"
+    words = "energies in rock are unknown: fewer than 20 rocks reached them"
     assert has(sentences(tmp_path, SPREAD, rocks=19), words)
     assert not has(sentences(tmp_path, SPREAD, rocks=20), words)
 

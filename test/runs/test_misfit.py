@@ -184,7 +184,7 @@ def test_the_result_says_which_numbers_hold_the_misfit(pit: Path, tmp_path: Path
             if share["predictive"] is not None:
                 (low, high), (least, most) = share["predictive"], share["sampling"]
                 assert low <= least <= share["share"] <= most <= high
-    assert any("hold this misfit" in sentence for sentence in surer_than_it_may_be(run))
+    assert any("include this misfit" in sentence for sentence in surer_than_it_may_be(run))
 
 
 def test_a_zone_of_vertical_facets_alone_is_not_known_in_plan() -> None:

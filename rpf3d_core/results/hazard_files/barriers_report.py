@@ -40,10 +40,11 @@ OF_SETS = [
 `came` : the share of all rocks flown that reached the barrier
 """
 MEANING = (
-    "first_caught, first_broken_through and first_flown_over: each rock that came counts once, by its first arrival; "
-    "caught: rocks that the barrier caught in the end, also of those that had passed it before; events: how often each "
-    "happened, a rock may come several times; first_energy_j, first_height_over_ground_m and first_over_panel_m are of "
-    "first arrivals; every rock finds a barrier whole, because rocks are independent of each other"
+    "first_caught, first_broken_through and first_flown_over: each rock that reached the barrier counts once, by its "
+    "first arrival; caught: rocks that the barrier caught in the end, also of those that had passed it before; events: "
+    "how often each happened, a rock may arrive several times; first_energy_j, first_height_over_ground_m and "
+    "first_over_panel_m are of first arrivals; each rock meets an undamaged barrier, because rocks are independent of "
+    "each other"
 )
 
 

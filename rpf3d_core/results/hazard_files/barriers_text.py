@@ -15,11 +15,11 @@ PREDICTIVE, SAMPLING = "95 % predictive", "95 % sampling"
 SHARES = ("first caught", "first broken", "first over", "caught in the end")
 """Labels of the shares in the table, in the order of `barriers_report.ROCKS`."""
 NOTE = (
-    "came: share of all rocks; caught, broken, over: shares of the rocks that came; energies and heights of the rocks "
-    "when they first came"
+    "came: share of all rocks that reached the barrier; caught, broken, over: shares of these rocks; energies and "
+    "heights are those of their first arrivals"
 )
 """Note under the table that explains its rows."""
-SAMPLING_NOTE = "sampling: holds the number of rocks only, not what is not known about the ground"
+SAMPLING_NOTE = "sampling: includes only the uncertainty due to the number of rocks, not that of the ground"
 """Note under the table that says what its sampling intervals do not include."""
 
 KILO = 1000.0

@@ -45,7 +45,7 @@ COUNT_NODATA = 2**32 - 1
 TILE, LARGE = 256, 1024
 """Side of a tile (cells); and number of rows or columns from which a file has tiles, which viewers read separately."""
 
-SPREAD_OF = "of each rock's maximum in the cell, over the distinct rocks that came there"
+SPREAD_OF = "of each rock's maximum in the cell, over the different rocks that reached it"
 
 
 def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: str | None = None) -> None:
