@@ -5,7 +5,9 @@ The thread also passes each new terrain to the store.
 
 import threading
 from collections import deque
-from typing import NamedTuple, Protocol
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any, NamedTuple, Protocol
 
 from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.live.ground import LiveTerrain, Workshop
@@ -17,9 +19,15 @@ from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.survey_in_use import Arrival, SurveyInUse
 from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
 from rpf3d_ros.messages.refusals import MessageRefused, report_error
+from rpf3d_ros.messages.stamps import SECOND
 
 REMEMBERED = 1000
 """Number of former surveys whose digests are remembered."""
+
+SAVED = 20
+"""Number of former surveys whose digests are saved for the next start."""
+
+OLD_CLOUD = "its stamp is {:.3f} s older than that of the last cloud that was in use"
 
 OLD_MESH = (
     "this mesh is older than the terrain in use, because it was in use before: end the program that repeats it, or "
@@ -58,7 +66,8 @@ class Builder:
     """Builds the terrain from waiting surveys on its own thread, and passes the terrain to the thread that flies rocks.
 
     waiting : the queue of surveys; flyer : the thread that flies rocks; listener : receives reports
-    store : keeps the terrain on disk, None for no store; in_use : the whole survey in use at the start
+    store : keeps the terrain on disk, None for no store; now : returns the present time (ns) by the node's clock
+    in_use : the whole survey in use at the start; replaced : digests of surveys that were in use before it
     """
 
     def __init__(
@@ -69,12 +78,14 @@ class Builder:
         flyer: Flyer,
         listener: TerrainListener,
         store: Store | None,
+        now: Callable[[], int],
         in_use: SurveyInUse = SurveyInUse(),  # noqa: B008
+        replaced: Iterable[str] = (),
     ) -> None:
         self._scene, self._workshop, self._waiting, self._flyer = scene, workshop, waiting, flyer
         self._listener, self._store = listener, store
-        self._in_use = in_use
-        self._replaced: deque[str] = deque(maxlen=REMEMBERED)  # digests of surveys that were in use before
+        self._now, self._in_use = now, in_use
+        self._replaced = deque(replaced, maxlen=REMEMBERED)
         self._thread = threading.Thread(target=self._run, name="rpf3d builder", daemon=True)
         self._thread.start()
 
@@ -83,6 +94,10 @@ class Builder:
         self._waiting.close()
         self._thread.join(timeout)
         return not self._thread.is_alive()
+
+    def to_remember(self) -> dict[str, Any]:
+        """Return the facts about former surveys to save for the next start, as plain values; any thread may call."""
+        return {"cloud_ns": self._in_use.cloud_ns, "replaced": list(self._replaced)[-SAVED:]}
 
     def _run(self) -> None:
         while (task := self._waiting.take()) is not None:
@@ -120,7 +135,13 @@ class Builder:
         """Build the terrain of a whole survey and put it into use.
 
         If the terrain in use was built from the same survey, the terrain stays with its stamp and its patches, unless
-        `SurveyInUse.may_stay` is False. Raises MessageRefused for a mesh that was in use before the present survey.
+        `SurveyInUse.may_stay` is False. A mesh has no stamp; if it is the survey that was in use before a restart, it
+        keeps the time at which it was first received.
+
+        Raises
+        ------
+        MessageRefused
+            The mesh was in use before the present survey, or the cloud is older than the last cloud that was in use.
         """
         standing, in_use = self._flyer.standing, self._in_use
         known = standing.ground if standing is not None and isinstance(standing.ground, LiveTerrain) else None
@@ -132,15 +153,22 @@ class Builder:
         repeats = in_use.is_repeated(arrival, ground.digest)
         if arrival.is_mesh and not repeats and ground.digest in self._replaced:
             raise MessageRefused(OLD_MESH)
+        if not repeats and in_use.is_older(arrival, self._now()):
+            raise MessageRefused(OLD_CLOUD.format((in_use.cloud_ns - arrival.stamp_ns) / SECOND))
         if stays is not None and repeats:  # for example after a restart with the terrain from the store
             self._in_use = in_use._replace(mesh=arrival.mesh)
             return Built(stays, None, repeats=True)
+        if repeats and arrival.is_mesh and in_use.may_stay(arrival):  # after a restart without a store
+            ground = replace(ground, stamp_ns=in_use.stamp_ns, whole_ns=in_use.stamp_ns)
         standing = stand_on(ground, self._scene)
         _ = standing.cells  # computed here, so that the first answer need not wait
         self._flyer.hand_over(ready=standing)
         if in_use.digest and not repeats:
             self._replaced.append(in_use.digest)
-        self._in_use = SurveyInUse(digest=ground.digest, stamp_ns=arrival.stamp_ns, mesh=arrival.mesh)
+        self._in_use = SurveyInUse(
+            digest=ground.digest, stamp_ns=ground.whole_ns, mesh=arrival.mesh,
+            cloud_ns=in_use.cloud_ns if arrival.is_mesh else arrival.stamp_ns,
+        )  # fmt: skip
         return Built(ground, survey, repeats, lost=in_use.patches if repeats else 0)
 
     def _patched(self, arrival: Arrival) -> Built:

@@ -7,7 +7,8 @@ from rpf3d_ros.messages.stamps import SECOND
 class StampGuards:
     """The last stamp of each topic: messages with an older stamp, or with a stamp from the future, are refused.
 
-    Without the second check, one damaged stamp would block a topic for all messages that follow.
+    Without the second check, one damaged stamp would block a topic for all messages that follow. The stamps are kept
+    while the node is not active, because a program may publish an old message when the node is activated again.
     """
 
     def __init__(self, most_ahead: float) -> None:
@@ -30,6 +31,8 @@ class StampGuards:
                 "allowed (most_ahead, clock_tolerance_s)"
             )
         last = self._last.get(topic, stamp_ns)
+        if 0 < now_ns < last - self._most_ahead * SECOND:  # the clock went back while the node was not active
+            last = stamp_ns
         if stamp_ns < last:
             back = (last - stamp_ns) / SECOND
             raise MessageRefused(f"its stamp is {back:.3f} s older than the last message on {topic}")

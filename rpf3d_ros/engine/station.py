@@ -32,6 +32,7 @@ from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.outlets import Outlets
 from rpf3d_ros.engine.refused_inputs import RefusedInputs
 from rpf3d_ros.engine.source_topics import BY_HAND
+from rpf3d_ros.engine.stamp_guards import StampGuards
 from rpf3d_ros.engine.survey_in_use import Arrival, survey_in_use
 from rpf3d_ros.engine.terrain_faults import TerrainLack, lack_of, not_restored, terrain_to_remember
 from rpf3d_ros.engine.waiting_sources import WaitingSources
@@ -89,7 +90,7 @@ class Station:
         self._closing = self._was_deactivated = False
         self._configuration, self._outlets = configuration, outlets
         parameters, scene = configuration.parameters, configuration.scene
-        self.most_ahead = configuration.most_ahead
+        self.guards = StampGuards(configuration.most_ahead)
         self.sources = WaitingSources(parameters.region_size, parameters.waiting_sources)
         self.terrain: WaitingTerrain[Arrival] = WaitingTerrain(parameters.waiting_patches)
         terms = configuration.thresholds.evidence if configuration.thresholds is not None else None
@@ -101,8 +102,8 @@ class Station:
         self.flyer = Flyer(spread_of(parameters), size, self.sources, itertools.count(1), self, answered)
         restored = configuration.standing.ground if configuration.standing is not None else None
         self.builder = Builder(
-            scene, configuration.workshop, self.terrain, self.flyer, self, configuration.store,
-            survey_in_use(restored, self._memory),
+            scene, configuration.workshop, self.terrain, self.flyer, self, configuration.store, outlets.now,
+            survey_in_use(restored, self._memory), self._memory.get("replaced", ()),
         )  # fmt: skip
         self.desk: AlertDesk | None = None
         persons = configuration.thresholds.acknowledge if configuration.thresholds is not None else None
@@ -167,13 +168,13 @@ class Station:
         """Return the state to save for the next start, as plain values; called on the thread of the alert desk.
 
         The state has the refused messages, the topics with areas, the terrain in use (digests, stamp and number of
-        patches), the number of missing patches, and why a whole survey was refused. The alert desk adds the topics of
-        sources.
+        patches), the surveys before it, the number of missing patches, and why a whole survey was refused. The alert
+        desk adds the topics of sources.
         """
         standing = self.flyer.standing
         terrain = terrain_to_remember(standing.ground if standing is not None else None, self._memory)
         others = {"areas": list(self._areas.topics), "lacks": list(self._terrain_lack)}
-        return {"refused": self._refused_inputs.reasons, **others, **terrain}
+        return {"refused": self._refused_inputs.reasons, **others, **terrain, **self.builder.to_remember()}
 
     def _note_terrain_before(self) -> None:
         """Note the patches that the restored terrain contains, and the patches and whole survey that it lacks.

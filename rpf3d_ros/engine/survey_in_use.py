@@ -61,12 +61,23 @@ class SurveyInUse(NamedTuple):
     stamp_ns : stamp of the survey (ns); for a mesh, the time at which it was first received
     mesh : bytes and transform of the last message with this survey; the bytes are empty if the survey is not a mesh
     patches : number of patches in the terrain since this survey
+    cloud_ns : stamp (ns) of the last survey in use that was a cloud, so that an older cloud is refused; 0 if none was
     """
 
     digest: str = ""
     stamp_ns: int = 0
     mesh: PlacedMesh = PlacedMesh()
     patches: int = 0
+    cloud_ns: int = 0
+
+    def is_older(self, arrival: Arrival, now_ns: int) -> bool:
+        """True if a message is a cloud with an older stamp than the last cloud in use.
+
+        False if the clock went back, so that the stamp of that cloud is in the future, and if a stamp is not known.
+
+        now_ns : present time (ns)
+        """
+        return not arrival.is_mesh and 0 < arrival.stamp_ns < self.cloud_ns <= now_ns
 
     def is_same_mesh(self, arrival: Arrival) -> bool:
         """True if a message is a mesh with the bytes and transform of the last message with this survey.
@@ -97,8 +108,12 @@ def survey_in_use(ground: LiveTerrain | None, memory: Mapping[str, Any]) -> Surv
     """Return the whole survey that is in use when the node starts.
 
     ground : the restored terrain, None without one
-    memory : the facts that `terrain_to_remember` saved before the start; used only without a restored terrain
+    memory : the facts that `terrain_to_remember` and the builder saved before the start
     """
+    cloud_ns = int(memory.get("cloud_ns", 0))
     if ground is None:
-        return SurveyInUse(digest=str(memory.get("whole", "")), stamp_ns=int(memory.get("whole_ns", 0)))
-    return SurveyInUse(digest=ground.whole_digest, stamp_ns=ground.whole_ns, patches=ground.patches)
+        digest, stamp_ns = str(memory.get("whole", "")), int(memory.get("whole_ns", 0))
+        return SurveyInUse(digest=digest, stamp_ns=stamp_ns, cloud_ns=cloud_ns)
+    return SurveyInUse(
+        digest=ground.whole_digest, stamp_ns=ground.whole_ns, patches=ground.patches, cloud_ns=cloud_ns
+    )

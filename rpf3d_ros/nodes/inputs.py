@@ -21,7 +21,6 @@ from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros.engine.large_messages import LargeMessages, LargeTopic
 from rpf3d_ros.engine.message_gaps import MessageGaps, Numbered
 from rpf3d_ros.engine.source_topics import BY_HAND
-from rpf3d_ros.engine.stamp_guards import StampGuards
 from rpf3d_ros.engine.station import Station
 from rpf3d_ros.engine.survey_in_use import Arrival
 from rpf3d_ros.engine.waiting_terrain import Moment, QueueFull
@@ -75,7 +74,7 @@ class Inputs:
         self._node, self._parameters, self._station, self._health = node, parameters, station, health
         frames = InputFrames(parameters.frame, transforms, parameters.transforms_max_age_s)
         self._frames = FramesOnArrival(frames, is_patient=transforms is not None)
-        self.guards = StampGuards(station.most_ahead)
+        self.guards = station.guards
         self._refused, self._lost, self._counting = 0, 0, threading.Lock()
         self._middleware = ""
         self._gaps: dict[str, MessageGaps] = {}

@@ -71,11 +71,12 @@ def made(tmp_path):
     """Makes builders with their flyers, and ends them."""
     threads = []
 
-    def make(store=None, in_use=SurveyInUse()):  # noqa: B008
+    def make(store=None, in_use=SurveyInUse(), now_ns=100, replaced=()):  # noqa: B008
         scene, reports, waiting = pit_scene(tmp_path), BuilderReports(), WaitingTerrain(8)
         scene = scene.model_copy(update={"areas_of_interest": ()})
         flyer = Flyer(ReleaseSpread(), EnsembleSize(100), WaitingSources(50.0, 10), itertools.count(1), reports)
-        builder = Builder(scene, Workshop(reference=True), waiting, flyer, reports, store, in_use)
+        before = in_use, replaced
+        builder = Builder(scene, Workshop(reference=True), waiting, flyer, reports, store, lambda: now_ns, *before)
         threads.extend((builder, flyer))
         return waiting, flyer, reports
 
@@ -189,6 +190,58 @@ def test_a_mesh_that_was_in_use_before_a_newer_survey_is_refused(made):
     waiting.put_whole(Arrival(partial(hill, 1.0), 4))
     wait(lambda: len(reports.grounds) == 3)
     assert waiting.refused_surveys == 0
+
+
+def facts_before(waiting, reports, *surveys):
+    """Put surveys into use one after the other."""
+    for count, survey in enumerate(surveys, 1):
+        waiting.put_whole(survey)
+        wait(lambda count=count: len(reports.grounds) == count)
+
+
+def test_an_older_cloud_than_the_last_one_in_use_is_refused_also_after_a_restart(made):
+    """A survey program that starts again may publish the cloud of yesterday, with its own stamp."""
+    waiting, _, reports = made()
+    facts_before(waiting, reports, Arrival(hill, 5), Arrival(partial(hill, 1.0), 8))
+    waiting.put_whole(Arrival(hill, 5))
+    wait(lambda: reports.refused)
+    assert "older than that of the last cloud" in reports.refused[0] and waiting.refused_surveys == 1
+    in_use = survey_in_use(None, {"whole": reports.grounds[1], "whole_ns": 8, "cloud_ns": 8})
+    waiting, flyer, again = made(in_use=in_use)
+    waiting.put_whole(Arrival(hill, 5))
+    wait(lambda: again.refused)
+    assert flyer.standing is None and not again.grounds
+    waiting, _, back = made(in_use=in_use, now_ns=6)
+    waiting.put_whole(Arrival(hill, 5))
+    wait(lambda: back.grounds)
+    assert not back.refused, "the clock went back: the stamp of the former cloud is in the future"
+
+
+def test_a_mesh_that_was_in_use_before_a_newer_survey_is_refused_after_a_restart_too(made):
+    waiting, _, reports = made()
+    facts_before(waiting, reports, Arrival(hill, 1, b"mesh"), Arrival(partial(hill, 1.0), 2, b"newer"))
+    waiting, flyer, again = made(in_use=SurveyInUse(reports.grounds[1], 2), replaced=reports.grounds[:1])
+    waiting.put_whole(Arrival(hill, 9, b"its bytes after another start"))
+    wait(lambda: again.refused)
+    assert "older than the terrain in use" in again.refused[0] and flyer.standing is None
+
+
+def test_what_was_in_use_before_is_remembered_for_the_next_start(made, monkeypatch):
+    monkeypatch.setattr("rpf3d_ros.engine.builder.SAVED", 2)
+    builders, original = [], Builder.__init__
+    monkeypatch.setattr(Builder, "__init__", lambda self, *args: builders.append(self) or original(self, *args))
+    waiting, _, reports = made()
+    facts_before(waiting, reports, *(Arrival(partial(hill, float(k)), 1 + k) for k in range(4)))
+    assert builders[0].to_remember() == {"cloud_ns": 4, "replaced": reports.grounds[1:3]}
+
+
+def test_without_a_store_a_mesh_that_was_in_use_before_a_restart_gets_no_younger(made):
+    waiting, _, reports = made()
+    facts_before(waiting, reports, Arrival(hill, 3, b"mesh"))
+    waiting, flyer, again = made(in_use=survey_in_use(None, {"whole": reports.grounds[0], "whole_ns": 3}))
+    waiting.put_whole(Arrival(hill, 90, b"its bytes after another start"))
+    wait(lambda: again.grounds)
+    assert (flyer.standing.ground.whole_ns, flyer.standing.ground.stamp_ns) == (3, 3)
 
 
 def test_a_cloud_of_a_newer_stamp_is_a_new_survey_though_its_points_are_the_same(made):

@@ -10,6 +10,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from live_peer import header
 from rclpy.time import Time
 
+from rpf3d_ros.engine.stamp_guards import StampGuards
 from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.interface.transforms import FoundTransform, InputFrames
 from rpf3d_ros.messages.map_frame import MapFrame
@@ -59,7 +60,7 @@ class DryInputs(Inputs):
 def test_the_stamps_of_inputs_may_be_ahead_by_what_the_station_allows(monkeypatch):
     for name in ("LargeMessages", "PublisherReports", "SubscriptionEventCallbacks", "MessageGaps", "depth_of"):
         monkeypatch.setattr(inputs_module, name, MagicMock())
-    station = SimpleNamespace(most_ahead=1.0)
+    station = SimpleNamespace(guards=StampGuards(1.0))
     inputs = Inputs(MagicMock(), SimulatorParameters(most_ahead=10.0), station, None, lambda: None)
     inputs.guards.check("sources", NOW + S, NOW)
     with pytest.raises(MessageRefused, match="1 s are allowed"):
