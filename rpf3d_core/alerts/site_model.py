@@ -27,6 +27,9 @@ Seconds = Annotated[Number, Field(ge=0, le=LONGEST)]
 Period = Annotated[Number, Field(gt=0, le=LONGEST)]
 Share = Annotated[Number, Field(gt=0, le=1)]
 
+LEAST_ROCKS = 40
+"""Smallest allowed `fewest_rocks`: if none of 40 rocks reaches an area, the 95 % interval of the share ends at 9 %."""
+
 
 class EvacuationSpec(StrictModel):
     """The limit on the first arrival of a rock: time to evacuate the area (s) plus time to spare (s)."""
@@ -189,13 +192,21 @@ class Thresholds(StrictModel):
 
     @model_validator(mode="after")
     def _enough_rocks(self) -> Self:
-        """Refuse a `fewest_rocks` that is so small that a limit is reached although no rock reaches the area.
+        """Refuse a `fewest_rocks` that is so small that a limit may be exceeded although no rock reaches the area.
 
-        With so few rocks, the upper end of the interval alone reaches the limit, and the level of this limit is held.
+        With so few rocks, the upper end of the interval of the share is above the limit. If limits are compared with
+        this end, the level is held without reason; if they are compared with the share, the level is too low. Limits of
+        energy and arrival say nothing of rocks that are too rare to be among the simulated rocks.
         """
         fewest, lowest = self.evidence.fewest_rocks, min(self._shares(), default=None)
-        if lowest and self.evidence.reach_probability_is == "upper_end" and wilson_interval(0, fewest)[1] >= lowest[0]:
+        if lowest and wilson_interval(0, fewest)[1] >= lowest[0]:
             raise refuse(_too_few(fewest, *lowest), "evidence", "fewest_rocks")
+        if fewest < LEAST_ROCKS:
+            raise refuse(
+                f"is {fewest}, but must be at least {LEAST_ROCKS}: if none of {fewest} rocks reaches an area, up to "
+                f"{100 * wilson_interval(0, fewest)[1]:.3g} % of the rocks may still reach it, with any energy",
+                "evidence", "fewest_rocks",
+            )  # fmt: skip
         return self
 
     def _shares(self) -> Iterator[tuple[float, str]]:
@@ -217,6 +228,6 @@ def _too_few(fewest: int, limit: float, where: str) -> str:
     needed = math.floor(NORMAL_QUANTILE_95**2 * (1.0 / limit - 1.0)) + 1
     return (
         f"is {fewest}; if none of {fewest} rocks reaches the area, the interval of the share still ends at "
-        f"{100 * wilson_interval(0, fewest)[1]:.3g} %, and `{where}` is reached at {100 * limit:.3g} %: give at least "
+        f"{100 * wilson_interval(0, fewest)[1]:.3g} %, and the limit of `{where}` is {100 * limit:.3g} %: give at least "
         f"{needed}"
     )

@@ -13,7 +13,7 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.values import Outcome
 
-ROCKS = 30
+ROCKS = 40
 
 
 @pytest.fixture(scope="module")

@@ -57,6 +57,7 @@ REFUSALS = [
     ("    restrict: {reach_probability: 0.005}", "    restrict: {}",
      "`areas.crusher.restrict` has no limit; give one or"),
     ("fewest_rocks: 1000", "fewest_rocks: 764", "give at least 765"),
+    ("fewest_rocks: 1000", "fewest_rocks: 764\n  reach_probability_is: share", "give at least 765"),
     ("areas:\n", "areas: {}\nothers:\n", "`areas` has no area; name at least one"),
     ("crusher:", "haul_ramp:", "`areas.haul_ramp` is given twice, first in line"),
     ("site: example pit", "site: [", "not valid YAML"),
@@ -75,6 +76,13 @@ def test_what_is_wrong_is_told_with_line_and_key_and_what_would_be_right(
 def test_the_fewest_rocks_that_a_refusal_names_will_do(tmp_path: Path) -> None:
     (tmp_path / "site.yaml").write_text(TEXT.replace("fewest_rocks: 1000", "fewest_rocks: 765"))
     assert read_site(tmp_path / "site.yaml").evidence.fewest_rocks == 765
+
+
+def test_a_site_without_limits_of_the_reach_probability_needs_some_rocks_too(tmp_path: Path) -> None:
+    head = TEXT.partition("areas:")[0].replace("fewest_rocks: 1000", "fewest_rocks: 39")
+    (tmp_path / "site.yaml").write_text(head + "areas: {ramp: {restrict: {p95_energy_j: 5000}}}\n")
+    with pytest.raises(SceneError, match=r"is 39, but must be at least 40: .* up to 8\.9.* %"):
+        read_site(tmp_path / "site.yaml")
 
 
 @pytest.mark.parametrize(("content", "sentence"), [

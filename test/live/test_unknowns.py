@@ -44,9 +44,9 @@ def test_a_first_stage_of_few_rocks_of_each_set_is_small(found):
     (road,) = found[0].evidence
     assert road.sets == SETS and road.predictive_high is None
     areas = {"road": {"watch": {"reach_probability": 0.9}}}
-    alert = decided_on(found[0], site(areas, fewest_rocks=10))
+    alert = decided_on(found[0], site(areas, fewest_rocks=40))
     assert alert.level == Level.FAULT and "predictive interval" in alert.faults[0]
-    assert decided_on(found[0], site(areas, fewest_rocks=10, interval="sampling")).level == Level.NORMAL
+    assert decided_on(found[0], site(areas, fewest_rocks=40, interval="sampling")).level == Level.NORMAL
 
 
 def test_the_site_chooses_the_interval_and_the_reason_says_which(found):
