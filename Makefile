@@ -1,4 +1,4 @@
-# rpf3d. `make demo` and `make test` are all that a newcomer needs; both fill .venv on their first run.
+# Start with `make demo` and `make test`; both install what they need into .venv. `make help` lists all targets.
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -6,42 +6,44 @@ PIP = $(BIN)/python -m pip install --quiet --no-compile
 BYTE_CODE = $(BIN)/python -m compileall -qq -j 0
 COLCON := .colcon
 
-# The first Python that can carry everything: 3.11 to 3.13 (there are no ROS 2 Jazzy wheels beyond), with venv and pip.
+# The first suitable Python: 3.11 to 3.13 (there are no ROS 2 Jazzy wheels for later versions), with venv and pip.
 FITS := import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
 PYTHON ?= $(firstword $(foreach p,python3 python3.13 python3.12 python3.11,$(shell $(p) -c '$(FITS)' >/dev/null 2>&1 && echo $(p))))
 
 .PHONY: help venv demo demo-ros docs test test-long test-all .byte-code guards campaign campaign-bodies engines-blocks never-below never-green never-green-live never-green-guards faults combinations recovery lint bench bench-ros soak accuracy effects validation colcon clean
 help:
-	@echo "make demo      fly 200 rocks into a synthetic pit; results in out/demo"
-	@echo "make demo-ros  five minutes of a shift through ROS 2 nodes, in time lapse; leaves a recording in out/demo-ros"
-	@echo "make test      tests of every part; some minutes"
-	@echo "make test-all  every test; half an hour. make test-long: those that make test leaves out"
-	@echo "make docs      the documentation as a site, with a reference of all functions; in out/docs"
-	@echo "make guards    take each guard of the hard cases away in a copy, and demand that its test fails"
-	@echo "make campaign  100,000 examples of the properties, 10,000 damaged files and 10,000 damaged messages of each type; an hour"
-	@echo "make never-below  1.25 million rocks on vertices, edges and faces of random meshes: none may fall through; some minutes"
-	@echo "make never-green  2,000 combinations of harmed inputs: no alert may look too safe; half an hour. make never-green-live:"
-	@echo "                 300 with real processes; make never-green-guards: take each guard away, and demand that it is found"
-	@echo "make campaign-bodies  3,000 rocks with a shape over random meshes: none may pass through or gain energy; some minutes"
-	@echo "make engines-blocks  1,000 blocks of Authume P1 on both engines, bit by bit; half an hour, and needs that data"
-	@echo "make faults    10,000 damaged messages and a minute of 1,000 messages a second on a living simulator; some minutes"
-	@echo "make combinations  every combination of effects on both engines, bit by bit; half an hour"
-	@echo "make recovery  100 small calibrations with known answers: how often their 90 % intervals hold; ten minutes"
-	@echo "make lint      ruff, mypy on the core, spelling, and words that our prose avoids (test/support/habits.txt)"
-	@echo "make bench     how fast it is on this machine; takes about ten minutes"
-	@echo "make bench-ros how fast the live nodes answer, over DDS; takes about ten minutes of an idle machine"
-	@echo "make soak      twenty minutes of rocks, new ground, kills and jumps of the clock; prints a report"
-	@echo "make accuracy  measure what accuracy costs, and write docs/explanation/accuracy.md; takes about four minutes"
-	@echo "make effects   measure what each model and effect costs, and write docs/reference/effects.md; takes some minutes"
-	@echo "make validation  calibrate on field data, and write docs/explanation/validation.md; takes an hour, and needs that data"
-	@echo "make colcon    build and test as a ROS 2 workspace does; some minutes"
-	@echo "make venv      only the virtual environment, with everything in it"
-	@echo "make clean     remove what the others made"
+	@echo "make demo                fly 200 rocks in a synthetic pit; results in out/demo"
+	@echo "make demo-ros            play five minutes of a working shift with ROS 2 nodes, in half a minute; recording in out/demo-ros"
+	@echo "make test                tests of every part; some minutes"
+	@echo "make test-long           the tests that make test leaves out"
+	@echo "make test-all            all tests; half an hour"
+	@echo "make lint                ruff, mypy on the core, spelling, and words that the texts of rpf3d avoid (test/support/habits.txt)"
+	@echo "make docs                the documentation as a website, with a reference of all functions; in out/docs"
+	@echo "make guards              remove each guard of the hard cases in a copy of the code, and check that its test fails"
+	@echo "make campaign            4,000 examples of each property; 850 damaged files and 10,000 damaged messages of each kind; an hour or more"
+	@echo "make campaign-bodies     3,000 rocks with a shape on random meshes: none may pass through the ground or gain energy; some minutes"
+	@echo "make engines-blocks      1,000 blocks of Authume P1 on both engines, compared bit by bit; half an hour; needs the data of Authume"
+	@echo "make never-below         1.25 million rocks on vertices, edges and facets of random meshes: none may fall through; some minutes"
+	@echo "make never-green         2,000 combinations of defects of inputs: no alert may be too low; half an hour"
+	@echo "make never-green-live    300 of these combinations with real processes"
+	@echo "make never-green-guards  remove each guard of the alerts in a copy of the code, and check that a combination finds it"
+	@echo "make faults              send a running simulator 10,000 damaged messages, then 1,000 messages a second for a minute; some minutes"
+	@echo "make combinations        all combinations of effects on both engines, compared bit by bit; half an hour"
+	@echo "make recovery            100 small calibrations: how often do 90 % intervals contain the known true values? ten minutes"
+	@echo "make bench               measure the speed on this machine; about ten minutes"
+	@echo "make bench-ros           measure how fast the live nodes answer, over DDS; about ten minutes on an idle machine"
+	@echo "make soak                twenty minutes with rocks, new terrain, killed nodes and clock jumps; prints a report"
+	@echo "make accuracy            measure the cost of accuracy, and write docs/explanation/accuracy.md; about four minutes"
+	@echo "make effects             measure the cost of each model and effect, and write docs/reference/effects.md; some minutes"
+	@echo "make validation          calibrate on field data, and write docs/explanation/validation.md; an hour; needs the field data"
+	@echo "make colcon              build and test as a package of a ROS 2 workspace; some minutes"
+	@echo "make venv                make only the virtual environment, with all extras"
+	@echo "make clean               delete .venv, .colcon, out and all other generated folders"
 
 venv: $(VENV)/.everything
 
-# In two steps, because the demo needs neither ROS 2 nor the test tools, and they take longer to fetch than all the rest.
-# Only the second compiles to byte code ahead of use: the demo needs little of it, the tests start hundreds of processes.
+# Two steps, because the demo needs neither ROS 2 nor the test tools, and their download takes longest. Only the second step
+# compiles all byte code in advance: the demo needs little of it, but the tests start hundreds of processes.
 $(VENV)/.core: setup.py
 	@test -n "$(PYTHON)" || { echo "rpf3d needs Python 3.11, 3.12 or 3.13 with venv and pip (on Debian and Ubuntu:" \
 	  "apt install python3-venv); none was found. Name one with: make venv PYTHON=/path/to/python3.11"; exit 1; }
@@ -55,7 +57,7 @@ $(VENV)/.everything: $(VENV)/.core
 	-@$(BYTE_CODE) $(VENV)/lib
 	@touch $@
 
-# Needs neither ROS 2 nor an import of the code: the reference of functions is read from the sources.
+# Needs neither ROS 2 nor an import of the code, because the reference of functions is made from the source text.
 $(VENV)/.docs: $(VENV)/.core
 	$(PIP) --editable '.[docs]'
 	@touch $@
@@ -71,16 +73,16 @@ demo: $(VENV)/.core
 demo-ros: venv
 	$(BIN)/python -m rpf3d_ros.demo
 
-# A worker more than there are cores, for tests of live nodes mostly wait. Their children write no byte code
-# (test/conftest.py), so it is laid down before; it goes by what the source holds, not by a time that edits may share.
-# The byte code of the tests themselves is kept, whatever the environment says: 10 s a worker. The files that take longest
-# come first (test/support/longest_first.py).
+# One worker more than cores, because the tests of live nodes mostly wait. Processes that tests start write no byte code
+# (test/conftest.py), so .byte-code compiles it in advance. Byte code is valid for the hash of its source, not for the time
+# of the file, because two edits may have the same time. The byte code of the tests is always written: this saves 10 s per
+# worker. The files that take longest come first (test/support/longest_first.py).
 PYTEST = PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --dist loadfile --no-loadscope-reorder -n $$($(BIN)/python -c 'import os; print(len(os.sched_getaffinity(0)) + 1)')
 
 .byte-code: venv
 	@$(BYTE_CODE) --invalidation-mode checked-hash rpf3d_core rpf3d_ros
 
-# The tests that are not marked `long`: some of every file (test/project/test_long_tests.py)
+# The tests without the mark `long`: some tests of every file (test/project/test_long_tests.py).
 test: .byte-code
 	$(PYTEST) -m "not long"
 
@@ -93,17 +95,18 @@ test-all: .byte-code
 guards: venv
 	$(BIN)/python test/hard/guards.py
 
-# 37 properties, ten of them of alerts; 16 kinds of files, four of them tried on a tenth; 6 kinds of messages. The report: test/properties/README.md
+# 40 properties, 11 of them of alerts; 28 kinds of files, four of them (VTK formats) with a tenth of the files; 12 types of
+# messages. Report: test/properties/README.md.
 campaign: venv
 	RPF3D_EXAMPLES=4000 $(BIN)/python -m pytest -n auto test/properties --hypothesis-seed=20261121
 	RPF3D_MUTATIONS=850 $(BIN)/python -m pytest -n auto test/formats/test_mutated_files.py
 	RPF3D_MUTATIONS=10000 $(BIN)/python -m pytest -n auto test/ros/messages/test_damaged_messages.py
 
-# The report: docs/explanation/never-below.md
+# Report: docs/explanation/never-below.md.
 never-below: venv
 	$(BIN)/python test/support/never_below.py --rebound constant --rebound coulomb_limited
 
-# The report of these three: docs/explanation/never-green.md
+# Report of these three: docs/explanation/never-green.md.
 never-green never-green-live never-green-guards: export PYTHONPATH := test/support:.
 never-green: venv
 	$(BIN)/python -m never_green.campaign --count 2000
@@ -114,20 +117,22 @@ never-green-live: venv
 never-green-guards: venv
 	$(BIN)/python -m never_green.guards
 
-# The report: docs/explanation/never-below.md
+# Report: docs/explanation/never-below.md.
 campaign-bodies: venv
 	$(BIN)/python test/support/bodies_on_meshes.py --bodies 3000 --each 6 --first 901
 
-# The report: docs/explanation/bodies.md
+# Report: docs/explanation/bodies.md.
 engines-blocks: venv
 	$(BIN)/python test/support/blocks_on_both_engines.py config/scenes/authume_p1_blocks.yaml --blocks 1000
 
-# The long ones of test/ros/faults on a living simulator, 10,000 damaged messages and a flood of a minute
+# The long tests of test/ros/faults with a running simulator: 1,250 damaged messages on each of eight topics, and a flood of
+# messages for one minute.
 faults: venv
 	RPF3D_MUTATIONS=1250 $(BIN)/python -m pytest test/ros/faults/test_damaged.py
 	RPF3D_FLOOD=60 $(BIN)/python -m pytest test/ros/faults/test_flood.py
 
-# 128 combinations of the effects, each compiled and flown on both engines; in parts, for a process keeps what it compiles
+# 128 combinations of effects, each compiled and flown on both engines. Eight processes one after the other, because the
+# memory of a process grows with each combination that it compiles.
 combinations: venv
 	for part in 0 1 2 3 4 5 6 7; do \
 	  RPF3D_COMBINATIONS=$$part/8 $(BIN)/python -m pytest -q -n auto test/parity/test_effects_together.py || exit 1; done
@@ -138,7 +143,7 @@ lint: venv
 	$(BIN)/codespell
 	$(BIN)/python test/support/habits.py
 
-# 100 small calibrations with known answers: how often do 90 % intervals hold the true values? Between 85 and 95 times
+# Fails unless 85 to 95 of 100 intervals contain the true value. Report: docs/reference/calibration.md.
 recovery: venv
 	$(BIN)/python test/support/recovery.py --count 100
 
@@ -172,12 +177,12 @@ $(COLCON)/.installed:
 	$(COLCON)/bin/python -m pip install --quiet --no-compile colcon-common-extensions catkin_pkg 'setuptools<80'
 	@touch $@
 
-# What colcon tests here: that the nodes come up and answer. Everything else is `make test`.
+# `make colcon` only tests that the nodes start and answer. `make test` tests everything else.
 COLCON_TESTS := test/project/test_package.py test/ros/interface/test_parameters.py \
   $(foreach subject,launch_files lifecycle simulator_node,test/ros/nodes/test_$(subject).py)
 
-# The workspace is a temporary folder, so nothing of it stays behind. Its tests find the libraries in the virtual environment,
-# whose Python knows where the wheels of ROS 2 have their shared ones.
+# The workspace is a temporary folder, which is deleted at the end. The tests use the libraries of the virtual environment; its
+# Python knows the folder of the shared libraries of the ROS 2 wheels.
 colcon: $(COLCON)/.installed venv
 	@set -eu; work=$$(mktemp -d); trap 'rm -rf "$$work"' EXIT; export PATH="$(CURDIR)/$(COLCON)/bin:$$PATH" COLCON_LOG_PATH="$$work/log"; \
 	mkdir -p "$$work/src/rpf3d"; \

@@ -1,4 +1,4 @@
-"""Packaging of rpf3d: a ROS 2 package (ament_python) that plain pip installs too."""
+"""The package rpf3d: a ROS 2 package (ament_python) that pip can install without ROS 2."""
 
 from glob import glob
 from os.path import isfile
@@ -20,7 +20,7 @@ setup(
     package_data={"rpf3d_core": ["*.json", "desk/*.css"]},
     python_requires=">=3.11",
     install_requires=[
-        "contourpy>=1.0.7",  # borders of faces, for crests; matplotlib needs it too
+        "contourpy>=1.0.7",  # edges of faces, to find crests; matplotlib needs contourpy too
         "matplotlib>=3.8",
         "numba>=0.60",
         "numpy>=2.0",
@@ -28,36 +28,36 @@ setup(
         "pydantic>=2.7,<3",
         "PyYAML>=6.0",
         "rasterio>=1.4",
-        "rerun-sdk>=0.41,<0.42",  # its interface changes from month to month
+        "rerun-sdk>=0.41,<0.42",  # its interface changes often, so the minor version is fixed
         "rich>=13",
-        "rosbags>=0.11,<0.12",  # reads and writes rosbag2 bags where there is no ROS; young, so it is pinned
+        "rosbags>=0.11,<0.12",  # rosbag2 bags without ROS; a young library, so the minor version is fixed
         "scipy>=1.11",  # convex hulls of blocks
-        "shapely>=2.1",  # the first that cuts polygons into triangles (constrained_delaunay_triangles)
+        "shapely>=2.1",  # first version with constrained_delaunay_triangles
         "typer>=0.12",
-        "vtk>=9.4",  # the first whose wheels need no libGL to be imported
+        "vtk>=9.4",  # first version with wheels that can be imported without libGL
     ],
     extras_require={
-        # Warnings of these tools are errors in `make docs`, so a new major version waits until someone has tried it.
+        # `make docs` treats warnings of these tools as errors, so a new major version must be tested first.
         "docs": ["furo>=2025.7.19", "myst-parser>=5,<6", "sphinx>=9,<10", "sphinx-autoapi>=3.8,<4"],
-        # `rpf3d desk` (docs/howto/install.md says why these three).
+        # `rpf3d desk` (docs/howto/install.md has the reasons for these three).
         "desk": [
             "ruamel.yaml>=0.18",  # edits a scene file and keeps its comments
             "trame>=4.0,<5",  # the page in the browser
             "trame-vtk>=2.11,<3",  # the view in the page
         ],
-        # Files that mines have; each library is imported only to read such a file (docs/reference/formats.md).
+        # File formats of mines; each library is imported only to read such a file (docs/reference/formats.md).
         "mine": [
             "laspy[lazrs]>=2.5",  # LAS, and LAZ through lazrs
             "pye57>=0.4.12",  # E57
             "pyogrio>=0.10",  # GeoPackage and Shapefile
             "pyproj>=3.6",  # coordinate reference systems of LAS files, and transformations
         ],
-        # `rpf3d report` (docs/howto/install.md says why these two).
+        # `rpf3d report` (docs/howto/install.md has the reasons for these two).
         "report": [
-            "plotly>=6",  # the view to turn: its script comes with the wheel, so a report needs no network
+            "plotly>=6",  # the rotatable 3D view; the wheel includes its script, so a report needs no network
             "typst>=0.13",  # the PDF
         ],
-        # Always the ros-jazzy-* names: the bare ros-* ones are newer, incompatible releases. Python 3.10 to 3.13.
+        # Only names with ros-jazzy-: packages named ros-* are newer, incompatible releases. For Python 3.10 to 3.13.
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
             "codespell>=2.4",
@@ -69,7 +69,7 @@ setup(
             "jsonschema>=4.18",  # validates scenes against `rpf3d schema`
             "mpmath",
             "mypy",
-            "playwright>=1.45",  # drives a browser of the system; it downloads none here
+            "playwright>=1.45",  # controls an installed browser; downloads none
             "omf>=1.0.1,<2",  # writes the OMF 1 files of tests
             "pytest",
             "pytest-xdist",

@@ -1,4 +1,4 @@
-"""Write and read a message of each recorded type: do the numpy of this environment and its ROS packages fit?"""
+"""Check that the message classes of ROS 2 work with the installed numpy: write and read a message of each type."""
 
 from importlib import import_module
 
@@ -9,12 +9,12 @@ from rpf3d_ros.interface.recorded_topics import TOPICS
 
 
 def check(message: object) -> None:
-    """Raise AssertionError if a message changes when it is written and read."""
+    """Raise AssertionError if a message is not the same after it was written and read."""
     assert deserialize_message(serialize_message(message), type(message)) == message, type(message)
 
 
 def main() -> None:
-    """Check an empty message of each type, and a mesh, whose indices are arrays of numpy."""
+    """Check an empty message of each recorded type, and a mesh, because its indices are numpy arrays."""
     for kind in sorted({topic.kind for topic in TOPICS.values()}):
         package, _, name = kind.rpartition("/")
         check(getattr(import_module(package.replace("/", ".")), name)())

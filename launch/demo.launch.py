@@ -1,6 +1,6 @@
-"""Start everything of rpf3d.launch.py, with the demo scene published in place of survey and radar."""
+"""Start the nodes of rpf3d.launch.py, and publish the demo scene in place of survey and radar."""
 
-# ruff: noqa: I001 - ruff takes this folder for the package `launch`
+# ruff: noqa: I001 - ruff mistakes this folder for the package `launch`
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
 from launch.launch_description_sources import PythonLaunchDescriptionSource
@@ -16,6 +16,6 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription(
         [
             DeclareLaunchArgument("publish_scene", default_value=scene, description="the scene file to publish"),
-            IncludeLaunchDescription(everything),  # takes publish_scene and all given arguments from here
+            IncludeLaunchDescription(everything),  # uses publish_scene and all given arguments
         ]
     )

@@ -1,10 +1,10 @@
-"""Start the simulator and, if wanted, the recorder, and a scene that is published in place of survey and radar.
+"""Start the simulator and, by arguments, the recorder, the scene publisher in place of survey and radar, and rviz2.
 
-The simulator is a lifecycle node that configures and activates itself; `autostart:=false` leaves that to a manager.
-Arguments that are not given keep the values of the parameter file.
+The simulator is a lifecycle node that configures and activates itself; with `autostart:=false` a lifecycle manager does
+this. For an argument that is not given, the value of the parameter file applies.
 """
 
-# ruff: noqa: I001 - ruff takes this folder for the package `launch`
+# ruff: noqa: I001 - ruff mistakes this folder for the package `launch`
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
@@ -14,10 +14,10 @@ from launch_ros.substitutions import FindPackageShare
 
 OF_ALL = {"map_frame": str, "survey_frame": str, "use_sim_time": bool}
 SIMULATOR = {"scene": str, "site_file": str, "decision_log": str, "store": str, "autostart": bool}
-"""Launch arguments that become parameters of the same name, with their types: of all nodes, and of the simulator."""
+"""Launch arguments that set parameters of the same name, with their types: of all nodes, and of the simulator."""
 
 PAUSE = 2.0
-"""Time (s) between the end of a node and its respawn."""
+"""Time (s) between the end of a node and its next start."""
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -26,24 +26,32 @@ def generate_launch_description() -> LaunchDescription:
         [
             DeclareLaunchArgument(
                 "params_file", default_value="",
-                description="parameters of the nodes; empty: config/rpf3d.yaml, or with scene config/rpf3d_scene.yaml",
+                description="parameter file of all nodes; empty: config/rpf3d.yaml, with scene config/rpf3d_scene.yaml",
             ),
-            DeclareLaunchArgument("scene", default_value="", description="scene file for the simulator"),
-            DeclareLaunchArgument("site_file", default_value="", description="areas and thresholds; empty: no alerts"),
-            DeclareLaunchArgument("decision_log", default_value="", description="folder; empty: next to the site file"),
+            DeclareLaunchArgument("scene", default_value="", description="scene file of the simulator; empty: none"),
+            DeclareLaunchArgument("site_file", default_value="", description="site file; empty: no alerts"),
+            DeclareLaunchArgument(
+                "decision_log", default_value="",
+                description="folder of the decision log; empty: the folder decisions next to the site file",
+            ),
             DeclareLaunchArgument("store", default_value="", description="folder of the last terrain; empty: none"),
-            DeclareLaunchArgument("map_frame", default_value="", description="frame of every output"),
-            DeclareLaunchArgument("survey_frame", default_value="", description="frame that map_origin shifts"),
-            DeclareLaunchArgument("autostart", default_value="", description="configure and activate at once"),
+            DeclareLaunchArgument("map_frame", default_value="", description="frame of all outputs"),
+            DeclareLaunchArgument(
+                "survey_frame", default_value="", description="frame in survey coordinates, which map_origin shifts"
+            ),
+            DeclareLaunchArgument(
+                "autostart", default_value="",
+                description="true: the simulator configures and activates itself; false: a lifecycle manager does this",
+            ),
             DeclareLaunchArgument("namespace", default_value="", description="of all nodes, such as pit_a"),
-            DeclareLaunchArgument("use_sim_time", default_value="", description="true: time is that of /clock"),
-            DeclareLaunchArgument("respawn", default_value="true", description="whether a node that ends starts again"),
+            DeclareLaunchArgument("use_sim_time", default_value="", description="true: the time of /clock"),
+            DeclareLaunchArgument("respawn", default_value="true", description="true: restart a node that ends"),
             DeclareLaunchArgument("log_level", default_value="info", description="debug, info, warn, error or fatal"),
-            DeclareLaunchArgument("rviz", default_value="false", description="whether to run rviz2 with rpf3d.rviz"),
-            DeclareLaunchArgument("record", default_value="true", description="whether to run the recorder"),
-            DeclareLaunchArgument("record_to", default_value="rpf3d.rrd", description="the recording to write"),
+            DeclareLaunchArgument("rviz", default_value="false", description="true: run rviz2 with rpf3d.rviz"),
+            DeclareLaunchArgument("record", default_value="true", description="true: run the recorder"),
+            DeclareLaunchArgument("record_to", default_value="rpf3d.rrd", description="file of the recording"),
             DeclareLaunchArgument("publish_scene", default_value="", description="scene file to publish; empty: none"),
-            DeclareLaunchArgument("discovery_range", default_value="LOCALHOST", description="or SUBNET"),
+            DeclareLaunchArgument("discovery_range", default_value="LOCALHOST", description="LOCALHOST or SUBNET"),
             SetEnvironmentVariable("ROS_AUTOMATIC_DISCOVERY_RANGE", LaunchConfiguration("discovery_range")),
             OpaqueFunction(function=_nodes),
         ]
@@ -53,7 +61,7 @@ def generate_launch_description() -> LaunchDescription:
 def _nodes(context: LaunchContext) -> list[Node]:
     """Return the nodes to start, each with the parameters that the user gave as launch arguments.
 
-    Arguments that were not given are left out, because their defaults would replace values of the parameter file.
+    Arguments that were not given are left out: their defaults would replace the values of the parameter file.
     """
 
     def said(name: str) -> str:
@@ -78,7 +86,7 @@ def _nodes(context: LaunchContext) -> list[Node]:
             respawn=yes("respawn"), respawn_delay=PAUSE,
         )  # fmt: skip
 
-    shipped = "rpf3d_scene.yaml" if said("scene") else "rpf3d.yaml"  # rpf3d_scene.yaml sets no key of a scene
+    shipped = "rpf3d_scene.yaml" if said("scene") else "rpf3d.yaml"  # rpf3d_scene.yaml sets no scene key
     file = said("params_file") or PathJoinSubstitution([FindPackageShare("rpf3d"), "config", shipped])
     nodes = [node("rpf3d_simulator", given(SIMULATOR))]
     if yes("record"):

@@ -32,10 +32,10 @@ LEAST_ROCKS = 40
 
 
 class EvacuationSpec(StrictModel):
-    """The limit on the first arrival of a rock: time to evacuate the area (s) plus time to spare (s)."""
+    """The limit on the first arrival of a rock: `evacuation` (s) plus `margin` (s)."""
 
-    evacuation: Seconds = Field(description="a number >= 0 (s), the time it takes to evacuate the area")
-    margin: Seconds = Field(description="a number >= 0 (s), the time to spare")
+    evacuation: Seconds = Field(description="a number >= 0 (s), the time that people need to leave the area")
+    margin: Seconds = Field(description="a number >= 0 (s), the time until people receive the alert and start to act")
 
     @property
     def seconds(self) -> float:
@@ -47,9 +47,13 @@ class LimitsSpec(StrictModel):
     """The limits of a level: the level is reached if at least one limit is reached or exceeded."""
 
     reach_probability: Share | None = Field(None, description="a share above 0 and up to 1 (-) of all rocks flown")
-    p95_energy_j: Number | None = Field(None, gt=0, description="a number above 0 (J)")
+    p95_energy_j: Number | None = Field(
+        None, gt=0, description="a number above 0 (J), the p95 energy of the rocks that reached the area"
+    )
     first_arrival_s: EvacuationSpec | None = Field(
-        None, description="a mapping {evacuation, margin} (s): reached where a rock comes within their sum"
+        None,
+        description="a mapping {evacuation, margin} (s); reached if the first rock arrives at most their sum after its "
+        "release",
     )
 
     @model_validator(mode="after")
@@ -62,12 +66,12 @@ class LimitsSpec(StrictModel):
 class AreaLimitsSpec(StrictModel):
     """The limits of one area, or of all areas whose names match a pattern."""
 
-    watch: LimitsSpec | None = Field(None, description="a mapping of limits, or left out: this level is never reached")
+    watch: LimitsSpec | None = Field(None, description="a mapping of limits; without it, this level is never reached")
     restrict: LimitsSpec | None = Field(
-        None, description="a mapping of limits, or left out: this level is never reached"
+        None, description="a mapping of limits; without it, this level is never reached"
     )
     evacuate: LimitsSpec | None = Field(
-        None, description="a mapping of limits, or left out: this level is never reached"
+        None, description="a mapping of limits; without it, this level is never reached"
     )
 
     @model_validator(mode="after")
@@ -103,47 +107,53 @@ def _disorder(key: str, lower: str, higher: str) -> str:
 class EvidenceSpec(StrictModel):
     """Conditions that evidence must meet to be believed; evidence that does not meet them is a fault."""
 
-    sources_max_age_s: Period = Field(description="a number above 0 (s), the age at which sources are stale")
-    terrain_max_age_s: Period = Field(description="a number above 0 (s), the age at which the survey is stale")
+    sources_max_age_s: Period = Field(
+        description="a number above 0 (s), the greatest age of sources; older sources are a fault"
+    )
+    terrain_max_age_s: Period = Field(
+        description="a number above 0 (s), the greatest age of the survey; an older survey is a fault"
+    )
     clock_tolerance_s: Seconds = Field(
-        description="a number >= 0 (s), how far stamps may be ahead of this machine's clock"
+        description="a number >= 0 (s), the time by which a stamp may be ahead of the clock; more is a fault"
     )
     fewest_rocks: Annotated[Count, Field(ge=1)] = Field(
         description="a whole number of at least 1; an answer with fewer rocks may raise a level, but cannot lower one"
     )
     most_unfinished: Annotated[Number, Field(ge=0, le=1)] = Field(
-        description="a share from 0 to 1 (-), of rocks whose flight was cut off; more are a fault"
+        description="a share from 0 to 1 (-) of rocks whose flight was cut off; a larger share is a fault"
     )
     most_left: Annotated[Number, Field(ge=0, le=1)] = Field(
         0.01,
-        description="a share from 0 to 1 (-), of rocks that left the terrain and may reach an area; more are a fault",
+        description="a share from 0 to 1 (-) of rocks that left the terrain and may still reach an area; a larger "
+        "share is a fault",
     )
     most_uncovered: Annotated[Number, Field(ge=0, le=1)] = Field(
-        0.05, description="a share from 0 to 1 (-), of an area without terrain below it; more is a fault"
+        0.05, description="a share from 0 to 1 (-) of an area that has no terrain; a larger share is a fault"
     )
     cluster_m: Annotated[Number, Field(ge=0, le=LONGEST)] = Field(
         10.0,
-        description="a number >= 0 (m), side of the squares in plan whose sources are judged together; 0: each alone",
+        description="a number >= 0 (m), the side of squares; the rocks of all sources in one square are counted "
+        "together; 0: the rocks of each source are counted separately",
     )
     moved_area_s: Seconds = Field(
         2.0,
-        description="a number >= 0 (s), how long an area that was moved may be judged at its former place; longer is a "
-        "fault",
+        description="a number >= 0 (s), the time after the move of an area until all sources must be answered for its "
+        "new place; a longer time is a fault",
     )
     changed_terrain_s: Seconds = Field(
         5.0,
-        description="a number >= 0 (s), how long an answer over the former terrain may count after the terrain has "
-        "changed; longer is a fault",
+        description="a number >= 0 (s), the time after a change of the terrain until all sources must be answered over "
+        "the new terrain; a longer time is a fault",
     )
     interval: Literal["predictive", "sampling"] = Field(
         "predictive",
-        description="predictive or sampling: which figures are compared where the scene has unknowns; the predictive "
-        "interval holds what is not known about the ground, sampling is of the rocks of all parameter sets together",
+        description="predictive or sampling, the interval that is compared if the scene has unknowns; predictive also "
+        "covers the unknown ground, sampling covers only the number of rocks",
     )
     reach_probability_is: Literal["upper_end", "share"] = Field(
         "upper_end",
-        description="upper_end or share: what is compared with reach_probability, the upper end of the share's 95 % "
-        "interval or the share itself",
+        description="upper_end or share, the figure that is compared with reach_probability: the upper end of the 95 % "
+        "interval of the share, or the share itself",
     )
 
 
@@ -151,13 +161,14 @@ class AcknowledgeSpec(StrictModel):
     """How many persons must acknowledge before a level falls."""
 
     persons: Annotated[Count, Field(ge=1, le=2)] = Field(
-        1, description="1 or 2, the persons who must acknowledge before a level falls"
+        1, description="1 or 2, the number of persons who must acknowledge before a level falls"
     )
     held_from: Literal["watch", "restrict", "evacuate"] = Field(
-        "watch", description="watch, restrict or evacuate, the lowest held level for which so many persons are needed"
+        "watch",
+        description="watch, restrict or evacuate, the lowest held level that needs `persons`; lower levels need one",
     )
     within_s: Period = Field(
-        300.0, description="a number above 0 (s), how long the first acknowledgement waits for the second"
+        300.0, description="a number above 0 (s), the time within which the second person must acknowledge"
     )
 
 
@@ -172,17 +183,17 @@ def _named_areas(areas: Mapping[str, AreaLimitsSpec]) -> Mapping[str, AreaLimits
 class Thresholds(StrictModel):
     """All settings of the site that `alerts.decide` uses."""
 
-    site: Name = Field(description="the name of the site, as it appears in the decision log")
-    evidence: EvidenceSpec = Field(description="a mapping: the rules for evidence")
-    valid_s: Period = Field(description="a number above 0 (s), how long a decision stands if no other follows")
+    site: Name = Field(description="the name of the site in the decision log")
+    evidence: EvidenceSpec = Field(description="a mapping, the rules for evidence")
+    valid_s: Period = Field(description="a number above 0 (s), how long a decision is valid")
     alarm_from: Literal["watch", "restrict", "evacuate"] = Field(
-        description="watch, restrict or evacuate, the lowest level that raises the alarm; a fault always does"
+        description="watch, restrict or evacuate, the lowest held level that raises the alarm; a fault always raises it"
     )
     acknowledge: AcknowledgeSpec = Field(
-        AcknowledgeSpec(), description="a mapping: how many persons must acknowledge; if left out, one"
+        AcknowledgeSpec(), description="a mapping, the persons who must acknowledge; without it, one person"
     )
     areas: Annotated[Mapping[str, AreaLimitsSpec], AfterValidator(_named_areas)] = Field(
-        description="a mapping from the name of an area, or a pattern (* and ?) of names, to its limits"
+        description="a mapping from the name of an area, or a pattern of names (*, ? or [...]), to its limits"
     )
 
     @property

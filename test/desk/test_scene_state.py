@@ -47,7 +47,7 @@ def test_a_scene_is_saved_in_a_new_file_by_default_and_runs(demo: SceneState) ->
     kept = saved(changed, changed.default_path, replace=False)
     assert kept.path.name == "demo_desk.yaml" and not kept.unsaved
     assert read_scene(kept.path).stop_speed == 0.25 and read_scene(demo.path).stop_speed == 0.5
-    assert "The intervals of the results do not include" in kept.path.read_text(), "its comments are kept"
+    assert "but the intervals of the results do not cover this" in kept.path.read_text(), "its comments are kept"
     assert kept.default_path == kept.path and kept.report_path.name == "demo_desk_report.html"
     assert sorted(path.name for path in kept.path.parent.iterdir()) == ["demo.yaml", "demo_desk.yaml"]
 
