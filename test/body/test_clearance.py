@@ -142,7 +142,7 @@ def random_bodies(seed: int, count: int, corners: int) -> Bodies:
     return made
 
 
-# --- no corner reaches the plane before --------------------------------------------------------------------------------
+# --- no corner reaches the plane before -------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("seed", "corners"), [(1, CORNERS), (2, 1)])

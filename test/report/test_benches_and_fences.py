@@ -82,7 +82,7 @@ def test_one_face_has_no_further_one(tmp_path: Path) -> None:
 
 
 def test_a_place_of_a_fence_on_a_face_is_named_as_one(tmp_path: Path) -> None:
-    """From the first toe, the berm extends to 8 m, the second face of 70 degrees to 8 m + RUN; then the floor begins."""
+    """From the first toe, the berm extends to 8 m, the second face of 70 degrees to 8 m + RUN, then the floor."""
     run = flown(tmp_path / "site", 2, berm=8.0)
     places = [footing_at(run.terrain, along_the_toe(run, distance)) for distance in (0.0, 4.0, 8.0 + 0.5 * RUN, 16.0)]
     assert [footing.is_on_a_face for footing in places] == [False, False, True, False]
