@@ -54,5 +54,5 @@ def test_facets_with_a_common_vertex_are_one_piece():
 
 
 def test_an_edge_of_one_facet_is_at_the_rim():
-    """The diagonal of a square, not at the rim, is the last edge of its first facet and the first edge of its second."""
+    """The diagonal of a square, not at the rim, is the last edge of its first facet and the first of its second."""
     assert rims_of(squares((0, 0, 0, 4, 1), (2, 2, 0, 4, 1))).tolist() == [0b011, 0b110] * 2
