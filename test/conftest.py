@@ -1,4 +1,4 @@
-"""What all tests need: no deadlines, signals as from a terminal, children that leave nothing, and no wasted work."""
+"""Settings of all tests: no deadlines, default signals, no byte code from child processes, less repeated work."""
 
 import gc
 import os
@@ -10,37 +10,37 @@ from compiled_once import compile_once
 from hypothesis import HealthCheck, settings
 from longest_first import longest_first
 
-# How long an example takes on a machine with other work to do says nothing of what is tested. The examples are the same
-# in each run, as those of test/properties are, for which `make campaign` tries others.
+# The time of an example on a busy machine does not depend on what is tested. The examples are the same in each run;
+# for those of test/properties, `make campaign` tries others.
 settings.register_profile("rpf3d", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("rpf3d")
 
-# A child whose disk is full would leave half of the byte code of what it imports then, to be imported next.
+# A child process whose disk is full would leave truncated byte code, which later processes would import.
 os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
 
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
-    # A shell lets what it runs in the background ignore Ctrl-C, and children inherit that; one that is to be
-    # interrupted would go on for ever. A handler of Python's own is none any more in a child.
+    # A shell lets background processes ignore Ctrl-C, and children inherit this, so that an interrupted child would run
+    # without end. Children do not inherit a handler set by Python; they get the default.
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# 15,000 collected tests and a compiler that makes millions of objects: with Python's own numbers, the search for
-# garbage takes a quarter of the time of a worker.
+# With 15,000 collected tests and a compiler that makes millions of objects, Python's default thresholds would spend a
+# quarter of the time of a worker on garbage collection.
 gc.set_threshold(50_000, 20, 10)
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Make the workers of a run compile each loop once, all together."""
+    """Let the worker processes of a run compile each loop only once in total."""
     if hasattr(config, "workerinput"):
         compile_once(Path(config.option.basetemp).parent)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Put the files that take longest first, if workers share the tests."""
+    """Sort the files that take longest to the front if several workers share the tests."""
     if hasattr(config, "workerinput"):
         items[:] = [items[i] for i in longest_first([item.path for item in items])]
 
 
 def pytest_collection_finish() -> None:
-    """Leave the collected tests out of every further search for garbage: they stay until the end."""
+    """Exclude the collected tests from further garbage collection, because they exist until the end."""
     gc.collect()
     gc.freeze()

@@ -1,4 +1,4 @@
-"""docs/explanation/accuracy.md is what its command writes, but for the figures, which are measured."""
+"""Tests that docs/explanation/accuracy.md is what its command writes, apart from the measured figures."""
 
 import importlib.util
 from pathlib import Path

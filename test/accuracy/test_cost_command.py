@@ -1,4 +1,4 @@
-"""`rpf3d cost` and `rpf3d run --accuracy` from end to end on a small pit, and the key `method` of a scene."""
+"""Tests of `rpf3d cost` and `rpf3d run --accuracy` on a small pit, and of the key `method` of a scene."""
 
 import json
 import subprocess
@@ -21,12 +21,12 @@ from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.prepared import prepare
 
 LINE = {"setting", "error", "seconds_per_1000_rocks"}
-"""What every line of the three lists has."""
+"""Keys of each line of the three lists."""
 
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Few rocks, few settings: what is measured is not looked at here, only that it is."""
+    """Reduce the measurement to few rocks and settings, because these tests do not check the measured values."""
     monkeypatch.setattr(measure, "PAIRED", 60)
     monkeypatch.setattr(measure, "OVER_TERRAINS", 200)
     monkeypatch.setattr(statistical, "MOST", 500)
@@ -63,7 +63,7 @@ def test_rocks_with_a_shape_have_accuracies_of_contact_in_place_of_steps(
 
 
 def scene_of_bodies(folder: Path) -> Path:
-    """Write the small pit with blocks in place of points."""
+    """Write the scene of the small pit with bodies in place of points; return its path."""
     path = scene_file(folder)
     kept = [line for line in path.read_text().splitlines() if not line.startswith(("rebound", "ground"))]
     ground = "restitution: 0.2, friction: 0.6, rolling_resistance: 0.2"
@@ -109,7 +109,7 @@ def test_the_price_list_has_every_series_and_a_run_buys_from_it(
 
 
 def _entities(path: Path) -> set[str]:
-    """Entities of a recording that passes rerun's own check."""
+    """Return the entities of a recording, which must pass `rerun rrd verify`."""
     import rerun.chunk
 
     command = [sys.executable, "-m", "rerun", "rrd", "verify", str(path)]

@@ -1,4 +1,4 @@
-"""The parametric error: what unknown values of the ground do to the map, in the currency of the other errors."""
+"""Tests of the parametric error: the map error due to unknown values of the ground."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ WIDE = OverSets(sets=32, rocks=500, of_map=0.3, distance=0.31, of_shares=0.6, se
 
 
 def error_with(folder: Path, normal: str) -> OverSets | None:
-    """Return the parametric error of the small pit whose faces have a normal restitution."""
+    """Return the parametric error of the small pit with a normal restitution (YAML), None without unknowns."""
     path = scene_file(folder)
     text = path.read_text()
     assert "normal_restitution: 0.5" in text

@@ -1,4 +1,4 @@
-"""Impacts followed with 50 digits: against closed forms, and as the judge of events."""
+"""Tests of impacts followed with 50 digits: against closed forms, and as the reference for the engines."""
 
 from dataclasses import replace
 from decimal import Decimal, localcontext
@@ -20,29 +20,29 @@ from rpf3d_core.setup.prepared import prepare
 from rpf3d_core.values import STANDARD_GRAVITY
 
 CLOSE = mpmath.mpf(10) ** -45
-"""m, s; of 50 digits one is before the point, and some are lost over eight impacts."""
+"""Largest error (m and s) of impacts followed with 50 digits, after some digits are lost over eight impacts."""
 DOUBLE = 2.0**-51
-"""s; half the distance of doubles from 4 to 8, so what rounding a time of up to 8 s leaves at most."""
+"""Largest error (s) of a time of up to 8 s that is rounded to float64."""
 LAST_BIT = 1e-15
-"""Relative; a difference that is rounded once, at the end."""
+"""Largest relative error of a difference that is rounded once, at the end."""
 EXACT_TO = 1e-11
-"""m; a few impacts on a terrain of some ten metres, each rounded at 2^-53 of that and amplified by rough ground."""
+"""Largest error (m) after a few impacts on a terrain of some tens of metres: rough ground amplifies rounding."""
 
 IMPACTS = 5
-"""Of a rock, followed by trying every facet: before its bounces are small."""
+"""Number of impacts of a rock that are followed by trying every facet; later bounces are small."""
 
 
 class Case:
-    """What `off_exact` looks at of a prepared scene."""
+    """Stands in for a prepared scene; has only what `off_exact` uses."""
 
     def __init__(self, engine, physics) -> None:
         self.engine, self.flight = engine, physics
 
 
 def series_on(facets, ground: Surface, x: tuple[float, float, float], impacts: int) -> list:
-    """Time (s) and place (3,) m of impacts of a rock dropped onto a plane, from the closed form with 60 digits.
+    """Return [(time s, place (3,) m)] of impacts of a rock dropped onto a plane, from the closed form with 60 digits.
 
-    The slope is that of the facet's corners as the machine has them, which is 40 degrees but for rounding.
+    The slope is that of the facet's rounded corners: 40 degrees apart from rounding.
     """
     (ax, _, az), _, (bx, _, bz) = ([mpmath.mpf(float(c)) for c in corner] for corner in facets.corners[0].reshape(3, 3))
     run, fall = abs(bx - ax), abs(bz - az)
@@ -82,7 +82,7 @@ def test_bounces_down_an_incline_are_those_of_the_geometric_series_to_45_digits(
 
 
 def test_how_far_events_are_off_is_told_to_all_digits_of_a_double() -> None:
-    # What is left of a difference of some 1e-16 m has twelve digits with Python's own 28 digits, and all with 50.
+    # With Python's default of 28 digits, a difference of about 1e-16 m has only twelve correct digits.
     engine, physics = engine_over("compiled", incline(40.0)), flight(surface(R_n=0.5, R_t=0.8), "none")
     flights = fly(engine, physics, (1.0, 0.5, 10.0))
     off = off_exact(Case(engine, physics), flights, rocks=1)
@@ -132,7 +132,10 @@ def test_events_agree_with_50_digits_and_a_wrong_impact_is_told() -> None:
 
 
 def first_crossing(corners: list, x, v, g: Decimal, after: Decimal) -> tuple[Decimal, int]:
-    """The first facet of all (F, 3, 3) that a parabola falls through later than a time (s), and when: tried in turn."""
+    """Return (time s, facet) of the first crossing, from above and after a time (s), of a parabola with a facet.
+
+    corners : (F, 3, 3) m, tried one after another; the facet is -1 and the time infinite if there is none
+    """
     found = (Decimal("Infinity"), -1)
     for f, (p, q, r) in enumerate(corners):
         u, w = ([b - a for a, b in zip(p, other, strict=True)] for other in (q, r))
@@ -141,7 +144,7 @@ def first_crossing(corners: list, x, v, g: Decimal, after: Decimal) -> tuple[Dec
         under_root = b * b + 2 * g * n[2] * c
         if under_root < 0:
             continue
-        t = (b + under_root.sqrt()) / (g * n[2])  # all facets look up
+        t = (b + under_root.sqrt()) / (g * n[2])  # all facets face up
         at = [x[0] + v[0] * t, x[1] + v[1] * t]
         sides = [(j[0] - i[0]) * (at[1] - i[1]) - (j[1] - i[1]) * (at[0] - i[0]) for i, j in ((p, q), (q, r), (r, p))]
         if after < t < found[0] and min(sides) >= 0:
@@ -182,7 +185,7 @@ def test_drawn_ground_is_that_which_each_impact_found(tmp_path: Path, draw: str)
 
 @pytest.mark.parametrize("R_t", [0.2, 0.95])
 def test_coulomb_limited_impacts_are_those_of_events(R_t: float) -> None:
-    """Friction limits them with R_t 0.2, not with 0.95; constant restitution is metres off in the first case."""
+    """With R_t = 0.2 friction limits the impulse, with 0.95 it does not; in the first case, R_t alone is metres off."""
     ground = surface(0.5, R_t, 20.0)
     engine, physics = engine_over("compiled", incline(30.0)), flight(ground, "none", "coulomb_limited")
     flights = fly(engine, physics, (0.3, 0.2, 4.0), (3.0, 1.0, 0.0))

@@ -1,4 +1,4 @@
-"""Distances of maps, intervals of quantiles, coarser terrains, and what the price list comes to."""
+"""Tests of map errors, intervals of quantiles, coarser terrains, and the resulting price list."""
 
 import math
 
@@ -104,8 +104,8 @@ def test_chance_falls_with_the_square_root_of_the_number_of_rocks() -> None:
 def test_the_error_of_some_rocks_is_their_distance_from_the_truth_however_rarely_cells_are_reached(
     chance: float,
 ) -> None:
-    # The mean absolute deviation of a binomial number (de Moivre 1730): 2 (k + 1) C(n, k + 1) p^(k+1) q^(n-k), with k
-    # the whole part of n p.
+    # The mean absolute deviation of a binomial number (de Moivre 1730): 2 (k + 1) C(n, k + 1) p^(k+1) q^(n-k), where k
+    # is the integer part of n p.
     n, most, cells = 125, 32_000, 4000
     k = math.floor(n * chance)
     deviation = 2 * (k + 1) * math.comb(n, k + 1) * chance ** (k + 1) * (1 - chance) ** (n - k)
@@ -190,7 +190,7 @@ def test_the_largest_error_is_that_of_the_scene_as_it_stands() -> None:
     assert errors_of_scene(price_list()) == {"numerical": 0.0, "geometric": 0.01, "statistical": pytest.approx(0.2)}
     assert largest(price_list()) == "statistical"
     assert largest(price_list(rocks=1_000_000)) == "geometric"
-    alike = [Priced({"rocks": 100}, 0.0, 0.01, {"seconds": 1e-3})]  # as rocks that all start alike have it
+    alike = [Priced({"rocks": 100}, 0.0, 0.01, {"seconds": 1e-3})]  # as for rocks with equal releases
     assert largest(price_list(statistical=alike, geometric=[])) is None
     assert largest(price_list(rocks=1_000_000, method=STEPS)) == "numerical"
 

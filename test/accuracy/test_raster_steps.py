@@ -1,4 +1,4 @@
-"""Fixed steps over a raster: their order, the facet under a point, and a terrain sampled as heights."""
+"""Tests of fixed steps over a raster: order of convergence, facet below a point, terrain sampled as heights."""
 
 import numpy as np
 import pytest
@@ -14,10 +14,10 @@ from rpf3d_core.values import STANDARD_GRAVITY, Outcome
 G = STANDARD_GRAVITY
 STEPS = (0.02, 0.01, 0.005, 0.0025, 0.00125)
 ORDER, ORDER_WITHIN = 1.0, 0.1
-"""A fit over a factor of 16 in dt; the mean errors of 64 rocks scatter by a tenth, for a step is met at random."""
+"""Expected order of convergence and its tolerance: mean errors of 64 rocks scatter by about a tenth."""
 ROCKS = 64
 NAME = "reference"
-"""Plain Python, which needs no compilation; one test flies the compiled engine as well."""
+"""Engine of most tests, which needs no compilation; one test uses the compiled engine as well."""
 
 
 def over_squares(terrain, cell: float, dt: float, name: str = NAME):

@@ -1,4 +1,4 @@
-"""What is drawn and recorded of a price list: its series, with what logarithms cannot show in words."""
+"""Tests of the drawn and recorded series of a price list; words replace values that a log axis cannot show."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The fixed-step method: its order of convergence, its biases, what it shares with events, and how it fails."""
+"""Tests of the fixed-step method: order of convergence, biases, agreement with events, and failures."""
 
 import math
 
@@ -20,15 +20,15 @@ from rpf3d_core.values import STANDARD_GRAVITY, Outcome
 G = STANDARD_GRAVITY
 UP = np.array([0.0, 0.0, 1.0])
 STEPS = (0.02, 0.01, 0.005, 0.0025, 0.00125, 0.000625)
-"""s; a factor of 32 between the first and the last."""
+"""Time steps (s), with a factor of 32 between the first and the last."""
 FASTEST = 20.0
-"""m/s; no rock of these tests meets the ground faster, so a threshold of FASTEST dt is never jumped over."""
+"""Speed (m/s) that no rock of these tests exceeds, so that no rock skips a threshold of FASTEST * dt."""
 ORDER = 1.0
 ORDER_WITHIN = 0.1
-"""A fit over a factor of 32 in dt, whose mean errors scatter by a tenth over 64 rocks: the step is met at random."""
+"""Tolerance of the fitted order of convergence: the mean errors of 64 rocks scatter by about a tenth."""
 ROCKS = 64
 ROUNDING = 1e-9
-"""m; closed forms of some metres, computed in a few operations."""
+"""Largest rounding error (m) of closed forms of some metres."""
 
 
 def stepped_over(name: str, terrain, dt: float, threshold: float, **how) -> Engine:
@@ -36,7 +36,7 @@ def stepped_over(name: str, terrain, dt: float, threshold: float, **how) -> Engi
 
 
 def drops() -> tuple[np.ndarray, np.ndarray]:
-    """Rocks (R, 3) m thrown at (R, 3) m/s so that no two meet the ground at the same fraction of a step."""
+    """Return positions (R, 3) m and velocities (R, 3) m/s of rocks that land at different fractions of a step."""
     k = np.arange(ROCKS)
     golden = (k * 0.6180339887) % 1.0
     x = np.stack([-2.0 + golden, np.linspace(-1.0, 1.0, ROCKS), 4.0 + 6.0 * ((k * 0.7548776662) % 1.0)], 1)
@@ -52,7 +52,7 @@ def first_impacts(engine: Engine, x: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def on_plane_through_origin(normal: np.ndarray, x: np.ndarray, v: np.ndarray, height: float = 0.0) -> np.ndarray:
-    """Where parabolas come within `height` (m) of a plane: the closed form of a quadratic (R, 3)."""
+    """Return the places (R, 3) m where parabolas reach `height` (m) above a plane through the origin."""
     a, b, c = -0.5 * G * normal[2], v @ normal, x @ normal - height
     t = (-b - np.sqrt(b * b - 4 * a * c)) / (2 * a)
     return x + v * t[:, None] - 0.5 * G * (t**2)[:, None] * UP
@@ -180,7 +180,7 @@ def test_the_price_of_steps_is_that_of_one_for_the_steps_of_all_rocks(monkeypatc
 @pytest.mark.parametrize("seed", range(5))
 def test_the_closest_facet_is_that_of_trying_all_points_of_all_facets(seed: int) -> None:
     engines = [engine_over(name, rough_grid(5, 10.0, 0.5, 1.0, seed=seed, centred=True)) for name in ENGINES]
-    stepping(engines[0], 0.1, 0.1)  # VTK's rule comes with it
+    stepping(engines[0], 0.1, 0.1)  # the loop contains VTK's rule
     facets: Facets = engines[1].facets
     for x in np.random.default_rng(seed).uniform(-4, 4, (40, 3)):
         point = (float(x[0]), float(x[1]), float(x[2]))

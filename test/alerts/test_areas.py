@@ -1,4 +1,4 @@
-"""What is decided of each area: as of the site, but of one area alone."""
+"""Tests of the decision for each area: the same rules as for the site, applied to one area."""
 
 import pytest
 from alert_evidence import NOW, RAMP, S, area, decided, evidence, later, seen_by, site
@@ -12,7 +12,7 @@ CALM = evidence(area(), area(name="crusher"))
 
 
 def levels(alert: Alert) -> dict[str, Level]:
-    """Name -> what is shown of the area."""
+    """Return name -> shown level of each area."""
     return {one.name: one.level for one in alert.areas}
 
 
@@ -69,7 +69,7 @@ def test_an_area_without_limits_has_no_level() -> None:
 
 
 def test_sources_that_are_refused_are_a_fault_of_every_area_that_was_told_of() -> None:
-    """The maker of the evidence reports no area then; a display would go on to show what it showed."""
+    """The evidence then contains no areas, and a display would continue to show the previous levels."""
     refused = evidence(faults=("the sources are refused",))._replace(areas=())
     moving = evidence(area(), area(name="crusher"), area(name="truck_7"))
     for thresholds in (PIT, site({"*": RAMP})):
@@ -96,7 +96,7 @@ def test_a_small_answer_does_not_clear_an_area_that_no_decision_stands_on() -> N
 
 
 def test_an_acknowledgement_from_before_an_area_got_worse_lowers_nothing() -> None:
-    """Although the site's evidence as a whole did not: another area was as bad before."""
+    """The evidence of the site as a whole did not get worse, because another area was as bad before."""
     one, both = evidence(area(700), area(name="crusher")), evidence(area(700), area(700, name="crusher"))
     alert = decided(evidence(area(3000), area(name="crusher")), one, both, CALM, thresholds=PIT)
     assert (alert.held, alert.worse_ns) == (Level.EVACUATE, NOW + 2 * S)
@@ -115,7 +115,7 @@ def test_an_area_that_the_site_sets_no_limits_for_any_more_says_so() -> None:
 
 @pytest.mark.parametrize("again", [None, CALM], ids=["without an answer", "with one"])
 def test_after_a_decision_that_told_of_no_areas_any_may_have_been_the_one(again: Evidence | None) -> None:
-    """A log that was written before areas were decided, continued by a node that starts again."""
+    """The log is from a version without decisions for areas, and a node that starts again continues it."""
     pit = site({"ramp": RAMP, "crusher": RAMP, "wall: *": RAMP})
     both = evidence(area(700), area(700, name="crusher"), area(700, name="wall: north"))
     before = decided(both, thresholds=pit)

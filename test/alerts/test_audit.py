@@ -1,4 +1,4 @@
-"""The audit: every decision again, bit for bit, and whatever is changed or missing found."""
+"""Tests that the audit repeats each decision bit for bit and finds every changed or missing line."""
 
 import json
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.errors import InputError
 
 LEVELS_SHOWN = ["normal", "watch", "evacuate", "evacuate", "evacuate", "normal"]
-"""At the changes of the shift: the fault is reported while evacuate is held, and clears to it."""
+"""Levels shown at the changes during the shift; a fault while `evacuate` is held returns to `evacuate`."""
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def lines_of(log: Path) -> list[bytes]:
 
 
 def forged(log: Path, change: Callable[[list[dict]], object]) -> None:
-    """Change what lines hold and write the whole log again, with hashes that fit."""
+    """Change the contents of lines, and write the whole log again with consistent hashes."""
     contents = [content_of(raw) for raw in lines_of(log)]
     change(contents)
     written, before = b"", BEGINNING
@@ -98,7 +98,7 @@ def test_exchanged_lines_are_found(log: Path) -> None:
 def test_a_line_exchanged_for_another_with_a_hash_of_its_own_is_found(log: Path) -> None:
     lines = lines_of(log)
     content = content_of(lines[4])
-    content["evidence"]["seed"] = 2  # which no decision depends on
+    content["evidence"]["seed"] = 2  # no decision depends on it
     facts = {key: value for key, value in content.items() if key not in ("kind", "n", "before", "sha256")}
     lines[4], _ = line_of(content["n"], content["before"], "decision", facts)
     file_of(log).write_bytes(b"".join(lines))
@@ -219,7 +219,7 @@ def test_a_log_from_before_areas_had_levels_is_sound_and_says_so(tmp_path: Path)
 
 
 def rewritten_without(log: Path, folder: Path, names: tuple[str, ...], of_areas: tuple[str, ...] = ()) -> Path:
-    """Write a log again as an older version wrote it, without some values of alerts and of areas."""
+    """Write a log as an older version wrote it, without some values of alerts and areas; return its folder."""
     head, lines = BEGINNING, []
     for raw in file_of(log).read_bytes().splitlines():
         content = content_of(raw)

@@ -1,4 +1,4 @@
-"""Decisions, case by case: up at once, down by acknowledgement, never normal on evidence that is not believed."""
+"""Tests of decisions: levels rise at once, fall by acknowledgement, and are never normal on doubtful evidence."""
 
 import math
 from typing import Any
@@ -116,7 +116,7 @@ def test_an_acknowledgement_lets_the_level_fall_to_what_the_evidence_says(answer
 
 
 def void_of(*answers: Evidence | None, last: Evidence | None, given: Acknowledgement) -> str:
-    """Why an acknowledgement did not count; the level held must then be as before."""
+    """Return why an acknowledgement does not count; the held level must not fall."""
     held = decided(*answers)
     at = len(answers)
     told = None if last is None else later(last, at)

@@ -1,4 +1,4 @@
-"""Decisions on energy and first arrival with ends over parameter sets: what is compared, stated, logged and refused."""
+"""Tests of decisions on the ends over parameter sets of energy and first arrival: comparison, reason, log, refusal."""
 
 import json
 from pathlib import Path

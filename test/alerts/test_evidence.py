@@ -1,4 +1,4 @@
-"""Evidence is what the maps say of the areas of interest, in plain numbers."""
+"""Tests that evidence contains the figures of the areas of interest in the hazard maps."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ ROCKS = 40
 
 @pytest.fixture(scope="module")
 def maps(tmp_path_factory) -> HazardMaps:
-    """Of 30 rocks that all start in one area; some come to another, none to the third."""
+    """Return the maps of rocks that all start in one area; some reach another area, none the third."""
     terrain = floor()
     folder = tmp_path_factory.mktemp("floor")
     for name, corners in (

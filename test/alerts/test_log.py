@@ -1,4 +1,4 @@
-"""The decision log: whole lines or none, found again after a kill, and reported when the disk is full."""
+"""Tests of the decision log: only whole lines, also after a kill, and a report if the disk is full."""
 
 import errno
 import os
@@ -20,7 +20,7 @@ from rpf3d_core.alerts.log_files import NotLogged, files_in
 
 
 def contents(folder: Path) -> list[dict]:
-    """Every line of a log; all must be sound."""
+    """Return the content of each line of a log; all lines must be valid."""
     lines = [raw for _, path in files_in(folder) for raw in path.read_bytes().splitlines(keepends=True)]
     assert all(raw.endswith(b"\n") for raw in lines)
     found = [content_of(raw) for raw in lines]
@@ -33,7 +33,7 @@ def kinds(folder: Path) -> list[str]:
 
 
 def log_one_more(folder: Path, step: int = 100, **options: int) -> DecisionLog:
-    """Open a log, go on from its last alert with one decision, and close it."""
+    """Open a log, add one decision after its last alert, and close the log; return it."""
     thresholds = site()
     with DecisionLog(folder, "0.2.0", **options) as log:
         now, answer = NOW + step * S, later(NORMAL, step)
@@ -165,7 +165,7 @@ def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
 
 
 class FullDisk:
-    """A disk that takes some bytes of a line and then no more."""
+    """A disk that accepts only `takes` bytes."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, takes: int) -> None:
         self.write, self.takes, self.patch = os.write, takes, monkeypatch
@@ -238,10 +238,10 @@ def test_a_log_is_whole_up_to_the_last_published_decision_after_kill_9(tmp_path:
         process.send_signal(signal.SIGKILL)
         published += process.stdout.read().split()
         process.wait()
-        # The last word may be torn by the pipe.
+        # The pipe may have truncated the last word.
         assert audit_log(tmp_path, head=published[-2]).decisions >= 40
     DecisionLog(tmp_path, "0.1.0").close()
     found = audit_log(tmp_path)
     assert found.reproduced == found.decisions >= 120
-    # Each run after the first begins with a step that goes back in time, and is decided as such.
+    # Each run after the first starts with a step back in time, which its decision contains.
     assert found.sound, found.findings

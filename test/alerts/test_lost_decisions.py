@@ -1,4 +1,4 @@
-"""A level that was held is lost by no log that is full, damaged or deleted: it is continued, or it is unknown."""
+"""Tests that a full, damaged or deleted log does not lose a held level: the level continues or is unknown."""
 
 import errno
 import os
@@ -24,12 +24,12 @@ CALM, DANGER = evidence(area(0)), evidence(area(3000))
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """The folder of a log, inside of the folder of the test, because a file next to the log belongs to it."""
+    """Return the folder of a log, inside the folder of the test because the log has a file next to its folder."""
     return tmp_path / "decisions"
 
 
 def log_one(log: DecisionLog, answer=CALM, step: int = 0) -> None:
-    """Log one decision that goes on from the last one."""
+    """Log one decision that follows the last one, `step` seconds after NOW."""
     alert = decide(log.last_alert, answer, site(), NOW + step * S)
     log.decided(Decision(log.last_alert, answer, None, NOW + step * S, alert), site())
 
@@ -43,7 +43,7 @@ def without_room(monkeypatch: pytest.MonkeyPatch, *names: str) -> None:
 
 
 def unlogged_danger(folder: Path, *failing: str) -> None:
-    """Begin a log, and raise the level while no line can be written; then the process ends."""
+    """Start a log, raise the level while no line can be written, and close the log. failing : failing calls of os"""
     with pytest.MonkeyPatch.context() as patched, DecisionLog(folder, "0.1.0") as log:
         log_one(log)
         without_room(patched, *failing)
@@ -82,7 +82,7 @@ def test_a_line_after_the_missing_decisions_that_is_no_decision_hides_none(folde
 
 def test_what_could_be_kept_nowhere_is_unknown_until_a_person_acknowledges(folder: Path) -> None:
     unlogged_danger(folder, "write", "pwrite")
-    for _ in range(2):  # also when it is started again before someone looks
+    for _ in range(2):  # also after a second start before anyone acts
         with DecisionLog(folder, "0.1.0") as log:
             assert "not in the log" in log.unknown
             log_one(log, CALM, 3)
@@ -95,7 +95,7 @@ def test_what_could_be_kept_nowhere_is_unknown_until_a_person_acknowledges(folde
 
 @pytest.mark.parametrize("failing", [("pwrite",), ("write", "pwrite")], ids=["the state", "a line, too"])
 def test_a_failure_after_which_all_was_written_needs_no_person(folder: Path, failing: tuple[str, ...]) -> None:
-    """Formerly one failed write of the state left its sign for ever."""
+    """One failed write of the state must not leave its sign permanently."""
     with DecisionLog(folder, "0.1.0") as log:
         log_one(log)
         with pytest.MonkeyPatch.context() as patched:
@@ -133,7 +133,7 @@ def test_a_log_takes_away_no_sign_that_another_program_made(folder: Path, order:
             Witness(folder).begun_path.unlink()
         for step in (lambda: Witness(folder).unlog(), lambda: fail_to_remember(log))[::order]:
             step()
-            time.sleep(0.02)  # longer than a file system's step of time
+            time.sleep(0.02)  # longer than the time resolution of a file system
         log.remember({"heard": ["north"]})
         log_one(log)
     with DecisionLog(folder, "0.1.0") as log:
@@ -175,7 +175,7 @@ def test_why_a_level_is_unknown_is_kept_as_soon_as_the_state_can_be_written(fold
         log = DecisionLog(folder, "0.1.0")
     log_one(log, CALM, 1)
     log.close()
-    Witness(folder).settle()  # only the state can have it now
+    Witness(folder).settle()  # now only the state can contain it
     with DecisionLog(folder, "0.1.0") as log:
         assert "are damaged" in log.unknown
 

@@ -1,4 +1,4 @@
-"""Which cluster of sources raised an area: that of the figure which reached the limit, in the newest answer."""
+"""Tests that the stated cause is the cluster whose figure reached the limit, in the newest answer."""
 
 import json
 from pathlib import Path

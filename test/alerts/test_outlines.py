@@ -1,4 +1,4 @@
-"""An area that was moved is not answered by its former place: after a stated time that is a fault."""
+"""Tests that evidence for the former place of a moved area is a fault after the stated time."""
 
 import json
 from pathlib import Path
@@ -17,7 +17,7 @@ HERE, THERE = "aa" * 32, "bb" * 32
 
 
 def at_place(outline: str, reached: int = 0, flown: int = 10_000, outlined_ns: int = NOW) -> Evidence:
-    """An answer for the ramp with an outline, which is watched since a time (ns)."""
+    """Return evidence of the ramp with an outline that is watched since `outlined_ns`."""
     return evidence(area(reached, flown=flown, outline=outline, outlined_ns=outlined_ns))
 
 
@@ -63,7 +63,7 @@ def test_a_small_answer_for_the_place_that_was_judged_stands_as_long_as_the_deci
 
 
 def test_a_place_of_another_configuration_is_never_the_base_of_a_small_answer() -> None:
-    """An outline of the scene is watched since before the first message: its time is 0."""
+    """An outline from the scene has the time 0, because it is watched from the start."""
     small = later(at_place(THERE, flown=10, outlined_ns=0), 1)
     assert decide(decided(at_place(HERE, outlined_ns=0)), small, site(), NOW + S).level == Level.FAULT
 

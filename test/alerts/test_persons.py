@@ -1,4 +1,4 @@
-"""A site may demand two persons: the first acknowledgement waits for another name, and no longer than stated."""
+"""Tests of sites that require two persons: the first acknowledgement waits, for a limited time, for another name."""
 
 from pathlib import Path
 
@@ -26,7 +26,7 @@ def two(held_from: str = "watch") -> Thresholds:
 
 TWO = two()
 HELD = decided(EVACUATE, NORMAL, thresholds=TWO)
-"""Evacuate is held, and the newest answer is normal."""
+"""An alert that holds `evacuate` while the newest answer is normal."""
 
 
 def said(by: str, second: float) -> Acknowledgement:

@@ -1,4 +1,4 @@
-"""Since when a level is shown without a break: over decisions, over the end of one, and over a restart."""
+"""Tests of the time since which a level is shown without a break, also after expiry of a decision or a restart."""
 
 from pathlib import Path
 
@@ -27,7 +27,7 @@ from rpf3d_core.alerts.levels import Alert, Since
 from rpf3d_core.alerts.log import DecisionLog
 
 VALID = 10
-"""Seconds for which a decision of the small site is valid."""
+"""Time (s) for which a decision of the small site is valid."""
 
 
 def at(second: float) -> int:
@@ -35,7 +35,7 @@ def at(second: float) -> int:
 
 
 def sinces(alert: Alert) -> set[Since | None]:
-    """Since when the level of the site and of each area is shown."""
+    """Return the set of times since which the levels of the site and of its areas are shown."""
     return {alert.since, *(one.since for one in alert.areas)}
 
 
@@ -73,7 +73,7 @@ def test_each_area_has_its_own_time() -> None:
     (None, Since(level_ns=NOW, not_normal_ns=NOW)),
 ])  # fmt: skip
 def test_after_the_end_of_a_decision_a_subscriber_has_shown_a_fault_so_the_level_begins_again(answer, expected) -> None:
-    """Evacuate is kept after the end, and a fault is a fault."""
+    """After the expiry, `evacuate` is kept, and a fault stays a fault."""
     assert sinces(continued(decided(answer), answer, 20)) == {expected}
 
 

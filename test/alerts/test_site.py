@@ -1,4 +1,4 @@
-"""The site file: the example is one, and a fault in another is reported by line, key and what would be right."""
+"""Tests of site files: the example is valid, and faults are reported with line, key and what would be right."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ TEXT = EXAMPLE.read_text()
 
 
 def refusal(folder: Path, old: str, new: str) -> str:
-    """What is reported of the example with a change, without the file's name."""
+    """Return the report on the example file with `old` replaced by `new`, without the name of the file."""
     assert old in TEXT
     path = folder / "site.yaml"
     path.write_text(TEXT.replace(old, new, 1))

@@ -1,4 +1,4 @@
-"""Free flight: positions and the length of an arc against quadrature (mpmath, 30 digits)."""
+"""Tests of free flight: positions, and the length of an arc against quadrature (mpmath, 30 digits)."""
 
 import math
 
@@ -9,7 +9,7 @@ from rpf3d_core.arc import Arc, advance, arc_length, fall_time, gravity_along, p
 from rpf3d_core.values import ZERO, Motion
 
 ROUNDING = 1e-12
-"""Relative: a dozen roundings at 1e-16 and what the difference of two antiderivatives loses."""
+"""Largest relative error: a dozen roundings, and cancellation in the difference of two antiderivatives."""
 
 THROWS = [
     ((3.0, 4.0, 12.0), 2.0), ((3.0, 4.0, 12.0), 4.0), ((0.0, 0.0, 5.0), 3.0), ((0.0, 0.0, -5.0), 3.0),
@@ -33,7 +33,7 @@ def test_the_length_of_an_arc_is_the_integral_of_its_speed(v, t, gravity):
 
 @pytest.mark.parametrize("t", [1e-3, 1e-5, 1e-7])
 def test_the_length_of_a_short_arc_is_speed_times_time(t):
-    # The closed form subtracts two numbers of about u |v| / g: what is left is rounded at 1e-16 of those.
+    # The closed form subtracts two numbers of about u |v| / g, so the error is 1e-16 of these numbers.
     assert arc_length(Arc(ZERO, (3.0, 0.0, 20.0), 9.81), t) == pytest.approx(
         quadrature((3.0, 0.0, 20.0), t, 9.81), abs=20.0 * 20.0 / 9.81 * 2e-16 * 4
     )

@@ -1,4 +1,4 @@
-"""Bouncing in closed form: every printed number, and the exact formulas."""
+"""Tests of bouncing: all printed numbers of the reference, and the exact closed forms."""
 
 import math
 from pathlib import Path
@@ -15,11 +15,11 @@ from rpf3d_core.values import Mode, Outcome
 
 G = 9.81
 PRINTED = 5.1e-7
-"""Half a unit of the sixth decimal, in which the reference prints (and a little for its own rounding)."""
+"""Half a unit of the sixth decimal, the last that the reference prints, and a little for its own rounding."""
 EXACT = 1e-10
-"""Relative: some ten impacts, each rounding at 1e-16 of 100 m and s; the case with the loosest sum needs 1e-12."""
+"""Largest relative error of about ten impacts; the worst case needs 1e-12."""
 SURVEYED = 1e-6
-"""m (docs/explanation/physics.md). A coordinate of 4.5e6 m in float64 is rounded at 5e-10 m before it is read."""
+"""Largest error (m) in survey coordinates (docs/explanation/physics.md); float64 rounds 4.5e6 m by up to 5e-10 m."""
 
 # Rn, Rt, h, angle | w0, u0 | t, s of impacts 2 to 4, after the first | t and s at the end of bouncing
 TABLE = [
@@ -49,11 +49,11 @@ MESHES = {
     "striking_270_fine": {"cells": (150, 20), "strike": 270.0, "jitter": 2},
 }
 OFF_THE_MIDDLE = 0.237
-"""m across the slope: away from the edges of even grids, which are a matter of test/hard."""
+"""Offset (m) across the slope, away from the edges of even grids, which test/hard tests."""
 
 
 def closed_form_ends(Rn: float, Rt: float, h: float, angle: float) -> tuple[float, float]:
-    """Time and distance from the first impact to the end of bouncing, summed bounce by bounce."""
+    """Return time (s) and distance (m) from the first impact to the end of bouncing, summed bounce by bounce."""
     a, V = math.radians(angle), math.sqrt(2 * G * h)
     w, u, t, s = Rn * V * math.cos(a), Rt * V * math.sin(a), 0.0, 0.0
     while w > 1e-18:
@@ -64,7 +64,10 @@ def closed_form_ends(Rn: float, Rt: float, h: float, angle: float) -> tuple[floa
 
 
 def dropped(engine: str, row: tuple, mesh: dict, smallest_bounce: float = 1e-3):
-    """Flights, point below the release, descent, normal of a rock dropped as a row of the table says; ground: none."""
+    """Drop a rock as in a row of TABLE, with `ground: none`.
+
+    Return the flights, the point (3,) m below the release, and the downhill direction and normal of the slope.
+    """
     Rn, Rt, h, angle = row[:4]
     strike = mesh.get("strike", 0.0)
     descent, normal = down_the_slope(angle, strike)
@@ -130,7 +133,7 @@ engine: {engine}
 
 
 def write_ply(path: Path, terrain: Terrain) -> None:
-    """An ASCII PLY in double precision, in the input's coordinates."""
+    """Write a terrain as ASCII PLY in double precision, in the input's coordinates."""
     points = terrain.frame.points_to_input(terrain.vertices)
     lines = ["ply", "format ascii 1.0", f"element vertex {len(points)}"]
     lines += [f"property double {axis}" for axis in "xyz"]

@@ -1,4 +1,4 @@
-"""Whole flights that only slide, with a closed form: on planes and in gullies."""
+"""Tests of flights that only slide, on planes and in gullies, against closed forms."""
 
 import math
 
@@ -11,9 +11,9 @@ from rpf3d_core.values import Mode, Outcome
 
 G = 9.81
 OVER_EDGES = 1e-6
-"""Relative: at each edge a slide passes within the contact tolerance, some 1e-10 m, of the plane; it costs no more."""
+"""Largest relative error: at each edge a slide is within the contact tolerance, about 1e-10 m, of the plane."""
 PLACES = (0.0, 1.0, 2.3, 4.1, 7.77)
-"""m down the slope: in float64 these lie above, on and below the computed plane."""
+"""Distances (m) down the slope; in float64 these places lie above, on and below the computed plane."""
 
 
 @pytest.mark.parametrize("strike", [0.0, 37.0, 90.0])
@@ -60,7 +60,10 @@ def test_a_slide_across_a_slope_is_the_same_on_one_facet_or_on_thousands(engine,
 
 
 def stepped(pull, k, v_down, v_across, stop):
-    """Runge-Kutta until the speed is `stop`: way down, way across, time; the last step is shortened by bisection."""
+    """Return the ways (m) down and across and the time (s) until the speed is `stop`, by Runge-Kutta steps.
+
+    Bisection shortens the last step.
+    """
 
     def rate(state):
         u = math.hypot(state[2], state[3])
@@ -86,7 +89,10 @@ def stepped(pull, k, v_down, v_across, stop):
 
 
 def gully_motion(left, right, dip, mu_left, mu_right):
-    """Pull along the line and friction (m/s^2), from the balance of forces across it, solved as a linear system."""
+    """Return gravity along the line (m/s2), friction (m/s2), and the unit vector of the line, from the force balance.
+
+    left, right, dip : angles (degrees) of the walls and of the line; mu_left, mu_right : friction
+    """
     line = np.array([math.cos(math.radians(dip)), 0.0, -math.sin(math.radians(dip))])
     normals = []
     for angle, sign in ((left, 1.0), (right, -1.0)):
@@ -141,7 +147,7 @@ def test_a_rock_at_rest_in_a_steep_gully_accelerates_by_pull_less_friction(engin
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_friction_holds_a_rock_in_a_gully_that_would_slide_on_either_side_alone(engine):
-    """Wedging: both sides dip at 40 degrees with friction of 25, the line at 10; the pushes add up to more than g."""
+    """Wedging: both sides dip at 40 degrees, the line at 10; the normal forces add up to more than the weight."""
     over = engine_over(engine, gully(40.0, 40.0, 10.0))
     end = fly(
         over, flight(surface(friction_angle=25.0, stop_speed=0.0)), (1.0, 0.0, -math.tan(math.radians(10)))

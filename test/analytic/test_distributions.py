@@ -1,4 +1,4 @@
-"""Truncated distributions against their formulas in high precision: bounds, quantiles, moments, and equal bits."""
+"""Tests of truncated distributions against high-precision formulas: bounds, quantiles, moments, equal bits."""
 
 import math
 
@@ -25,9 +25,9 @@ from rpf3d_core.materials.streams import Purpose, uniform
 
 DIGITS = 40
 ALGORITHM_AS241 = 4e-16
-"""Relative error that Wichura states (about 1e-16), and the rounding of its last operations."""
+"""Largest relative error: that stated by Wichura (about 1e-16), and rounding of the last operations."""
 ROUNDING = 1e-12
-"""Relative: the probabilities below both bounds are rounded to 1e-16, and a quantile divides by the density."""
+"""Largest relative error: probabilities are rounded to 1e-16, and a quantile divides this by the density."""
 DRAWS = 200_000
 DISTRIBUTIONS = {
     "uniform": uniform_between(0.2, 0.8),
@@ -49,13 +49,13 @@ named = pytest.mark.parametrize("distribution", DISTRIBUTIONS.values(), ids=DIST
 
 
 def exact_quantile(d: Distribution, name: str, u: float) -> mpmath.mpf:
-    """From the definition: the root, or closed form, of (F(x) - F(low)) / (F(high) - F(low)) = u."""
+    """Return the quantile x with (F(x) - F(low)) / (F(high) - F(low)) = u, in closed form or as a root."""
     low, high, u = mpmath.mpf(d.low), mpmath.mpf(d.high), mpmath.mpf(u)
     if "uniform" in name:
         return low + u * (high - low)
     if "power" in name or "volumes" in name:
         b = mpmath.mpf(2.5 if "steep" in name else 0.5)
-        return (low**-b - u * (low**-b - high**-b)) ** (-1 / b)  # as physics.md 6.4 writes it
+        return (low**-b - u * (low**-b - high**-b)) ** (-1 / b)  # as in physics.md 6.4
     if "weibull" in name:
         k, scale = mpmath.mpf(1.5 if "1.5" in name else 0.7), mpmath.mpf(d.scale)
         kept = [mpmath.exp(-((edge / scale) ** k)) for edge in (low, high)]
@@ -81,7 +81,7 @@ def exact_quantile(d: Distribution, name: str, u: float) -> mpmath.mpf:
 def test_the_inverse_normal_has_the_precision_that_its_author_states(p: float) -> None:
     with mpmath.workdps(DIGITS):
         z = mpmath.mpf(normal_quantile(p))
-        # One Newton step from the answer: what is left of it is its error.
+        # One Newton step from the result; its length is the error of the result.
         error = (mpmath.ncdf(z) - mpmath.mpf(p)) / mpmath.npdf(z)
         assert abs(error) <= ALGORITHM_AS241 * abs(z)
 

@@ -1,4 +1,4 @@
-"""The worked example of the transition from bouncing to sliding.
+"""Tests of the worked example of the transition from bouncing to sliding.
 
 A face of 45 m at 75 degrees, toe at x = 12.0577, then level ground; R_n 0.5, R_t 0.9, friction 30 degrees, from rest.
 """
@@ -15,7 +15,7 @@ TOE = 45.0 / math.tan(math.radians(75.0))
 START = (0.1, 0.37, 45.5)
 GROUND = surface(0.5, 0.9, 30.0, 0.0)
 SIX, FOUR = 5.1e-7, 5.1e-5
-"""Half a unit of the last decimal printed, and a little for the rounding of the reference itself."""
+"""Half a unit of the last of six or four printed decimals, and a little for the rounding of the reference itself."""
 
 MESHES = {
     "two_cells": {"across": 1, "strike": 0.0},
@@ -26,7 +26,7 @@ MESHES = {
 
 @pytest.fixture(scope="module", params=[(e, m) for e in ENGINES for m in MESHES], ids=lambda p: f"{p[0]}-{p[1]}")
 def flown(request):
-    """The flights, and what turns a plan position back into the profile's x."""
+    """Return the flights, and the unit vector (3,) along the profile in plan."""
     engine, mesh = request.param
     over = engine_over(engine, strip([(0, 45), (TOE, 0), (200, 0)], **MESHES[mesh]))
     a = math.radians(MESHES[mesh]["strike"])

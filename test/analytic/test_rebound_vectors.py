@@ -1,4 +1,4 @@
-"""Rebound of one velocity off one facet, alone and as part of a flight."""
+"""Tests of the rebound of one velocity from one facet, alone and as part of a flight."""
 
 import math
 
@@ -13,7 +13,7 @@ from rpf3d_core.values import ZERO, Motion
 N = (0.5, 0.0, math.sqrt(0.75))
 V = (3.0, 2.0, -10.0)
 PRINTED = 5.1e-5
-"""Half a unit of the fourth decimal."""
+"""Half a unit of the fourth printed decimal, and a little for rounding."""
 ROWS = pytest.mark.parametrize(
     ("R_n", "R_t", "after", "squared"),
     [(1.0, 1.0, (10.1603, 2.0, 2.4019), 113.0), (0.5, 0.8, (7.0542, 1.6, 0.0613), 52.325)],

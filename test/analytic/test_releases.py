@@ -1,4 +1,4 @@
-"""Where rocks start, how fast and how large: even over true area, within their cone, the same bits in any blocks."""
+"""Tests of releases: places uniform over true area, directions within a cone, sizes, and equal bits in all blocks."""
 
 import itertools
 import math
@@ -19,16 +19,16 @@ from rpf3d_core.values import Rock
 
 ROCK = Rock(1000.0, 0.5)
 ROUNDING = 1e-12
-"""Relative, of areas of tens of square metres."""
+"""Largest relative rounding error of areas of tens of square metres."""
 ON_THE_GROUND = 1e-9
-"""m; places are computed from corners of tens of metres."""
+"""Largest error (m) of places that are computed from coordinates of tens of metres."""
 FOLDED = [(0.0, 10.0), (10.0, 10.0), (12.0, 0.0), (12.0, -8.0), (30.0, -8.0)]
-"""A profile with a bench, a face of 79 degrees, a vertical wall and a floor."""
+"""Profile (x, z) in m of a bench, a face of 79 degrees, a vertical wall and a floor."""
 SQUARE = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]], dtype=float)
 
 
 def rectangle(west: float, south: float, east: float, north: float) -> np.ndarray:
-    """Two triangles in plan (2, 3, 2)."""
+    """Return the two triangles (2, 3, 2) m of a rectangle in plan."""
     return np.array([west, south]) + SQUARE * np.array([east - west, north - south])
 
 
@@ -47,7 +47,7 @@ def test_places_are_even_over_the_true_area_of_a_folded_surface() -> None:
     surface = strip(FOLDED, half_width=5.0, across=3)
     source = Source("all", np.empty((0, 3)), 60_000, triangles=release_triangles(corners_of(surface)))
     x = released(source, surface).x
-    # Bins of equal length along the profile: in plan the wall would have nothing and the face a fifth of its share.
+    # Bins have equal length along the profile; in plan the wall would have no area and the face a fifth of its share.
     s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(FOLDED, axis=0).T))])
     ends = np.array(FOLDED)
     along = np.full(len(x), np.nan)
@@ -156,7 +156,7 @@ def test_directions_are_even_over_their_cone(spread: float) -> None:
     ahead, right, up = (v @ axis / speed for axis in axes_of(throw))
     least = math.cos(math.radians(spread))
     assert ahead.min() >= least - 1e-15
-    # Even by solid angle: the cosine and the angle about the axis are both even.
+    # Uniform over the solid angle: the cosine and the angle about the axis are both uniform.
     turn = np.arctan2(up, right)
     counts = np.histogram2d(ahead, turn, [np.linspace(least, 1.0, 11), np.linspace(-np.pi, np.pi, 11)])[0]
     chi_squared = ((counts - 200.0) ** 2 / 200.0).sum()
@@ -207,7 +207,7 @@ def every_kind_of_source(terrain: Terrain) -> list[Source]:
 
 
 def columns(releases: Releases) -> dict[str, np.ndarray]:
-    """The columns that the releases have: points have neither shape nor pose."""
+    """Return name -> column of the releases, without absent columns: points have no shape and no pose."""
     return {name: column for name, column in vars(releases).items() if column is not None}
 
 

@@ -1,4 +1,4 @@
-"""The closed form of a slide across a slope, against the equations of motion: quadrature, and Runge-Kutta.
+"""Tests of the closed form of a slide across a slope, against quadrature and Runge-Kutta steps.
 
 The block obeys v' = g_t - k v / |v| in the plane. phi is the angle between v and steepest descent, g the gravity along
 the plane, m = k / g.
@@ -30,19 +30,19 @@ from rpf3d_core.values import ZERO, Motion
 
 
 def coulomb(mu, stop_speed, n):
-    """Coulomb's law on a plane of unit normal n."""
+    """Return Coulomb's law on a plane with unit normal n."""
     return law_on_facet(Sliding(), Surface(0.5, 0.8, mu, stop_speed), n[2], 9.81)
 
 
 PULL = 3.7
 LEVEL_NORMAL = (0.0, 0.0, 1.0)
-"""Of the plane in which the paths are computed: gravity along it is given apart."""
+"""Unit normal of the plane in which the paths are computed; gravity along the plane is given separately."""
 DOWN = (PULL, 0.0, 0.0)
 
 CLOSED_FORM = 1e-11
-"""Relative, against quadrature: exp, log and expm1 round at 1e-16, and y multiplies that by up to 40."""
+"""Largest relative error against quadrature: rounding of exp, log and expm1, multiplied by y, at most 40."""
 INTEGRATED = 1e-9
-"""Relative, against Runge-Kutta of order 4 with 20,000 steps."""
+"""Largest relative error against Runge-Kutta of order 4 with 20,000 steps."""
 
 RATIOS = (0.0, 0.3, 0.999999, 1.0 - 1e-12, 1.0, 1.0 + 1e-12, 1.000001, 1.7, 5.0, 300.0)
 ANGLES = (1e-6, 0.01, 0.7, math.pi / 2, 2.5, 3.1, math.pi - 1e-6)
@@ -57,7 +57,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 
 
 def quadrature(m, phi0, y, speed=4.0):
-    """t, x down, x across, length by integration over phi.
+    """Return time (s), ways (m) down and across, and length (m) of a slide, by integration over phi.
 
     dt = -u dphi / (g sin phi) with u = u0 (w/w0)^(m-1) (1+w^2)/(1+w0^2)
 
@@ -102,7 +102,7 @@ def test_time_place_and_length_are_the_integrals_of_the_motion(m, phi):
 
 
 def runge_kutta(v, n_across, m, t, steps=20_000):
-    """Position, velocity and length after t seconds: four-stage Runge-Kutta with equal steps."""
+    """Return position (2), velocity (2) and length after t seconds, by four-stage Runge-Kutta with equal steps."""
     k, h = m * PULL, t / steps
 
     def rate(s):
@@ -162,7 +162,7 @@ def test_strong_friction_ends_the_path_after_a_finite_time_and_way(m, phi):
     assert end.v == ZERO
     assert all(math.isfinite(value) for value in (end.t, *end.offset, end.length))
     assert end.t == pytest.approx(late.t, rel=1e-9) and end.length == pytest.approx(late.length, rel=1e-9)
-    # work and energy: friction takes k a metre, gravity gives g a metre of descent
+    # work and energy per mass: friction takes k per metre, gravity gives g per metre of descent
     assert 0.5 * np.dot(v, v) + PULL * end.offset[0] == pytest.approx(m * PULL * end.length, rel=1e-9)
 
 
@@ -205,7 +205,7 @@ def test_only_a_path_along_the_descent_is_a_line(phi, straight):
 
 
 def edges_of_triangle(corners):
-    """Inward unit vectors and offsets of a triangle's edges in its plane (both ways round)."""
+    """Yield the inward unit vector and the offset of each edge of a triangle, in its plane, for any winding."""
     normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
     normal /= np.linalg.norm(normal)
     for k in range(3):
@@ -215,7 +215,7 @@ def edges_of_triangle(corners):
 
 
 def random_slides(count):
-    """Facets of every steepness, a point inside each, a velocity along it, and a friction coefficient."""
+    """Yield facets of all slopes: corners, unit normal, a point inside, a velocity along the facet, and mu."""
     draw = np.random.default_rng(5)
     for number in range(count):
         corners = draw.uniform(-5, 5, (3, 3))
@@ -231,11 +231,11 @@ def random_slides(count):
 
 
 MOST_PIECES = 60
-"""Of a slide over one facet: 25 bends of 7 degrees, 8 halvings, and again after an uphill slide has turned."""
+"""Most pieces of a slide over one facet: 25 bends of 7 degrees, 8 halvings, and as many after a turn downhill."""
 
 
 def slide_to_its_end(facets, normal, motion, mu, stop_speed):
-    """The last of the pieces of a slide over a facet: a slide that turns is written down bend by bend."""
+    """Return the last piece of a slide over a facet; a slide that turns consists of one piece per bend."""
     for _ in range(MOST_PIECES):
         piece = slide_on_facet(
             facets, SlidePlane(0, normal, 0.0), motion, coulomb(mu, stop_speed, normal), 9.81, math.inf
@@ -290,7 +290,7 @@ def test_a_slide_does_not_leave_its_facet_before_the_exit():
 
 
 def test_a_slide_across_a_facet_ends_no_later_than_one_that_is_stepped():
-    """The first exit, not a later one: a block that climbs over an edge and would come back over it has left."""
+    """The first exit counts: a block that climbs over an edge has left, even if it would come back over the edge."""
     facets = facets_of(terrain_of([(-10, 0, 0), (10, 0, 0), (0, -20, -10)], [(0, 2, 1)]))
     n = tuple(float(c) for c in facets.normals[0])
     assert n[2] > 0
@@ -319,7 +319,7 @@ def test_an_uphill_slide_that_friction_does_not_hold_turns_round():
 
 
 def test_a_block_that_moves_along_an_edge_and_then_away_from_it_never_leaves_over_it():
-    """Within rounding of parallel: found by a slide down a gully's side, whose search for an exit had no end."""
+    """Velocity and edge are parallel within rounding; the search for an exit must end."""
     for share in np.linspace(-3e-16, 3e-16, 61):
         for phi in (0.3, 0.7, 1.4, 2.5):
             path, v = path_of(0.33, phi)
@@ -329,7 +329,7 @@ def test_a_block_that_moves_along_an_edge_and_then_away_from_it_never_leaves_ove
 
 
 def test_friction_that_only_balances_gravity_leaves_no_number_infinite():
-    """m = 1 exactly, stop speed 0: the speed falls towards a limit above 0, and the block must leave its facet."""
+    """With m = 1 and stop speed 0, the speed falls to a limit above 0, and the block must leave the facet."""
     facets = facets_of(terrain_of([(-8, -9, 6), (8, -9, -6), (0, 40, 0)], [(0, 1, 2)]))
     n = tuple(float(c) for c in facets.normals[0])
     for across in (1.0, 1e-3, 1e-6, 1e-7, 1e-8):
@@ -342,7 +342,7 @@ def test_friction_that_only_balances_gravity_leaves_no_number_infinite():
 @pytest.mark.parametrize("m", [0.3, 1.0, 1.7])
 @pytest.mark.parametrize("phi", [0.05, 0.7, 2.5, 3.1])
 def test_between_bends_a_slide_is_as_good_as_one_of_constant_acceleration(m, phi):
-    """What a path is drawn and counted by between two rows: the cubic through them, and a speed even in time."""
+    """Between two rows, paths are drawn and counted with a cubic and with a speed that is linear in time."""
     path, _ = path_of(m, phi)
     y = min(bend_point(path), 6.0)
     end = slide_state(path, y)
@@ -360,7 +360,7 @@ def test_between_bends_a_slide_is_as_good_as_one_of_constant_acceleration(m, phi
 @pytest.mark.parametrize("phi", [2.0, 2.9, 3.1])
 @pytest.mark.parametrize("share", [0.3, 0.99, 1.01])
 def test_friction_too_weak_to_hold_a_block_slows_it_to_a_stop_speed_only_while_it_goes_uphill(m, phi, share):
-    """share : the stop speed over the smallest speed that the block comes to, where w^2 = (1 - m) / (1 + m)."""
+    """share : stop speed over the smallest speed of the block, which it has where w^2 = (1 - m) / (1 + m)."""
     path, _ = path_of(m, phi)
     slowest = math.log(path.w / math.sqrt((1.0 - m) / (1.0 + m)))
     least = np.linalg.norm(slide_velocity(path, slowest))

@@ -1,4 +1,4 @@
-"""The random numbers against the vectors published with the generator, and what the project asks of draws."""
+"""Tests of random numbers: vectors published with the generator, and properties that draws must have."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Differences of two shares against published values."""
+"""Tests of differences of two shares, against published values."""
 
 import itertools
 import math
@@ -9,7 +9,7 @@ import pytest
 from rpf3d_core.ensemble.two_shares import fisher_p, holm, newcombe_interval, p_value, pooled_z_p
 
 PRINTED = 5e-5
-"""Newcombe prints four decimals."""
+"""Half a unit of the fourth decimal, the last that Newcombe prints."""
 
 
 @pytest.mark.parametrize(
@@ -58,7 +58,7 @@ def test_fishers_exact_test_gives_published_values(counts, p):
 
 
 def test_fishers_chances_add_up_to_one_over_all_tables():
-    # The table that is likelier than all others counts every other one in.
+    # The most likely table has p = 1, because no other table is more likely.
     assert fisher_p(10, 20, 10, 20) == pytest.approx(1.0)
 
 

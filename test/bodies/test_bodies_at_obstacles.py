@@ -1,4 +1,4 @@
-"""Bodies at barriers, trees and holes: every meeting against the written rule, and every crossing by brute force."""
+"""Tests of bodies at barriers, trees and holes: contacts against the rule, crossings against dense sampling."""
 
 import math
 from itertools import pairwise
@@ -60,7 +60,7 @@ def meetings(end, i):
 
 
 def check_spins(row):
-    """Check that spin and speed fall by the same factor, the root of the energy's."""
+    """Check that spin and speed fall by the same factor, which is the root of that of the energy."""
     kept = row[8] / row[7]
     assert row[IMPACT_COLUMNS + 1] == pytest.approx(kept * row[IMPACT_COLUMNS], rel=1e-12, abs=1e-12)
     assert row[BLOW + 2] == pytest.approx(kept * kept * row[BLOW + 1], rel=1e-12)
@@ -68,7 +68,7 @@ def check_spins(row):
 
 @pytest.fixture(scope="module")
 def at_fences():
-    """Bodies flown against three fences: the terrain, the fences and the flights."""
+    """Return the terrain, three fences, and the flights of bodies that hit them."""
     terrain = hillside()
     net = fences_of(terrain)
     return terrain, net, over(terrain, BODIES, net)[0]
@@ -97,7 +97,7 @@ def test_fences_hold_or_are_broken_by_the_energy_of_translation_and_rotation(at_
 
 
 def crossings(path, line, z_of):
-    """Return times and heights at which a densely sampled path crosses a line in plan, through straight chords."""
+    """Return the times (s) and heights (m) at which a densely sampled path crosses a line in plan."""
     found = []
     t, x, v = path.t, path.x, path.v
     for a in range(len(t) - 1):
@@ -116,7 +116,7 @@ def crossings(path, line, z_of):
 
 
 def height_under(terrain):
-    """Return a function that gives the height (m) of the terrain under a point, by all triangles in turn."""
+    """Return a function that returns the height (m) of the terrain below a point, by a search of all triangles."""
     corners = terrain.vertices[terrain.triangles]
 
     def z_of(p):

@@ -1,4 +1,4 @@
-"""Drag, drag layers and soft ground on bodies: against closed forms and an integration of the equations of motion."""
+"""Tests of drag, drag layers and soft ground on bodies, against closed forms and integrated motions."""
 
 import math
 
@@ -29,7 +29,7 @@ def one(terrain, shape, x, v, *effects, pose=NO_TURN, mu=0.5, e=0.0, max_time=20
 
 
 def integrated(x, v, slowing, t, steps=20_000):
-    """Return place and velocity after t seconds of dv/dt = -slowing(v) v - g, by Runge and Kutta's fourth order."""
+    """Return place (3,) m and velocity (3,) m/s after t seconds of dv/dt = -slowing(|v|) v - g, by Runge-Kutta."""
     state, dt = np.array([*x, *v], dtype=float), t / steps
 
     def rates(s):
@@ -74,7 +74,7 @@ def test_air_bends_the_path_of_the_centre_within_the_accuracy_and_turns_nothing(
 
 
 def test_spin_is_not_changed_by_air():
-    """A body that has hit the ground turns freely in the air: its energy of rotation and momentum stay."""
+    """After an impact, a body turns freely in the air: energy of rotation and angular momentum are constant."""
     shape = box((1.0, 0.8, 0.5))
     pose = random_poses(np.random.default_rng(5), 1)[0]
     end = one(floor(half=60.0), shape, (-20.0, 0.0, 6.0), (12.0, 0.0, 0.0), Drag(5.0, 1.2, 1e-3, G), pose=pose, e=0.8)

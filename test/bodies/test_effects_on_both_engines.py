@@ -1,4 +1,4 @@
-"""Bodies under all their effects at once: both engines give the same bits."""
+"""Tests that both engines give the same bits for bodies with all effects at the same time."""
 
 import numpy as np
 import pytest

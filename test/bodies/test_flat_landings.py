@@ -1,4 +1,4 @@
-"""Boxes that fall flat on a level plane, and the same fall in scenes that are moved, turned and mirrored."""
+"""Tests of boxes that fall flat onto a level plane, also in scenes that are moved, turned or mirrored."""
 
 import math
 
@@ -17,7 +17,7 @@ SHORT_HALF = 0.4
 
 
 def level(at=(0.0, 0.0, 0.0), side: float = 40.0):
-    """Return a level square around a point, of two facets."""
+    """Return a level square of two facets around the point `at` (m). side : half its length (m)"""
     corners = [(x, y, 0.0) for x in (-side, side) for y in (-side, side)]
     return terrain_of(np.array(corners) + np.asarray(at), grid_triangles(2, 2))
 

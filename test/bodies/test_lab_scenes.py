@@ -1,4 +1,4 @@
-"""The lab scenes of a cube and a plate: on an incline that holds them they stop where rolling resistance balances them.
+"""Tests of the lab scenes of a cube and a plate, which stop on an incline where rolling resistance holds them.
 
 A body at rest on a plane of angle a needs mu > tan a, and gravity's moment about its support is at most the rolling
 moment mu_r R N, where N = m g cos a and R is the radius of the sphere of equal volume. So the horizontal distance of
@@ -19,10 +19,10 @@ from rpf3d_core.values import Outcome
 
 SCENES = Path(__file__).parents[2] / "config" / "scenes"
 SIDES = {"lab_40_cube": (0.04, 0.04, 0.04), "lab_40_plate": (0.08, 0.08, 0.02)}
-"""Sides (m), the longest first: a body's axes have ascending moments of inertia."""
+"""Scene -> sides (m), the longest first, because the axes of a body have ascending moments of inertia."""
 INCLINE = math.radians(40.0)
 NORMAL = np.array([math.sin(INCLINE), 0.0, math.cos(INCLINE)])
-"""Of the incline, which contains the origin of the input."""
+"""Unit normal of the incline, which contains the origin of the input."""
 ACCURACY = 1e-4
 NEAR = 2.1 * ACCURACY
 """Largest distance from the ground of a body at rest (m), as in test/support/bodies_on_meshes.py."""

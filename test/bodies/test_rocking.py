@@ -1,4 +1,4 @@
-"""Housner's rocking block: the spin that its first impact on the other edge leaves."""
+"""Tests of Housner's rocking block: the spin after its first impact on the other edge."""
 
 import math
 
@@ -29,13 +29,13 @@ def share_of_spin(slenderness: float, accuracy: float) -> float:
     plane = terrain_of(corners, grid_triangles(2, 2))
     end = flown_over(plane, [block], drop([block], x, q), Terms((ground(10.0),), accuracy, 20_000, 10.0))
     blows = end.blows()
-    fast = blows[:, 0] > 0.1  # the edge that it is released over comes down a few millimetres at first
+    fast = blows[:, 0] > 0.1  # at first, the edge below the release falls a few millimetres
     return float(blows[fast][0, 10] / blows[fast][0, 9])
 
 
 @pytest.mark.parametrize("slenderness", [0.2, 0.4])
 def test_the_spin_after_the_first_impact_is_that_of_housner(slenderness):
-    """The first impact has no step in it, so its error does not grow with the accuracy."""
+    """The first impact contains no time step, so its error does not depend on the accuracy."""
     exact = 1.0 - 1.5 * math.sin(math.atan(slenderness)) ** 2
     errors = np.array([abs(share_of_spin(slenderness, accuracy) - exact) for accuracy in ACCURACIES])
     assert (errors < 1e-5).all(), errors

@@ -1,4 +1,4 @@
-"""Slabs on an inclined plane: they slide, stand or tip, as friction, slope and slenderness say."""
+"""Tests that slabs on an inclined plane slide, stand or tip over, depending on friction, slope and slenderness."""
 
 import math
 
@@ -11,7 +11,10 @@ from rpf3d_core.values import Outcome
 
 
 def released(b: float, h: float, angle: float, mu: float, **more):
-    """Return the flight of a slab that is released on a slope, its shape, its place and its orientation."""
+    """Return the flight of a slab released on a slope, its position (3,) m, and its orientation (4,).
+
+    b, h : half lengths (m) down the slope and normal to it; mu : friction
+    """
     rows, max_time = more.pop("rows", 20_000), more.pop("max_time", 3.0)
     shape, x, q = slab(b, h, angle, **more)
     terms = Terms((ground(mu),), ACCURACY, rows, max_time)

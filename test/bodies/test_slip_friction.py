@@ -1,4 +1,4 @@
-"""Friction that grows as a body slips: closed forms of a sliding slab, and the slab that tips where mu(s) is b / h."""
+"""Tests of slip friction: closed forms of a sliding slab, and a slab that tips where mu(s) is b / h."""
 
 import math
 
@@ -58,10 +58,10 @@ def test_a_slab_slides_with_the_speed_that_the_work_of_growing_friction_leaves(b
 
 
 def tipping(b: float, h: float, turn: float) -> tuple[float, float]:
-    """Return time (s) and slip (m) at which a sliding block has tipped over its lower edge by an angle (rad).
+    """Return time (s) and slip (m) at which a sliding block has turned over its lower edge by `turn` (rad).
 
-    The edge slides on the plane: N = m (g cos(angle) + y''), y = b sin(a) + h cos(a), and the moments about the centre
-    of friction and N turn the block. Before mu(s) reaches b / h the block does not turn. Steps of 1e-5 s, midpoint.
+    The edge slides on the plane: N = m (g cos(angle) + y''), with y = b sin(a) + h cos(a). The moments of friction and
+    N about the centre turn the block, once mu(s) has reached b / h. Midpoint steps of 1e-5 s.
     """
 
     def rates(state):

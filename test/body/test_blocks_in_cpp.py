@@ -1,4 +1,4 @@
-"""The kernels in C++, against which benchmarks/blocks_in_cpp.py measures, and the same kernels in Python."""
+"""Tests that the kernels in C++ of benchmarks/blocks_in_cpp.py agree with the same kernels in Python."""
 
 import shutil
 from pathlib import Path
@@ -30,7 +30,7 @@ def library():
 
 @pytest.fixture(scope="module")
 def recorded():
-    """Return the calls of one block that falls down a bench."""
+    """Return the recorded kernel calls of one block that falls down a bench."""
     return recorded_calls(prepare(read_scene(SCENE).model_copy(update={"engine": "reference"})), 1)[0]
 
 

@@ -1,4 +1,4 @@
-"""The time for which a flying body stays clear of a plane, against motions integrated by another program."""
+"""Tests of the time for which a flying body stays clear of a plane, against motions integrated by scipy."""
 
 import math
 from typing import NamedTuple
@@ -16,14 +16,15 @@ from rpf3d_core.jit.dispatch import loop
 G = 9.81
 CORNERS = 6
 BELOW = 1e-9
-"""Depth (m) under the plane that rounding and the integration may cause."""
+"""Largest depth (m) below the plane due to rounding and the integration."""
 
 
 class Bodies(NamedTuple):
-    """N bodies in flight at time 0, and a plane for each: corners (N, K, 3) and moments (N, 3) of inertia per mass.
+    """N bodies in flight at time 0, each with a plane.
 
+    corners : (N, K, 3) m; moments : (N, 3) m2, of inertia per mass
     state : (N, 13): position, velocity, spin in the body's axes, orientation
-    planes : (N, 4): normal and distance; bounds : (N,) of the spin
+    planes : (N, 4): unit normal and distance (m); bounds : (N,) rad/s, upper bounds of the spin
     """
 
     corners: np.ndarray
@@ -37,7 +38,7 @@ class Bodies(NamedTuple):
 
 
 def matrices(q: np.ndarray) -> np.ndarray:
-    """Rotation matrices (N, 3, 3) of quaternions (N, 4)."""
+    """Return the rotation matrices (N, 3, 3) of quaternions (N, 4)."""
     w, x, y, z = (q / np.linalg.norm(q, axis=1)[:, None]).T
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -48,7 +49,7 @@ def matrices(q: np.ndarray) -> np.ndarray:
 
 
 def heights(bodies: Bodies, t: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Heights (N, K) m of the corners over the planes at the times (N,), for known orientations (N, 4)."""
+    """Return the heights (N, K) m of the corners above the planes at times t (N,) s, for orientations q (N, 4)."""
     x, v, n = bodies.state[:, :3], bodies.state[:, 3:6], bodies.planes[:, :3]
     fall = np.array([0.0, 0.0, -0.5 * G])
     centres = x + v * t[:, None] + fall * (t * t)[:, None]
@@ -57,9 +58,9 @@ def heights(bodies: Bodies, t: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 
 def orientations(bodies: Bodies, until: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Orientations (S, N, 4) of all bodies at the given shares of their times (N,), by Euler's equations.
+    """Return the orientations (S, N, 4) at the shares (S,) of the times `until` (N,) s, by Euler's equations.
 
-    Bodies that turn about equally far are integrated together, because the one that turns farthest sets the steps.
+    Bodies that turn about equally far are integrated together, because the body that turns farthest sets the steps.
     """
     found = np.empty((len(shares), len(until), 4))
     for alike in np.array_split(np.argsort(bodies.bounds * until), 20):
@@ -68,7 +69,7 @@ def orientations(bodies: Bodies, until: np.ndarray, shares: np.ndarray) -> np.nd
 
 
 def integrated(inertia: np.ndarray, state: np.ndarray, until: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Orientations (S, N, 4) of bodies with moments (N, 3) and states (N, 13), integrated as one system."""
+    """Return the orientations (S, N, 4) of bodies with moments (N, 3) and states (N, 13), integrated as one system."""
     count = len(until)
 
     def change(_, y):
@@ -92,9 +93,9 @@ LONG = 1e9
 
 @loop
 def times_of(corners, space_spins, state, planes, bounds, asked, arms, found):
-    """Write the clear time of each body into `found`.
+    """Write the clear time (s) of each body into `found` (N,).
 
-    asked : (N,) s, the time that the caller asks about; arms : (4, C), scratch
+    asked : (N,) s, the time beyond which the caller needs no result; arms : (4, C), working memory
     """
     for k in range(len(found)):
         s, p, w = state[k], planes[k], space_spins[k]
@@ -115,19 +116,19 @@ def clear_times(bodies: Bodies, run=times_of, asked=None) -> np.ndarray:
 
 
 def clear_for(corners, first, last, size, sweep, plane) -> float:
-    """The clear time of one body; infinite beyond LONG."""
+    """Return the clear time (s) of one body; infinite beyond LONG."""
     arms = np.zeros((4, last - first))
     set_arms(arms, corners, first, last, size)
     return clear_time(arms, last - first, sweep, plane, LONG)
 
 
 def random_bodies(seed: int, count: int, corners: int) -> Bodies:
-    """Bodies of all proportions with spins up to 30 rad/s; the lowest corner is between 1e-6 and 10 m over its plane.
+    """Return random bodies with spins up to about 30 rad/s, whose lowest corner is 1e-6 to 10 m above its plane.
 
-    The corners are not tied to the moments of inertia, so a single corner may be anywhere.
+    The corners do not follow from the moments of inertia, so that a single corner may be anywhere.
     """
     rng = np.random.default_rng(seed)
-    second = 10.0 ** rng.uniform(-2, 0, size=(count, 3))  # integrals of x^2, y^2, z^2: any positive ones are a body's
+    second = 10.0 ** rng.uniform(-2, 0, size=(count, 3))  # integrals of x^2, y^2, z^2: any positive values
     moments = np.sort(second.sum(1, keepdims=True) - second, axis=1)
     spins = rng.normal(size=(count, 3)) * 10.0 ** rng.uniform(-1, 1.2, size=(count, 1))
     q = rng.normal(size=(count, 4))
@@ -192,7 +193,10 @@ def test_no_rigid_body_accelerates_a_corner_by_more_than_the_factor():
 
 @loop
 def searched(corners, moments, state, planes, most, arms, found):
-    """Advance each body by its clear time to 1e-9 m from the plane; columns: time, evaluations, height."""
+    """Advance each body by clear times until it is 1e-9 m from the plane.
+
+    Columns of `found`: time (s), number of evaluations, height (m). most : time (s) of the end of the search
+    """
     for k in range(len(found)):
         s, p, m = state[k], planes[k], moments[k]
         spin, q = (s[6], s[7], s[8]), (s[9], s[10], s[11], s[12])
@@ -277,7 +281,7 @@ def test_a_body_that_nothing_brings_to_the_plane_is_clear_for_ever():
     assert clear_for(BRICK, 0, 8, 1.0, not_spinning(), under_a_roof) == math.inf
     assert clear_for(BRICK, 0, 8, 1.0, not_spinning(v=(0.0, 0.0, 5.8)), under_a_roof) == math.inf
     assert clear_for(BRICK, 0, 8, 1.0, not_spinning(gravity=0.0), (LEVEL, -1.0)) == math.inf
-    # It rises 1.75 m at 6 m/s before gravity turns it round: 6 t - 9.81 t^2 / 2 = 1.75
+    # The body rises 1.75 m from 6 m/s before it falls again: 6 t - 9.81 t^2 / 2 = 1.75
     hits = (6.0 - math.sqrt(36.0 - 2.0 * G * 1.75)) / G
     assert clear_for(BRICK, 0, 8, 1.0, not_spinning(v=(0.0, 0.0, 6.0)), under_a_roof) == pytest.approx(hits, rel=1e-14)
 

@@ -1,4 +1,4 @@
-"""The distance of a body and a triangle, against all pairs of corners, edges and faces in extended precision."""
+"""Tests of the distance of a body and a triangle, against all pairs of their parts in extended precision."""
 
 import math
 from functools import cache
@@ -13,12 +13,15 @@ from rpf3d_core.body.simplex import Vertex, on_face
 from rpf3d_core.jit.dispatch import loop
 
 CLOSE = 1e-9
-"""Error of a distance that the search states, as a share of the body's size."""
+"""Largest error of a distance, as the search states it, over the size of the body."""
 
 
 @loop
 def searched(corners, size, facets, guesses, found):
-    """Search the distance of one body and each facet; rows of `found`: distance, normal, nearest points, overlap."""
+    """Write the distance of one body to each facet into `found`.
+
+    Columns: distance (m), normal, nearest points on facet and body, 1 for overlap. guesses : (N, 3), first directions
+    """
     for k in range(len(facets)):
         f, g = facets[k], guesses[k]
         facet = (f[0, 0], f[0, 1], f[0, 2]), (f[1, 0], f[1, 1], f[1, 2]), (f[2, 0], f[2, 1], f[2, 2])
@@ -37,14 +40,14 @@ def unit(a: np.ndarray) -> np.ndarray:
 
 
 def sliver(rng, width: float) -> np.ndarray:
-    """A triangle 10 m long and as wide as given."""
+    """Return a random triangle (3, 3) m that is 10 m long and `width` (m) wide."""
     along, third = unit(rng.normal(size=3)), rng.uniform(-5.0, 5.0)
     aside = unit(np.cross(along, rng.normal(size=3)))
     return np.array([-5.0 * along, 5.0 * along, third * along + width * aside])
 
 
 def over_a_face(rng, hull: Hull, size: float) -> np.ndarray:
-    """A triangle nearly parallel to a face of the body, 1 m above it."""
+    """Return a triangle (3, 3) m nearly parallel to a face of the body and 1 m from it; size : of the triangle (m)."""
     face = hull.faces[rng.integers(len(hull.faces))].astype(float)
     u = unit(face[1] - face[0])
     n = unit(np.cross(u, face[2] - face[0]))
@@ -53,7 +56,7 @@ def over_a_face(rng, hull: Hull, size: float) -> np.ndarray:
 
 
 def over_an_edge(rng, hull: Hull) -> np.ndarray:
-    """A triangle with an edge nearly parallel to an edge of the body."""
+    """Return a triangle (3, 3) m with an edge nearly parallel to an edge of the body."""
     edge = hull.edges[rng.integers(len(hull.edges))].astype(float)
     middle, length = edge.mean(0), 10.0 ** rng.uniform(-1, 3)
     along, out = unit(edge[1] - edge[0]) + 10.0 ** rng.uniform(-14, -2) * rng.normal(size=3), unit(middle)
@@ -72,14 +75,17 @@ KINDS = {
     "along-an-edge": lambda rng, hull: over_an_edge(rng, hull),
 }
 GAPS = (math.nan, 1e-6, 1e-3, 0.1, 1.0, 100.0, -1e-3, -1e-9, 1e-9)
-"""Gaps (m) to which the triangles are shifted; NaN: as drawn."""
+"""Gaps (m) to which the triangles are shifted; NaN: the triangle is not shifted."""
 UNCLEAR = 1e-8
-"""Gap (m) below which rounding of the input decides about overlap."""
+"""Gap (m) below which rounding of the input decides whether there is overlap."""
 PER_KIND = 36
 
 
 class Pairs(NamedTuple):
-    """Facets (N, 3, 3) of all kinds around a body; distances (N,), nearest points of body and facet (N, 3), gaps."""
+    """Facets (N, 3, 3) m of all kinds around a body, with exact distances (N,) m and nearest points (N, 3) m.
+
+    gaps : (N,) m, to which the facets were shifted
+    """
 
     facets: np.ndarray
     distances: np.ndarray
@@ -89,7 +95,7 @@ class Pairs(NamedTuple):
 
 
 def shifted(hull: Hull, facet: np.ndarray, gap: float) -> np.ndarray:
-    """The facet at a given gap from the body: moved out until both are apart, then along the shortest connection."""
+    """Return the facet (3, 3) m, shifted to a given gap (m) from the body; a negative gap is an overlap."""
     while not (found := by_features(hull, facet))[0] > 0:
         facet = facet + unit(facet.mean(0) + 1e-3)
     distance, body, ground = found
@@ -115,7 +121,7 @@ def found_for(body: str, guesses: np.ndarray, size: float = 1.0) -> np.ndarray:
 
 
 def from_outside(body: str) -> np.ndarray:
-    """First guesses: from the middle of each facet towards the body."""
+    """Return first guesses (N, 3): the directions from the middle of each facet to the body."""
     return -pairs_of(body).facets.mean(1)
 
 
@@ -145,7 +151,7 @@ def test_a_pair_is_found_to_overlap_exactly_if_its_features_cross(body):
 
 @EVERY_BODY
 def test_the_normal_separates_body_and_triangle_by_the_distance(body):
-    # Two parallel planes so far apart, and two points as near as that, prove the distance without another search.
+    # Two parallel planes this far apart, and two points this near, prove the distance without another search.
     found = found_for(body, from_outside(body))
     apart = found[:, 10] == 0.0
     normals = found[:, 1:4]
@@ -174,7 +180,7 @@ def test_the_nearest_points_lie_on_the_body_and_on_the_triangle_at_the_distance(
 def test_the_nearest_points_of_a_random_triangle_are_those_of_its_nearest_features(body):
     found, pairs = found_for(body, from_outside(body)), pairs_of(body)
     rows = np.flatnonzero((found[:, 10] == 0.0) & (pairs.distances > UNCLEAR))
-    rows = rows[rows < PER_KIND]  # the other kinds have many nearest points to rounding
+    rows = rows[rows < PER_KIND]  # within rounding, the other kinds have many nearest points
     assert len(rows) > 10
     assert np.abs(found[rows, 4:7] - pairs.on_facet[rows]).max() < 1e-7
     assert np.abs(found[rows, 7:10] - pairs.on_body[rows]).max() < 1e-7

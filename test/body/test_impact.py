@@ -1,4 +1,4 @@
-"""Impacts of rigid bodies: closed forms, the laws of contact and energy for random contacts, and equal engines."""
+"""Tests of impacts of rigid bodies: closed forms, laws of contact and energy for random contacts, equal engines."""
 
 import math
 from itertools import permutations
@@ -39,11 +39,11 @@ SETS = [
 ]
 MANY = 20_000
 TURNS = 1e-7
-"""Speed and spin, over the speed of the fall, that a slow convergence of the sweeps may leave to a long plate."""
+"""Largest speed and spin, over the speed of the fall, that remain if the sweeps converge slowly (long plates)."""
 
 
 def speeds(bodies: Bodies) -> np.ndarray:
-    """Speed (N,) m/s of the centre, plus that of the spin at the radius of gyration."""
+    """Return the speed (N,) m/s of the centre plus that of the spin at the radius of gyration."""
     radii = np.linalg.norm(np.sqrt(bodies.moments), axis=1)
     return np.linalg.norm(bodies.motion[:, :3], axis=1) + radii * np.linalg.norm(bodies.motion[:, 3:], axis=1)
 
@@ -56,7 +56,7 @@ ANGLES = [math.radians(angle) for angle in (0.0, 10.0, 35.0, 60.0, 85.0, 90.0)]
 
 
 def rod(angle: float, mu: float, e: float) -> Bodies:
-    """A thin rod along its first axis, which falls on a plane with its lower end, at an angle (rad) to the plane."""
+    """Return a thin rod along its first axis that falls onto a plane with its lower end, `angle` (rad) to the plane."""
     moments = np.array([[1e-9 * A * A, A * A / 3.0, A * A / 3.0]])
     bodies = without_contacts(np.random.default_rng(1), 1, moments)
     n = np.array([math.sin(angle), 0.0, math.cos(angle)])
@@ -105,7 +105,7 @@ def test_a_rod_with_less_friction_than_sticking_needs_slides(angle):
 
 
 def fallen_flat(mu: float, e: float, order: tuple[int, ...]) -> Bodies:
-    """200 random boxes that fall on a plane with a face, without spin, with their corners in a given order."""
+    """Return 200 random boxes that fall flat onto a plane without spin; order : order of the four contacts."""
     bodies = boxes_on_faces(np.random.default_rng(7), 200, Ground(mu, e, 0.0))
     bodies.points[:, :, MU] = mu
     bodies.points[:, :4] = bodies.points[:, list(order)]
@@ -180,7 +180,7 @@ def test_a_face_leaves_no_contact_that_approaches(tilt, ground):
 
 
 WEDGED = [(4, 5.0), (4, 100.0), (6, 5.0), (6, 100.0), (8, 2.0), (8, 100.0)]
-"""Numbers of contacts and largest friction at which the sweeps diverge for some random bodies."""
+"""(Number of contacts, largest friction) for which the sweeps diverge for some random bodies."""
 
 
 @pytest.mark.parametrize(("most", "mu"), WEDGED)
@@ -219,7 +219,7 @@ def test_a_body_that_moves_away_keeps_its_velocity():
 
 
 def test_a_mirrored_body_has_the_mirrored_impact():
-    """But for 1 % of them, where the order of tangents decides between several solutions or the sweeps end early."""
+    """In up to 1 % the order of tangents decides between several solutions, or the sweeps end early."""
     bodies = random_contacts(np.random.default_rng(4), 2000, 3, Ground(1.0, 0.3, 0.0))
     mirrored = bodies.part(slice(None))
     mirrored.points[:, :, [ARM, NORMAL]] *= -1.0

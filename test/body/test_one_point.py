@@ -1,4 +1,4 @@
-"""The inelastic impact at one contact, against all solutions of the contact laws in 50 digits."""
+"""Tests of the inelastic impact at one contact, against all solutions of the contact laws in 50 digits."""
 
 import math
 
@@ -11,7 +11,7 @@ from rpf3d_core.body.contacts import ARM, IMPULSE, MU, NORMAL
 
 FRICTION = (0.0, 0.5, 2.0, 100.0)
 ANGLES = 1440
-"""Number of directions of friction between which solutions are searched."""
+"""Number of directions of friction between which solutions are bracketed."""
 
 
 # --- all solutions, in 50 digits --------------------------------------------------------------------------------------
@@ -30,7 +30,7 @@ def inner(a, b):
 
 
 class Contact:
-    """One contact of a body in 50 digits: `frame` (normal, two tangents), velocity `u` and matrix `G` in it."""
+    """One contact of a body in 50 digits: `frame` (normal, two tangents), velocity `u` and matrix `G` in the frame."""
 
     def __init__(self, bodies: Bodies, i: int) -> None:
         row, motion = bodies.points[i, 0], bodies.motion[i]
@@ -48,21 +48,21 @@ class Contact:
         self.G = [[inner(a, b) + sum(p[k] * q[k] / moments[k] for k in range(3)) for b, q in pairs] for a, p in pairs]
 
     def in_axes(self, p) -> np.ndarray:
-        """An impulse in the axes of the body."""
+        """Return an impulse p, given in `frame`, in the axes of the body (3,)."""
         whole = p[0] * self.frame[0] + p[1] * self.frame[1] + p[2] * self.frame[2]
         return np.array([float(x) for x in whole])
 
     def after(self, p):
-        """The velocity after an impulse."""
+        """Return the velocity of the contact, in `frame`, after an impulse p in `frame`."""
         return [self.u[j] + sum(self.G[j][k] * p[k] for k in range(3)) for j in range(3)]
 
     def sticking(self):
-        """The impulse that stops the contact."""
+        """Return the impulse, in `frame`, that stops the contact."""
         p = mp.lu_solve(mp.matrix(self.G), -mp.matrix(self.u))
         return [p[0], p[1], p[2]]
 
     def sliding(self, mu, angle):
-        """The impulse that stops the normal velocity, with all its friction along an angle; None if none does."""
+        """Return the impulse that stops the normal velocity with friction mu along an angle (rad), or None."""
         c, s = mp.cos(angle), mp.sin(angle)
         resistance = self.G[0][0] + mu * (c * self.G[0][1] + s * self.G[0][2])
         if resistance <= 0:
@@ -71,7 +71,7 @@ class Contact:
         return [P, mu * P * c, mu * P * s]
 
     def across(self, mu, angle):
-        """The velocity after sliding friction along an angle: its part across the angle, and its part along it."""
+        """Return the tangential velocity after sliding friction along an angle (rad): its parts across and along it."""
         p = self.sliding(mu, angle)
         if p is None:
             return None
@@ -80,7 +80,7 @@ class Contact:
 
 
 def signs(contact: Contact, mu: float) -> np.ndarray:
-    """The sign of `Contact.across` at ANGLES angles in doubles, and 0 where no impulse stops the normal velocity."""
+    """Return the signs of `Contact.across` at ANGLES + 1 angles in float64; 0 where no impulse is possible."""
     G, u = np.array(contact.G, dtype=float), np.array(contact.u, dtype=float)
     angle = np.arange(ANGLES + 1) * 2.0 * math.pi / ANGLES
     c, s = np.cos(angle), np.sin(angle)
@@ -91,7 +91,7 @@ def signs(contact: Contact, mu: float) -> np.ndarray:
 
 
 def solutions(contact: Contact, mu: float) -> list[np.ndarray]:
-    """Impulses in the axes of the body: the one that sticks, if its friction is within the cone, and all that slide."""
+    """Return all impulses that satisfy the contact laws, in the axes of the body: sticking (if any) and sliding."""
     found = []
     stuck = contact.sticking()
     if stuck[0] >= 0 and mp.hypot(stuck[1], stuck[2]) <= mu * stuck[0]:
@@ -106,7 +106,7 @@ def solutions(contact: Contact, mu: float) -> list[np.ndarray]:
 
 
 def approaching(seed: int, count: int, mu: float) -> Bodies:
-    """Bodies that approach the ground at one contact with a given friction."""
+    """Return random bodies that approach the ground at one contact with friction mu."""
     bodies = random_contacts(np.random.default_rng(seed), count, 1, Ground(0.0, 0.0, 0.0))
     bodies.points[:, 0, MU] = mu
     r, n = bodies.points[:, 0, ARM : ARM + 3], bodies.points[:, 0, NORMAL : NORMAL + 3]

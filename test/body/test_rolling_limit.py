@@ -1,4 +1,4 @@
-"""The rolling moment of an impact, against a root in 50 digits and against all moments within the limit."""
+"""Tests of the rolling moment of an impact, against a root in 50 digits and against other moments in the limit."""
 
 import math
 
@@ -14,14 +14,14 @@ from rpf3d_core.jit.dispatch import loop
 
 @loop
 def impulses_of(spins, moments, limits, found):
-    """Write the angular impulse of rolling resistance of each body into `found`."""
+    """Write the angular impulse of rolling resistance of each body into `found` (N, 3)."""
     for i in range(len(limits)):
         w, m = spins[i], moments[i]
         put(found[i], 0, rolling_impulse((w[0], w[1], w[2]), (m[0], m[1], m[2]), limits[i]))
 
 
 def cases(seed: int, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Spins (N, 3), moments (N, 3) and limits (N,), which are 1e-6 to 2 times what stops the spin."""
+    """Return spins (N, 3), moments (N, 3), and limits (N,) of 1e-6 to 2 times the impulse that stops the spin."""
     rng = np.random.default_rng(seed)
     moments = random_moments(rng, count) * 10.0 ** rng.uniform(-6, 3, (count, 1))
     spins = rng.normal(size=(count, 3)) * 10.0 ** rng.uniform(-3, 3, (count, 1))
@@ -36,7 +36,7 @@ def impulses(spins: np.ndarray, moments: np.ndarray, limits: np.ndarray, engine=
 
 
 def exact_impulse(spin: np.ndarray, moments: np.ndarray, limit: float) -> list[float]:
-    """The impulse by bisection of its length over the multiplier, in 50 digits."""
+    """Return the angular impulse (3,) by bisection of its length over the multiplier, in 50 digits."""
     w, inertia, most = [mpf(float(x)) for x in spin], [mpf(float(x)) for x in moments], mpf(float(limit))
 
     def impulse(k):
@@ -69,13 +69,13 @@ def test_the_impulse_is_the_root_in_50_digits():
 
 
 def energy(spin: np.ndarray, moments: np.ndarray, impulse: np.ndarray) -> np.ndarray:
-    """The energy of rotation (J/kg) after angular impulses (..., 3)."""
+    """Return the energy of rotation (J/kg) after angular impulses (..., 3)."""
     after = spin + impulse / moments
     return 0.5 * (moments * after * after).sum(-1)
 
 
 def least_energy(rng: np.random.Generator, spin: np.ndarray, moments: np.ndarray, limit: float) -> np.ndarray:
-    """The impulse within the limit that leaves least energy: random ones, then finer and finer around the best."""
+    """Return the angular impulse (3,) within the limit that leaves least energy, by a random search."""
     best, width = np.zeros(3), limit
     for _ in range(40):
         tried = best + width * unit(rng.normal(size=(2000, 3))) * rng.uniform(size=(2000, 1)) ** (1.0 / 3.0)

@@ -1,4 +1,4 @@
-"""Torque-free rotation against Taylor steps with 40 digits, closed forms, and what such a motion conserves."""
+"""Tests of torque-free rotation: Taylor steps with 40 digits, closed forms, and conserved quantities."""
 
 import math
 
@@ -12,12 +12,12 @@ from rpf3d_core.body.rotation import spin_bound, turned_for, turning_of
 Q = (0.5, 0.5, -0.5, 0.5)
 BRICK = (5.0 / 12.0, 10.0 / 12.0, 13.0 / 12.0)
 SPUN = (1e-3, 10.0, 1e-3)
-"""A spin (rad/s) nearly about the middle axis."""
-"""Moments (kg m2) of a brick of 3 x 2 x 1 m and 1 kg."""
+"""A spin (rad/s) nearly about the middle axis of BRICK."""
+"""BRICK: moments (kg m2) of a brick of 3 x 2 x 1 m and 1 kg."""
 
 
 def errors(moments, w, t, q=Q):
-    """Errors of the orientation (rad) and of the spin (-, as a share of the spin) after t seconds."""
+    """Return the errors of the orientation (rad) and of the spin (relative) after t seconds."""
     place, spin, _ = turned(moments, q, w, t)
     true_place, true_spin = by_taylor(moments, q, w, t)
     return angle_between(place, true_place)[0], np.abs(spin[0] - true_spin).max() / np.linalg.norm(w)
@@ -32,7 +32,10 @@ def test_a_random_body_turns_as_taylor_steps_with_40_digits_say(seed):
 
 
 def near_separatrix(off: float, x: float, y: float, z: float):
-    """A spin (3,) of the body (4, 6.5, 9) with L^2 / (2 T I2) = 1 + off; x = 1.5 z lies on the separatrix."""
+    """Return a spin (3,) of the body with moments (4, 6.5, 9) near the separatrix: L^2 / (2 T I2) = 1 + off.
+
+    x, y, z : spin for off = 0, on the separatrix if x = 1.5 z
+    """
     energy = 4.0 * x * x + 6.5 * y * y + 9.0 * z * z
     return x, y, z * math.sqrt(1.0 + off * energy * 6.5 / (9.0 * 2.5 * z * z))
 
@@ -49,7 +52,7 @@ def test_a_body_near_the_separatrix_turns_as_taylor_steps_say(off, start):
 
 
 def test_on_the_separatrix_the_spin_reaches_the_middle_axis_and_stays():
-    """w1 = A1 sech, w2 = A2 tanh: here from w2 = 0, with growth sqrt((I2 - I1) (I3 - I2) / (I1 I3)) |w2 at the end|."""
+    """w1 = A1 sech(k t) and w2 = A2 tanh(k t), with k = sqrt((I2 - I1) (I3 - I2) / (I1 I3)) |w2 at the end|."""
     moments, w = (4.0, 6.5, 9.0), (1.5, 0.0, 1.0)
     end = math.sqrt((4.0 * 1.5**2 + 9.0) / 6.5)
     growth = end * 2.5 / 6.0
@@ -73,14 +76,14 @@ def test_a_body_with_nearly_equal_moments_loses_no_digits(gap, w):
 @pytest.mark.parametrize("moments", [(1.0, 1.0, 1.7), (1.0, 1.8, 1.8), (1.0, 1.0, 1.0)])
 @pytest.mark.parametrize("w", [(3.0, -2.0, 1.0), (-1.0, 2.0, -3.0), (2.0, 1.0, 0.0), (0.0, 1.0, 2.0)])
 def test_a_symmetric_top_turns_evenly_about_two_axes(moments, w):
-    """Its axis circles about L at |L| / I; the body spins about the axis at the rest, (1 - I3 / I) w3."""
+    """The axis circles about L at |L| / I, and the body spins about its axis at (1 - I3 / I) w3."""
     axis = 2 if moments[0] == moments[1] else 0
     across = moments[1]
     for t in (0.01, 0.7, 5.0):
         L = tuple(J * s / across * t for J, s in zip(moments, w, strict=True))
         about = [0.0, 0.0, 0.0]
         about[axis] = (1.0 - moments[axis] / across) * w[axis] * t
-        # the turn about L, given in body axes of time 0, stands right of q
+        # the turn about L is given in the body's axes at time 0, so it is multiplied from the right
         expected = multiply(multiply(Q, turn_by(L)), turn_by(tuple(about)))
         place, spin, _ = turned(moments, Q, w, t)
         assert angle_between(place, expected)[0] < 1e-13
@@ -164,7 +167,7 @@ def test_a_thousand_short_steps_are_one_long_one():
 
 
 def test_a_brick_spun_about_its_middle_axis_flips_at_the_known_times():
-    """w_y changes sign at these times (s). The largest w_x is the closed form's."""
+    """w_y changes sign at the known times (s), and the largest w_x is that of the closed form."""
     turning = turning_of(BRICK, Q, SPUN)
     flips = (2.46534, 6.93788, 11.41043, 15.88297)
     for k, flip in enumerate(flips):

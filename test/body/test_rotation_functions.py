@@ -1,4 +1,4 @@
-"""Elliptic functions, theta series and exact differences against mpmath with 50 digits and against fractions."""
+"""Tests of elliptic functions, theta series and exact differences, against mpmath with 50 digits and fractions."""
 
 import math
 from fractions import Fraction
@@ -62,7 +62,7 @@ def test_the_nome_is_mpmaths(m):
 
 
 def four_thetas(waves, q):
-    """Theta 1 to 4 from waves, without the factor 2 q^(1/4) of the first two."""
+    """Return the theta functions 1 to 4 of waves and nome q, without the factor 2 q^(1/4) of the first two."""
     powers = theta.powers_of(q)
     return (
         theta.alternating(waves.sines, powers.odd), theta.plain(waves.cosines, powers.odd),
@@ -71,7 +71,7 @@ def four_thetas(waves, q):
 
 
 def jtheta(n, z, q):
-    """Theta n of z, without the factor 2 q^(1/4) of the first two."""
+    """Return theta function n of z and nome q by mpmath, without the factor 2 q^(1/4) of the first two."""
     q = mpmath.mpf(q)
     return mpmath.jtheta(n, z, q) / (2 * mpmath.root(q, 4) if n < 3 else 1)
 
@@ -86,7 +86,7 @@ def test_circular_series_are_mpmaths_theta_functions(q, v):
 @pytest.mark.parametrize("q", NOMES[1:])
 @pytest.mark.parametrize("share", [0.0, 1e-9, 0.3, -0.7, 1.0])
 def test_hyperbolic_series_are_mpmaths_theta_functions_of_imaginary_numbers(q, share):
-    """Up to half a period, -ln(q) / 2, where theta 4 is 0."""
+    """The comparison goes up to half a period, -ln(q) / 2, where theta 4 is 0."""
     x = -0.5 * math.log(q) * share
     z = mpmath.mpc(0, x)
     ours = four_thetas(theta.hyperbolic(x), q)

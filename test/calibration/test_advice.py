@@ -1,4 +1,4 @@
-"""What a refused calibration proposes: more time only while rounds are left."""
+"""Tests of the advice of a refused calibration: more time only while rounds are left."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -12,7 +12,7 @@ from rpf3d_core.calibration.verdict import advice_of
 
 
 def flown(rounds: int, missing: int = 0) -> Result:
-    """Return the result of a number of rounds, the last of which misses some sets."""
+    """Return the result of a number of rounds; the last round lacks `missing` parameter sets."""
     counts = [sets_of_round(number, 2) for number in range(rounds)]
     numbers = np.repeat(np.arange(rounds), counts).tolist()[: sum(counts) - missing]
     posterior: Any = SimpleNamespace(z=np.zeros((len(numbers), 2)))
@@ -28,7 +28,7 @@ def test_all_rounds_are_flown_only_with_the_last_set(rounds: int, missing: int, 
 
 
 def advice(noise: float, all_rounds: bool, effective: float = 40.0) -> str:
-    """Return the advice for a refused calibration with one of two parameters that hardly shrank."""
+    """Return the advice for a refused calibration; the range of one of its two parameters did not shrink."""
     estimates = [SimpleNamespace(name="friction", shrinkage=0.5), SimpleNamespace(name="restitution", shrinkage=0.0)]
     found: Any = SimpleNamespace(
         noise=noise, all_rounds=all_rounds, rocks=128, estimates=estimates, effective=effective

@@ -1,4 +1,4 @@
-"""A calibration from a scene to its files: what is written, when it refuses, how it continues, and equal engines."""
+"""Tests of a calibration from scene to files: output, refusals, continuation, and equal engines."""
 
 import json
 import shutil
@@ -38,13 +38,13 @@ COUNTS = """\
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, float]]:
-    """A scene with observed stops, and the values with which its rocks were flown."""
+    """Return the path of a scene with observed stops, and the true values with which these were simulated."""
     return known_scene(tmp_path_factory.mktemp("site"), SEED, MIDDLE)
 
 
 @pytest.fixture(scope="module")
 def done(site: tuple[Path, dict[str, float]]) -> Path:
-    """The folder of a finished calibration, next to its scene."""
+    """Return the result folder of a finished calibration of `site`."""
     out = site[0].parent / "results" / "out"
     result = CliRunner().invoke(app, ["calibrate", str(site[0]), "--out", str(out), "--budget", "400"])
     assert result.exit_code == 0, result.output
@@ -64,7 +64,7 @@ def test_the_keys_of_calibration_json(done: Path) -> None:
     keys = "parameters correlation effective_samples noise score gain coverage verdict warnings"
     assert list(found) == keys.split()
     assert set(found["score"]) == {"held_out", "prior", "book", "curve"}
-    assert found["score"]["book"] is None  # the scene names no values of a book
+    assert found["score"]["book"] is None  # the scene has no book values
     for one in found["parameters"].values():
         assert set(one) == {"prior", "mean", "low", "high", "shrinkage"}
         assert one["low"] < one["mean"] < one["high"]
@@ -100,7 +100,7 @@ def test_the_posterior_knows_where_its_slope_is(done: Path, site: tuple[Path, di
     place = read_parameter_sets(done / "posterior.parquet").place
     assert place is not None
     for points in (releases[:, :2], stops[:, :2]):
-        assert (points >= np.array([place.west, place.south]) - 1.0).all()  # another round has other releases
+        assert (points >= np.array([place.west, place.south]) - 1.0).all()  # each round has other releases
         assert (points <= np.array([place.east, place.north]) + 1.0).all()
     both = np.concatenate([releases, stops])[:, :2]
     np.testing.assert_allclose([place.west, place.south], both.min(axis=0), atol=1.0)
@@ -179,14 +179,14 @@ def test_a_refused_calibration_shows_no_number_that_could_be_a_result(
 
 @pytest.mark.long
 def test_a_budget_is_kept_and_its_sets_are_used(done: Path, site: tuple[Path, dict[str, float]]) -> None:
-    """The calibration of `done` has compiled everything, which may take longer than this budget."""
+    """`done` has compiled all loops before; this may take longer than the budget."""
     path = site[0].parent / "many_rocks.yaml"
     path.write_text(site[0].read_text().replace("rocks: 400", "rocks: 20000"))
     began = time.monotonic()
     short = calibrate(path, site[0].parent / "short", Control(deadline=deadline_after(50)))
     assert time.monotonic() - began < 50
     assert short.found is not None
-    assert 0 < short.sets == short.found.sets < 620  # not at its own end
+    assert 0 < short.sets == short.found.sets < 620  # not all rounds
 
 
 def test_both_engines_give_the_same_bits(site: tuple[Path, dict[str, float]]) -> None:
@@ -200,7 +200,7 @@ def test_both_engines_give_the_same_bits(site: tuple[Path, dict[str, float]]) ->
         flown.append(fly_set(slope, [0.35, 0.8], releases_of_round(slope, 0)))
     assert flown[0].stops.place.tobytes() == flown[1].stops.place.tobytes()
     assert flown[0].densities.tobytes() == flown[1].densities.tobytes()
-    counts = flown[0].densities[:, -1, BLOCKS:].mean(axis=0)  # three counts, with the largest error of the model
+    counts = flown[0].densities[:, -1, BLOCKS:].mean(axis=0)  # three counts, with the largest misfit
     assert ((counts > 0.0) & (counts < 1.0)).all()
     np.testing.assert_allclose(counts.reshape(3, 2).sum(axis=1), 1.0)
 

@@ -1,4 +1,4 @@
-"""The column with masses in the file of end points: by number, by name, as a property, and what is refused."""
+"""Tests of the column with masses in the file of end points: by number, by name, as a property; refusals."""
 
 import json
 from pathlib import Path

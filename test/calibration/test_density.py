@@ -1,4 +1,4 @@
-"""Densities of simulated stops at observed stops: against sums written out, and what lost rocks do to them."""
+"""Tests of densities of simulated stops at observed stops: explicit sums, and the effect of lost rocks."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,10 @@ def normal(z: np.ndarray, sd: np.ndarray) -> np.ndarray:
 
 
 def written_out(place: np.ndarray, error: float, rocks: int) -> list[float]:
-    """The kernel estimate at each observed stop, one rock after another."""
+    """Return the kernel estimate (1/m2) at each observed stop of SEEN, as an explicit sum over rocks.
+
+    place : (R, 2) m, stops; error : measuring error (m); rocks : number of rocks flown
+    """
     sd = kernel_widths(place, error)
     return [sum(float(np.prod(normal(seen - one, sd))) for one in place) / rocks for seen in SEEN]
 
@@ -47,7 +50,7 @@ def test_a_rock_that_left_the_terrain_is_wrong_and_not_missing() -> None:
 
 
 def test_densities_are_the_same_in_the_coordinates_of_a_country() -> None:
-    """Kernels of 0.1 m, 5,200 km from the origin: only the coordinates themselves are rounded, to a nanometre."""
+    """With kernels of 0.1 m at 5,200 km from the origin, only the coordinates are rounded, to 1e-9 m."""
     place = np.round(RANDOM.normal((3.0, 0.0), (0.3, 0.2), (64, 2)) * 2.0**20) / 2.0**20
     seen, country = place[:5] + 0.0625, np.array([500_000.0, 5_200_000.0])
     rocks = np.ones(len(place), dtype=bool)

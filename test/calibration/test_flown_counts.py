@@ -1,4 +1,4 @@
-"""Counts of rocks with the error of the model: without an error as flown, with an error as displaced copies."""
+"""Tests of counts of rocks with a misfit: zero misfit counts the rocks as flown, others count displaced copies."""
 
 from math import erf, sqrt
 
@@ -83,7 +83,7 @@ def test_a_rock_that_stopped_short_of_a_gate_may_have_passed_it() -> None:
     extent = Extent(begin=begin, least=begin, most=np.array([28.5, 33.0, 50.0]))
     found = passed(extent, 30.0, np.array([0.0, 3.0]))
     np.testing.assert_array_equal(found[0], [0.0, 1.0, 0.0])
-    np.testing.assert_allclose(found[1], [below(-0.5), below(1.0), 0.0], atol=1e-12)  # the last began beyond the gate
+    np.testing.assert_allclose(found[1], [below(-0.5), below(1.0), 0.0], atol=1e-12)  # the last starts beyond the gate
     np.testing.assert_allclose(reached_section(extent, (30.0, None), MISFITS)[1], [below(-0.5), below(1.0), 1.0])
     assert (reached_section(extent, (None, 30.0), MISFITS) == 1.0).all()
 
@@ -105,7 +105,7 @@ def test_displacements_have_the_mean_and_the_spread_of_the_error() -> None:
 
 
 def dense(batch: Batch, row: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return points every 5 mm along the path of a rock in plan, and how much of its length lies before each."""
+    """Return points (P, 2) m every 5 mm along a rock's path in plan, and the share (P,) of its length before each."""
     first, last = batch.first[row : row + 2, 1]
     corners = np.concatenate([batch.pieces[first:last, 1:3], batch.finals[row : row + 1, 1:3]])
     gone = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
@@ -114,7 +114,7 @@ def dense(batch: Batch, row: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def by_force(batch: Batch, box: np.ndarray, sd: float) -> np.ndarray:
-    """Return the shares of displaced paths that have a point in a box; displacements grow along the path."""
+    """Return (R,) the shares of displaced paths with a point in a box; displacements (sd in m) grow along the path."""
     (west, south), (east, north) = box.min(axis=0), box.max(axis=0)
     shares = []
     for row in range(len(batch.rows)):
@@ -135,7 +135,7 @@ def test_areas_count_the_displaced_paths_of_each_rock(batch: Batch, square: list
 
 
 def test_no_path_jumps_over_a_narrow_road_however_large_the_error(batch: Batch, square: list[np.ndarray]) -> None:
-    """A road 0.3 m wide just below all releases: an error at the ends of paths hardly moves them there."""
+    """The road is 0.3 m wide, just below all releases, where displacements of the ends hardly move the paths."""
     middle = batch.pieces[batch.first[:-1, 1], 1].max() + 0.5
     road = np.array([[middle, -200.0], [middle + 0.3, -200.0], [middle + 0.3, 200.0], [middle, 200.0]])
     found = reached_area(batch, [np.concatenate([road, road[:1]])], np.array([0.0, 5.0, 20.0]))

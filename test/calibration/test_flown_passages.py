@@ -1,4 +1,4 @@
-"""Rocks that pass a gate, against a fall in closed form; and areas that rocks reach."""
+"""Tests of rocks that pass a gate, against a fall in closed form, and of areas that rocks reach."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Scores on what was kept out: folds, the curve without physics, ranks and coverage."""
+"""Tests of scores on kept-out observations: folds, the curve without physics, ranks and coverage."""
 
 from math import erf, gamma, pi, prod, sqrt
 from types import SimpleNamespace
@@ -33,7 +33,10 @@ ANYWHERE = 1e-4
 
 
 def student(z: float, count: int, sd: float) -> float:
-    """Student's density with count - 1 degrees of freedom, as textbooks have it, of a stop after `count` stops."""
+    """Return Student's predictive density, with count - 1 degrees of freedom, of one more stop at z from the mean.
+
+    sd : standard deviation of the `count` stops
+    """
     n, scale = count - 1, sd * sqrt(1 + 1 / count)
     return gamma((n + 1) / 2) / (gamma(n / 2) * sqrt(n * pi) * scale) * (1 + (z / scale) ** 2 / n) ** (-(n + 1) / 2)
 
@@ -51,7 +54,7 @@ def test_the_curve_is_fitted_without_the_fold_that_it_predicts(count: int) -> No
 
 
 def test_a_curve_is_not_surer_than_the_measurement() -> None:
-    """Stops on one line across the slope: the curve of this axis has the measuring error, or at least 0.1 m."""
+    """For stops on one line across the slope, the curve of this axis has the measuring error, at least 0.1 m."""
     line = np.stack([RANDOM.normal(0.0, 5.0, 20), np.zeros(20)], axis=1)
     folds = folds_of(20, seed=2)
     along = curve_score(line[:, :1], folds, 0.5, 0.0).each
@@ -66,7 +69,7 @@ def test_one_odd_stop_cannot_decide_the_score_of_a_curve() -> None:
 
 
 def test_counts_do_not_tell_a_fold_about_the_stops_that_it_keeps_out() -> None:
-    """Two sets: stops favour neither, a count (the last observation) the second. Folds do not know the count."""
+    """Of two sets, the stops favour none, and a count (the last observation) the second; folds ignore the count."""
     logs = np.zeros((3, 2, 1, 5))
     logs[:, 1, 0, 4] = 3.0
     weighed = Weighed(log_densities=logs, counts=np.array([1.0, 1.0, 1.0, 1.0, 10.0]))
@@ -93,7 +96,7 @@ def test_ranks_are_predicted_probabilities_and_ignore_lost_rocks() -> None:
 
 
 def test_a_block_is_predicted_by_the_rocks_that_stand_for_it() -> None:
-    """Two kinds of rocks stop 10 m apart, and most of the second kind leave: a block has only its own kind's stops."""
+    """Two kinds of rocks stop 10 m apart, and most of the second leave; a block is compared with its own kind only."""
     near, far = (RANDOM.normal(mean, 1.0, (20_000, 2)) for mean in (0.0, 10.0))
     deposited = np.concatenate([np.ones(20_000, dtype=bool), np.arange(20_000) % 4 == 0])
     kind = np.repeat([0, 1], 20_000)
@@ -107,7 +110,7 @@ def test_a_block_is_predicted_by_the_rocks_that_stand_for_it() -> None:
 
 
 def test_sets_count_by_the_share_of_a_blocks_own_rocks_that_stopped() -> None:
-    """One set keeps all rocks of the block at 0 m, the other half of them at 10 m: two of three stops are at 0 m."""
+    """In one set all rocks of a block stop at 0 m, in the other half of them at 10 m: two of three stops are at 0 m."""
     half = np.arange(20_000) % 2 == 0
     stops = [Stops(RANDOM.normal(0.0, 0.1, (20_000, 2)), np.ones(20_000, dtype=bool)),
              Stops(RANDOM.normal(10.0, 0.1, (20_000, 2)), half)]  # fmt: skip
@@ -117,13 +120,13 @@ def test_sets_count_by_the_share_of_a_blocks_own_rocks_that_stopped() -> None:
 
 
 def test_a_block_whose_own_rocks_all_left_has_no_prediction() -> None:
-    """All rocks of the second kind left the terrain. Rank 0 would say that they all went farther than the block."""
+    """All rocks of the second kind left; rank 0 would mean that all of them went farther than the block."""
     kind = np.repeat([0, 1], 100)
     stops = [Stops(RANDOM.normal(0.0, 1.0, (200, 2)), kind == 0)] * 2
     alike = (kind[None, :] == np.array([[0], [1]])).astype(float)
     found = ranks(stops, np.full((2, 2, 1), 0.5), np.zeros((2, 2)), np.zeros(1), alike)
     assert (np.abs(found[0] - 0.5) < 0.2).all() and np.isnan(found[1]).all()
-    little = np.where(kind[None, :] == np.array([[0], [1]]), 1.0, 1e-9)  # masses are never quite unlike
+    little = np.where(kind[None, :] == np.array([[0], [1]]), 1.0, 1e-9)  # weights of unlike masses are never exactly 0
     assert np.isnan(ranks(stops, np.full((2, 2, 1), 0.5), np.zeros((2, 2)), np.zeros(1), little)[1]).all()
 
 
@@ -142,7 +145,7 @@ def test_blocks_without_a_prediction_are_counted_apart() -> None:
 
 
 def test_rocks_that_are_not_ranked_count_as_stopped() -> None:
-    """Of each of 25 shapes, 1 in 125 rocks stopped, but most of them are not among the rocks that ranks use."""
+    """Few rocks of one of 25 shapes stopped, and most of these are not among the rocks that ranks use."""
     sets, rocks, shapes = 1000, 500, 25
     kind, deposited = np.arange(rocks) % shapes, np.ones(rocks, dtype=bool)
     stops = []
@@ -151,7 +154,7 @@ def test_rocks_that_are_not_ranked_count_as_stopped() -> None:
         own = np.flatnonzero(kind == 0)
         kept[own] = False
         kept[own[-1]] = number % 6 == 0  # the last rock of the shape, behind the rocks that are ranked
-        kept[own[0]] = number % 100 == 0  # seldom the first
+        kept[own[0]] = number % 100 == 0  # rarely the first
         stops.append(Stops(RANDOM.normal(0.0, 1.0, (rocks, 2)), kept))
     alike = (kind == 0).astype(float)[None]
     stopped = np.mean([one.deposited[kind == 0].mean() for one in stops])
@@ -160,12 +163,12 @@ def test_rocks_that_are_not_ranked_count_as_stopped() -> None:
 
 
 def test_book_values_have_the_misfit_that_the_other_folds_show() -> None:
-    """Misfit 0 misses all stops, misfit 1 fits them: equal weights would halve the density of a fair prediction."""
+    """Misfit 0 misses all stops, misfit 1 fits them; equal weights would halve the density of a correct prediction."""
     densities = np.array([[1e-6] * 10, [0.1] * 10])
     folds = np.arange(10) % 5
     weights = misfit_weights(densities, folds, ANYWHERE)
     np.testing.assert_allclose(weights[:, 0, 1], 1.0, atol=1e-6)
-    two = np.array([[1e-6, 0.1], [0.1, 1e-6]])  # each stop fits another misfit, and must not decide for itself
+    two = np.array([[1e-6, 0.1], [0.1, 1e-6]])  # each stop fits another misfit, and must not choose its own misfit
     own = misfit_weights(two, np.array([0, 1]), ANYWHERE)
     for kept_out, other in ((0, 1), (1, 0)):
         logs = np.log((1 - ASTRAY) * two[:, other] + ASTRAY * ANYWHERE)

@@ -1,4 +1,4 @@
-"""`rpf3d check` reads what a calibration observes, and says what lies outside the terrain."""
+"""Tests that `rpf3d check` reads the observations of a calibration and reports those outside the terrain."""
 
 from pathlib import Path
 
@@ -88,7 +88,7 @@ def test_check_names_the_unknowns_of_a_run_and_of_a_calibration_apart(
     path = written(tmp_path)
     prior = "tangential_restitution: {prior: {min: 0.5, max: 0.9}}"
     path.write_text(path.read_text().replace("tangential_restitution: 0.8", prior))
-    monkeypatch.setattr("rpf3d_core.commands.check.screen", Console(width=300))  # whatever the terminal's width
+    monkeypatch.setattr("rpf3d_core.commands.check.screen", Console(width=300))  # for any terminal
     words = " ".join(CliRunner().invoke(app, ["check", str(path)]).output.split())
     of_a_run, of_calibrate = words.split("unknowns of a run ")[1].split("unknowns of calibrate ")
     assert "normal_restitution" not in of_a_run and "tangential_restitution" in of_a_run

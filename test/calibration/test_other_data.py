@@ -1,4 +1,4 @@
-"""Calibrations on other data than many end points: gates, counts, and few stops. Only a few parameter sets fly."""
+"""Tests of calibrations on gates, counts and few stops, with few parameter sets."""
 
 import json
 from pathlib import Path
@@ -22,13 +22,13 @@ SHARE = "  shares: [{place: berm, stopped: 12, of: 30}, {place: berm, reached: 2
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A scene with observed stops."""
+    """Return the path of a scene with observed stops."""
     return known_scene(tmp_path_factory.mktemp("other"), 3, MIDDLE)[0]
 
 
 @pytest.fixture(autouse=True)
 def few_sets(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two rounds of 20 and 10 sets are enough to see what is written; their result is not refused."""
+    """Reduce calibrations to two small rounds, whose results are not refused."""
     monkeypatch.setattr(sampling, "FIRST_SETS", 10)
     monkeypatch.setattr(sampling, "FURTHER_SETS", 10)
     monkeypatch.setattr(rounds, "MOST_ROUNDS", 2)
@@ -36,7 +36,7 @@ def few_sets(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def calibrated(site: Path, out: Path, before: str, after: str) -> Result:
-    """Calibrate the scene, with another text in place of one of its lines."""
+    """Calibrate the scene with the text `before` replaced by `after`; return the result of the command."""
     text, scene = site.read_text().replace("rocks: 400", "rocks: 64"), site.with_name(f"{out.name}.yaml")
     assert before in text
     scene.write_text(text.replace(before, after))
@@ -57,7 +57,7 @@ def test_a_calibration_without_end_points(site: Path, tmp_path: Path, name: str,
 
 
 def keep_stops(site: Path, number: int) -> str:
-    """Write a file with the first stops of the scene, and return the text of its key `observed`."""
+    """Write a file with the first `number` stops of the scene; return the scene text that names this file."""
     lines = (site.parent / "stops.csv").read_text().splitlines()
     (site.parent / f"{number}.csv").write_text("\n".join(lines[: number + 1]) + "\n")
     return STOPS.replace("stops.csv", f"{number}.csv")
@@ -91,7 +91,7 @@ def test_two_end_points_and_a_gate_leave_the_misfit_unknown(site: Path, tmp_path
 
 
 def test_end_points_off_the_terrain(site: Path, tmp_path: Path) -> None:
-    """A single one gives a warning with the number of the point; a file with no end point on the terrain is refused."""
+    """One such point causes a warning with its number; a file without any end point on the terrain is refused."""
     header, *lines = (site.parent / "stops.csv").read_text().splitlines()
     (site.parent / "off.csv").write_text("\n".join([header, *lines[:6], "700,0,0", *lines[6:]]))
     (site.parent / "away.csv").write_text("x,y,z\n700,1,0\n710,2,0\n720,3,0\n")

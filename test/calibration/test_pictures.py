@@ -1,4 +1,4 @@
-"""The pictures of a calibration: nothing is drawn over the observed stops."""
+"""Tests that the pictures of a calibration draw nothing over the observed stops."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The sampler against a posterior in closed form: a normal prior and a normal likelihood."""
+"""Tests of the sampler against a posterior in closed form: normal prior, normal likelihood."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ from rpf3d_core.calibration.population import (
 from rpf3d_core.materials.distributions import uniform_between
 
 MEAN, SD = np.array([1.0, -0.5]), np.array([0.1, 0.3])
-"""Of the likelihood in z."""
+"""Mean and standard deviation of the normal likelihood, in the normal scores z."""
 
 
 def log_likelihood(z: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Known values are found: a small campaign. `make recovery` runs 100 calibrations."""
+"""Tests that calibrations find known values: a small campaign. `make recovery` runs 100 calibrations."""
 
 import pytest
 from recovery import MIDDLE, recovered
@@ -9,7 +9,7 @@ pytestmark = pytest.mark.skipif(not HAS_NUMBA, reason="hundreds of parameter set
 
 SMALL = 8
 LEAST = 5
-"""A correct sampler holds fewer than 5 of 8 with a probability of 0.5 % (binomial, 90 %)."""
+"""Least number of 8 true values within 90 % intervals; a correct sampler has fewer with a probability of 0.5 %."""
 
 
 def test_a_known_value_is_found_with_enough_effective_samples() -> None:

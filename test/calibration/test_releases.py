@@ -1,4 +1,4 @@
-"""The rocks of a round of a calibration stand for all release points of its scene."""
+"""Tests that the rocks of a calibration round represent all release points of the scene."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -24,7 +24,7 @@ engine: reference
 
 
 def prepared_crest(folder: Path, points: int) -> Prepared:
-    """Return a scene with release points every metre along a crest."""
+    """Return a prepared scene with `points` release points, one every metre along a crest."""
     (folder / "floor.obj").write_text("v -9 -9 0\nv 9 -9 0\nv 9 409 0\nv -9 409 0\nf 1 2 3\nf 1 3 4\n")
     (folder / "crest.csv").write_text("x,y,z\n" + "".join(f"0,{y},20\n" for y in range(points)))
     (folder / "scene.yaml").write_text(SCENE)

@@ -1,4 +1,4 @@
-"""The part of a budget that is kept for what follows the flights, and when no further parameter set may begin."""
+"""Tests of the part of a budget reserved for the work after the flights, and of the last start of a set."""
 
 import time
 from types import SimpleNamespace

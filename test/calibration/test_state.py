@@ -1,4 +1,4 @@
-"""The folder of a calibration: which scenes may continue in it, and how a damaged file is reported."""
+"""Tests of the folder of a calibration: which scenes may continue there, and reports of damaged files."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What a calibration warns of: scores, coverage, and observations to one side of all predictions."""
+"""Tests of the warnings of a calibration: scores, coverage, and observations on one side of all predictions."""
 
 from dataclasses import replace
 
@@ -14,7 +14,10 @@ BLOCKS = 25
 
 def found(held_out: float = -8.0, curve: float = -9.0, book: float | None = None, rank: np.ndarray | None = None,
           whole: np.ndarray | None = None) -> Findings:  # fmt: skip
-    """Return findings with mean scores, whose gains scatter, and predicted probabilities (N, 2) of nearer stops."""
+    """Return findings of a calibration.
+
+    held_out, curve, book : mean scores; rank, whole_rank : (N, 2), predicted probabilities of nearer stops
+    """
     scatter = np.linspace(-0.5, 0.5, BLOCKS)
     even = np.column_stack([(np.arange(BLOCKS) + 0.5) / BLOCKS] * 2)
     rank = even if rank is None else rank
@@ -63,7 +66,7 @@ def test_book_values_that_predict_as_well_are_named() -> None:
 
 
 def test_coverage_is_judged_by_chance() -> None:
-    """At most 19 of 25 blocks lie within correct 90 % intervals in 3 of 100 calibrations, at most 20 in 10."""
+    """With correct 90 % intervals, at most 19 of 25 blocks are inside in 3 of 100 calibrations, at most 20 in 10."""
     rank = found().rank
     assert rank is not None
     for outside, warned in ((5, False), (6, True)):
@@ -89,7 +92,7 @@ def test_end_points_of_another_grid_lie_to_one_side() -> None:
 
 
 def test_ranks_that_pile_up_at_both_ends_are_not_called_one_sided() -> None:
-    """A model that spreads its rocks too little, with 16 of 25 stops on one side: chance, not coordinates."""
+    """If a model spreads its rocks too little, 16 of 25 stops on one side are chance, not wrong coordinates."""
     rank = np.column_stack([np.where(np.arange(BLOCKS) < 16, 0.99, 0.01)] * 2)
     assert not any("percentile" in sentence for sentence in warnings_of(found(rank=rank)))
 

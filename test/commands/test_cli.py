@@ -1,4 +1,4 @@
-"""The command line: bad input ends with one clear sentence, exit code 2 and nothing left behind; Ctrl-C too."""
+"""Tests of the command line: bad input and Ctrl-C end with one sentence, an exit code, and no files left."""
 
 import importlib.metadata
 import json
@@ -28,12 +28,12 @@ SCENES = Path(__file__).parents[2] / "config" / "scenes"
 COMMANDS = ("run", "check", "cost", "materials", "pit", "replay", "compare", "study", "audit")
 
 HELP_S = 2.0
-"""Seconds of computing for help: it takes 0.3 s by itself; VTK and numba would add more than 1 s."""
+"""Longest CPU time (s) for help, which takes 0.3 s; importing VTK and numba would add more than 1 s."""
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with a sound scene in it, and all the ways in which its mesh can be damaged."""
+    """Return a folder with a valid scene, and with its mesh damaged in many ways."""
     vertices, triangles = grid(5, 6)
     corners = vertices[triangles]
     whole = write_binary_stl(tmp_path / "slope.stl", corners)
@@ -51,7 +51,7 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pictures and recording take most of the time of a run, and are looked at elsewhere."""
+    """Write no pictures and no recording, which take most of the time of a run and have their own tests."""
     monkeypatch.setattr("rpf3d_core.results.folder._write_pictures", lambda *_: None)
     monkeypatch.setattr("rpf3d_core.recordings.log.write_recording", lambda *_: None)
 
@@ -88,7 +88,7 @@ def test_a_bad_scene_is_refused_in_one_sentence_and_leaves_nothing(
     out = ("--out", folder / "out") if command == "run" else ()
     if command == "check" and sentence.startswith("source"):
         pytest.skip("check shows sources that are out of place in its table: see test_check.py")
-    shown = "terrain  " if command == "check" and "no material" in sentence else ""  # the terrain itself is sound
+    shown = "terrain  " if command == "check" and "no material" in sentence else ""  # the terrain itself is valid
     assert sentence in refused(monkeypatch, capsys, command, folder / "scene.yaml", *out, printed=shown)
     assert sorted(folder.rglob("*")) == before
 
@@ -151,7 +151,7 @@ def test_a_result_folder_that_is_occupied_is_refused_before_any_work(
 def test_a_result_folder_that_turns_out_not_to_be_writable_is_refused_in_one_sentence(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
 ) -> None:
-    # No folder can be made in /proc, whatever its permissions say; the super-user may write to most others.
+    # No one can create a folder in /proc; the superuser may write to most other folders.
     if not Path("/proc").is_dir():
         pytest.skip("there is no /proc")
     said = refused(monkeypatch, capsys, "run", folder / "scene.yaml", "--out", "/proc/rpf3d")
@@ -162,7 +162,7 @@ def test_a_result_folder_that_turns_out_not_to_be_writable_is_refused_in_one_sen
 def test_a_disk_that_fills_up_leaves_nothing_and_no_traceback(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path, table: str
 ) -> None:
-    """While rocks fly, and after."""
+    """The disk fills up while rocks fly, or afterwards."""
 
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
@@ -176,7 +176,7 @@ def test_a_disk_that_fills_up_leaves_nothing_and_no_traceback(
 @pytest.mark.long
 @pytest.mark.parametrize("largest", [100, 20_000, 60_000])
 def test_files_that_may_not_grow_end_a_run_in_one_sentence_and_leave_nothing(folder: Path, largest: int) -> None:
-    """As a full disk does: in the tables, or in one of the files that are written in the end."""
+    """The limit acts like a full disk, in the tables or in one of the files that are written at the end."""
     done = python(
         f"import resource, sys\nresource.setrlimit(resource.RLIMIT_FSIZE, ({largest}, {largest}))\n"
         "from rpf3d_core import cli\n"
@@ -209,7 +209,7 @@ def test_a_run_says_what_it_did_and_leaves_all_files(folder: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     assert {path.name for path in (folder / "out" / "a b").iterdir()} == RESULTS
-    # On one line, however narrow the place it is printed to.
+    # The text stays on one line, however narrow the output is.
     numbers = (
         r"^7 rocks, \d+ impacts, reference engine: start [\d.]+ s, read [\d.]+ s, index [\d.]+ s, compile [\d.]+ s, "
         r"fly [\d.]+ s, count [\d.]+ s, write [\d.]+ s(, pictures [\d.]+ s)?: [\d.]+ s$"
@@ -233,7 +233,7 @@ def test_without_a_folder_the_results_are_in_out_under_the_name_of_the_scene(
 def test_pieces_of_rocks_are_told_from_rocks_on_the_screen(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path, no_pictures: None
 ) -> None:
-    """A share of rocks and pieces together is easily taken for one of rocks released."""
+    """Otherwise a share of rocks and fragments together could be taken for a share of released rocks."""
     breaking = "effects: {fragmentation: {least_ratio: 0.01, spread: 0, least_volume: 0.01, generations: 1}}\n"
     (folder / "scene.yaml").write_text(SCENE + breaking)
     assert call(monkeypatch, "run", folder / "scene.yaml", "--out", folder / "out") == 0

@@ -1,6 +1,6 @@
-"""The first scenes of a new user with a pit of their own: what is wrong is answered, and the ninth scene is right.
+"""Tests of the first scenes of a new user: each mistake gets a helpful answer, and the last scene is right.
 
-The terrain is a DXF in UTM coordinates with layers. Each test is a scene as a user would write it at first.
+The terrain is a DXF in UTM coordinates with layers. Each test has a scene as a new user would write it.
 """
 
 import json
@@ -32,7 +32,7 @@ ON_LINE = f"line: {CREST}, above_ground: 0.5"
 
 @pytest.fixture
 def pit(tmp_path: Path) -> Path:
-    """A folder with a bench of 15 m as DXF, its crest as GeoJSON in the same coordinates."""
+    """Return a folder with a bench of 15 m as DXF, and its crest as GeoJSON in the same coordinates."""
     pytest.importorskip("ezdxf", reason="ezdxf is not installed: it is in the extra `test`")
     profile = [(-20.0, HEIGHT), (0.0, HEIGHT), (TOE, 0.0), (60.0, 0.0)]
     vertices = np.array([(EAST + x, NORTH + y, 800.0 + z) for x, z in profile for y in (-20.0, 20.0)])

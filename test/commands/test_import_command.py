@@ -1,4 +1,4 @@
-"""`rpf3d import`: a scene folder that `rpf3d check` and `rpf3d run` take as it is, or one sentence."""
+"""Tests that `rpf3d import` writes a scene that `rpf3d check` and `rpf3d run` accept, or prints one sentence."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ GRIDS = {"rockyfor3d": rockyfor3d_grids, "stone": stone_grids}
 
 @pytest.fixture
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pictures and recording take most of the time of a run, and are looked at elsewhere."""
+    """Write no pictures and no recording, which take most of the time of a run and have their own tests."""
     monkeypatch.setattr("rpf3d_core.results.folder._write_pictures", lambda *_: None)
     monkeypatch.setattr("rpf3d_core.recordings.log.write_recording", lambda *_: None)
 
@@ -31,7 +31,7 @@ def test_what_is_imported_is_checked_and_run_as_it_is(
     assert call(monkeypatch, "run", tmp_path / "scene" / "scene.yaml", "--out", tmp_path / "out") == 0
     notes = capsys.readouterr().err.splitlines()
     unknown = "the terrain states no coordinate reference system; name it as `terrain.crs`, such as EPSG:32719"
-    same = [f"rpf3d: note: {unknown}"] * 2  # of check and of run
+    same = [f"rpf3d: note: {unknown}"] * 2  # from check and from run
     assert notes == same, "an imported scene needs no other warning; .asc files state no system"
 
 

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM through a real process on a terminal: while rocks fly they leave a result marked partial."""
+"""Tests of Ctrl-C and SIGTERM on a process with a terminal: while rocks fly, they leave a partial result."""
 
 import csv
 import json
@@ -32,15 +32,15 @@ rebound: constant
 DEMO = Path(__file__).parents[2] / "config" / "scenes" / "demo.yaml"
 INTERRUPTED = 130
 COMPUTING = 5.0
-"""Seconds of computing after which Ctrl-C must have ended the flight; it takes well below 1 s on an idle machine."""
+"""Longest CPU time (s) until Ctrl-C has ended the flight; on an idle machine it takes well below 1 s."""
 MANY = {"reference": 60_000, "compiled": 3_000_000}
-"""Rocks that no machine has flown by the time at which the flight is interrupted."""
+"""Number of rocks, for each engine, that no machine can fly before the interruption."""
 SOME_HAVE_FLOWN = "rocks/s"
-"""What the progress bar shows from the first rocks on."""
+"""Text that the progress bar shows from the first rocks on."""
 
 
 def held(package: str, module: str, step: str, seconds: float = LONGEST) -> tuple[str, ...]:
-    """The program, but it does not come to the end of a step: a signal may come late on a busy machine."""
+    """Return the command line of the program with a pause (s) after a step, because a signal may arrive late."""
     return (
         sys.executable, "-c",
         "import time\n"
@@ -48,7 +48,7 @@ def held(package: str, module: str, step: str, seconds: float = LONGEST) -> tupl
         f"whole = {module}.{step}\n"
         f"{module}.{step} = lambda *given: (whole(*given), time.sleep({seconds:g}))[0]\n"
         "from rpf3d_core.results import painting\n"
-        "painting.has_spare_core = lambda: True\n"  # a second process draws, however busy this machine is
+        "painting.has_spare_core = lambda: True\n"  # a second process always draws
         "from rpf3d_core.cli import main\n"
         "main()\n",
     )  # fmt: skip
@@ -116,7 +116,7 @@ def test_an_interrupted_flight_leaves_a_whole_result_of_what_has_flown(
     assert Counter(outcome for *_, outcome in lines) == {
         name: told["rocks"] for name, told in facts["outcomes"].items()
     }  # fmt: skip
-    # Batches take every n-th rock: each has its share of every source, to within a rock (much of a small batch).
+    # Batches take every n-th rock, so each has its share of every source, within one rock.
     from_top = sum(source == "top" for source, *_ in lines)
     assert from_top == pytest.approx(0.75 * len(lines), abs=max(1.0, 0.05 * len(lines)))
     assert parquet.read_metadata(out / "impacts.parquet").num_rows == facts["impacts"]
@@ -157,7 +157,7 @@ def test_a_run_whose_drawing_process_is_killed_says_so_and_leaves_nothing(on_a_t
     run = on_a_terminal(*words, command=PREPARES_ON_A_WHILE)
     run.until("preparing")
     (drawing,) = wait_for(lambda: children_of(run.process.pid), LONGEST)
-    wait_for(lambda: threads_of(drawing) > 1, LONGEST)  # it has begun
+    wait_for(lambda: threads_of(drawing) > 1, LONGEST)  # drawing has begun
     time.sleep(0.5)
     os.kill(drawing, signal.SIGKILL)
     assert run.end() == REFUSED

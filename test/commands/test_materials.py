@@ -1,4 +1,4 @@
-"""`rpf3d materials` lists the library as a scene reads it."""
+"""Tests that `rpf3d materials` lists the library as scenes use it."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""A terrain in a wrong unit is noted where a result is made: by `new`, `run`, `sweep` and first in the report."""
+"""Tests that `new`, `run`, `sweep` and, at its top, the report note a terrain in a wrong unit."""
 
 import json
 from pathlib import Path
@@ -24,7 +24,7 @@ engine: reference
 
 @pytest.fixture
 def scene(tmp_path: Path) -> Path:
-    """A scene over a face of 50 m whose file is in centimetres, but is read in metres."""
+    """Return the path of a scene with a face of 50 m whose file is in centimetres but is read in metres."""
     vertices, triangles = grid(7, 11, 10.0)
     vertices[:, 2] = np.interp(vertices[:, 0], [40.0, 60.0], [50.0, 0.0])
     write_binary_stl(tmp_path / "pit.stl", 100.0 * vertices[triangles])

@@ -1,4 +1,4 @@
-"""The times that `rpf3d run` prints follow each other, and add up to what the user waited for."""
+"""Tests that the times that `rpf3d run` prints are consecutive and add up to the time of the whole run."""
 
 import re
 import time
@@ -15,12 +15,11 @@ from rpf3d_core.commands.run_times import Part, RunTimes, words_of
 
 ROUNDING = 1e-9
 ENDS = 1.0
-"""Time that a process may take to start Python and to end after its last line, over the time that it prints, and
-least time (s); on an idle machine it takes a tenth of a second."""
+"""Longest time to start Python and to end, over the printed time or over 1 s if this is longer."""
 
 
 def a_run() -> Any:
-    """The times of a run that was prepared from 10 s to 15 s and flew until 20 s."""
+    """Return the times of a run that was prepared from 10 s to 15 s and flew until 20 s."""
     prepared = SimpleNamespace(began=10.0, read_s=3.0, index_s=2.0)
     return SimpleNamespace(prepared=prepared, flights=SimpleNamespace(compile_s=1.0, fly_s=3.5), wall_s=10.0)
 

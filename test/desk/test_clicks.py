@@ -1,4 +1,4 @@
-"""Clicks on the terrain become sources and areas of interest of a scene."""
+"""Tests that clicks on the terrain become sources and areas of interest of a scene."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What the user does on the desk, without a browser: results belong to the scene, and no edit is lost silently."""
+"""Tests of the user's actions on the desk, without a browser: results match the scene, no edit is lost silently."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rpf3d_core.desk.app import Desk
 
 LONGEST = 300.0
-"""Seconds for what takes some on an idle machine."""
+"""Time limit (s) of a wait for something that takes some seconds on an idle machine."""
 SLOPE = """\
 v -20 0 20\nv -20 40 20\nv 0 40 20\nv 0 0 20\nv 20 40 0\nv 20 0 0\nv 90 40 0\nv 90 0 0
 f 1 4 3 2\nf 4 6 5 3\nf 6 8 7 5
@@ -31,7 +31,7 @@ engine: reference
 
 @pytest.fixture(scope="module")
 def served() -> Iterator[Desk]:
-    """A desk without a server: the page's values, and the thread that flies."""
+    """Yield a desk without a server: only the values of the page and the thread that simulates rocks."""
     for library in ("trame", "trame_vtk", "ruamel.yaml"):
         pytest.importorskip(library, reason="the extra `desk` is not installed")
     from rpf3d_core.desk.app import Desk
@@ -43,7 +43,7 @@ def served() -> Iterator[Desk]:
 
 @pytest.fixture
 def desk(served: Desk, tmp_path: Path) -> Desk:
-    """The desk, with a scene that was just opened and is ready to fly."""
+    """Return the desk with a scene that was just opened and is ready to fly."""
     (tmp_path / "slope.obj").write_text(SLOPE)
     (tmp_path / "scene.yaml").write_text(SCENE)
     served.state.messages, served.state.ready = [], False
@@ -53,7 +53,7 @@ def desk(served: Desk, tmp_path: Path) -> Desk:
 
 
 def until(desk: Desk, done: Callable[[], Any]) -> list[dict[str, Any]]:
-    """Do in this thread what the server's thread would do, until something is done; return the results shown."""
+    """Do the work of the server's thread in this thread until `done()` is true; return the states shown meanwhile."""
     shown: list[dict[str, Any]] = []
 
     def step() -> bool:
@@ -67,7 +67,7 @@ def until(desk: Desk, done: Callable[[], Any]) -> list[dict[str, Any]]:
 
 
 def act(desk: Desk, name: str, *values: Any) -> list[str]:
-    """Do an action of the page; return the messages that it leaves."""
+    """Do an action of the page by its name; return the texts of the messages shown afterwards."""
     desk._with_message(getattr(desk, f"_{name}"))(*values)
     return [each["text"] for each in desk.state.messages]
 

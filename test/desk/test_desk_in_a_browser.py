@@ -1,4 +1,4 @@
-"""The desk in Chromium, as a user: draw, edit, run, stop, save, report; no request leaves the machine."""
+"""Tests of the desk in Chromium: draw, edit, run, stop, save, report; no request leaves the machine."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,7 +13,7 @@ from rpf3d_core.scene.reading import read_scene
 
 SCENES = Path(__file__).parents[2] / "config" / "scenes"
 COLOURS = 50
-"""Terrain in light and shade has more; a view that is not drawn yet has few."""
+"""Number of colours that a view of shaded terrain exceeds, but not a view that is not drawn yet."""
 SCENE = """\
 # A pit that is small enough for a test.
 terrain:
@@ -44,7 +44,7 @@ def scene(tmp_path: Path) -> Path:
 
 @contextmanager
 def page_of(*words: object, cwd: Path | None = None) -> Iterator[Any]:
-    """Open the desk in a browser; at the end no request went elsewhere, and no script failed."""
+    """Yield the desk's page in a browser; at the end assert that no request went elsewhere and no script failed."""
     with served_desk(*words, cwd=cwd) as desk, browser() as running:
         page = running.new_page(viewport={"width": 1400, "height": 900})
         sent, faults = [], []
@@ -67,7 +67,7 @@ def view(page: Any) -> Any:
 
 
 def ready(page: Any, colours: int = COLOURS) -> None:
-    """Wait until rocks can fly, and the view is drawn with more than n colours."""
+    """Wait until rocks can fly and the view is drawn with more than `colours` colours."""
     page.wait_for_selector("#view canvas")
     page.wait_for_selector("#run:enabled")
     settled(view(page), colours)
@@ -85,7 +85,7 @@ def click_terrain(page: Any, *places: tuple[float, float]) -> None:
 
 def run_to_the_end(page: Any) -> str:
     page.click("#run")
-    page.wait_for_selector("#stop:enabled")  # otherwise the results of the last run would be taken for those of this
+    page.wait_for_selector("#stop:enabled")  # otherwise the previous results could be taken for these
     page.wait_for_selector("#progress")
     page.wait_for_selector("#report:enabled")
     return str(page.inner_text("#progress"))

@@ -1,4 +1,4 @@
-"""The thread that flies: results grow, a stop is followed, the ground is read once, and a report needs a run."""
+"""Tests of the thread that simulates rocks: growing results, stops, terrain read only once, and reports."""
 
 import tempfile
 import threading
@@ -32,7 +32,7 @@ from rpf3d_core.results.findings import Run
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 
 LONGEST = 300.0
-"""Seconds for what takes some on an idle machine."""
+"""Time limit (s) of a wait for something that takes some seconds on an idle machine."""
 
 
 class Received:
@@ -142,7 +142,7 @@ def test_no_one_waits_for_the_compiler(tmp_path: Path) -> None:
     pytest.importorskip("numba", reason="numba is not installed")
     scene, received = written(tmp_path, "compiled"), Received()
     runner = Runner(received.listener())
-    with compiling.ONE:  # the compiler waits: loops of an earlier test may be on the disk, and ready at once
+    with compiling.ONE:  # the compiler waits, because loops of an earlier test may be in the cache and ready at once
         runner.fly(scene)
         wait_for(lambda: received.refusals or received.results, LONGEST)
     wait_for(lambda: received.refusals or received.ends() == 1, LONGEST)
@@ -239,7 +239,7 @@ def test_one_scene_compiles_at_a_time_and_a_cancelled_scene_does_not_compile(
 
 
 def test_marks_and_outlines_have_the_height_of_their_own_place(tmp_path: Path) -> None:
-    """Not the height of the nearest vertex, which at the toe of a face may be on the crest."""
+    """The nearest vertex of a place at the toe of a face may be on the crest."""
     x, z = np.array([-40.0, -5.0, 0.0, 40.0]), np.array([15.0, 15.0, 0.0, 0.0])
     vertices = np.array([(x[i], y, z[i]) for i in range(4) for y in (-50.0, 50.0)])
     triangles = np.array([t for i in (0, 2, 4) for t in ((i, i + 2, i + 3), (i, i + 3, i + 1))], dtype=np.int32)

@@ -1,4 +1,4 @@
-"""The edited scene: refused edits change nothing, and a file is written whole, where the user says."""
+"""Tests of the edited scene: refused edits change nothing, and files are written whole, where the user chooses."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Edits of a scene's text: the edit, the whole edit, and nothing but the edit; comments stay."""
+"""Tests that an edit of a scene's text changes exactly what was edited, and comments stay."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The server of the desk: on this machine only, with the token only, and it sends no page elsewhere."""
+"""Tests that the server of the desk is reachable only from this machine and with the token."""
 
 import http.client
 import signal
@@ -82,7 +82,7 @@ def test_without_the_extra_the_command_says_how_to_install_it(tmp_path: Path) ->
 
 @pytest.fixture(scope="module")
 def desk() -> Iterator[ServedDesk]:
-    """A desk without a scene."""
+    """Yield a served desk without a scene."""
     with served_desk() as running:
         yield running
 

@@ -1,4 +1,4 @@
-"""Nets and fences: caught, broken through or flown over, by the rule in docs/explanation/physics.md, both engines."""
+"""Tests of nets and fences, by the rule in docs/explanation/physics.md: rocks are caught, break through or fly over."""
 
 import math
 
@@ -16,13 +16,13 @@ from rpf3d_core.simulation.record import FIRST_OBSTACLE
 from rpf3d_core.values import Mode, Outcome
 
 EXACT = 1e-12
-"""Relative: a few roundings of one formula."""
+"""Largest relative rounding error of one formula."""
 LINE = [(0.0, -8.0), (0.0, 8.0)]
 G = 9.81
 
 
 def over_a_floor(engine, x, v, *effects, model="sliding", friction=30.0):
-    """Rocks thrown over a level floor."""
+    """Fly rocks from x (m) with v (m/s) over a level floor with effects. friction : friction angle (degrees)"""
     physics = made.flight(made.surface(0.5, 0.8, friction), model)
     return made.fly(made.engine_over(engine, made.floor(cells=10)), with_effects(physics, *effects), x, v)
 
@@ -177,7 +177,7 @@ def test_a_rock_that_breaks_through_nets_that_stand_in_one_place_breaks_each_of_
 @pytest.mark.parametrize("count", [1, 2, 3])
 @pytest.mark.parametrize("before", [-0.5, 0.5], ids=["behind the nets", "before the nets"])
 def test_a_rock_that_lands_at_the_foot_of_nets_in_one_place_meets_each_of_them_once(engine, count, before):
-    """It lands half a slack from their plane, but twice the slack from its crossing: it flies at 15 degrees to them."""
+    """The rock flies at 15 degrees to the nets; it lands half a slack from them, two slacks from its crossing."""
     terrain, capacity, t, v = made.floor(cells=10), 4e3, 0.4, 10.0
     net = fence(terrain, [(0.0, -7.9), (0.0, 8.0)], 3.0, capacity)
     heading = np.array([math.sin(0.25), math.cos(0.25), 0.0])
@@ -193,7 +193,7 @@ def test_a_rock_that_lands_at_the_foot_of_nets_in_one_place_meets_each_of_them_o
 @BOTH
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_rock_meets_both_of_two_nets_that_cross_within_the_slack_of_its_path(engine, turned):
-    """It crosses one net, and is then within the slack of the other, which it crosses three slacks farther on."""
+    """The rock crosses one net while it is within the slack of the other, which it crosses three slacks later."""
     terrain, capacity = made.floor(cells=10), 4e3
     across = fence(terrain, [(-8.0, 0.0), (8.0, 0.0)], 3.0, capacity)
     along = fence(terrain, [(0.0, -7.9), (0.0, 8.0)], 3.0, capacity)
@@ -207,7 +207,7 @@ def test_a_rock_meets_both_of_two_nets_that_cross_within_the_slack_of_its_path(e
 
 @BOTH
 def test_a_net_that_stands_elsewhere_lets_no_rock_past_the_one_before_it(engine):
-    """A rock flies along a net, breaks another one across its way, and lands at the foot of the first."""
+    """A rock flies along a net, breaks a second net across its way, and lands at the foot of the first net."""
     terrain = made.strip([(-10.0, 3.0), (10.0, -3.0)], half_width=20.0)
     along = fence(terrain, [(2.0, -19.0), (2.0, 19.0)], 1.5, 1e9)
     across = fence(terrain, [(-8.0, -8.0), (8.0, -8.0)], 15.0, 1e3)
@@ -241,7 +241,7 @@ def test_numbers_of_obstacles_go_on_from_one_effect_to_the_next():
 
 @BOTH
 def test_a_sphere_that_rolls_back_to_a_net_that_it_broke_through_meets_the_net_again(engine):
-    """It rolls uphill through a net of 40 kJ, turns, and comes back with less: like a point, it is caught."""
+    """The sphere rolls uphill through a net of 40 kJ, turns, and returns with less energy, so the net catches it."""
     slope = made.rough_grid(1, 40.0, 0.5, 0.0)
     physics = spheres(Surface(0.0, 0.9, math.tan(math.radians(40.0)), 0.5, 0.05))
     net = fence(slope, [(25.0, 1.0), (25.0, 39.0)], 5.0, 40e3)
@@ -253,7 +253,7 @@ def test_a_sphere_that_rolls_back_to_a_net_that_it_broke_through_meets_the_net_a
 
 @BOTH
 def test_a_rock_that_settles_behind_a_net_that_it_broke_through_meets_the_net_again(engine):
-    """Thrown uphill, it breaks the net where it lands; its bounces are summed up and end uphill, and it slides back."""
+    """The rock breaks the net where it lands; its summed bounces end uphill of the net, and it slides back."""
     slope, physics = made.rough_grid(1, 40.0, 0.5, 0.0), made.flight(made.surface(0.5, 1.0, 10.0), smallest_bounce=0.5)
     uphill = (26.0, 20.0, -12.5), (-4.0, 0.0, 0.0)
     landing = made.fly(made.engine_over(engine, slope), physics, *uphill).impacts.x[0, 0]
@@ -269,7 +269,7 @@ def test_a_rock_that_settles_behind_a_net_that_it_broke_through_meets_the_net_ag
 @pytest.mark.parametrize("mu", [0.0, 2.0], ids=["skids without friction", "rolls"])
 @pytest.mark.parametrize("across", [0.0, 3.0])
 def test_a_sphere_that_turns_back_on_one_facet_meets_the_net_on_its_way_up(engine, mu, across):
-    """Without rolling friction, its whole way up and down again is one parabola."""
+    """Without rolling friction, the whole way up and down again is one parabola."""
     slope = made.rough_grid(1, 40.0, 0.5, 0.0)
     physics = spheres(Surface(0.0, 0.9, mu, 0.0, 0.0))
     net = fence(slope, [(25.0, 1.0), (25.0, 39.0)], 5.0, math.inf)
@@ -282,13 +282,13 @@ def test_a_sphere_that_turns_back_on_one_facet_meets_the_net_on_its_way_up(engin
         pull = 9.81 * math.sin(math.atan(0.5))
         speed, way = 15.0 * math.hypot(1.0, 0.5), 5.0 * math.hypot(1.0, 0.5)
         t = (speed - math.sqrt(speed * speed - 2.0 * pull * way)) / pull
-        chord = TURN / 8.0 * 0.5 * speed * speed / pull  # m, the parabola's largest distance from its chords
+        chord = TURN / 8.0 * 0.5 * speed * speed / pull  # largest distance (m) of the parabola from its chords
         np.testing.assert_allclose(flights.deposits.x[0, 1], 5.0 + across * t, atol=chord)
 
 
 @BOTH
 def test_a_rolling_sphere_has_the_spin_of_rolling_when_it_breaks_through_a_net(engine):
-    """From rest, it rolls 2 m of a facet of 100 m to a net of 1 J."""
+    """The sphere rolls 2 m from rest, on one facet, to a net of 1 J."""
     slope, radius, start = made.rough_grid(1, 100.0, 0.5, 0.0), 0.5, 5.0
     physics = spheres(Surface(0.0, 0.8, 1.0, 0.05, 0.05), max_time=100.0)
     net = fence(slope, [(7.0, 10.0), (7.0, 90.0)], 5.0, 1.0)
@@ -303,9 +303,9 @@ def test_a_rolling_sphere_has_the_spin_of_rolling_when_it_breaks_through_a_net(e
 @BOTH
 @pytest.mark.parametrize("before", [0.1, 0.5, 1.0])
 def test_a_sphere_that_rolls_off_the_terrain_is_caught_by_a_net_before_its_border(engine, before):
-    """Its centre is ahead of its contact, so the segment to the net may also pass the border.
+    """The centre is ahead of the contact, so the segment to the net may also pass the border.
 
-    before : m, of the net from the border
+    before : distance (m) of the net from the border
     """
     level = made.rough_grid(10, 20.0, 0.36, 0.0)
     slope = made.terrain_of(made.turned(level.vertices, 30.0), level.triangles)

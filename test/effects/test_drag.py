@@ -1,4 +1,4 @@
-"""Quadratic air drag: exact cases, the order and size of the splitting's error, energy, and both engines."""
+"""Tests of quadratic air drag: exact cases, order and size of the splitting error, energy, both engines."""
 
 import dataclasses
 import math
@@ -25,11 +25,11 @@ from rpf3d_core.values import ZERO, Motion, Outcome, Rock
 
 G = 9.81
 STONE = Rock(0.9, 0.043)
-"""2,700 kg/m3, 9 cm across: what air brakes much."""
+"""A stone of 9 cm and 2,700 kg/m3, which air slows noticeably."""
 BOULDER = Rock(1413.7, 0.5)
 
 ON_EDGES = 5e-3
-"""Share of passages over facets that rounding may add: a bounce within a nanosecond of an edge."""
+"""Largest share of passages over facets that differ by rounding: bounces within a nanosecond of an edge."""
 
 
 def drag(coefficient: float = 0.5, accuracy: float = 0.01) -> Drag:
@@ -45,13 +45,13 @@ def with_drag(
 
 
 def in_pit(flight: Flight, effect: Drag) -> Flight:
-    """The physics of a scene, with drag, as far as the first impact."""
+    """Return the physics of a flight with the effect `Drag`, ending at the first impact."""
     models, settings = flight.models._replace(effects=chain_of([effect])), flight.settings._replace(max_impacts=1)
     return dataclasses.replace(flight, models=models, settings=settings)
 
 
 def throw(engine: Engine, physics: Flight, rock: Rock, x: tuple, v: tuple) -> Flights:
-    """Fly rocks of one size from x (3,) or (R, 3)."""
+    """Fly rocks of one size from x (3,) or (R, 3) m with velocity v (3,) or (R, 3) m/s."""
     places = np.atleast_2d(np.array(x, dtype=float))
     speeds = np.ascontiguousarray(np.broadcast_to(np.array(v, dtype=float), places.shape))
     numbers, ones = np.arange(len(places)), np.ones(len(places))
@@ -60,7 +60,7 @@ def throw(engine: Engine, physics: Flight, rock: Rock, x: tuple, v: tuple) -> Fl
 
 
 def followed(k: float, x: tuple, v: tuple, t: float, step: float = 1e-3) -> tuple[np.ndarray, np.ndarray]:
-    """Where a rock is, and how fast, after t seconds of free fall under drag: classical Runge-Kutta."""
+    """Return position (3,) m and velocity (3,) m/s after t seconds of flight with drag k (1/m), by Runge-Kutta."""
 
     def change(y: np.ndarray) -> np.ndarray:
         return np.concatenate([y[3:], -k * np.linalg.norm(y[3:]) * y[3:] - (0.0, 0.0, G)])
@@ -76,13 +76,13 @@ def followed(k: float, x: tuple, v: tuple, t: float, step: float = 1e-3) -> tupl
 
 
 def test_drag_is_half_rho_c_area_over_mass():
-    """1.2 * 0.5 * pi * 0.25 / (2 * 1413.7) = 1.6667e-4 1/m."""
+    """k = 1.2 * 0.5 * pi * 0.25 / (2 * 1413.7) = 1.6667e-4 1/m."""
     assert drag_per_metre(drag(), BOULDER) == pytest.approx(1.6667e-4, rel=1e-4)
 
 
 @pytest.mark.parametrize("t", [0.0, 0.3, 40.0])
 def test_the_air_alone_brakes_as_its_equation_says(t):
-    """1/v = 1/v0 + k t, in the direction of the motion."""
+    """The speed follows 1/v = 1/v0 + k t, and the direction stays the same."""
     v, rock = (3.0, -4.0, 12.0), RockContext(STONE, None, 0)
     after = in_air(drag(), Motion(1.0, (1.0, 2.0, 3.0), v, (0.0, 5.0, 0.0)), 0.0, t, rock)
     speed = 1.0 / (1.0 / 13.0 + drag_per_metre(drag(), STONE) * t)
@@ -95,7 +95,7 @@ FALL_IDS = ["stone-thrown", "stone-dropped", "boulder", "grain"]
 
 
 def places_after(engine: str, effect: Drag, rock: Rock, v: tuple, t: float) -> np.ndarray:
-    """Where a rock thrown high above the ground is after t seconds."""
+    """Return the position (3,) m, after t seconds, of a rock that is thrown high above the ground."""
     over = engine_over(engine, floor(500.0))
     end = throw(over, with_drag(effect, max_time=t), rock, (0.3, 0.2, 400.0), v).deposits
     assert end.outcome[0] == Outcome.MAX_TIME
@@ -115,7 +115,7 @@ def test_a_flight_is_as_accurate_as_it_was_asked_for(engine, rock, v, accuracy):
 
 @pytest.mark.parametrize(("rock", "v"), FALLS[:3], ids=FALL_IDS[:3])
 def test_the_error_falls_as_the_square_of_the_stretch(rock, v):
-    """Stretches go with the root of the accuracy, so a hundredth of it is a hundredth of the error, or less."""
+    """The time step is proportional to the root of `accuracy`; a hundredth of `accuracy` gives 1 % of the error."""
     exact, _ = followed(drag_per_metre(drag(), rock), (0.3, 0.2, 400.0), v, FLIGHT)
     coarse, fine = (
         np.linalg.norm(places_after("reference", drag(0.5, accuracy), rock, v, FLIGHT) - exact)
@@ -126,7 +126,7 @@ def test_the_error_falls_as_the_square_of_the_stretch(rock, v):
 
 @BOTH
 def test_a_stone_that_falls_long_enough_has_its_terminal_speed(engine):
-    """v = sqrt(g / k): 41.8 m/s for a stone of 9 cm."""
+    """The terminal speed is sqrt(g / k)."""
     k = drag_per_metre(drag(2.0), STONE)
     over = engine_over(engine, floor(500.0))
     physics = with_drag(drag(2.0), max_time=40.0)
@@ -136,7 +136,7 @@ def test_a_stone_that_falls_long_enough_has_its_terminal_speed(engine):
 
 @BOTH
 def test_a_fall_from_rest_meets_the_ground_when_and_as_fast_as_the_closed_form_says(engine):
-    """h(t) = ln cosh(sqrt(g k) t) / k; v^2 = g / k (1 - exp(-2 k h))."""
+    """The closed form is h(t) = ln cosh(sqrt(g k) t) / k and v^2 = g / k (1 - exp(-2 k h))."""
     k, height = drag_per_metre(drag(), STONE), 60.0
     over = engine_over(engine, floor(50.0))
     impacts = throw(over, with_drag(drag(0.5, 1e-4)), STONE, (0.3, 0.2, height), ZERO).impacts
@@ -186,7 +186,7 @@ def test_air_takes_energy_and_never_gives_any(engine, terrain, accuracy):
 
 @BOTH
 def test_a_short_fall_is_slower_with_air_than_without(engine):
-    """It ends in the first half of a stretch, where taking back half a kick would make it faster."""
+    """The fall ends in the first half of a time step, where undoing half of the drag would make the rock faster."""
     over = engine_over(engine, floor())
     calm, braked = (
         throw(over, with_drag(effect), STONE, (0.3, 0.2, 0.05), ZERO).impacts.speed_in[0]
@@ -205,7 +205,7 @@ def test_stretches_end_in_mid_air_and_count_as_no_impacts(engine):
 
 
 def test_maps_count_a_rock_once_however_many_stretches_its_flight_has():
-    """Air too thin to change a passage, asked to be so accurate that flights are cut up all the same."""
+    """The air is too thin to change a passage, but the accuracy is so fine that flights still have many time steps."""
     terrain, thin = rough(), Drag(1e-9, 1.2, 1e-17, G)
     x, v = rocks_above(60)
     pieces, maps = [], []
@@ -224,7 +224,7 @@ def test_maps_count_a_rock_once_however_many_stretches_its_flight_has():
 
 @pytest.mark.long
 def test_flights_into_a_pit_are_as_accurate_as_they_were_asked_for(tmp_path):
-    """Against flights of stretches thirty times as short: no first impact is off by more, and on the same facet."""
+    """Compared with time steps about 30 times as short, no first impact differs by more than the accuracy."""
     prepared = prepare(read_scene(scene_file(tmp_path, more="rock: {diameter: 0.2}\nengine: reference")))
     releases = releases_in_ranges(prepared, [range(20), range(10)])
     impacts = [

@@ -1,4 +1,4 @@
-"""The forest's drag layer: closed forms of free fall in it, its borders, and both engines."""
+"""Tests of the drag layer of a forest: closed forms of the fall within it, its borders, both engines."""
 
 import dataclasses
 import math
@@ -23,7 +23,7 @@ MASS = 800.0
 EVERYWHERE = np.empty((0, 4))
 CORNERS = np.array([[0.0, -50.0], [50.0, -50.0], [50.0, 50.0], [0.0, 50.0]])
 EAST = np.concatenate([CORNERS, np.roll(CORNERS, -1, axis=0)], axis=1)
-"""The outline of 0 < x < 50, |y| < 50."""
+"""Edges (N, 4) m of the outline 0 < x < 50, |y| < 50: x, y of both ends."""
 
 
 def layer(
@@ -48,7 +48,7 @@ def throw(engine: Engine, physics: Flight, x: tuple | list, v: tuple, mass: floa
 @BOTH
 @pytest.mark.parametrize("accuracy", [0.1, 1e-3])
 def test_a_throw_within_the_layer_follows_the_closed_form(engine, accuracy):
-    """x = v_x / q (1 - e^-qt); z = z_0 - g t / q + (v_z + g / q) (1 - e^-qt) / q, with q = c / m."""
+    """With q = c / m: x = v_x (1 - e^-qt) / q and z = z_0 - g t / q + (v_z + g / q) (1 - e^-qt) / q."""
     q, t, v = 500.0 / MASS, 1.5, (9.0, 4.0, 3.0)
     physics = in_forest(layer(accuracy=accuracy), max_time=t)
     end = throw(engine_over(engine, floor(50.0)), physics, (0.3, 0.2, 20.0), v).deposits.x[0]
@@ -59,7 +59,7 @@ def test_a_throw_within_the_layer_follows_the_closed_form(engine, accuracy):
 
 @pytest.mark.parametrize("mass", [1.0, 10.0, 100.0])
 def test_a_rock_that_the_layer_all_but_holds_sinks_as_the_closed_form_says_with_no_more_stretches_than_it_takes(mass):
-    """Speeds are forgotten within m / c, so of a stiff layer no stretch need be shorter than its place asks for."""
+    """Speeds decay within m / c, so in a dense layer no time step is shorter than the accuracy of places requires."""
     q, t, v_x, accuracy = 500.0 / mass, 0.5, 9.0, 0.01
     physics = in_forest(layer(accuracy=accuracy), max_time=t)
     flights = throw(engine_over("reference", floor(50.0)), physics, (0.3, 0.2, 20.0), (v_x, 0.0, 0.0), mass)
@@ -81,7 +81,7 @@ def test_above_the_layer_a_rock_flies_free(engine):
 
 @BOTH
 def test_a_rock_that_falls_into_the_layer_is_braked_from_there(engine):
-    """From 40 m into 30 m of forest: slower than free at the ground, faster than if all 40 m were forest."""
+    """A fall of 40 m through 30 m of forest ends slower than a free fall, faster than a fall through forest only."""
     over, x = engine_over(engine, floor(50.0)), (0.3, 0.2, 40.0)
     speeds = [throw(over, in_forest(layer(height=height)), x, ZERO).impacts.speed_in[0] for height in (0.0, 30.0, 50.0)]
     assert speeds[0] > speeds[1] > speeds[2]
@@ -129,7 +129,7 @@ def test_both_engines_have_the_same_bits_with_both_kinds_of_drag():
 
 @pytest.mark.parametrize("accuracy", [0.1, 1e-3])
 def test_both_kinds_of_drag_together_are_as_accurate_as_either(accuracy):
-    """The same with a stretch ten times shorter: the sum of both errors at most."""
+    """A run with a tenth of the time step differs by at most the sum of both errors."""
     ends = [
         throw(
             engine_over("reference", floor(50.0)),

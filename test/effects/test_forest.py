@@ -1,4 +1,4 @@
-"""Trees: energy and offset of Dorren and Berger, what a rock does that meets one, on both engines."""
+"""Tests of trees: energy and offset by Dorren and Berger, and impacts on trees in both engines."""
 
 import math
 
@@ -15,7 +15,7 @@ from rpf3d_core.values import Outcome
 
 G = 9.81
 ROUNDING = 1e-15
-"""Relative, of a velocity that is turned: a few of its last bits."""
+"""Largest relative rounding error of a velocity that is turned."""
 
 
 def over_a_floor(engine, x, v, *effects, friction=30.0):

@@ -1,4 +1,4 @@
-"""Sizes of fragments: volume and surface balance by brute force, and harder impacts give more and smaller pieces."""
+"""Tests of the sizes of fragments: balance of volume and surface; harder impacts give more and smaller fragments."""
 
 import math
 
@@ -14,12 +14,12 @@ from rpf3d_core.runs.run import simulate
 
 DENSITY = 2700.0
 FACTOR, POWER = 0.0031, 0.7562
-"""RockGIS' defaults."""
+"""Factor and exponent of the new surface over the energy: defaults of RockGIS."""
 TERMS = 2_000_000
 CREATED = np.geomspace(1e-3, 1e3, 61)
-"""Surface created over that of the rock: r from 0.001 to 0.999."""
+"""New surface over the surface of the rock; the ratio r of new to total surface is then 0.001 to 0.999."""
 CRUSHED = 21.0
-"""Least volumes of a rock from which on each of its fragments that flies only becomes one of more."""
+"""Volume of a rock over the least volume: from this ratio on, more new surface never gives fewer fragments that fly."""
 
 
 def effect(least_volume: float = 1e-4, least_ratio: float = 0.0) -> Fragmentation:
@@ -29,9 +29,9 @@ def effect(least_volume: float = 1e-4, least_ratio: float = 0.0) -> Fragmentatio
 
 
 def pieces_at(speeds: np.ndarray, volume: float, least_volume: float = 1e-4) -> tuple[list[np.ndarray], float, float]:
-    """Volumes of the pieces of rocks of one volume (m3) that leave level ground at some speeds (m/s) straight up.
+    """Let rocks of one volume (m3) break, each at one of the speeds (K,) m/s.
 
-    With their dust, kg, and the mass of one rock, kg.
+    Return the volumes (m3) of the fragments of each rock, the mass (kg) of all dust, and the mass (kg) of one rock.
     """
     count = len(speeds)
     mass, radius = DENSITY * volume, (3.0 * volume / (4.0 * math.pi)) ** (1.0 / 3.0)
@@ -43,7 +43,7 @@ def pieces_at(speeds: np.ndarray, volume: float, least_volume: float = 1e-4) -> 
 
 
 def sum_over_ranks(exponent: float) -> float:
-    """The sum of k^-exponent over all k: term by term, and an integral by the middles of the steps beyond."""
+    """Return the sum of k^-exponent over all k >= 1: TERMS terms, and an integral for the rest."""
     terms = np.arange(1, TERMS + 1, dtype=float) ** -exponent
     return math.fsum(terms) + (TERMS + 0.5) ** (1.0 - exponent) / (exponent - 1.0)
 
@@ -68,7 +68,7 @@ def test_fragments_have_the_volume_of_their_rock_and_the_surface_that_was_create
 
 
 def test_the_largest_fragment_is_what_rockgis_calls_the_rate_of_survival_where_it_is_used():
-    """1 - 0.5125 r, fitted by others to measured fragments: nothing here was fitted to it."""
+    """The rate of survival 1 - 0.5125 r was fitted to measured fragments; the cascade was not fitted to it."""
     for ratio in (0.25, 0.3, 0.4, 0.5):
         assert cascade_of(ratio / (1.0 - ratio)).largest == pytest.approx(1.0 - 0.5125 * ratio, abs=0.06)
 
@@ -101,7 +101,7 @@ def test_harder_impacts_never_give_fewer_pieces(volume):
 
 
 def test_the_surface_of_pieces_follows_the_energy():
-    """6 V^(2/3) of all that fly, and of what is too small to, by the power that those that fly show, is A_0 + A_new."""
+    """The surfaces 6 V^(2/3) of all fragments sum to A_0 + A_new; those too small to fly follow the power law."""
     volume, speeds = 1.0, np.array([1.0, 2.0, 4.0, 6.0, 8.0])
     pieces, _, mass = pieces_at(speeds, volume, 1e-6)
     for some, speed in zip(pieces, speeds, strict=True):
@@ -124,7 +124,7 @@ def test_pieces_and_dust_have_the_mass_of_their_rocks(least_volume):
 
 
 def test_both_engines_make_the_same_pieces():
-    """Compiled, and in plain Python: to the last bit."""
+    """The fragments agree to the last bit."""
     random = np.random.default_rng(11)
     count = 60
     v, n = random.normal(size=(count, 3)) * 9.0, random.normal(size=(count, 3))
@@ -142,7 +142,7 @@ def test_both_engines_make_the_same_pieces():
 
 @pytest.mark.long
 def test_the_default_does_not_break_nearly_all_rocks_of_a_pit(tmp_path):
-    """At least_ratio 0.5, 198 of these 200 rocks break."""
+    """With least_ratio = 0.5, 198 of these 200 rocks would break."""
     scene = tmp_path / "pit.yaml"
     scene.write_text(
         "terrain: {pit: {triangles: 20000, seed: 1}}\n"

@@ -1,4 +1,4 @@
-"""Rocks that break: surface by hand, mass, pieces as rocks of their own, the same bits however flown."""
+"""Tests of rocks that break: new surface by hand, mass, fragments as separate rocks, reproducible bits."""
 
 import dataclasses
 import math
@@ -25,7 +25,7 @@ GROUND = rough_grid(12, 60.0, 0.9, 0.6)
 
 
 def breaking(least_ratio: float = 0.2, generations: int = 3, **other: float) -> Fragmentation:
-    """RockGIS' defaults but for when a rock breaks: what it takes is more than these rocks have."""
+    """Return the defaults of RockGIS with a lower least ratio, which these rocks reach. other : values by name"""
     usual = {"spread": 0.06, "least_volume": 1e-3, "surface_factor": 0.0031} | other
     return Fragmentation(
         usual["surface_factor"], 0.7562, least_ratio, usual["spread"], usual["least_volume"], math.sqrt(0.99),
@@ -47,7 +47,7 @@ def rocks(count: int = 12) -> Releases:
 
 
 def stream(engine: Engine, effect: Fragmentation | None, blocks: int = 1, **how: object) -> tuple[Stream, Flights]:
-    """Rocks flown in some blocks."""
+    """Fly twelve rocks in `blocks` blocks; return the stream and its flights. effect : None for no fragmentation"""
     releases = rocks()
     flown = Stream(engine, with_breaking(effect), Shown(None, shown_of(12, None, 12).paths), **how)  # type: ignore[arg-type]
     assert flown.fly(taken(releases, np.arange(12)[k::blocks]) for k in range(blocks))
@@ -55,7 +55,7 @@ def stream(engine: Engine, effect: Fragmentation | None, blocks: int = 1, **how:
 
 
 def families(flights: Flights) -> dict[tuple[int, int, int], tuple[float, ...]]:
-    """What came of each rock and piece, by source, rock and piece."""
+    """Return (source, rock, piece) -> (mass kg, outcome, time s, x, y, z m) of the end of each rock and fragment."""
     d = flights.deposits
     keys = zip(d.source.tolist(), d.rock.tolist(), d.piece.tolist(), strict=True)
     values = zip(d.mass.tolist(), d.outcome.tolist(), d.t.tolist(), *d.x.T.tolist(), strict=True)
@@ -63,7 +63,7 @@ def families(flights: Flights) -> dict[tuple[int, int, int], tuple[float, ...]]:
 
 
 def test_the_ratio_of_surfaces_is_that_of_the_formula():
-    """1 m3 at 2,700 kg and 10 m/s: E = 135 kJ, A_new = 0.0031 * 135000^0.7562 = 23.48 m2, r = 0.7965."""
+    """For a cube of 1 m3, 2,700 kg and 10 m/s: E = 135 kJ, A_new = 0.0031 * 135000^0.7562 = 23.48 m2, r = 0.7965."""
     cube = Rock(2700.0, (3.0 / (4.0 * math.pi)) ** (1.0 / 3.0))
     assert volume_of(cube) == pytest.approx(1.0, rel=1e-12)
     new = 0.0031 * math.exp(0.7562 * math.log(135_000.0))
@@ -79,7 +79,7 @@ def test_pieces_fly_in_their_cone_and_off_the_ground():
     steep = np.array([thrown(breaking(), 7.0 * n, n, *draw.uniform(size=2)) for _ in range(4000)])
     cosines = steep[:, 2] / (7.0 * math.sqrt(0.99))
     assert cosines.min() >= math.cos(math.radians(25.0)) - ROUNDING
-    assert cosines.mean() == pytest.approx(0.5 * (1.0 + math.cos(math.radians(25.0))), abs=3e-3)  # even over the cone
+    assert cosines.mean() == pytest.approx(0.5 * (1.0 + math.cos(math.radians(25.0))), abs=3e-3)  # even on the cone
 
 
 @pytest.mark.long
@@ -95,7 +95,7 @@ def test_mass_is_kept_through_all_generations(engine, least_volume):
 
 
 def test_pieces_are_rocks_of_their_own():
-    """Each with its number in the family, and none that flies as another does."""
+    """Each fragment has its own number in the family of its rock, and no two fragments have the same end."""
     _, flights = stream(engine_over("reference", GROUND), breaking())
     family = families(flights)
     assert len(family) == len(flights.deposits.rock)
@@ -138,7 +138,7 @@ def test_engines_threads_and_blocks_leave_the_same_families():
 
 
 def test_pieces_that_fly_a_few_parents_at_a_time_are_the_same(monkeypatch):
-    """Memory holds about PIECES of them."""
+    """About PIECES fragments are in memory at the same time."""
     engine = engine_over("compiled", GROUND)
     whole, one = stream(engine, breaking())
     monkeypatch.setattr("rpf3d_core.ensemble.pieces.PIECES", 7)
@@ -157,7 +157,7 @@ def test_rocks_too_tough_to_break_leave_every_bit_as_it_was(engine, effect):
 
 
 def test_a_draw_of_a_piece_is_no_other_rocks():
-    """Keys are pairs of a source's and a rock's number: those of pieces lie beyond all sources'."""
+    """Keys of draws are (source number, rock number); source numbers of fragments lie beyond all real ones."""
     keys = {(source + SOURCES * piece, rock) for source in range(3) for rock in range(4) for piece in range(5)}
     assert len(keys) == 3 * 4 * 5
     assert all(key[0] < 2**32 for key in keys)

@@ -1,4 +1,4 @@
-"""Rough ground: the laws of CRSP and RocFall, what they may not do, and that no roughness is no effect."""
+"""Tests of rough ground: the laws of CRSP and RocFall, their limits, and no effect without roughness."""
 
 import math
 
@@ -16,22 +16,22 @@ from rpf3d_core.values import ZERO, Mode, Motion, Outcome
 AHEAD = Motion(0.0, ZERO, (6.0, 0.0, -3.0), ZERO)
 DRAWS = 4000
 SIX_SIGMA = 6.0
-"""Standard errors by which a mean of n draws may be off; one test in a billion is wrong by chance."""
+"""Largest error of a mean of n draws, in standard errors; a correct mean exceeds it once in a billion."""
 
 
 def normals(effect, motion=AHEAD, n=UP, radius=0.5):
-    """The normals (DRAWS, 3) that as many impacts feel."""
+    """Return the tilted normals (DRAWS, 3) of DRAWS impacts."""
     rocks = (falling_rock(radius=radius, rock=i) for i in range(DRAWS))
     return np.array([felt_normal(effect, n, motion, rock) for rock in rocks])
 
 
 def tilts(felt):
-    """Degrees against the motion along x, and to its left."""
+    """Return the tilts (N,) in degrees of normals (N, 3): against the motion along x, and to the left of the motion."""
     return np.degrees(np.arctan2(-felt[:, 0], felt[:, 2])), np.degrees(np.arcsin(felt[:, 1]))
 
 
 def test_crsps_tilt_is_uniform_up_to_the_angle_of_the_irregularity_within_a_radius():
-    """physics.md 1.3: theta ~ U(0, atan(S / R)); S = 0.1 m and R = 0.5 m make 11.31 degrees."""
+    """By physics.md 1.3, theta ~ U(0, atan(S / R)): up to 11.31 degrees for S = 0.1 m and R = 0.5 m."""
     back, aside = tilts(normals(CrspRoughness(0.1, False)))
     most = math.degrees(math.atan(0.2))
     assert most == pytest.approx(11.3099, abs=1e-4)
@@ -47,7 +47,7 @@ def test_the_same_irregularity_is_rougher_for_a_smaller_rock():
 
 @pytest.mark.parametrize("seed", range(20))
 def test_crsps_tilt_adds_to_the_angle_of_every_impact(seed):
-    """Never eases it; one that was steep already comes in from beyond the perpendicular, and is thrown back."""
+    """The tilt never makes an impact flatter; a steep impact can pass the perpendicular and is then thrown back."""
     draw = np.random.default_rng(seed)
     n = draw.normal(size=3)
     n /= np.linalg.norm(n)
@@ -64,7 +64,7 @@ def test_crsps_tilt_adds_to_the_angle_of_every_impact(seed):
 
 
 def test_platrocks_form_shares_the_tilt_between_back_and_either_side():
-    """physics.md 1.3: a = U atan(S / R) is shared, a b against the motion and a (1 - b) to a side."""
+    """By physics.md 1.3, the tilt a = U atan(S / R) is split into a b against the motion and a (1 - b) to a side."""
     back, aside = tilts(normals(CrspRoughness(0.1, True)))
     most = math.degrees(math.atan(0.2))
     total = back + np.abs(aside)
@@ -75,7 +75,7 @@ def test_platrocks_form_shares_the_tilt_between_back_and_either_side():
 
 
 def test_rocfalls_tilt_is_normal_about_the_ground_itself():
-    """physics.md 1.5: Normal(0, sigma)."""
+    """By physics.md 1.5, the tilt follows Normal(0, sigma)."""
     back, aside = tilts(normals(RocfallRoughness(math.radians(8.0))))
     assert back.mean() == pytest.approx(0.0, abs=SIX_SIGMA * 8.0 / math.sqrt(DRAWS))
     assert back.std() == pytest.approx(8.0, abs=SIX_SIGMA * 8.0 / math.sqrt(2 * DRAWS))
@@ -125,7 +125,7 @@ EFFECTS = {
 
 
 def flown(engine, effect, model="constant", rocks=30, **settings):
-    """Rocks over rough facets."""
+    """Fly rocks over a mesh with an effect; without effects if `effect` is None. model : rebound model"""
     draw = np.random.default_rng(8)
     x = np.column_stack([draw.uniform(3, 12, rocks), draw.uniform(15, 45, rocks), draw.uniform(2, 9, rocks)])
     effects = chain_of([effect] if effect else [])
@@ -156,7 +156,7 @@ def test_no_roughness_leaves_every_bit_as_it_is_without_the_effect(engine, effec
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("model", ["constant", "velocity_scaled", "mass_scaled"])
 def test_bounces_are_summed_up_as_on_a_plane_only_of_rocks_too_slow_to_rise_off_a_tilt(engine, model):
-    """A rock that leaves one impact flat and fast is thrown up by the next: its bounces do not die where it is."""
+    """The next tilted impact throws up a rock that leaves an impact flat and fast, so its bounces do not end there."""
     paths = flown(engine, EFFECTS["rocfall"], model, rocks=60).paths
     speeds = np.linalg.norm(paths.v[paths.mode == Mode.SETTLING], axis=1)
     assert len(speeds) > 5
@@ -170,7 +170,7 @@ def test_it_acts_beside_rebounds_that_spin_and_draw_on_both_engines(model):
 
 
 def test_naming_roughness_leaves_what_a_rebound_draws_as_it_was():
-    """The stream of the matrix is a function of rock and impact: no roughness, drawn or not, shifts it."""
+    """The draws of the rebound depend only on rock and impact, not on the draws of the roughness."""
     without, with_it = (flown("reference", effect, "stochastic_matrix") for effect in (None, CrspRoughness(0.0, True)))
     assert same_bits(without, with_it)
 
@@ -186,7 +186,7 @@ def test_rough_ground_gives_a_rock_no_energy(effect):
 
 @pytest.mark.parametrize("restitution", [0.0, 0.02])
 def test_rocks_do_not_fall_through_where_one_impact_after_another_takes_their_speed_off_the_ground(restitution):
-    """Where the tilts of several impacts in a row are along the motion, the speed off the facet decays to nothing."""
+    """If several tilts in a row are along the motion, the speed away from the facet decays to zero."""
     flights = _down_a_rough_plane(restitution)
     assert Outcome.FELL_THROUGH not in flights.deposits.outcome
     low = flights.paths.x[:, 2] + math.tan(math.radians(25.0)) * flights.paths.x[:, 0]
@@ -203,7 +203,7 @@ def test_the_runout_on_rough_ground_does_not_depend_on_the_ratio_at_which_rocks_
 
 
 def _down_a_rough_plane(restitution):
-    """Forty rocks that slide into a plane of 25 degrees, whose friction of 35 degrees would hold them at rest."""
+    """Fly 40 rocks that hit a rough plane of 25 degrees; its friction angle of 35 degrees would hold them at rest."""
     physics = flight_with(
         MODELS["coulomb_limited"], surface(restitution, 0.95, 35.0), effects=chain_of([RocfallRoughness(0.1)]),
         max_impacts=20_000,
@@ -213,7 +213,7 @@ def _down_a_rough_plane(restitution):
 
 
 def test_a_tilt_that_would_send_a_rock_into_the_ground_is_dropped_and_it_bounces_as_on_smooth_ground():
-    """At 11 degrees half of the tilts of 0.14 rad ease; those beyond what leaves a way off the ground are none."""
+    """The rock arrives at 11 degrees; a tilt (sigma 0.14 rad) with which it could not leave the ground is dropped."""
     over, x, v = engine_over("reference", floor(400.0)), np.tile((0.1, 0.3, 1e-3), (200, 1)), (6.0, 0.0, -1.2)
     flights = fly(over, flight_with(MODELS["constant"], surface(), effects=chain_of([RocfallRoughness(0.14)])), x, v)
     first = np.unique(flights.impacts.row, return_index=True)[1]
@@ -239,13 +239,15 @@ def test_without_a_lateral_part_every_bit_is_that_of_rocfalls_law():
 
 
 SLOPE, R_N, R_T, BOUNCES, FIRST = 30.0, 0.7, 0.9, 4, (6.0, 0.0, -8.0)
-"""Of a plane, and of rocks that hit it first with a velocity (m/s) along it, across it and into it."""
+"""Plane: slope (degrees), R_n, R_t; number of bounces; first velocity (m/s) along, across and normal to the plane."""
 
 
 def spread_by_hand(back_sd, lateral_sd, rocks, seed=1):
-    """Lateral places (rocks,) m of the last of BOUNCES impacts on a plane, by numpy in the plane's own axes.
+    """Return the lateral places (rocks,) m of the last of BOUNCES impacts, computed by numpy in the plane's axes.
 
-    A tilt that the rock would not hit, or that would send it into the plane, is dropped.
+    back_sd, lateral_sd : standard deviations (rad) of the tilts
+
+    A tilt is dropped if the rock would not hit the tilted ground or would move into the plane afterwards.
     """
     rng, g = np.random.default_rng(seed), 9.81
     gravity = g * np.array([math.sin(math.radians(SLOPE)), 0.0, -math.cos(math.radians(SLOPE))])
@@ -270,7 +272,7 @@ def spread_by_hand(back_sd, lateral_sd, rocks, seed=1):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_lateral_spread_on_a_plane_grows_with_the_lateral_part_as_worked_out_by_hand(engine):
-    """1,000 rocks against 200,000; none leans to a side. Without a lateral part all stay on their line."""
+    """1,000 rocks are compared with 200,000 computed by hand; without a lateral part, all rocks stay on their line."""
     descent, normal = down_the_slope(SLOPE)
     over, rocks = engine_over(engine, incline(SLOPE, down=400.0, half_width=300.0)), 1000
     v = FIRST[0] * descent + FIRST[2] * normal

@@ -1,4 +1,4 @@
-"""Soft ground: depths, volumes and friction against published and derived numbers; impacts; both engines."""
+"""Tests of soft ground: depth, volume and friction against published and derived values; impacts; both engines."""
 
 import csv
 import dataclasses
@@ -29,9 +29,9 @@ from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.values import ZERO, Motion, Rock
 
 PLATY = Rock(780.0, 0.4265)
-"""Chant Sura's test block, as a sphere of its volume."""
+"""The test block of Chant Sura, as a sphere of equal volume."""
 SPREAD = 0.1
-"""m: how far a measured scar may be from Gerber's depth; the soil differs that much from place to place."""
+"""Largest difference (m) between a measured scar and Gerber's depth: the soil varies from place to place."""
 UP = (0.0, 0.0, 1.0)
 CHANT_SURA = Path(__file__).parents[2].parent / "shared" / "data" / "chant_sura" / "esurf2019_impacts.csv"
 
@@ -44,7 +44,7 @@ def soft(
 
 
 def after(scarring: Scarring, v: tuple, rock: Rock = PLATY, n: tuple = UP) -> tuple[float, float, float]:
-    """The velocity with which a rock comes out of the ground."""
+    """Return the velocity (3,) m/s after the way through the ground, before the rebound."""
     motion = Motion(1.0, (1.0, 2.0, 0.0), v, (0.0, 3.0, 0.0))
     left = in_ground(scarring, 0, surface(), motion, n, RockContext(rock, None, 0))
     assert (left.t, left.x, left.w) == (motion.t, motion.x, motion.w)
@@ -64,14 +64,14 @@ def test_a_rock_goes_as_deep_as_gerber_says(stiffness, speed, depth):
 
 
 def test_friction_grows_with_the_slip_physics_9_7():
-    """Leine's block on 45 degrees tips where mu(s) = 1: at tan(pi / 2 * 0.8 / 1.1) / 0.7 = 3.128 m."""
+    """Leine's block on 45 degrees changes where mu(s) = 1: at s = tan(pi / 2 * 0.8 / 1.1) / 0.7 = 3.128 m."""
     assert slippage_friction(0.2, 1.3, 0.7, 3.128) == pytest.approx(1.0, abs=1e-4)
     assert slippage_friction(0.2, 1.3, 0.7, 0.0) == 0.2
     assert slippage_friction(0.2, 1.3, 0.7, 1e9) == pytest.approx(1.3, abs=1e-8)
 
 
 def segment(depth: float, radius: float) -> float:
-    """Area of the segment of a circle, by the textbook."""
+    """Return the area (m2) of a circular segment of a depth (m)."""
     if depth >= 2.0 * radius:
         return math.pi * radius**2
     return radius**2 * math.acos(1.0 - depth / radius) - (radius - depth) * math.sqrt(depth * (2.0 * radius - depth))
@@ -82,7 +82,7 @@ def cap(depth: float, radius: float) -> float:
 
 
 def integral(area, depth: float) -> float:
-    """By Simpson's rule in the square root of the depth, where areas are smooth."""
+    """Return the integral of area(d) from 0 to `depth`, by Simpson's rule in sqrt(d), in which areas are smooth."""
     u = np.linspace(0.0, math.sqrt(depth), 20_001)
     f = np.array([2.0 * a * area(a * a) for a in u])
     weights = np.ones_like(u)
@@ -100,7 +100,7 @@ def test_volumes_are_areas_summed_over_depth(depth):
 @pytest.mark.parametrize("depth", [0.05, 0.15, 0.4, 0.86])
 @pytest.mark.parametrize("aside", [0.0, 0.3, 1.0, 2.0, 5.0, 20.0])
 def test_the_volume_driven_through_is_that_of_the_area_between_both_views(depth, aside):
-    """A^2 = (s A_n)^2 + (c A_t)^2 over dl = dd / s: exact at both ends, at most 3 % too small in between."""
+    """The volume integrates A over dl = dd / s, with A^2 = (s A_n)^2 + (c A_t)^2, at most 3 % more than the formula."""
     radius = 0.43
     exact = integral(lambda d: math.hypot(cap(d, radius), aside * segment(d, radius)), depth)
     assert 0.97 * exact < driven_through(depth, aside, radius) <= exact * (1.0 + 1e-9)
@@ -124,7 +124,7 @@ def test_drag_in_the_scar_keeps_the_direction():
 
 
 def test_drag_takes_what_its_force_does_on_its_way_through_the_ground():
-    """Step by step through the scar, force by force: F = 1/2 C_d rho A v^2 at every depth."""
+    """The comparison integrates F = 1/2 C_d rho A v^2 step by step along the way through the scar."""
     v, steps = np.array([8.0, -3.0, -7.0]), 20_000
     depth = penetration(780.0, 15e6, 7.0)
     speed, way = np.linalg.norm(v), depth * np.linalg.norm(v) / 7.0
@@ -159,7 +159,7 @@ def test_soft_ground_brakes_more_the_softer_it_is():
 
 @pytest.mark.skipif(not CHANT_SURA.exists(), reason="Chant Sura's impacts are not there: ../shared/data/chant_sura")
 def test_scars_at_chant_sura_are_as_deep_as_those_that_were_measured():
-    """Six scars of 780 kg, M_E 10 to 25 MN/m2 as fitted by Lu et al.: within SPREAD of each measured depth."""
+    """Six scars of a 780 kg block, with M_E = 10 to 25 MN/m2 (Lu et al.), agree within SPREAD with measured depths."""
     with CHANT_SURA.open() as file:
         impacts = list(csv.DictReader(file))
     for impact in impacts:
@@ -178,7 +178,7 @@ def test_scars_at_chant_sura_are_as_deep_as_those_that_were_measured():
     ids=[f"Lu-2019-table-2-impact-{k}" for k in range(1, 5)],
 )  # fmt: skip
 def test_the_fits_of_chant_sura_give_their_scars(v, stiffness, soil_drag, measured):
-    """Depth within SPREAD, and the block comes out slower than it came in but is not held by its scar."""
+    """The depth agrees within SPREAD, and the block leaves the scar slower than it came but does not stop in it."""
     assert penetration(780.0, stiffness, -v[2]) == pytest.approx(measured, abs=SPREAD)
     out = np.linalg.norm(after(soft(stiffness, 1.0 + soil_drag, mu_min=0.0, mu_max=0.0), v))
     assert 0.2 < out / np.linalg.norm(v) < 1.0
@@ -229,7 +229,7 @@ def test_soft_ground_takes_energy_and_never_gives_any(engine):
 
 @BOTH
 def test_each_zone_has_its_own_ground(engine):
-    """Soft for x < 0, hard beyond."""
+    """The ground is soft for x < 0 and hard for x > 0."""
     drag, least, most = np.array([[2.5, 0.0], [0.5, 0.0], [2.0, 0.0]])
     scarring = soft(zones=2)._replace(drag=drag, mu_min=least, mu_max=most)
     over = engine_over(engine, strip([(-20.0, 0.0), (0.0, 0.0), (20.0, 0.0)]))
@@ -237,7 +237,7 @@ def test_each_zone_has_its_own_ground(engine):
     ones, numbers = np.ones(2), np.arange(2)
     releases = Releases(0 * numbers, numbers, x, v, 780.0 * ones, 0.4265 * ones)
     flight = with_scars(scarring, R_n=1.0, R_t=1.0)
-    few = dataclasses.replace(flight, settings=flight.settings._replace(max_impacts=20))  # without loss there is no end
+    few = dataclasses.replace(flight, settings=flight.settings._replace(max_impacts=20))  # no loss, no end
     impacts = fly_ensemble(over, few, releases).impacts
     first = [np.flatnonzero(impacts.row == i)[0] for i in range(2)]
     kept = impacts.speed_out[first] / impacts.speed_in[first]
@@ -245,7 +245,7 @@ def test_each_zone_has_its_own_ground(engine):
 
 
 def test_level_ground_is_met_as_fast_as_without():
-    """Scarring acts in the ground, not in the air."""
+    """Scarring acts in the ground, not in the air before the impact."""
     over = engine_over("reference", floor())
     physics = with_scars(soft())
     numbers, one = np.arange(1), np.ones(1)

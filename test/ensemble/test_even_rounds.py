@@ -1,4 +1,4 @@
-"""A few rocks of a round stand for all sources and points, and sources with random places keep their rocks."""
+"""Tests that few rocks of a round represent all sources and points; sources with random places keep their rocks."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from rpf3d_core.ensemble.releases import Source
 
 
 def along_crest(points: int, rocks: int, name: str = "top") -> Source:
-    """Return a source whose points lie in order along a crest of 1 m for each point."""
+    """Return a source whose points lie in order along a crest, 1 m apart."""
     return Source(name=name, points=np.stack([np.zeros(points), np.arange(points), np.zeros(points)], 1), rocks=rocks)
 
 

@@ -1,4 +1,4 @@
-"""A printed interval holds the computed one: its ends are rounded outward, except for rounding errors of computers."""
+"""Tests that a printed interval contains the computed one: ends are rounded outward, apart from rounding errors."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Points along paths are exact in flight and at every event."""
+"""Tests that sampled points along paths are exact in flight and at every event."""
 
 import numpy as np
 import pytest
@@ -8,10 +8,10 @@ from rpf3d_core.ensemble.paths import display_step, displayed_rows, positions_at
 from rpf3d_core.values import STANDARD_GRAVITY, Mode
 
 ROUNDING = 1e-12
-"""Paths are some 10 m long; sampling rounds a few times at 1e-16 of that."""
+"""Largest rounding error (m) of sampled points; paths are about 10 m long."""
 
 EVENTS = BOUNCES + 3
-"""Flights, settling, sliding, end."""
+"""Number of rows in the path of a rock: flights, settling, sliding, end."""
 
 
 @pytest.fixture

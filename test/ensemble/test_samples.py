@@ -1,4 +1,4 @@
-"""Distributions in bounded memory: exact while there are few values, within 0.05 % beyond, and the same in parts."""
+"""Tests of distributions in bounded memory: exact for few values, else within 0.05 %, and the same in parts."""
 
 import numpy as np
 import pytest
@@ -8,13 +8,13 @@ from rpf3d_core.ensemble.samples import EXACT, Sample, rounded
 
 WANTED = (1, 5, 25, 50, 75, 95, 99)
 ROUNDED = 5e-4
-"""Relative: a value beyond EXACT is kept with 11 bits."""
+"""Largest relative error of values if there are more than EXACT: they are stored with 11 bits."""
 ROUNDING = 1e-12
-"""Relative; the same linear interpolation, written otherwise."""
+"""Largest relative error of the same linear interpolation in another order of operations."""
 
 
 def values(count: int, seed: int = 5) -> np.ndarray:
-    """Positive and spread over four orders of magnitude, as energies are."""
+    """Return `count` positive values over about four orders of magnitude, like energies."""
     return np.random.default_rng(seed).lognormal(3.0, 1.5, count)
 
 

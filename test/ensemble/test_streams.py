@@ -1,4 +1,4 @@
-"""Runs that stream: blocks, batches and tables are how a run is done, and nothing of them is in its answer."""
+"""Tests that blocks, batches and tables have no effect on the results of a run, and memory stays bounded."""
 
 import json
 import re
@@ -33,10 +33,12 @@ rebound: constant
 AREA = '{"type": "Polygon", "coordinates": [[[7, 7], [11, 7], [11, 9], [7, 9], [7, 7]]]}'
 AREAS = "areas_of_interest: [{name: middle, polygons: middle.json}]\n"
 FEW = 400
-"""Rocks of several blocks, where a block is made small."""
+"""Number of rocks that fill several blocks if blocks are made small."""
 OF_THEIR_OWN = 8_000_000
-"""Bytes that 180,000 more rocks may take: progress, and batches that wait to be taken, whose number is chance (0.1 MB
-on an idle machine, 5 MB were seen on a busy one). Kept, their deposits alone would take 20 MB."""
+"""Memory (bytes) that 180,000 more rocks may take, for progress and for batches that wait.
+
+These take 0.1 MB on an idle machine and up to about 5 MB on a busy one; kept deposits would take 20 MB.
+"""
 
 
 @pytest.fixture
@@ -50,12 +52,12 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pictures take most of the time of a run, and are looked at elsewhere."""
+    """Write no pictures, which take most of the time of a run and have their own tests."""
     monkeypatch.setattr("rpf3d_core.results.folder._write_pictures", lambda *_: None)
 
 
 def more(folder: Path, text: str) -> Path:
-    """The scene with more YAML at its end."""
+    """Write the scene with more YAML at its end; return its path."""
     path = folder / "more.yaml"
     path.write_text((folder / "scene.yaml").read_text() + text)
     return path
@@ -66,7 +68,7 @@ def facts(folder: Path) -> dict[str, object]:
 
 
 def assert_same_layers(one: Run, other: Run) -> None:
-    """The maps of two runs are equal to the last bit."""
+    """Assert that the maps of two runs are equal to the last bit."""
     for kind in ("cells", "facets", "zones", "areas"):
         for name, value in vars(getattr(one.maps, kind)).items():
             theirs = getattr(getattr(other.maps, kind), name)
@@ -184,7 +186,7 @@ def test_memory_does_not_grow_with_the_rocks(folder: Path, monkeypatch: pytest.M
 
 
 def peak_of(scene: Path, out: Path, rocks: int) -> int:
-    """Bytes that a run takes at most, beyond what there was before."""
+    """Return the peak memory (bytes) that a run allocates."""
     tracemalloc.start()
     try:
         run_scene(scene, out, rocks=rocks, engine="compiled", recording=False)
@@ -281,7 +283,7 @@ def test_a_rock_that_fails_is_counted_and_in_no_map(
     drawn = fly_scene_module.releases_in_ranges
 
     def too_fast(*of: Any) -> Releases:
-        """No scene can ask for this: the square of the speed is no number any more."""
+        """Return releases whose speeds have an infinite square, which no scene can cause."""
         releases = drawn(*of)
         releases.v[releases.source == 2] = (1e200, 0.0, -1e200)
         return releases

@@ -1,4 +1,4 @@
-"""Every script in examples/ runs as a user runs it: in a process of its own, in an empty folder, to its end."""
+"""Tests that each script in examples/ runs to its end in a separate process and an empty folder."""
 
 import json
 import re
@@ -14,7 +14,7 @@ SCRIPTS = sorted(path.stem for path in EXAMPLES.glob("[!_]*.py"))
 LONGEST = 900.0
 """Timeout of a script (s): the live node may first have to be compiled, on a busy machine."""
 LINES = range(10, 61)
-"""Number of lines of a script."""
+"""Allowed numbers of lines of a script."""
 
 
 def run(name: str, folder: Path, *options: str, **changes: str) -> list[str]:
@@ -28,7 +28,7 @@ def run(name: str, folder: Path, *options: str, **changes: str) -> list[str]:
 
 
 def numbers(line: str) -> list[float]:
-    """Return the numbers in a line; the 2 of m2 is none."""
+    """Return the numbers in a line; digits in units such as m2 do not count."""
     return [float(word.replace(",", "")) for word in re.findall(r"(?<![A-Za-z\d.])[-+]?\d[\d,]*\.?\d*", line)]
 
 

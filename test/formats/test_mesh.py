@@ -19,8 +19,8 @@ from rpf3d_core.setup.terrain import read_surface
 VERTICES, TRIANGLES = grid(6, 7)
 CORNERS = VERTICES[TRIANGLES]
 
-FLOAT32 = 1e-6  # m; coordinates up to 8 m in float32, or in the six digits that VTK's text writers put out
-TEXT_DIGITS = 1e-4  # m; OBJ and text files of VTK hold six digits
+FLOAT32 = 1e-6  # largest error (m) of coordinates up to 8 m in float32, or in the six digits of VTK's text writers
+TEXT_DIGITS = 1e-4  # largest error (m): OBJ and text files of VTK have six digits
 
 
 def corners_of(surface):
@@ -148,7 +148,7 @@ def test_a_truncated_file_is_refused_and_nothing_is_printed(tmp_path, capfd, nam
 
 @pytest.mark.parametrize("end", ["f 1 2", "f 1", "v 1 0"])
 def test_an_obj_that_ends_within_a_line_is_refused_and_nothing_is_printed(tmp_path, capfd, end):
-    # One that ends between two lines is a smaller, sound mesh: OBJ announces no counts.
+    # A file that ends between two lines is a smaller valid mesh, because OBJ announces no counts.
     (tmp_path / "m.obj").write_text(f"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n{end}")
     refusal_of(tmp_path / "m.obj")
     assert capfd.readouterr() == ("", "")
@@ -322,6 +322,6 @@ def test_a_file_that_breaks_vtk_down_is_refused_and_one_beside_the_caller_is_rea
     path = write(tmp_path / "m.vtk", polygons(TRIANGLES))
     monkeypatch.chdir(tmp_path)
     assert facet_count(read_surface(Path("m.vtk"))) == len(TRIANGLES)
-    # Taken for a file of an older version, whose cells are written in another way.
+    # The file seems to be of an older version, in which cells are written in another way.
     path.write_bytes(path.read_bytes().replace(b"Version 5.1", b"Version nan"))
     refusal_of(path)

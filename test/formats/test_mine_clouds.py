@@ -1,4 +1,4 @@
-"""Clouds of points: read as they were written, and made into a surface that keeps its gaps."""
+"""Tests of point clouds: read as written, and converted to a surface that keeps the gaps."""
 
 import numpy as np
 import pytest
@@ -18,23 +18,23 @@ PYE57 = "pye57 is not installed: it is in the extra `mine`"
 
 
 def hill(plan: np.ndarray) -> np.ndarray:
-    """Points (N, 3) of a smooth hill above places (N, 2)."""
+    """Return the points (N, 3) m of a smooth hill above places (N, 2) m."""
     return np.column_stack([plan, 8.0 * np.sin(plan[:, 0] / 25.0) + 5.0 * np.cos(plan[:, 1] / 15.0)])
 
 
 def spread(count: int, width: float, seed: int = 4) -> np.ndarray:
-    """Points (count, 3) of the hill at random places of a square."""
+    """Return points (count, 3) m of the hill at random places of a square of side `width` (m)."""
     return hill(np.random.default_rng(seed).random((count, 2)) * width)
 
 
 def plan_areas(surface: CloudSurface) -> np.ndarray:
-    """Areas (F,) of the triangles in plan, with their sign."""
+    """Return the signed areas (F,) m2 of the triangles in plan, positive if anticlockwise."""
     a, b, c = (surface.points[surface.triangles[:, k], :2] for k in range(3))
     return 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
 
 
 def sides_of(surface: CloudSurface) -> tuple[np.ndarray, np.ndarray]:
-    """Undirected sides (S, 2) of the triangles, and how many triangles have each."""
+    """Return the undirected sides (S, 2) of the triangles, and the number of triangles of each side (S,)."""
     sides = np.concatenate([surface.triangles[:, [k, (k + 1) % 3]] for k in range(3)])
     return np.unique(np.sort(sides, axis=1), axis=0, return_counts=True)
 

@@ -1,4 +1,4 @@
-"""Areas, lines and points from GeoPackage, Shapefile, DXF and Surpac strings, for zones, berms and sources."""
+"""Tests of areas, lines and points from GeoPackage, Shapefile, DXF and Surpac strings, for zones, berms, sources."""
 
 import os
 import sqlite3

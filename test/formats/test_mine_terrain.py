@@ -1,4 +1,4 @@
-"""Terrain in the formats of mines: the same mesh as was written, mostly by another program's library."""
+"""Tests of terrain in mine formats: readers return the mesh that was written, mostly by other libraries."""
 
 import zlib
 
@@ -20,12 +20,12 @@ OMF = "omf is not installed: it is in the extra `test`"
 
 
 def corners_of(mesh: FileMesh) -> np.ndarray:
-    """Corners (F, 3, 3) of a mesh."""
+    """Return the corners (F, 3, 3) m of a mesh."""
     return mesh.points.reshape(-1, 3, 3) if mesh.triangles is None else mesh.points[mesh.triangles]
 
 
 def zone_names(mesh: FileMesh) -> list[str]:
-    """Zone of each facet by its name."""
+    """Return the zone name of each facet."""
     assert mesh.zone is not None
     return [mesh.zones[i] for i in mesh.zone]
 
@@ -186,7 +186,7 @@ def test_surfaces_of_an_omf_with_the_same_name_are_different_zones(tmp_path):
 
 
 def test_an_array_of_an_omf_that_would_fill_the_memory_is_refused(tmp_path):
-    """A zip bomb: 300 MB of zeros take 0.3 MB in the file."""
+    """The array is a zip bomb: 300 MB of zeros take 0.3 MB in the file."""
     pytest.importorskip("omf", reason=OMF)
     path = write_omf(tmp_path / "pit.omf", SITE, TRIANGLES)
     data = path.read_bytes()

@@ -1,6 +1,6 @@
-"""Every reader on damaged files: it reads them or refuses them with a sentence, and never hangs or breaks.
+"""Tests that each reader reads a damaged file or refuses it with a sentence, without a hang or a crash.
 
-Damage is drawn from a fixed seed. Each format is tried in a process of its own, so that a crash or a hang is seen.
+Damage is drawn from a fixed seed. Each format is tried in a separate process, so that a crash or hang is detected.
 """
 
 import os
@@ -13,10 +13,10 @@ from quick import long_except
 
 MUTATIONS = int(os.environ.get("RPF3D_MUTATIONS", "300"))
 FEWER = MUTATIONS // 10
-"""Where each reading takes a process of its own, 0.7 s."""
+"""Number of mutations for formats that need a separate process for each file, 0.7 s each."""
 LONGEST = 480.0 * max(1.0, MUTATIONS / 300)
-"""Time (s) after which all mutations of a kind count as hanging. Each damaged LAZ file is read in a process of its own,
-0.4 s a file where little else runs, and three workers share two cores."""
+"""Time (s) after which all mutations of a kind count as hanging. Each damaged LAZ file is read in a separate process,
+0.4 s per file on a machine with little else to do; three workers share two cores."""
 FOLDERS = [str(Path(__file__).parents[1] / "support"), str(Path(__file__).parents[2])]
 
 CHILD = """
@@ -55,7 +55,7 @@ print(refused)
 """
 
 QUICK = {"stl binary", "ply text", "yaml text", "xml tin"}
-"""Kinds that `make test` tries: of a reader of bytes, of a reader of text, and of scene files."""
+"""Kinds that `make test` tries: one binary format, text formats, and scene files."""
 
 KINDS = [
     "stl binary", "stl text", "ply binary", "ply big", "ply text", "obj text", "vtp binary", "vtp text", "vtk binary",
@@ -68,7 +68,7 @@ KINDS = [
 NEEDS = {
     "dxf": "ezdxf", "omf": "omf", "las": "laspy", "laz": "lazrs", "e57": "pye57", "gpkg": "pyogrio", "shp": "pyogrio",
 }  # fmt: skip
-"""The library that writes or reads a kind of files, by its extension."""
+"""Extension of a file -> library that writes or reads such files."""
 
 
 @pytest.mark.parametrize("kind", long_except(QUICK, KINDS))

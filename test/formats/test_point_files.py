@@ -1,4 +1,4 @@
-"""Points from text, CSV and GeoJSON, and what is refused of them."""
+"""Tests of points from text, CSV and GeoJSON files, and of refusals."""
 
 import json
 from pathlib import Path

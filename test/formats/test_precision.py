@@ -1,4 +1,4 @@
-"""Terrain that lost digits in single precision is reported with the metres lost."""
+"""Tests that terrain that lost digits in single precision is reported, with the loss in metres."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The VTP files are read back with VTK and compared with what was flown."""
+"""Tests of VTP files, read with VTK and compared with the flights."""
 
 import numpy as np
 import pytest
@@ -72,7 +72,7 @@ def test_hazard_lies_on_the_facets_by_the_names_of_the_rasters(terrain, tmp_path
     cells, facets = read(tmp_path / "terrain.vtp").GetCellData(), laid_out(maps.facets)
     np.testing.assert_array_equal(array(cells, "reach_probability"), (facets.rocks / 300).astype(np.float32))
     np.testing.assert_array_equal(array(cells, "first_arrival_s"), facets.first_arrival.astype(np.float32))
-    for name in ("passages", "deposits", "impacts"):  # of every rock, and not of the impacts that were kept
+    for name in ("passages", "deposits", "impacts"):  # counts of all rocks, not only of the stored impacts
         np.testing.assert_array_equal(array(cells, name), getattr(facets, name))
     np.testing.assert_array_equal(array(cells, "hit"), facets.impacts > 0)
     assert facets.impacts.max() > 0 and facets.deposits.max() > 0

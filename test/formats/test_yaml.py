@@ -1,4 +1,4 @@
-"""Anchors and aliases: what they stand for is read, every message keeps its line, and no file grows without end."""
+"""Tests of YAML anchors and aliases: they are resolved, messages keep line numbers, and expansion is limited."""
 
 import time
 from pathlib import Path
@@ -25,9 +25,9 @@ sources:
 LAUGHS = "a0: &a0 [ha, ha, ha, ha, ha, ha, ha, ha, ha, ha]\n" + "".join(
     f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]\n" for i in range(1, 12)
 )
-"""Eleven lines that stand for 10^12 words."""
+"""YAML text whose aliases expand to 10^12 words."""
 SOON = 20.0
-"""Seconds in which a file is refused, on a busy machine."""
+"""Longest time (s) until a file is refused, on a busy machine."""
 
 
 def read(folder: Path, text: str) -> Any:
@@ -37,7 +37,7 @@ def read(folder: Path, text: str) -> Any:
 
 
 def scene(folder: Path, **values: str) -> Path:
-    """Return a scene file whose material and points are written out, unless values say otherwise."""
+    """Write a scene file with material and points, each replaced by `values` of its name; return its path."""
     path = folder / "scene.yaml"
     points = "[[-570.0, -10.0, 0.0], [-570.0, 40.0, 0.0]]"
     given = {"first": MATERIAL, "second": MATERIAL, "points": points, "again": points}

@@ -1,9 +1,9 @@
-"""For each hard case the guard in the code that it hangs on: take the guard away, and the test must fail.
+"""Check the guards of the hard cases: without the guard in the code, the test of the case must fail.
 
-    python test/hard/guards.py            apply each change to a copy of the package, and demand that its test fails
+    python test/hard/guards.py            apply each change to a copy of the package; its test must fail there
     python test/hard/guards.py --table    print the table of README.md, which a test compares
 
-A change is exact text that occurs once in a file, and what it becomes. All named tests run unchanged first. Tests of
+A change replaces a text that occurs exactly once in a file. All named tests first run without a change. Tests of
 the reference engine are preferred, because each change of a kernel compiles the other engine again.
 """
 
@@ -18,9 +18,9 @@ from typing import NamedTuple
 ROOT = Path(__file__).parents[2]
 COPIED = ("rpf3d_core", "test", "config", "pyproject.toml")
 FAILED = 1
-"""pytest's exit code where tests ran and some failed; others mean that they could not be run."""
+"""Exit code of pytest if tests ran and some failed; larger codes mean that the tests could not run."""
 LONGEST = 240.0
-"""Seconds after which a test that goes on has failed: without some guards a rock bounces until max_impacts."""
+"""Time (s) after which a running test counts as failed: without some guards a rock bounces until max_impacts."""
 ARC = "rpf3d_core/arc.py"
 SPHERES, SEGMENTS = "rpf3d_core/detection/sphere_contact.py", "rpf3d_core/simulation/sphere_segments.py"
 NARROW, SEARCH = "rpf3d_core/detection/narrow_phase.py", "rpf3d_core/detection/search.py"
@@ -33,10 +33,11 @@ SLIDING, REBOUND = "rpf3d_core/kinetics/sliding.py", "rpf3d_core/kinetics/reboun
 
 
 class Guard(NamedTuple):
-    """A pair of test and guard.
+    """A test and the guard in the code without which the test fails.
 
-    test : file and id below test/hard; file, text, becomes : the change
-    guard : what it does, with its function; without : what happens then
+    test : file and id of the test, below test/hard
+    file, text, becomes : the change that removes the guard: in the file, `text` becomes `becomes`
+    guard : what the guard does, with its function; without : what happens without it
     """
 
     test: str
@@ -544,7 +545,7 @@ GUARDS = (
 
 
 def copy_of(folder: Path) -> Path:
-    """A copy of what the tests need, in a new folder."""
+    """Copy all files that the tests need into a folder; return this folder."""
     for name in COPIED:
         source = ROOT / name
         if source.is_dir():
@@ -555,7 +556,7 @@ def copy_of(folder: Path) -> Path:
 
 
 def changed(guard: Guard, folder: Path) -> None:
-    """Take the guard away in a copy; the text must occur just once."""
+    """Remove the guard from the copy in a folder; raise SystemExit unless its text occurs exactly once."""
     path = folder / guard.file
     source = path.read_text()
     if source.count(guard.text) != 1:
@@ -564,7 +565,10 @@ def changed(guard: Guard, folder: Path) -> None:
 
 
 def run(tests: list[str], folder: Path) -> int:
-    """Exit code of pytest over tests of a copy, whose compiled code is kept apart; FAILED if they do not end."""
+    """Run tests of the copy in a folder, with a separate cache of compiled loops; return the exit code of pytest.
+
+    The code is FAILED if the tests do not end within LONGEST.
+    """
     command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider"]
     command += [f"test/hard/{test}" for test in tests]
     environment = os.environ | {"XDG_CACHE_HOME": str(folder / "cache")}
@@ -575,7 +579,7 @@ def run(tests: list[str], folder: Path) -> int:
 
 
 def holds(guard: Guard) -> bool:
-    """Whether the test of a guard fails without it."""
+    """Return whether the test of a guard fails without the guard."""
     with tempfile.TemporaryDirectory() as name:
         folder = copy_of(Path(name))
         changed(guard, folder)
@@ -583,13 +587,13 @@ def holds(guard: Guard) -> bool:
 
 
 def table() -> str:
-    """The pairs as a table of Markdown."""
+    """Return the guards as a table in Markdown."""
     rows = [f"| `{g.test}` | `{g.file.split('/', 1)[1]}`: {g.guard} | {g.without} |" for g in GUARDS]
     return "\n".join(["| hard case | guard | without it |", "|---|---|---|", *rows])
 
 
 def main(chosen: list[str]) -> int:
-    """Check all pairs, or those whose test contains one of the words."""
+    """Check all guards, or those whose test contains one of the words `chosen`; return the exit code, 0 if all hold."""
     guards = [guard for guard in GUARDS if not chosen or any(word in guard.test for word in chosen)]
     with tempfile.TemporaryDirectory() as name:
         if run(sorted({guard.test for guard in guards}), copy_of(Path(name))) != 0:

@@ -1,4 +1,4 @@
-"""Faulty meshes: facets without area, needles, duplicates, cracks, holes, turned facets. None may change an answer."""
+"""Tests of faulty meshes: zero-area facets, needles, duplicates, cracks, holes, flipped facets change no result."""
 
 import math
 
@@ -13,7 +13,7 @@ from rpf3d_core.terrain.mesh.welding import weld
 from rpf3d_core.values import Outcome
 
 CRACK = 1e-9
-"""m: a crack that no instrument sees and that twenty tolerances of these terrains (5e-11 m) do not bridge."""
+"""Width (m) of a crack: more than twenty tolerances of these terrains (5e-11 m), but too small for any instrument."""
 
 
 @BOTH
@@ -48,7 +48,7 @@ def test_a_faulty_facet_changes_nothing(engine, model, fault):
 @BOTH
 @pytest.mark.parametrize("past", [1e-3, 1e-5, 1e-7])
 def test_a_rock_that_falls_past_the_tip_of_a_needle_falls_to_the_ground(engine, past):
-    """The needle is 4 m long and 1e-7 m wide: 1 mm past its tip a rock is within a tolerance of both its edges."""
+    """The needle is 4 m long and 1e-7 m wide, so a rock past its tip is still close to the lines of both its edges."""
     vertices = [(0, 0, 0), (10, 0, 0), (10, 10, 0), (0, 10, 0), (5, 5, 1), (9, 5, 1), (9, 5 + 1e-7, 1)]
     over = engine_over(engine, terrain_of(vertices, [(0, 1, 2), (0, 2, 3), (4, 5, 6)]))
     flights = fly(over, flight(Surface(0.0, 0.0, 0.5, 0.5)), (5.0 - past, 5.0, 3.0))
@@ -73,7 +73,10 @@ def test_a_slide_over_coplanar_facets_and_a_needle_among_them_is_one_slide(engin
 
 
 def needles(count: int) -> Terrain:
-    """A slope of 25 degrees, 10 m long, whose middle metre across is `count` needles of 1e-7 m and two wide facets."""
+    """Return a slope of 25 degrees, 10 m long: side by side a wide strip, `count` strips of 1e-7 m, a wide strip.
+
+    Each strip is two facets.
+    """
     y = np.concatenate([[-5.0], np.arange(count + 1) * 1e-7, [5.0]])
     z = -10.0 * math.tan(math.radians(25.0))
     vertices = [(x, b, h) for x, h in ((0.0, 0.0), (10.0, z)) for b in y]
@@ -100,7 +103,7 @@ def test_rocks_dropped_on_needles_of_aspect_1e8_bounce_and_slide_as_on_the_plane
 @BOTH
 @MODELS
 def test_a_terrain_whose_facets_share_no_vertex_flies_like_a_welded_one(engine, model):
-    """Triangle soup: every facet with corners of its own, as an STL file has them, and each of them twice."""
+    """Facets share no vertex, as in an STL file, and each facet occurs twice."""
     whole = rough_grid(6, 12.0, 0.5, 0.2, seed=3)
     corners = whole.vertices[whole.triangles].reshape(-1, 3)
     soup = terrain_of(np.concatenate([corners, corners]), np.arange(2 * len(corners)).reshape(-1, 3))
@@ -120,7 +123,10 @@ def crack_between_two_floors() -> Terrain:
 
 
 def t_junction(slope: float = 0.0) -> Terrain:
-    """One facet west of x = 0, two east of it that meet on its long edge but for CRACK: a gap from 0 to 1e-9 m."""
+    """Return a plane with a T-junction: a gap of up to CRACK between an edge at x = 0 and the facets east of it.
+
+    slope : fall (m/m) towards +x
+    """
     vertices = [(-10, -10, 10 * slope), (0, -10, 0), (0, 10, 0), (-10, 10, 10 * slope), (CRACK, 0, -CRACK * slope),
                 (10, -10, -10 * slope), (10, 10, -10 * slope)]  # fmt: skip
     return terrain_of(vertices, [(0, 1, 2), (0, 2, 3), (1, 5, 4), (5, 6, 4), (4, 6, 2)])
@@ -153,7 +159,7 @@ def test_a_rock_slides_across_a_crack_of_a_nanometre_and_along_it(engine, mesh):
 
 @BOTH
 def test_a_rock_slides_down_over_a_t_junction_as_over_a_whole_slope(engine):
-    """45 degrees against 20 of friction; the line of the crack lies level across the slope."""
+    """The slope has 45 degrees, the friction angle is 20 degrees; the crack runs level across the slope."""
     over = engine_over(engine, t_junction(1.0))
     y = np.linspace(-3.0, 3.0, 13)
     flights = fly(over, flight(surface(friction_angle=20.0)), np.stack([0 * y - 2.0, y, 0 * y + 2.0], 1))
@@ -171,7 +177,7 @@ def test_welding_closes_cracks_between_vertices_when_a_terrain_is_read():
 
 @BOTH
 def test_roughness_of_a_nanometre_changes_nothing_a_survey_could_see(engine):
-    """Slope 20 degrees, friction 30: bouncing, then a slide of some 14 m over facets of 1 m whose kinks are 1e-9."""
+    """Slope 20 degrees, friction angle 30 degrees: the rock bounces, then slides about 14 m over facets of 1 m."""
     ends = []
     for amplitude in (0.0, 1e-9):
         over = engine_over(engine, rough_grid(40, 40.0, math.tan(math.radians(20)), amplitude, seed=8))
@@ -201,7 +207,7 @@ def test_flipped_facets_are_turned_back_at_load_and_change_nothing(engine, model
 
 @BOTH
 def test_a_rock_hits_a_flipped_facet_even_if_nobody_turned_it_back(engine):
-    """A closed floor of which one facet shows its back: the rock bounces on it (contact is two-sided)."""
+    """One facet of a floor shows its back: the rock bounces on it, because contact is two-sided."""
     ground = floor(4.0, cells=2)
     triangles = ground.triangles.copy()
     triangles[3] = triangles[3][::-1]
@@ -229,7 +235,7 @@ def test_a_rock_over_a_hole_falls_through_it_and_one_beside_it_does_not(engine):
 
 @BOTH
 def test_all_faults_at_once_let_no_rock_below_the_ground(engine):
-    """A rough slope as soup, with flipped, doubled and collapsed facets, rounded to single precision, and welded."""
+    """A rough slope without common vertices, with flipped, doubled and zero-area facets, in float32, then welded."""
     good = rough_grid(8, 16.0, 0.5, 0.3, seed=13)
     draw = np.random.default_rng(13)
     corners = good.vertices[good.triangles].astype(np.float32).astype(float)
@@ -255,10 +261,10 @@ def test_all_faults_at_once_let_no_rock_below_the_ground(engine):
 @BOTH
 @pytest.mark.parametrize("amplitude", [1e-10, 1e-9, 1e-8])
 def test_no_rock_slips_between_facets_that_are_rough_by_nanometres(engine, amplitude):
-    """Slides along seams between facets of 0.5 m that are as good as one plane: all leave over the lower rim.
+    """Rocks slide along seams between facets of 0.5 m that are almost one plane; all leave over the lower border.
 
-    2 % of such rocks were lost once: at the seam they came to the plane of one facet before it began and to that of
-    the other after it had ended, by rounding.
+    By rounding, such a rock can meet the plane of one facet before this facet begins, and the plane of the other facet
+    after that facet has ended.
     """
     terrain = rough_grid(32, 16.0, 2.5, amplitude, seed=6)
     count = 10 if engine == "reference" else 300
@@ -276,7 +282,7 @@ def test_no_rock_slips_between_facets_that_are_rough_by_nanometres(engine, ampli
 @pytest.mark.xfail(strict=True, reason="a seam of two facets that are as good as one plane holds no rock that moves on")
 @BOTH
 def test_a_rock_that_slides_along_a_seam_between_nearly_level_facets_does_not_use_up_its_impacts(engine):
-    """It goes to and fro over the seam, 1e-16 m to each side, in thousands of pieces of a nanometre to a micrometre."""
+    """The rock crosses the seam thousands of times, 1e-16 m to each side, in segments of 1e-9 to 1e-6 m."""
     terrain = rough_grid(32, 16.0, 2.5, 1e-8, seed=6)
     physics = flight(Surface(0.0, 1.0, 0.577, 0.0), max_impacts=1000)
     flights = fly(engine_over(engine, terrain), physics, (14.0, 9.5, -34.99999999))
@@ -285,7 +291,7 @@ def test_a_rock_that_slides_along_a_seam_between_nearly_level_facets_does_not_us
 
 @BOTH
 def test_a_rock_that_comes_down_on_the_lowest_facet_of_a_level_terrain_is_followed_to_it(engine):
-    """The ground is level to 1e-10 m, five tolerances; the rock last bounced three tolerances below a plane."""
+    """The ground is level within five tolerances (1e-10 m); the last bounce is three tolerances below a plane."""
     terrain = rough_grid(32, 16.0, 0.0, 1e-10, seed=14)
     x = (1.1490004147466726, 6.0305389261949633, 8.4079971312151117e-12)
     v = (-0.055740480693726, -4.122307630478807, 3.1075674443068926)

@@ -1,4 +1,4 @@
-"""Rocks on a bench face steeper than any friction holds: none may rest there unless the scene says `ground: none`."""
+"""Tests that no rock stops on a bench face that is too steep for friction, unless the scene has `ground: none`."""
 
 import json
 import math
@@ -33,7 +33,7 @@ sources: [{name: crest, points: [[0.05, 0, 15.02]], rocks: 500, velocity: [0.4, 
 
 @pytest.fixture
 def bench(tmp_path: Path) -> Path:
-    """A design: a bench of 15 m with a face of 70 degrees, planes without any roughness."""
+    """Return the scene file of a 15 m bench with a face of 70 degrees; all surfaces are planes, as in a design."""
     for zone, profile in PARTS.items():
         write_mesh(tmp_path / f"{zone}.vtp", strip(profile, half_width=40.0))
     (tmp_path / "bench.yaml").write_text(SCENE)
@@ -41,7 +41,7 @@ def bench(tmp_path: Path) -> Path:
 
 
 def hanging(bench: Path, more: str, engine: str, rocks: int) -> int:
-    """How many of the rocks stopped on the face."""
+    """Run the scene with the YAML text `more` appended; return the number of rocks that stopped on the face."""
     bench.write_text(SCENE + more)
     run = rpf3d.simulate(bench, rocks, engine=engine)
     ends = run.flights.deposits
@@ -55,12 +55,12 @@ def test_no_rock_rests_on_a_face_of_70_degrees(bench: Path, engine: str, rocks: 
 
 
 def test_rocks_hang_on_the_face_where_the_scene_says_so(bench: Path) -> None:
-    """As in the thesis; so the face is one that rocks would hang on."""
+    """As in the thesis: without a ground model, rocks stop on this face."""
     assert hanging(bench, "ground: none\n", "compiled", ROCKS) == ROCKS
 
 
 def printed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], bench: Path, command: str) -> str:
-    """What a command says of the scene, words separated by single blanks."""
+    """Return the output of a command about the scene, with single blanks between words."""
     out = ("--out", bench.parent / "out") if command == "run" else ()
     assert call(monkeypatch, command, bench, "--rocks", 3, *out) == 0
     return " ".join(capsys.readouterr().out.split())
@@ -86,7 +86,7 @@ def test_nothing_is_said_of_friction_that_no_model_asks_for(
 def test_the_sentence_of_a_rock_stopped_without_a_ground_model_says_what_is_not_asked(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], bench: Path
 ) -> None:
-    """On the screen, in the summary and in the recording; with sliding the rock stopped."""
+    """The sentence is on the screen, in the summary and in the recording; with `sliding` the rock stopped."""
     sentences = {}
     for ground in ("none", "sliding"):
         bench.write_text(f"{SCENE}ground: {ground}\n")

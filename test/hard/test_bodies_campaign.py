@@ -1,4 +1,4 @@
-"""Bodies of random shapes over random meshes, judged by an overlap check that shares nothing with the search."""
+"""Tests of random bodies over random meshes, with an overlap check that shares no code with the contact search."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ QUICK = ("rough", "benches", "walls", "overhangs")
 
 
 def faults(name: str, seed: int, count: int) -> list[str]:
-    """Return what is wrong with the bodies of a case, with the words that name the case."""
+    """Return a sentence for each fault of the `count` bodies of a case, with the words that name the case."""
     case = case_of(name, seed, count)
     end = fly_case(case)
     return [f"{case.words}, body {i}: {fault}" for i in range(count) for fault in faults_of(case, end, i)]
@@ -27,7 +27,7 @@ def test_no_body_of_many_passes_through_a_mesh_and_none_gains_energy(name):
 
 
 def same_bits(case: Case, some: slice) -> bool:
-    """Return True if both engines fly some bodies of a case with the same bits, up to every row of their paths."""
+    """Return True if both engines give bitwise equal ends, counts and paths for the bodies `some` of a case."""
     ours, theirs = (fly_case(case, engine, some) for engine in ("compiled", "reference"))
     used = int(ours.first[-1, 1])
     return (

@@ -1,4 +1,4 @@
-"""Bodies at the ends of what is allowed: friction, restitution, slender shapes, sizes, coordinates, mirrored scenes."""
+"""Tests of bodies at the limits of the valid input, and in scenes that are moved, turned or mirrored."""
 
 import math
 
@@ -30,7 +30,7 @@ ACCURACY = 1e-3
 
 
 def level(side: float, at=(0.0, 0.0, 0.0)):
-    """Return a level square around a point, of two facets."""
+    """Return a level square of two facets around the point `at` (m). side : half its length (m)"""
     corners = [(x, y, 0.0) for x in (-side, side) for y in (-side, side)]
     return terrain_of(np.array(corners) + np.asarray(at), grid_triangles(2, 2))
 
@@ -96,7 +96,7 @@ def test_a_needle_or_a_plate_of_1_to_20_that_falls_flat_rebounds_with_e(lengths,
 
 @pytest.mark.parametrize("angle", [0.1, 0.6, 1.2])
 def test_a_needle_that_falls_askew_turns_as_the_closed_form_of_a_rod_says(angle):
-    """Frictionless, e 0: w = v r m / (J + m r^2) for the lever r of its lowest corners."""
+    """Without friction and with e = 0, the spin is v r m / (J + m r^2) with the lever r of the lowest corners."""
     shape, v = box((1.0, 0.05, 0.05)), 3.0
     q = about((0, 1, 0), angle)
     low = shape.corners @ matrix(q).T
@@ -109,7 +109,7 @@ def test_a_needle_that_falls_askew_turns_as_the_closed_form_of_a_rod_says(angle)
 
 @pytest.mark.parametrize("radius", [0.02, 0.1, 10.0])
 def test_boxes_of_2_cm_and_10_m_do_the_same_in_their_own_units(radius):
-    """The first impacts are equal if lengths and the accuracy are scaled by s and times by sqrt(s).
+    """The first impacts are equal if lengths and the accuracy are scaled by s, and times by sqrt(s).
 
     The smallest box is 2 cm because smaller ones fall slower than the least speed of an impact with restitution.
     """
@@ -147,7 +147,7 @@ def test_boxes_of_1_mm_and_10_m_stop_on_the_ground(radius):
 
 
 def angle_to_face(q: np.ndarray) -> float:
-    """Return the angle (rad) of the face that is nearest to level."""
+    """Return the angle (rad) between the horizontal and the face of a box that is nearest to level."""
     return math.acos(min(float(np.abs(matrix(q)[2]).max()), 1.0))
 
 
@@ -155,7 +155,7 @@ def angle_to_face(q: np.ndarray) -> float:
 
 
 def hills(seed: int = 4):
-    """Return points of rough ground (V, 3) m and its facets, on a slope of 30 degrees."""
+    """Return the points (V, 3) m and the facets (F, 3) of a rough slope of about 30 degrees."""
     draw, count = np.random.default_rng(seed), 20
     corners = np.array([(i * 1.1, j * 1.3 - 12.0, -0.6 * i) for i in range(count) for j in range(count)])
     corners[:, 2] += draw.uniform(0.0, 0.4, len(corners))
@@ -165,18 +165,21 @@ def hills(seed: int = 4):
 CUBE = box((0.9, 0.9, 0.9))
 RELEASE, POSE = np.array([2.0, 0.3, 2.2]), random_poses(np.random.default_rng(6), 1)[0]
 BLOWS = 6
-"""Impacts that are compared: rounding grows from one to the next."""
+"""Number of impacts that are compared: rounding errors grow from impact to impact."""
 
 
 def blows_of(corners: np.ndarray, facets: np.ndarray, x: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Return the first impacts of the cube on a ground."""
+    """Return the first BLOWS impacts of the cube on a ground, one row each.
+
+    corners (V, 3) m, facets (F, 3) : the ground; x (3,) m, q (4,) : release position and orientation
+    """
     terms = Terms((ground(0.6, 0.3),), 1e-3, 9000, 9.0)
     end = flown_over(terrain_of(corners, facets), [CUBE], drop([CUBE], x, q), terms)
     return end.blows()[:BLOWS]
 
 
 HERE = [0, 7, 8, 9, 10, 12, 13]
-"""Columns of impacts that neither moving, nor turning, nor mirroring changes."""
+"""Columns of impacts that do not change if the scene is moved, turned or mirrored."""
 
 
 @pytest.mark.parametrize("at", [(100.0, -50.0, 7.0), UTM, (1e6, -2e6, 500.0)])

@@ -1,4 +1,4 @@
-"""Bodies released within the tolerance of the ground, partly inside it, and where there is no room for them."""
+"""Tests of bodies released very near the ground, partly inside the ground, and where they have no room."""
 
 import numpy as np
 import pytest
@@ -15,11 +15,14 @@ SIDES, HALF = (1.2, 1.0, 0.8), 0.4
 BOX = box(SIDES)
 ACCURACY = 1e-3
 TERMS = Terms((ground(0.5),), ACCURACY, 2000, 20.0)
-"""A box and half of its shortest side (m), upright without a turn; the accuracy (m) and terms of its flights."""
+"""SIDES : sides of BOX (m), the shortest upright; HALF : half of the shortest side (m).
+
+ACCURACY : accuracy (m) of the contacts; TERMS : ground and limits of the flights.
+"""
 
 
 def sheets(heights, side: float = 20.0):
-    """Return level squares of two facets, one at each height (m)."""
+    """Return level squares of two facets each, one at each of the heights (m). side : about half their length (m)"""
     corners = np.array([(x, y, z) for z in heights for x in (-side, side) for y in (-side, 0.9 * side)])
     parts = [np.asarray(grid_triangles(2, 2)) + 4 * k for k in range(len(heights))]
     return terrain_of(corners, np.vstack(parts))
@@ -27,7 +30,7 @@ def sheets(heights, side: float = 20.0):
 
 @pytest.mark.parametrize("above", [1e-12, 1e-9, 1e-6, 1e-4, -1e-9, -1e-3, -0.1, -0.39])
 def test_a_body_released_in_or_near_the_ground_is_lifted_just_clear_of_it_and_stands(above):
-    """The centre of the box is above the ground: a source whose centre is below it is refused."""
+    """The centre of the box is above the ground: sources with a centre below the ground are refused."""
     end = flown_over(sheets([0.0]), [BOX], drop([BOX], np.array([0.1, 0.2, HALF + above])), TERMS)
     least, most = 1.5 * ACCURACY - above, 1.6 * ACCURACY - above
     assert least - 1e-9 <= end.lift[0] <= most, "1.5 skins, known to 5 %"
@@ -43,7 +46,7 @@ def test_a_body_released_clear_of_the_ground_is_not_lifted():
 
 @pytest.mark.parametrize("engine", ["compiled", "reference"])
 def test_a_body_without_room_at_its_release_or_above_is_reported_as_unresolved(engine):
-    """Sheets 0.5 m apart reach higher than the search for a clear place."""
+    """The stack of sheets, 0.5 m apart, is higher than the region searched for a clear place."""
     terrain = sheets(np.arange(12) * 0.5)
     x = np.array([0.3, 0.1, 0.25])
     end = flown(engine_of(engine, facets_of(terrain)), [BOX], drop([BOX], x, about((1, 1, 0), 0.7)), TERMS)
@@ -59,7 +62,7 @@ def test_a_body_between_sheets_is_lifted_past_them_if_there_is_room_above():
 
 @pytest.mark.parametrize("engine", ["compiled", "reference"])
 def test_a_body_released_over_a_mesh_finer_than_its_first_room_has_all_facets_looked_at(engine):
-    """More than 256 facets lie near the box; a peak of the mesh that is among the last of them lifts it."""
+    """More than 256 facets lie near the box; a peak among the last of these facets lifts the box."""
     count, step = 41, 0.05
     corners = np.array([(i * step, j * step, 0.0) for i in range(count) for j in range(count)])
     place = np.array([1.0, 1.0])

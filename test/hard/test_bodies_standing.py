@@ -1,4 +1,4 @@
-"""Bodies on an edge or a corner, in gullies and gaps: where they just stand, tip, fit, or are wedged."""
+"""Tests of bodies on an edge or corner, in gullies and in gaps: they stand, tip over, fit or are wedged."""
 
 import math
 
@@ -45,7 +45,7 @@ def stays_outside(terrain, shape: Polyhedron, end, i: int = 0) -> bool:
 
 @pytest.mark.parametrize("off", [0.1, 0.01, 2e-3, -2e-3, -0.01, -0.1])
 def test_a_cube_on_its_edge_falls_to_the_side_on_which_its_centre_is(off):
-    """Its centre is over the edge at 45 degrees; the growth of the lean is 3.2 1/s."""
+    """The centre is above the edge at a lean of 45 degrees; deviations grow at a rate of 3.2 1/s."""
     lean = 0.25 * math.pi + off
     q = about((0, 1, 0), lean)
     x = np.array([0.0, 0.0, DIAGONAL * math.cos(off) + 1.6 * ACCURACY])
@@ -72,7 +72,7 @@ def test_a_cube_on_a_slope_stands_below_45_degrees_and_tips_above(off):
 @pytest.mark.parametrize("e", [0.0, 0.5])
 @pytest.mark.parametrize("along", [0.0, 1e-9, 0.3])
 def test_a_cube_that_lands_on_its_edge_along_the_edge_of_two_facets_rebounds_with_e(e, along):
-    """The cube's edge is over the facets' common edge, 1e-9 rad off it, and across it."""
+    """Seen from above, the edges of cube and facets are parallel, 1e-9 rad apart, or 0.3 rad apart."""
     lean = product(about((0, 0, 1), 0.25 * math.pi + along), about((1, 0, 0), 0.25 * math.pi))
     x = np.array([0.5, 0.5, DIAGONAL + 0.5])
     end = flown_over(level(), [CUBE], drop([CUBE], x, lean), Terms((ground(2.0, e),), ACCURACY, 20_000, 20.0))
@@ -86,10 +86,13 @@ def test_a_cube_that_lands_on_its_edge_along_the_edge_of_two_facets_rebounds_wit
 
 
 def corner_of_a_room(reach: float = 6.0):
-    """Return three squares at right angles that meet below in the origin, and the matrix of their axes in space."""
+    """Return three squares at right angles with their common corner lowest, at the origin, and a matrix (3, 3).
+
+    The columns of the matrix are the directions of the three edges. reach : side of the squares (m)
+    """
     k = np.array([1.0, 1.0, 1.0]) / math.sqrt(3.0)
     first = np.array([1.0, -1.0, 0.0]) / math.sqrt(2.0)
-    basis = np.array([first, np.cross(k, first), k])  # of the room, with its diagonal upright
+    basis = np.array([first, np.cross(k, first), k])  # rows: axes of the room, with its diagonal upright
     axes = basis.T  # columns: the room's axes of x, y, z in space are the columns of basis
     a, b, c = reach * basis[:, 0], reach * basis[:, 1], reach * basis[:, 2]
     corners = [np.zeros(3), a, b, c, a + b, b + c, c + a]
@@ -122,7 +125,7 @@ def test_cubes_that_fall_into_a_corner_on_a_corner_stay_outside_and_stop():
 
 
 def gully(half: float, reach: float = 8.0):
-    """Return a V-gully along y whose walls lean by `half` (rad) off the upright plane through its bottom."""
+    """Return a V-shaped gully along y. half : angle (rad) of its walls with the vertical; reach : their length (m)"""
     wall = reach * np.array([math.sin(half), 0.0, math.cos(half)])
     corners = [(sign * wall[0], y, wall[2] if sign else 0.0) for y in (-9.0, 9.3) for sign in (-1.0, 0.0, 1.0)]
     return terrain_of(corners, [(0, 1, 4), (0, 4, 3), (1, 2, 5), (1, 5, 4)])
@@ -136,7 +139,7 @@ LONG_ALONG_Y = about((0, 0, 1), 0.5 * math.pi)
 @pytest.mark.parametrize("half", [0.2, 0.5, 0.9])
 @pytest.mark.parametrize("mu", [1.0, 2.0, 100.0])
 def test_a_slab_that_falls_flat_into_a_gully_is_wedged_where_its_lower_edges_meet_the_walls(half, mu):
-    """Friction holds it if its angle is beyond that of the reaction; here also the geometry alone does."""
+    """Friction holds the slab if the friction angle exceeds the angle of the reaction; so does geometry here."""
     terrain = gully(half)
     height = 0.5 / math.tan(half) + 0.15
     bodies = drop([WEDGE], np.array([0.0, 0.0, height + 0.2]), LONG_ALONG_Y)
@@ -170,14 +173,17 @@ UPRIGHT = product(about((0, 0, 1), 0.0), about((0, 1, 0), 0.5 * math.pi))
 
 
 def slot(width: float, depth: float = 5.0, side: float = 6.0):
-    """Return two level banks at height 0 with a slot between them, upright walls, and a floor below."""
+    """Return two level banks at height 0 with an upright slot along y between them, and the floor of the slot.
+
+    width, depth : of the slot (m); side : distance (m) of the outer border from the middle
+    """
     half = 0.5 * width
     profile = [(-side, 0.0), (-half, 0.0), (-half, -depth), (half, -depth), (half, 0.0), (side, 0.0)]
     return terrain_of([(x, y, z) for x, z in profile for y in (-side, 1.1 * side)], grid_triangles(6, 2))
 
 
 ROOMS = [(1e-2, 1e-3), (3e-3, 1e-3), (5e-4, 1e-4), (5e-5, 1e-5), (-1e-6, 1e-3), (-1e-3, 1e-3), (-1e-3, 1e-5)]
-"""Room of the gap beyond the thickness, and accuracy (m): contact begins at most one accuracy from each wall."""
+"""(Width of the gap minus thickness of the body, accuracy), both in m; contact begins within one accuracy of a wall."""
 
 
 @pytest.mark.parametrize("shape", [PLATE, NEEDLE], ids=["plate", "needle"])
@@ -197,7 +203,7 @@ def test_a_plate_and_a_needle_pass_a_gap_of_their_size_if_it_has_room(shape, roo
 
 @pytest.mark.parametrize("shape", [PLATE, NEEDLE], ids=["plate", "needle"])
 def test_in_a_gap_with_less_room_than_the_accuracy_a_body_stays_outside_all_walls(shape):
-    """Whether it passes is not decided at this accuracy."""
+    """At this accuracy, the body may or may not pass."""
     terrain = slot(0.1 + 5e-4)
     bodies = drop([shape], np.array([0.0, 0.3, 1.5]), UPRIGHT)
     end = flown_over(terrain, [shape], bodies, Terms((ground(0.5),), 1e-3, 100_000, 3.0))

@@ -1,4 +1,4 @@
-"""Bodies that roll: the rimless wheel, and hulls of more and more corners, which tend to the sphere."""
+"""Tests of bodies that roll: the rimless wheel, and hulls with more and more corners, which approach a sphere."""
 
 import math
 
@@ -18,18 +18,18 @@ J = LENGTH**2 * (2.0 + math.cos(2.0 * AL)) / 6.0
 ETA = (J + LENGTH**2 * math.cos(2.0 * AL)) / (J + LENGTH**2)
 GAIN = 4.0 * G * LENGTH * math.sin(AL) * math.sin(GAMMA) / (J + LENGTH**2)
 AFTER = ETA * math.sqrt(GAIN / (1.0 - ETA**2))
-"""Spin (rad/s) of the steady wheel after each corner: McGeer 1990; Coleman, Chatterjee & Ruina 1997."""
+"""Spin (rad/s) after each corner in steady rolling: McGeer 1990; Coleman, Chatterjee & Ruina 1997."""
 
 
 def wheel():
-    """Return a prism of N corners whose third axis, with the largest moment, is that of the wheel."""
+    """Return a prism over a polygon of N corners; its third principal axis (largest moment) is the wheel's axis."""
     turn = 2.0 * math.pi * np.arange(N) / N
     ring = LENGTH * np.column_stack([np.cos(turn), np.sin(turn)])
     return polyhedron_of(np.vstack([np.column_stack([ring, np.full(N, y)]) for y in (-0.5, 0.5)]), "wheel")
 
 
 def on_a_corner(shape) -> np.ndarray:
-    """Return the orientation of a wheel with its axis along y and a pair of corners right below the centre."""
+    """Return the orientation (4,) of a wheel with its axis along y and two corners vertically below the centre."""
     corner = float(np.arctan2(shape.corners[:, 1], shape.corners[:, 0]).min())
     u, axis = np.array([0.0, 0.0, -1.0]), np.array([0.0, -1.0, 0.0])
     v = np.cross(axis, u)
@@ -38,9 +38,9 @@ def on_a_corner(shape) -> np.ndarray:
 
 
 def steady_spins(accuracy: float) -> np.ndarray:
-    """Return the mean spins before and after a corner, over ten corners after a long way down, from rest.
+    """Return the mean spins (rad/s) just before and after an impact of a corner, over the last ten impacts: (2,).
 
-    The wheel begins at rest, so friction does not turn it off its way, where sliding contacts have several solutions.
+    The wheel starts at rest, so that friction does not turn it sideways.
     """
     shape = wheel()
     lean = about((0.0, 1.0, 0.0), 0.02)
@@ -56,7 +56,7 @@ def steady_spins(accuracy: float) -> np.ndarray:
 
 
 def test_a_rimless_wheel_rolls_with_the_spin_of_the_closed_form():
-    """The error of the spin is at most 7 accuracies over the radius, and falls faster than the accuracy."""
+    """The relative error of the spin is at most 7 accuracies over the radius, and falls faster than the accuracy."""
     assert G * math.cos(GAMMA + AL) > LENGTH * (AFTER / ETA) ** 2, "it does not lift off"
     accuracies = np.array([4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4])
     spins = np.array([steady_spins(accuracy) for accuracy in accuracies])
@@ -78,7 +78,7 @@ def level(side: float = 40.0):
 
 @pytest.mark.parametrize(("mu", "e"), [(0.1, 0.5), (2.0, 0.0), (2.0, 0.5), (0.0, 1.0)])
 def test_the_bounce_of_a_hull_tends_to_that_of_a_sphere(mu, e):
-    """Mean over 60 orientations; a sphere sticks if (1 + e) mu v_z is at least (1 + e) 2/7 v_x."""
+    """Errors are means over 60 orientations; a sphere does not slip after the impact if (1 + e) mu v_z >= 2/7 v_x."""
     v_x, v_z = 3.0, 3.0
     slowed = (1.0 + e) * min(mu * v_z, 2.0 / 7.0 * v_x)
     errors = []
@@ -97,7 +97,7 @@ def test_the_bounce_of_a_hull_tends_to_that_of_a_sphere(mu, e):
 
 
 def test_a_hull_that_skids_begins_to_roll_as_a_sphere_does():
-    """A sphere skids with mu g up to t = 2 v / (7 mu g), and rolls then with 5/7 v."""
+    """A sphere skids with deceleration mu g until t = 2 v / (7 mu g), then rolls at 5/7 v."""
     v, mu = 4.0, 0.3
     lasts, errors = 2.0 * v / (7.0 * mu * G), []
     for corners in HULLS:

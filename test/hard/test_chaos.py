@@ -1,9 +1,9 @@
-"""What rough ground promises: every bit of a run again, and statistics that no small shift changes.
+"""Tests on rough ground: runs are bitwise reproducible, and small shifts of the releases do not change statistics.
 
-Facets are flat, so two rocks that meet the same ones in the same order drift apart by a factor that belongs to their
-path, however small their difference. Only when one of them meets another facet, or bounces one more time, do they part
-for good; for that they must differ by a share of a facet, or be very unlucky. So a picometre stays picometres, and a
-decimetre, which no survey and no source is better than, sends half of the rocks elsewhere.
+Facets are flat. If two rocks meet the same facets in the same order, their distance grows by a factor that depends only
+on the path, however small the distance is. They separate for good only if one of them meets another facet or bounces
+again. This needs a distance of a share of a facet, or a rare coincidence. So a shift of a picometre stays in the
+order of picometres; a shift of a decimetre, the accuracy of surveys and sources, sends half of the rocks elsewhere.
 """
 
 from functools import cache
@@ -20,17 +20,17 @@ from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 from rpf3d_core.values import Outcome
 
 HAIR = 1e-12
-"""m: the shift between two rocks that rounding could be taken for. The contact tolerance of this pit is 1e-9 m."""
+"""Shift (m) of the order of rounding errors; the contact tolerance of this pit is 1e-9 m."""
 HAND = 0.1
-"""m: a shift that no survey would notice."""
+"""Shift (m) that is within the accuracy of a survey."""
 PHYSICS = flight(surface(0.5, 0.8, 35.0))
 MANY = {"reference": 40, "compiled": 4000}
-"""Rocks: plain Python flies about 50 a second here, so its statistics are coarse."""
+"""Number of rocks for each engine: the reference engine flies only about 50 rocks per second here."""
 
 
 @cache
 def rough() -> Terrain:
-    """A small rough pit of six benches, in facets of about 2 m."""
+    """Return a small rough pit with six benches and facets of about 2 m."""
     whole = pit_terrain(
         Pit(triangles=200_000, waste_benches=6, ore_benches=0, floor_radius=120.0, crest_altitude=72.0, roughness=0.5)
     )
@@ -39,12 +39,12 @@ def rough() -> Terrain:
 
 @cache
 def flown(engine: str, count: int, shift: float) -> Flights:
-    """`flown_over` the pit with a new engine."""
+    """Return `flown_over` for the pit and a new engine, cached."""
     return flown_over(engine_over(engine, rough()), count, shift)
 
 
 def flown_over(over: Engine, count: int, shift: float) -> Flights:
-    """Rocks thrown inwards from a ring over the benches, shifted by so much (m) towards +x."""
+    """Fly rocks that are thrown inwards from a ring above the benches; shift : displacement (m) of releases to +x."""
     draw = np.random.default_rng(1)
     a, r = draw.uniform(0, 2 * np.pi, count), draw.uniform(0.55, 0.62, count)
     low, high = rough().vertices.min(0), rough().vertices.max(0)
@@ -57,7 +57,7 @@ def flown_over(over: Engine, count: int, shift: float) -> Flights:
 
 
 def growth(engine: str, shift: float) -> np.ndarray:
-    """How much farther apart than at their release rocks and those shifted by so much (m) come to their end (-)."""
+    """Return (R,) for each rock the distance between its end and that of the shifted rock, over the shift (m)."""
     one, other = (flown(engine, MANY[engine], by).deposits for by in (0.0, shift))
     return np.linalg.norm(one.x - other.x, axis=1) / shift
 
@@ -75,7 +75,7 @@ def test_both_engines_agree_to_the_last_bit_on_rough_ground():
 
 @BOTH
 def test_a_shift_of_a_picometre_grows_by_a_small_factor_on_the_way(engine):
-    """The figures of README.md: print them with `pytest -s`."""
+    """`pytest -s` prints the figures of README.md."""
     factors = growth(engine, HAIR)
     print(f"{engine}: growth of {HAIR:g} m, percentiles 50, 90, 99, 100:", np.percentile(factors, [50, 90, 99, 100]))
     assert 0.1 < np.median(factors) < 10.0
@@ -84,7 +84,7 @@ def test_a_shift_of_a_picometre_grows_by_a_small_factor_on_the_way(engine):
 
 @BOTH
 def test_the_growth_of_a_nanometre_is_that_of_a_picometre(engine):
-    """It is a property of the path: 1e-12, 1e-9 and 1e-6 m grow alike, up to the rounding of 1e-12 m."""
+    """The growth depends on the path only: 1e-12, 1e-9 and 1e-6 m grow alike, apart from rounding at 1e-12 m."""
     hair, wider, wide = (np.median(growth(engine, shift)) for shift in (HAIR, 1e-9, 1e-6))
     assert wider == pytest.approx(wide, rel=1e-3)
     assert hair == pytest.approx(wide, rel=0.1)

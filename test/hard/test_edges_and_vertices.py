@@ -1,4 +1,4 @@
-"""Impacts and releases exactly on edges and vertices, and a hair off them."""
+"""Tests of impacts and releases on edges and vertices, exactly or within 1e-12 m."""
 
 import dataclasses
 import math
@@ -35,7 +35,7 @@ SPOTS = {
 }
 ANYWHERE = pytest.mark.parametrize("spot", SPOTS.values(), ids=SPOTS)
 HAIR = pytest.mark.parametrize("off", [0.0, 1e-12, -1e-12], ids=["on it", "1e-12 m above", "1e-12 m below"])
-"""Less than the contact tolerance of these terrains, 1e-11 m, and more than rounding, 1e-15 m."""
+"""Offsets (m) below the contact tolerance of these terrains (1e-11 m) but above rounding errors (1e-15 m)."""
 
 
 def one_release(*x):
@@ -75,7 +75,7 @@ def test_a_rock_released_at_rest_on_a_steep_slope_slides_off_it_wherever_it_lies
 @BOTH
 @pytest.mark.parametrize("along", [0.0, 0.1, 0.37, 1.0, 2.9, 6.1])
 def test_a_rock_that_moves_along_the_slope_it_is_released_on_slides_from_the_start(engine, along):
-    """Its coordinates are rounded, so it lies a hair above or below the plane: that must not make it an impact."""
+    """Rounding puts the rock slightly above or below the plane; this must not cause an impact."""
     for angle in (13.0, 31.0, 44.0, 58.0):
         descent, _ = down_the_slope(angle, 21.0)
         over = engine_over(engine, incline(angle, 21.0))
@@ -105,7 +105,7 @@ def test_a_rock_deeper_under_the_ground_than_any_tolerance_is_refused(engine, de
 @BOTH
 @pytest.mark.parametrize("spot", [(0.5, 2.0), (1.0, 3.0), (0.8, 6.0)], ids=["in a facet", "on a diagonal", "on a seam"])
 def test_a_rock_in_the_ground_straight_above_an_edge_of_an_overhang_is_refused(engine, spot):
-    """A bench face that leans out by 2 m over 4 m. The back of a facet ends before the edges of the facet."""
+    """The bench face leans out by 2 m over a height of 4 m; the rock is inside the rock mass under the overhang."""
     profile = [(-6.0, 4.0), (2.0, 4.0), (0.0, 0.0), (6.0, 0.0)]
     corners = [(x, y, z) for y in (0.0, 6.0, 12.0) for x, z in profile]
     facets = [t for k in (0, 1, 2, 4, 5, 6) for t in ((k, k + 1, k + 5), (k, k + 5, k + 4))]
@@ -122,7 +122,7 @@ def test_a_rock_in_the_ground_straight_above_an_edge_of_an_overhang_is_refused(e
 @BOTH
 @pytest.mark.parametrize("height", [1e-6, 1e-5, 1e-3, 0.03])
 def test_a_rock_in_the_ground_straight_above_the_foot_of_an_overhang_is_refused(engine, height):
-    """The foot runs along a line next to the release that looks for the ground: that line meets the floor as well."""
+    """The line that searches the ground next to the release runs along the foot, so it also meets the floor."""
     along, out = np.array([0.4, -1.0]) / math.hypot(0.4, 1.0), np.array([1.0, 0.4]) / math.hypot(0.4, 1.0)
     profile = [(-6.0, 4.0), (2.0, 4.0), (0.0, 0.0), (6.0, 1.0)]
     corners = [(*(x * out + y * along), z) for y in (-6.0, 0.0, 6.0) for x, z in profile]
@@ -149,7 +149,7 @@ def test_a_vertical_drop_on_level_ground_bounces_in_place(engine, spot):
 
 
 def rebound_from(n, v, R_n, R_t):
-    """v' = -R_n v_n + R_t v_t."""
+    """Return the velocity -R_n v_n + R_t v_t after an impact with velocity v (3,) m/s on a facet with unit normal n."""
     v_n = (v @ n) * n
     return -R_n * v_n + R_t * (v - v_n)
 
@@ -157,7 +157,7 @@ def rebound_from(n, v, R_n, R_t):
 @BOTH
 @pytest.mark.parametrize("across", [0.0, 3.0, -3.0])
 def test_an_impact_exactly_on_a_ridge_is_one_impact_on_one_of_its_flanks(engine, across):
-    """On which of them, rounding decides: it is met at the same instant but for that (docs/reference/tolerances.md)."""
+    """Both flanks are met at the same time, apart from rounding, which decides (docs/reference/tolerances.md)."""
     over = engine_over(engine, strip([(-10.0, -10.0), (0.0, 0.0), (10.0, -5.0)], across=3))
     fall = 1.0
     v = np.array((across, 0.0, -G * fall))
@@ -201,7 +201,7 @@ def test_a_rock_dropped_on_a_vertex_of_six_facets_ends_where_a_rock_can(engine, 
 @MODELS
 @pytest.mark.parametrize("spot", [(6.0, 0.7), (6.0, 2.0), (6.0, 6.0), (6.0, -6.0)])
 def test_a_rock_dropped_on_the_very_rim_of_a_terrain_bounces_on_it(engine, model, spot):
-    """On a boundary edge, on a vertex of it and on two corners: a terrain contains its rim."""
+    """The rock meets a boundary edge, a boundary vertex or a corner: a terrain contains its border."""
     over = engine_over(engine, floor(6.0, cells=6))
     flights = fly(over, flight(surface(), model), (*spot, 2.0))
     assert flights.deposits.outcome[0] == Outcome.STOPPED
@@ -216,7 +216,7 @@ def test_a_rock_dropped_a_micrometre_beside_the_rim_falls_past_it(engine):
 
 @BOTH
 def test_no_rock_falls_between_two_facets(engine):
-    """Drops on every vertex, edge and diagonal of a rough grid: each must hit."""
+    """Rocks drop on every vertex and every edge of a rough grid; each must hit the ground."""
     terrain = rough_grid(6, 6.0, 0.3, 0.4, seed=9)
     inner = terrain.vertices[((terrain.vertices[:, :2] > 0.5) & (terrain.vertices[:, :2] < 5.5)).all(1)]
     spots = [np.add(inner, (0, 0, 3))]
@@ -251,7 +251,7 @@ def test_a_rock_laid_exactly_on_a_summit_slides_down_or_stays_as_friction_says(e
 @BOTH
 @pytest.mark.parametrize("amplitude", [1e-3, 0.5])
 def test_a_rock_at_rest_on_a_vertex_of_a_slope_that_nothing_holds_leaves_it(engine, amplitude):
-    """No friction, and every facet falls towards +x: on none of its vertices, inside or on the rim, may a rock stop."""
+    """All facets fall to +x and there is no friction, so a rock stops on no vertex, inside or on the border."""
     terrain = rough_grid(8, 16.0, 2.5, amplitude, seed=331735)
     flights = fly(engine_over(engine, terrain), flight(surface(0.0, 0.0, 0.0, 0.05)), terrain.vertices)
     assert set(flights.deposits.outcome) == {Outcome.LEFT_TERRAIN}
@@ -262,7 +262,9 @@ def test_a_rock_at_rest_on_a_vertex_of_a_slope_that_nothing_holds_leaves_it(engi
 
 
 def crest_with_a_crack(rear, front, off):
-    """Two flanks of slopes dz/dx that meet at x = 0; the front flank is cut at y = 0, its vertex moved by `off` (3,) m.
+    """Return two flanks that meet at x = 0; the edge of the front flank has a vertex at y = 0, moved by `off` (3,) m.
+
+    rear, front : slopes dz/dx of the flanks. The crack between them is widest at y = 0.
 
     At y = 1.25 the crack is 0.75 times as wide as at y = 0.
     """
@@ -271,7 +273,7 @@ def crest_with_a_crack(rear, front, off):
 
 
 def thrown_through(place, v, t):
-    """Return position (3,) m and velocity (3,) m/s of a rock that passes a place with velocity v after t seconds."""
+    """Return position (3,) m and velocity (3,) m/s, t seconds before, of a rock that is at `place` with velocity v."""
     fall = np.array((0.0, 0.0, G))
     return np.array(place) - np.array(v) * t - 0.5 * t * t * fall, np.array(v) + t * fall
 
@@ -280,9 +282,9 @@ def thrown_through(place, v, t):
 @pytest.mark.parametrize("wide", [1e-10, 5e-10])
 @pytest.mark.parametrize("air", [None, Drag(1e-9, 1.2, 1e-17, G)], ids=["released", "in mid-air"])
 def test_a_rock_that_flies_into_a_crack_at_a_crest_is_not_sent_into_the_ground(engine, wide, air):
-    """Just past the rear flank, the rock is behind the plane of the steep front flank and rises through this plane.
+    """After the rear flank, the rock is behind the plane of the steep front flank and rises through this plane.
 
-    The air is too thin to move the rock, but cuts its flight into segments that start in mid-air.
+    The thin air does not move the rock, but it divides the flight into segments that start in mid-air.
     """
     over = engine_over(engine, crest_with_a_crack(0.4, -1.7, (wide, 0, 0)))
     x, v = thrown_through((0.3 * wide, 1.25, 0.0), (3.0, 0.0, -3.0), 0.1)
@@ -299,9 +301,9 @@ def test_a_rock_that_flies_into_a_crack_at_a_crest_is_not_sent_into_the_ground(e
 @BOTH
 @pytest.mark.parametrize("sine", [0.01, 0.03, 0.3])
 def test_a_rock_that_meets_a_crack_at_a_small_angle_does_not_pass_below_the_next_facet(engine, sine):
-    """One level plane, but the vertex on the edge is 5e-10 m too high: the rock passes the edge just below the vertex.
+    """The ground is level, but the vertex on the edge is 5e-10 m too high, and the rock passes the edge just below it.
 
-    It meets the plane of the rear facet 0.25 nm / sine behind this facet, and the plane of the front facet nowhere.
+    The rock meets the plane of the rear facet 0.25 nm / sine past this facet, and never the plane of the front facet.
     """
     over = engine_over(engine, crest_with_a_crack(0.0, 0.0, (0, 0, 5e-10)))
     x, v = thrown_through((0.0, 1.25, 2.5e-10), (3.0, 0.0, -3.0 * sine), 1e-3)

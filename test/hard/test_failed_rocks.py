@@ -1,4 +1,4 @@
-"""A rock whose state becomes no number ends with an outcome of its own, harms no other, and can be flown again."""
+"""Tests that a rock whose state becomes NaN gets a separate outcome, disturbs no other rock and can be flown again."""
 
 import math
 from collections.abc import Iterator
@@ -25,7 +25,7 @@ SCENES = Path(__file__).parents[2] / "config" / "scenes"
 
 
 class Faulty(NamedTuple):
-    """A user's model with a fault: above a speed (m/s) it takes the root of a negative number, or divides by zero."""
+    """An own model with a fault: above `speed` (m/s) it takes the root of a negative number or divides by zero."""
 
     speed: float
     divides: float
@@ -51,7 +51,7 @@ def faulty_rest(
 
 @pytest.fixture(autouse=True, scope="module")
 def compiled_for_these_tests_only() -> Iterator[None]:
-    """Keep the loop for the faulty model out of the disk cache, whose index no other process could read then."""
+    """Compile the loop for the faulty model without the disk cache, whose index other processes could not read then."""
     if not HAS_NUMBA:
         yield
         return

@@ -1,4 +1,4 @@
-"""Rocks at gaps of the terrain: they end at the level of the ground around, and count nowhere after."""
+"""Tests of rocks at gaps of the terrain: they end at the level of the surrounding ground and are not counted below."""
 
 import json
 import math
@@ -21,7 +21,7 @@ AVA = Path(__file__).parents[3] / "shared" / "data" / "alps" / "avaKot.asc.gz"
 
 
 def slope(missing=lambda i, j: False):
-    """A plane falling eastwards by SLOPE, squares of 1 m, without those that are `missing`."""
+    """Return a plane of 1 m squares that falls eastwards by SLOPE (m/m); `missing(i, j)` is true for absent squares."""
     j, i = np.mgrid[: SIDE + 1, : SIDE + 1]
     vertices = np.stack([i.ravel(), j.ravel(), -SLOPE * i.ravel()], axis=1).astype(float)
     first = np.array([b * (SIDE + 1) + a for b in range(SIDE) for a in range(SIDE) if not missing(a, b)])[:, None]
@@ -46,7 +46,7 @@ def above_plane(x):
 
 
 def rocks(count=120, seed=4):
-    """Rocks that leave the upper end of the slope eastwards."""
+    """Return the positions (count, 3) m and velocities (count, 3) m/s of rocks that fly east from the upper end."""
     rng = np.random.default_rng(seed)
     x = np.column_stack([np.full(count, 1.5), rng.uniform(7.0, 15.0, count), np.full(count, -0.5)])
     return x, np.column_stack([rng.uniform(1.0, 6.0, count), rng.uniform(-0.5, 0.5, count), rng.uniform(0, 3, count)])
@@ -86,7 +86,7 @@ def test_a_rock_that_flies_over_a_gap_is_that_over_whole_ground(engine):
     x, v = rocks(60)
     x[:, 0], v[:, 0], v[:, 2] = 6.0, 9.0, 5.0
     x[:, 2] = -2.5
-    physics = flight(surface(0.0, 0.1, 60.0))  # they land beyond and stay
+    physics = flight(surface(0.0, 0.1, 60.0))  # rocks that land beyond the gap stay there
     holed, whole = (fly(engine_over(engine, slope(*which)), physics, x, v) for which in ((hole,), ()))
     assert (holed.deposits.outcome == Outcome.STOPPED).all() and (holed.deposits.x[:, 0] > 12.0).all()
     for column in ("x", "t", "path", "max_speed", "outcome", "impacts"):
@@ -164,7 +164,10 @@ engine: {engine}
 
 
 def ran(folder, engine, there):
-    """A run over a grid of heights that fall eastwards, without the points that are not `there`."""
+    """Run a scene with a height grid that falls eastwards; return the run and its summary.
+
+    there : (rows, columns) bool, False for the points that are missing
+    """
     rows, columns = there.shape
     z = 100.0 - 0.6 * np.arange(columns) + np.zeros((rows, 1))
     lines = [f"ncols {columns}", f"nrows {rows}", "xllcenter 0", "yllcenter 0", "cellsize 1", "NODATA_value -9999"]
@@ -189,7 +192,7 @@ def test_nothing_downhill_of_a_hole_is_counted_and_the_summary_says_how_many_wer
     raster = run.maps.raster
     x = raster.x + raster.cell * (run.maps.cells.cell % raster.nx) + run.terrain.frame.origin[0]
     assert 11.0 <= x.max() < 16.0, "no rock came out of the hole, so no cell beyond it"
-    highest = float(np.sqrt(3.0**2 + 2.0 * G * (0.5 + 0.6 * 13.0)))  # from 0.5 m above x = 3 to the lower rim at 16
+    highest = float(np.sqrt(3.0**2 + 2.0 * G * (0.5 + 0.6 * 13.0)))  # fall from x = 3 m to x = 16 m
     assert run.flights.deposits.max_speed[run.flights.deposits.outcome == LOST].max() <= highest
     assert facts["lost_to_holes"]["rocks"] == lost
     ramp = facts["areas_of_interest"]["ramp"]

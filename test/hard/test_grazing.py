@@ -1,6 +1,6 @@
-"""Flights that hardly touch: along a wall, over a floor, over a crest, up to a roof.
+"""Tests of flights that touch at very small angles: along a wall, over a floor, over a crest, up to a roof.
 
-An angle of incidence of 1e-9 is a speed of 1e-8 m/s into the ground. A tolerance in time or in speed would lose it.
+At an angle of 1e-9 rad the speed into the ground is 1e-8 m/s; a tolerance in time or speed would lose this impact.
 """
 
 import math
@@ -15,14 +15,14 @@ from rpf3d_core.values import Outcome
 
 ANGLES = pytest.mark.parametrize("angle", [1e-3, 1e-6, 1e-9])
 WALL = 3.0
-"""Where the wall stands (m): not at 0, so that distances to it are rounded as on any terrain."""
+"""Coordinate x (m) of the wall: not 0, so that distances to the wall are rounded as on any terrain."""
 ROUNDED = 4e-15
-"""m: a distance of 1e-8 m between coordinates of 3 m is known to so much."""
+"""Rounding error (m) of a small distance between two coordinates of about 3 m."""
 ALMOST = pytest.mark.parametrize("off", [1e-9, -1e-9])
 
 
 def wall():
-    """A vertical face 60 m high, its free side towards -x, on a level floor that goes on behind it."""
+    """Return a vertical face, 60 m high with its free side towards -x, on a level floor that continues behind it."""
     face = terrain_of([(WALL, -9, 0), (WALL, 9, 0), (WALL, 9, 60), (WALL, -9, 60)], [(0, 2, 1), (0, 3, 2)])
     return joined(floor(), face)
 
@@ -30,7 +30,7 @@ def wall():
 @BOTH
 @ANGLES
 def test_a_rock_that_falls_along_a_wall_touches_it_at_the_angle_it_has(engine, angle):
-    """After 1 s it falls at g and has come as near as it moves towards the wall: v' = (-R_n v_x, 0, R_t v_z)."""
+    """After 1 s the rock falls at g * 1 s and reaches the wall; its velocity becomes (-R_n v_x, 0, R_t v_z)."""
     towards = angle * G
     flights = fly(
         engine_over(engine, wall()), flight(surface(0.5, 0.8), "none"), (WALL - towards, 0.3, 59.0), (towards, 0, 0)
@@ -48,7 +48,7 @@ def test_a_rock_that_falls_along_a_wall_touches_it_at_the_angle_it_has(engine, a
 @ANGLES
 @pytest.mark.parametrize("slope", [0.0, 35.0])
 def test_a_rock_that_leaves_the_ground_at_a_grazing_angle_comes_back_to_it(engine, angle, slope):
-    """R_n 0.5 and R_t 1, so no speed along the ground is lost: bouncing 2 s / (g_n (1 - R_n)), then friction."""
+    """R_n = 0.5, and R_t = 1 keeps the speed along the ground: bounces for 2 v_n / (g_n (1 - R_n)), then friction."""
     descent, normal = (math.cos(a := math.radians(slope)), 0.0, -math.sin(a)), (math.sin(a), 0.0, math.cos(a))
     v = 6.0 * np.array(descent) + 6.0 * angle * np.array(normal)
     over = engine_over(engine, incline(slope, down=60.0, up=20.0))
@@ -63,9 +63,9 @@ def test_a_rock_that_leaves_the_ground_at_a_grazing_angle_comes_back_to_it(engin
 
 
 CREST = [(-10.0, -17.5), (0.0, 0.0), (10.0, -17.5)]
-"""A ridge along y at the origin, its flanks falling by 1.75."""
+"""Profile (x, z) in m of a ridge along y through the origin; its flanks fall by 1.75 m per metre."""
 TOSS = {"x": (-4.0, 0.3, -4.0), "v": (4.0, 0.0, 8.0)}
-"""Under g = 8 the apex of this parabola, z = -x^2 / 4, is the origin, and every number of it is exact in float64."""
+"""Release of the parabola z = -x^2 / 4 for g = 8 m/s2: its apex is the origin, and all numbers are exact in float64."""
 
 
 @BOTH
@@ -94,7 +94,7 @@ def test_a_flight_a_nanometre_above_a_crest_passes_it_and_one_below_does_not(eng
 @BOTH
 @pytest.mark.parametrize("tilt", [0.0, 30.0])
 def test_a_parabola_that_touches_a_roof_just_at_its_apex_flies_on_as_if_it_had_not(engine, tilt):
-    """Its speed into the roof is nothing, and R_t = 1 takes nothing from the speed along it."""
+    """The speed normal to the roof is zero, and R_t = 1 keeps the speed along the roof."""
     roof = terrain_of([(-5, -5, 6), (5, -5, 6), (5, 5, 6), (-5, 5, 6)], [(0, 2, 1), (0, 3, 2)])
     strike = (math.cos(math.radians(tilt)), math.sin(math.radians(tilt)), 8.0)  # across the facets' diagonal, or not
     flights = fly(
@@ -111,7 +111,7 @@ def test_a_parabola_that_touches_a_roof_just_at_its_apex_flies_on_as_if_it_had_n
 @BOTH
 @ALMOST
 def test_a_parabola_whose_apex_is_a_nanometre_off_a_roof_changes_as_little_as_that(engine, off):
-    """A nanometre too high it meets the roof at sqrt(2 g 1e-9) = 1.3e-4 m/s, and loses no more than that."""
+    """A rock 1 nm too high meets the roof at sqrt(2 g 1e-9) = 1.3e-4 m/s, and loses at most this speed."""
     roof = terrain_of([(-5, -5, 6), (5, -5, 6), (5, 5, 6), (-5, 5, 6)], [(0, 2, 1), (0, 3, 2)])
     flights = fly(
         engine_over(engine, joined(floor(), roof)), flight(surface(0.5, 1.0), "none", gravity=8.0),
@@ -126,7 +126,7 @@ def test_a_parabola_whose_apex_is_a_nanometre_off_a_roof_changes_as_little_as_th
 @BOTH
 @ANGLES
 def test_grazing_impacts_on_every_facet_of_a_long_incline_cost_what_the_angle_says(engine, angle):
-    """A rock thrown along a plane of 200 facets meets it where the parabola does, whatever facet that is."""
+    """A rock thrown along a plane of 200 facets meets the plane where its parabola does, on whichever facet."""
     a = math.radians(20.0)
     descent, normal = np.array((math.cos(a), 0, -math.sin(a))), np.array((math.sin(a), 0, math.cos(a)))
     over = engine_over(engine, incline(20.0, cells=(50, 2), jitter=3))

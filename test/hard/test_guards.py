@@ -1,4 +1,4 @@
-"""The list of guards is what it says: each text stands once in its file, each test exists, README.md has the table."""
+"""Tests of the list of guards: each text occurs once in its file, each test exists, README.md has the table."""
 
 import importlib.util
 from pathlib import Path
@@ -8,7 +8,7 @@ HERE = Path(__file__).parent
 
 
 def guards() -> ModuleType:
-    """The script, as a module."""
+    """Return the script guards.py, loaded as a module."""
     spec = importlib.util.spec_from_file_location("guards", HERE / "guards.py")
     assert spec and spec.loader
     module = importlib.util.module_from_spec(spec)

@@ -1,4 +1,4 @@
-"""Valleys, corners, pits and slots: contacts with several facets at once."""
+"""Tests of contacts with several facets at the same time: in gullies, corners, pits and slots."""
 
 import math
 
@@ -42,7 +42,7 @@ def test_a_rock_dropped_into_a_gully_stays_in_it_and_never_falls_through(engine,
 
 @BOTH
 def test_a_rock_that_falls_straight_into_the_line_of_a_level_gully_meets_both_sides_in_turn(engine):
-    """45 degrees on both sides, no losses: it is thrown from wall to wall, and comes straight back up."""
+    """With walls of 45 degrees and without losses, the rock bounces from wall to wall and rises vertically again."""
     flights = fly(
         engine_over(engine, gully(45.0, 45.0, 0.0)), flight(surface(1.0, 1.0), "none", max_impacts=60), (3.0, 0.0, 4.0)
     )
@@ -66,7 +66,7 @@ def test_a_rock_comes_to_rest_at_the_bottom_of_a_pit_with_one_vertex(engine, sid
     flights = fly(over, flight(surface(0.4, 0.6, 20.0, 0.3), model), x)
     assert lies_on(over, flights) and loses_energy(flights)
     assert outcomes(flights) <= {Outcome.STOPPED, *([Outcome.UNRESOLVED_CONTACT] if model == "none" else [])}
-    if model == "sliding":  # 45 degrees or so against 20 of friction: only the edges' wedging or the vertex can hold it
+    if model == "sliding":  # steeper than the friction angle: only an edge or the vertex can hold the rock
         assert np.all(flights.deposits.x[:, 2] < 3.0)
 
 
@@ -80,7 +80,7 @@ def test_a_rock_laid_exactly_on_the_vertex_of_a_pit_stays_there(engine):
 @BOTH
 @MODELS
 def test_a_rock_dropped_into_a_corner_of_three_facets_stops_in_it(engine, model):
-    """A cube's corner, standing on its tip: every rebound sends the rock on into the next facet."""
+    """The corner is that of a cube on its tip: every rebound sends the rock into the next facet."""
     tips = np.array(
         [[math.cos(a), math.sin(a), math.sqrt(0.5)] for a in (0.1, 0.1 + 2 * math.pi / 3, 0.1 + 4 * math.pi / 3)]
     )
@@ -98,7 +98,7 @@ def test_a_rock_dropped_into_a_corner_of_three_facets_stops_in_it(engine, model)
 @BOTH
 @pytest.mark.parametrize("steps", [3, 40])
 def test_a_rock_that_slides_along_the_line_of_a_meshed_gully_passes_its_vertices(engine, steps):
-    """A level gully of 30 and 10 degrees: gravity presses with g cos / sin of its sides, friction 0.05 brakes."""
+    """The normal forces of both walls, per mass, sum to g (sin a + sin b) / sin(a + b); friction is 0.05."""
     over = engine_over(engine, gully(30.0, 10.0, 0.0, length=60.0, cells=steps))
     flights = fly(over, flight([Surface(0.5, 0.8, 0.05, 0.0)] * 2), (0.0, 0.0, 0.0), (5.0, 0.0, 0.0))
     a, b = math.radians(30), math.radians(10)
@@ -112,7 +112,7 @@ def test_a_rock_that_slides_along_the_line_of_a_meshed_gully_passes_its_vertices
 @MODELS
 @pytest.mark.parametrize("angle", [80.0, 89.0, 89.9])
 def test_a_rock_that_falls_between_two_walls_is_wedged_above_the_line_where_they_meet(engine, model, angle):
-    """Walls of 80 to 89.9 degrees, 2 m wide at the top. Friction of 30 degrees holds no rock on one wall alone."""
+    """The gully is 2 m wide at the top; a friction angle of 30 degrees holds no rock on one wall alone."""
     depth = math.tan(math.radians(angle))
     over = engine_over(engine, gully(angle, angle, 0.0, side=1.0))
     draw = np.random.default_rng(5)
@@ -128,7 +128,7 @@ def test_a_rock_that_falls_between_two_walls_is_wedged_above_the_line_where_they
 
 @BOTH
 def test_a_rock_in_a_slot_of_a_millimetre_bounces_to_and_fro_without_loss_and_falls_as_freely(engine):
-    """Two vertical walls 1 mm apart, 5 m/s across and R_n = R_t = 1: 5,000 impacts a second, z as in the open."""
+    """At 5 m/s across 1 mm and with R_n = R_t = 1, there are 5,000 impacts per second; z is as in free fall."""
     gap, impacts = 1e-3, 2000
     faces = [
         terrain_of([(x, -9, -30), (x, 9, -30), (x, 9, 30), (x, -9, 30)], [(0, 1, 2), (0, 2, 3)]) for x in (0.0, gap)
@@ -149,7 +149,7 @@ def test_a_rock_in_a_slot_of_a_millimetre_bounces_to_and_fro_without_loss_and_fa
 @MODELS
 @pytest.mark.parametrize("sides", [3, 6])
 def test_a_rock_dropped_into_a_needle_pit_stays_in_it(engine, sides, model):
-    """1 cm wide and 10 m deep: the walls stand at 89.9 degrees, and meet in one vertex."""
+    """The pit has a radius of 1 cm and a depth of 10 m: its walls have 89.9 degrees and meet in one vertex."""
     over = engine_over(engine, cone(sides, radius=0.01, height=10.0))
     draw = np.random.default_rng(sides)
     x = np.concatenate([draw.uniform(-0.003, 0.003, (10, 2)), np.full((10, 1), 9.9)], 1)
@@ -165,7 +165,7 @@ def test_a_rock_dropped_into_a_needle_pit_stays_in_it(engine, sides, model):
 @pytest.mark.parametrize("along", [0.0, 9.0])
 @pytest.mark.parametrize("slope", [1e-5, 2e-5, 1e-4])
 def test_a_slight_ridge_takes_no_speed_from_a_rock_that_slides_over_it(engine, slope, along):
-    """A millimetre in 100 m, as rounding leaves it on a level bench: on a ridge both sides push, but hold nothing."""
+    """The ridge rises about 1 mm in 100 m, as rounding leaves on a level bench; its flanks must not hold the rock."""
     corners = [(x, y, -slope * abs(x)) for x in (-500.0, 0.0, 500.0) for y in (-500.0, 500.0)]
     ridge = terrain_of(corners, [(0, 2, 3), (0, 3, 1), (2, 4, 5), (2, 5, 3)])
     slides = flight(surface(0.3, 0.9, 0.0, 0.0), max_time=20.0)
@@ -175,12 +175,12 @@ def test_a_slight_ridge_takes_no_speed_from_a_rock_that_slides_over_it(engine, s
 
 
 def folded(opening: float, speed: float, R_n: float) -> float:
-    """Return the speed (m/s) at which a rock that slides into a wedge leaves it, by reflections in the cross-section.
+    """Return the speed (m/s) at which a rock leaves a wedge, computed by reflections in the cross-section.
 
-    opening : degrees between the walls; the rock comes down one wall, and R_t is 1
+    opening : angle (degrees) between the walls; speed : speed (m/s) at which the rock slides down one wall; R_t is 1
     """
     wall = complex(math.cos(math.radians(opening)), math.sin(math.radians(opening)))
-    across = [complex(0.0, -1.0) * wall, complex(0.0, 1.0)]  # normals, into the wedge, of the wall it meets and its own
+    across = [complex(0.0, -1.0) * wall, complex(0.0, 1.0)]  # inward normals: wall met first, other wall
     v, turn = complex(-speed, 0.0), 0
     while (into := (v * across[turn % 2].conjugate()).real) < 0.0:
         v -= (1.0 + R_n) * into * across[turn % 2]
@@ -192,7 +192,7 @@ def folded(opening: float, speed: float, R_n: float) -> float:
 @pytest.mark.parametrize("R_n", [0.7, 0.99])
 @pytest.mark.parametrize("opening", [20.0, 35.0, 44.0, 60.0, 80.0])
 def test_a_rock_that_slides_into_a_sharp_gully_bounces_out_of_it_again(engine, opening, R_n):
-    """Down a wall without friction for 4 m, against the other wall; upright about the middle of the gully."""
+    """Without friction, the rock slides 4 m down one wall of a symmetric gully and meets the other wall."""
     steep = 90.0 - 0.5 * opening
     height = 4.0 * math.sin(math.radians(steep))
     start = (5.0, 4.0 * math.cos(math.radians(steep)), height)
@@ -209,7 +209,7 @@ def test_a_rock_that_slides_into_a_sharp_gully_bounces_out_of_it_again(engine, o
 @pytest.mark.parametrize("opening", [10.0, 20.0])
 @pytest.mark.parametrize("R_n", [0.01, 0.1])
 def test_a_rock_passes_the_kinks_of_a_sharp_gully_although_it_bounces_there_a_hundred_times(engine, opening, R_n):
-    """Two thirds of these rocks once ended at a kink, in motion. At a kink all bounces happen in one place."""
+    """At a kink of the gully's line, all bounces happen in one place; a rock must not end there in motion."""
     dips, rise = [25.0, 12.0, 30.0, 18.0, 35.0, 8.0, 30.0], 1.0 / math.tan(math.radians(0.5 * opening))
     z = -np.cumsum([0.0, *(2.0 * math.tan(math.radians(dip)) for dip in dips)])
     aside = 0.2 * np.array([0.0, 1.0, -0.5, 0.3, -1.0, 0.8, 0.0, -0.4])

@@ -1,4 +1,4 @@
-"""Rocks that leave the terrain, and rocks that come to a limit: neither is ever called stopped."""
+"""Tests that rocks that leave the terrain or reach a limit never have the outcome `stopped`."""
 
 import math
 
@@ -36,7 +36,7 @@ def test_a_rock_leaves_a_terrain_sideways_after_bounces_at_its_very_edge(engine)
 @BOTH
 @MODELS
 def test_a_rock_that_falls_past_a_rim_is_not_followed_below_the_terrain(engine, model):
-    """An upper bench without a floor: the rock slides, or is thrown, over its rim and is reported to have left."""
+    """The terrain is a bench without a floor: a rock that crosses its border has the outcome `left_terrain`."""
     over = engine_over(engine, strip([(-20.0, 60.0), (0.0, 60.0)]))
     flights = fly(over, flight(surface(0.4, 0.9, 10.0), model), (-1.0, 0.3, 61.0), (5.0, 0.0, 0.0))
     assert flights.deposits.outcome[0] == Outcome.LEFT_TERRAIN
@@ -46,7 +46,7 @@ def test_a_rock_that_falls_past_a_rim_is_not_followed_below_the_terrain(engine, 
 @BOTH
 @pytest.mark.parametrize("start", ["flying", "sliding"])
 def test_a_rock_leaves_through_a_hole(engine, start):
-    """Two facets of 2 m by 2 m are missing: one rock falls into the hole, another slides into it."""
+    """Two facets of a 2 m square are missing: one rock falls into the hole, another slides into it."""
     holed = without_facets(floor(6.0, cells=6), 14, 14 + 36)
     hole = floor(6.0, cells=6).vertices[floor(6.0, cells=6).triangles[14]].mean(0)
     over = engine_over(engine, holed)
@@ -93,7 +93,7 @@ def test_a_rock_at_its_limit_of_impacts_has_made_exactly_so_many(engine, limit):
 
 @COMPILED_ONLY
 def test_a_million_impacts_without_loss_end_at_their_limit_when_they_must():
-    """From 2 m on level ground: impact n at t_0 (2 n - 1). Only the compiled engine: plain Python takes two minutes."""
+    """Dropped from 2 m, the rock has impact n at t_0 (2 n - 1). The reference engine would take two minutes."""
     physics = flight(surface(1.0, 1.0), max_impacts=1_000_000, max_time=1e9)
     over = engine_over("compiled", floor(cells=3))
     end = fly(over, physics, (0.1, 0.3, 2.0), record=False).deposits
@@ -114,7 +114,7 @@ def test_after_a_million_impacts_in_a_box_a_rock_is_still_in_it():
 
 @COMPILED_ONLY
 def test_a_million_dying_bounces_end_at_rest_when_their_series_does():
-    """R_n so near 1 that a rise of 2 m takes a million bounces to fall to the smallest bounce, 1 mm."""
+    """R_n is so near 1 that the height falls from 2 m to the smallest bounce, 1 mm, in a million bounces."""
     R_n = math.exp(-math.log(2000.0) / 2e6)
     physics = flight(Surface(R_n, 1.0, 0.5, 0.5), max_impacts=1_100_000, max_time=1e9)
     end = fly(engine_over("compiled", floor(cells=3)), physics, (0.1, 0.3, 2.0), record=False).deposits

@@ -1,7 +1,7 @@
-"""Spheres on facets that are almost one plane: they take off at each seam for nanoseconds, and must land again.
+"""Tests of spheres on facets that are almost one plane: they take off at each seam for nanoseconds and land again.
 
-A plane whose heights have noise of 1e-10 to 1e-3 m has angles between its facets from 1e-10 to 1e-3. Planes in float64
-look so after a rotation or a shift. The height above the plane is computed here from its equation alone.
+If the heights of a plane have noise of 1e-10 to 1e-3 m, the angles between its facets are 1e-10 to 1e-3 rad. A rotation
+or shift in float64 has this effect. The tests compute the height above the plane from the plane's equation alone.
 """
 
 import math
@@ -16,7 +16,7 @@ from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import Outcome
 
 RADIUS, FALL, STEEP = 0.5, 0.6, 200.0
-"""Radius of the spheres (m), and falls of the slope and of the wall per metre in plan: 31 and 89.7 degrees."""
+"""Radius (m) of the spheres; falls (m/m) of the slope and of the wall, which are 31 and 89.7 degrees."""
 GROUND = Surface(0.3, 0.8, 0.6, 0.05, 0.05)
 
 
@@ -44,7 +44,7 @@ def test_no_sphere_sinks_into_the_plane(noise):
 
 @pytest.mark.parametrize("noise", [0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3])
 def test_no_sphere_sinks_into_a_wall(noise):
-    """The spheres fall along the wall and bounce on it; heights have noise along the wall, STEEP times less across."""
+    """Spheres fall along the wall and bounce on it; noise in z displaces the wall STEEP times less across it."""
     x, v = released(np.random.default_rng(int(1e12 * noise) + 8), 60, STEEP)
     v[:, 0] = -np.abs(v[:, 0])
     engine = engine_over("compiled", rough_grid(20, 60.0, STEEP, noise))
@@ -62,7 +62,7 @@ def test_both_engines_keep_a_sphere_on_the_plane(engine):
 
 @pytest.mark.parametrize("width", [1e-3, 3e-4, 3e-5, 1e-6])
 def test_spheres_roll_over_needles_in_the_plane_as_if_there_were_none(width):
-    """A strip of this width (m), of triangles 4 m long, lies across the slope, as along the lines of berms."""
+    """A strip of this width (m), of triangles 4 m long, crosses the slope, as meshes have along berms."""
     corners = np.meshgrid([0.0, 8.0, 8.0 + width, 24.0], np.arange(0.0, 60.1, 4.0), indexing="ij")
     slope = terrain_of(np.stack([*corners, -FALL * corners[0]], -1).reshape(-1, 3), grid_triangles(4, 16))
     random, count, up = np.random.default_rng(31), 150, math.hypot(1.0, FALL)

@@ -1,4 +1,4 @@
-"""No rock is ever below the ground that it was above: a small part of the campaign `test/support/never_below.py`."""
+"""Tests that no rock gets below the ground: a small part of the campaign `test/support/never_below.py`."""
 
 import math
 from pathlib import Path
@@ -20,7 +20,7 @@ from rpf3d_core.values import Mode, Outcome
 
 VERTEX = Path(__file__).parents[3] / "shared" / "data" / "audit" / "vertex.yaml"
 CRACKED = [27, 42, 70, 82]
-"""Seeds of meshes with T-junctions, rounded as survey coordinates are, through which rocks fell."""
+"""Seeds of meshes with T-junctions, rounded like survey coordinates, through which rocks once fell."""
 
 
 FALLEN = [
@@ -41,13 +41,14 @@ FALLEN = [
     ("crests", 10, "constant", 93),
     ("crests", 17, "coulomb_limited", 17),
 ]
-"""Family, seed, rebound and row of rocks that fell."""
+"""(Family of cases, seed, rebound model, number of the rock) of rocks that once fell through the ground."""
 
 FAN = [(1.0, -0.02, -0.52), (1.0, 1.0, 0.5), (-0.2, 1.0, 0.2), (-1.0, 0.6, 1.0), (-0.5, -1.0, 0.3)]
-"""m: the rim of five facets around a vertex at the origin.
+"""Outer corners (m) of five facets around a vertex at the origin.
 
-No facet's way down leads onto that facet, so the rock is let go along the way down of the steepest, +x. In plan this
-leads over the facet of the first two corners, which it goes into; projected squarely on that facet it misses it.
+From the vertex, the line of steepest descent of no facet lies on that facet, so the rock starts along that of the
+steepest facet, +x. In plan, this direction lies over the facet of the first two corners and leads into this facet; its
+perpendicular projection onto the plane of the facet lies outside the facet.
 """
 
 
@@ -57,7 +58,7 @@ def fan() -> Terrain:
 
 @BOTH
 def test_a_rock_at_rest_on_a_vertex_finds_the_gully_that_leads_down_from_it(engine):
-    """The gully is the edge to the first corner: slope 27.5 degrees, and 1.13 m long."""
+    """The gully is the edge to the first corner: it is 1.13 m long and has a slope of 27.5 degrees."""
     deposits = fly(engine_over(engine, fan()), flight(surface(0.35, 0.85, 5.0)), AT_REST).deposits
     assert deposits.x[0].tolist() == pytest.approx(FAN[0], abs=1e-6)
     assert 2.0 < deposits.max_speed[0] < math.sqrt(2.0 * 9.81 * 0.52)
@@ -74,7 +75,10 @@ TURNED = math.cos(math.radians(33.0)), math.sin(math.radians(33.0))
 
 
 def wall_over_a_floor(lean: float) -> Terrain:
-    """A plateau, a wall of 10 m whose top leans back by `lean` (m), a floor that dips along its foot; two strips."""
+    """Return a plateau, a 10 m wall and a floor in two strips along y; the foot of the wall dips towards +y.
+
+    lean : how far (m) the top of the wall leans back; negative for an overhang
+    """
     profile = [(-10.0 - lean, 10.0), (-lean, 10.0), (0.0, 0.0), (20.0, 6.0)]
     vertices = [(x, y, z - 0.5 * y) for y in (0.0, 20.0, 40.0) for x, z in profile]
     corners = [4 * row + column for row in range(2) for column in range(3)]
@@ -84,7 +88,7 @@ def wall_over_a_floor(lean: float) -> Terrain:
 @BOTH
 @pytest.mark.parametrize("lean", [0.0, -1e-6, -0.3], ids=["upright", "nearly upright", "overhanging"])
 def test_a_rock_that_slides_along_the_foot_of_a_wall_passes_the_seams_of_the_mesh(engine, lean):
-    """From rest at (3, 8) down to the wall, and along its foot past y = 20, where other facets begin."""
+    """From rest at (3, 8) m, the rock slides to the wall and along its foot past y = 20 m, where new facets begin."""
     physics = flight(surface(0.0, 0.85, math.degrees(math.atan(0.2))))
     ends = fly(engine_over(engine, wall_over_a_floor(lean)), physics, (3.0, 8.0, 0.3 * 3.0 - 0.5 * 8.0)).deposits
     assert ends.outcome[0] == Outcome.LEFT_TERRAIN
@@ -93,7 +97,7 @@ def test_a_rock_that_slides_along_the_foot_of_a_wall_passes_the_seams_of_the_mes
 
 @BOTH
 def test_a_rock_in_the_corner_under_an_overhang_does_not_fall_through_the_floor(engine):
-    """At rest where a floor that dips to -x and -y meets a wall that leans over it: it slides along the corner."""
+    """The rock starts at rest where a dipping floor meets an overhanging wall, and slides along their common line."""
     vertices = [(x, y, z + 0.3 * y) for y in (-3.0, 3.0) for x, z in [(1.0, 4.0), (0.0, 0.0), (4.0, 1.0)]]
     notch = terrain_of(vertices, [(0, 1, 4), (0, 4, 3), (1, 2, 5), (1, 5, 4)])
     ends = fly(engine_over(engine, notch), flight(surface(0.0, 0.85, 5.0)), (0.0, 1.0, 0.3)).deposits
@@ -104,7 +108,7 @@ def test_a_rock_in_the_corner_under_an_overhang_does_not_fall_through_the_floor(
 @BOTH
 @pytest.mark.parametrize("rounded", [np.float32, np.float64])
 def test_a_wall_of_many_strips_is_never_hit_from_behind(engine, rounded):
-    """Upright, turned by 33 degrees; strips that are rounded to single precision bend by 1e-7 from each other."""
+    """The wall is upright and turned by 33 degrees; rounding to float32 turns its strips by 1e-7 rad to each other."""
     along, up = np.linspace(-4.0, 4.0, 9), (0.0, 3.0)
     corners = [(float(rounded(a * TURNED[1])), float(rounded(-a * TURNED[0])), z) for a in along for z in up]
     wall = terrain_of(corners, [t for k in range(0, 16, 2) for t in ((k, k + 3, k + 1), (k, k + 2, k + 3))])
@@ -121,7 +125,7 @@ def test_a_wall_of_many_strips_is_never_hit_from_behind(engine, rounded):
 
 @BOTH
 def test_a_rock_under_the_ground_is_not_counted_as_one_that_left(engine):
-    """Whatever let it fall there: it ends where it was, and alerts take its outcome for danger."""
+    """Such a rock ends where it was, with an outcome that alerts count as danger, whatever the cause."""
     plane = terrain_of([(0.0, 0.0, 0.0), (9.0, 0.0, 0.0), (9.0, 9.0, 0.0), (0.0, 9.0, 0.0)], [(0, 1, 2), (0, 2, 3)])
     start = [(3.0, 4.0, -1.0), (3.0, 4.0, 1.0)]
     ends = fly(
@@ -134,7 +138,7 @@ def test_a_rock_under_the_ground_is_not_counted_as_one_that_left(engine):
 @BOTH
 @pytest.mark.skipif(not VERTEX.exists(), reason=f"needs {VERTEX.name}, which is not part of the project")
 def test_a_rock_at_rest_on_a_vertex_stays_on_the_ground(engine):
-    """Eight triangles of a real survey, through whose middle the rock fell to 6.5 m/s."""
+    """The terrain is eight triangles of a real survey; the rock once fell through their common vertex."""
     run = rpf3d.simulate(VERTEX, engine=engine)
     assert run.flights.deposits.outcome[0] == Outcome.STOPPED
     assert run.flights.deposits.x[0, 2] == pytest.approx(run.flights.deposits.release[0, 2], abs=1e-9)
@@ -183,9 +187,9 @@ def test_the_check_sees_a_rock_below_the_ground_and_one_that_hangs_above_it():
 
 
 def test_the_check_sees_a_gully_that_holds_a_rock_too_early():
-    """By hand: a rock comes down the wall y = z / 2, meets the upright wall y = 0, and slides on along the line.
+    """In this invented path, a rock slides down the wall y = z / 2 to the upright wall y = 0 and on along their line.
 
-    With R_n 1 it would leave the gully at the 0.8 m/s across it with which it came, so the gully must not hold it.
+    With R_n = 1 it would leave the gully at 0.8 m/s across, the speed of its arrival, so the gully must not hold it.
     """
     walls = np.array([[(-5, 0, 0), (5, 0, 0), (5, 2, 4)], [(-5, 0, 0), (5, 0, 5), (5, 0, 0)]], dtype=float)
     down, line = (0.6, -0.8 * math.sqrt(0.2), -1.6 * math.sqrt(0.2)), (0.6, 0.0, 0.0)

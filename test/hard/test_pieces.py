@@ -1,4 +1,4 @@
-"""Pieces of terrain that pass through each other: a rock that slides over one piece does not pass below another."""
+"""Tests of terrain components that intersect: a rock that slides over one component does not pass below another."""
 
 import math
 
@@ -29,40 +29,40 @@ from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.values import Mode, Outcome
 
 FALL, SIDE = 0.7, 40.0
-"""Slope of the plane of the muck pile (m/m), towards +x, and its side (m)."""
+"""Fall (m/m) towards +x of the plane on which the muck pile lies, and the side (m) of this plane."""
 TOP, STEEP = np.array([20.0, 20.0, -0.7 * 20.0 + 3.0]), 4.0 / 3.0
-"""The top of the muck pile (m), 3 m over the slope, and the slope of its four sides."""
+"""Top (3,) m of the muck pile, 3 m above the slope, and the slope (m/m) of its four sides."""
 ROCKS = {"compiled": 400, "reference": 30}
 KINDS = [("sliding", "constant"), ("sliding", "coulomb_limited"), ("rolling", "coulomb_limited")]
 
 
 def slope(cells: int = 10) -> Terrain:
-    """A plane that falls towards +x, from (0, 0)."""
+    """Return the square plane that falls towards +x from x = 0, in cells x cells squares."""
     return plane(np.linspace(0.0, SIDE, cells + 1), np.linspace(0.0, SIDE, cells + 1))
 
 
 def plane(x: np.ndarray, y: np.ndarray) -> Terrain:
-    """The part of the plane over a grid of x and y."""
+    """Return the part of the plane with vertices at the coordinates x and y (m)."""
     u, w = (v.ravel() for v in np.meshgrid(x, y, indexing="ij"))
     return terrain_of(np.column_stack([u, w, -FALL * u]), grid_triangles(len(x), len(y)))
 
 
 def muck_pile() -> Terrain:
-    """A pyramid with four sides, open below, 8 m high: its rim is under the slope."""
+    """Return a pyramid with four sides, 8 m high and open below; its border is below the slope."""
     x = 6.0 * np.array([[0, 0], [-1, -1], [1, -1], [1, 1], [-1, 1]])
     corners = np.column_stack([x, np.where(np.arange(5) > 0, -6.0 * STEEP, 0.0)]) + TOP
     return terrain_of(corners, [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 1)])
 
 
 def depth(x: np.ndarray) -> np.ndarray:
-    """How deep (m) places (N, 3) m are below the slope, or inside the muck pile; negative in the air."""
+    """Return the depth (N,) m of places (N, 3) m below the slope or the pile's surface; negative in the air."""
     side = np.abs(x[:, :2] - TOP[:2]).max(axis=1)
     pile = np.where(side < 6.0, TOP[2] - STEEP * side, -np.inf)
     return np.asarray(np.maximum(-FALL * x[:, 0], pile) - x[:, 2])
 
 
 def on_paths(flights: Flights) -> tuple[np.ndarray, np.ndarray]:
-    """Places (N, 3) m on all paths, 16 on each segment, and the rocks (N,): flights are parabolas, slides straight."""
+    """Return places (N, 3) m on all paths, 16 per path segment, and their rocks (N,)."""
     paths = flights.paths
     going = np.flatnonzero(np.diff(paths.row) == 0)
     share = np.linspace(0.0, 1.0, 16)[:, None, None]
@@ -73,12 +73,12 @@ def on_paths(flights: Flights) -> tuple[np.ndarray, np.ndarray]:
 
 
 def within_the_slope(x: np.ndarray) -> np.ndarray:
-    """Whether places (N, 3) m are over the slope in plan, by more than rounding."""
+    """Return whether places (N, 3) m are inside the slope in plan, by more than rounding: (N,)."""
     return np.asarray(((x[:, :2] > NEAR) & (x[:, :2] < SIDE - NEAR)).all(axis=1))
 
 
 def over_the_pile(engine: str, model: str, rebound: str) -> Flights:
-    """Rocks that start on the slope above the muck pile, half of them on the ground, and move down towards it."""
+    """Fly rocks that start upslope of the muck pile, about half of them on the ground, and move down towards it."""
     draw, count = np.random.default_rng(1), ROCKS[engine]
     x = np.column_stack([draw.uniform(6.0, 12.0, count), draw.uniform(15.0, 25.0, count), np.zeros(count)])
     x[:, 2] = -FALL * x[:, 0] + draw.choice([0.0, 1.0], count) * draw.uniform(0.0, 2.0, count)
@@ -104,7 +104,7 @@ def test_no_rock_passes_below_a_muck_pile_that_cuts_through_the_slope(engine, mo
 
 @BOTH
 def test_a_rock_that_slides_straight_into_the_pile_stops_in_the_gully_before_it(engine):
-    """The pile's upper side dips into the slope: the gully between both is level, so the rock stops at its line."""
+    """The gully between the slope and the pile's uphill side is level, so the rock stops in it."""
     line = (TOP[2] - STEEP * TOP[0]) / (-FALL - STEEP)
     over = engine_over(engine, joined(slope(), muck_pile()))
     x = np.array([10.0, 20.3, -7.0])
@@ -119,7 +119,7 @@ def test_a_rock_that_slides_straight_into_the_pile_stops_in_the_gully_before_it(
 @BOTH
 @pytest.mark.parametrize("dip", [2.0, 30.0], ids=["slides on", "bounces"])
 def test_a_rock_in_a_gully_meets_a_level_sheet_that_cuts_the_gully(engine, dip):
-    """Above the sheet the gully is free; from the line where the sheet cuts the gully, the rock is on the sheet."""
+    """From the line where the sheet cuts the gully on, the rock is on the sheet."""
     level, steep = -3.0, math.tan(math.radians(dip))
     begin = -level / steep
     sheet = [(begin + x, y, level) for x, y in ((-3.0, -4.0), (3.0, -4.0), (3.0, 4.0), (-3.0, 4.0))]
@@ -141,9 +141,9 @@ def test_a_rock_in_a_gully_meets_a_level_sheet_that_cuts_the_gully(engine, dip):
 @pytest.mark.parametrize(("model", "rebound"), KINDS)
 @pytest.mark.parametrize("apart", [0.0, 0.5, -0.5], ids=["touching", "a crack between", "overlapping by half a crack"])
 def test_tiles_of_one_plane_that_touch_change_no_result(engine, model, rebound, apart):
-    """Tiles of different cells meet at x = 15; two small sheets far below overlap, so that the search takes place.
+    """Two tiles with different cells meet at x = 15 m; two small sheets far below intersect, so that the search runs.
 
-    apart : shift of the lower tile along the plane, in cracks
+    apart : gap in x between the tiles, as a multiple of the width of a crack
     """
     y = np.linspace(0.0, SIDE, 8)
     upper, lower = plane(np.linspace(0.0, 15.0, 5), y), plane(np.linspace(15.0, SIDE, 9), np.linspace(0.0, SIDE, 12))
@@ -167,7 +167,7 @@ def test_tiles_of_one_plane_that_touch_change_no_result(engine, model, rebound, 
 @BOTH
 @pytest.mark.parametrize("before", [True, False], ids=["net before the pile", "net under the pile"])
 def test_of_a_net_and_another_piece_on_one_segment_the_first_counts(engine, before):
-    """The slope is two facets, so that the rock comes from its start to both in one segment."""
+    """The slope is only two facets, so that one segment leads from the start to both net and pile."""
     line = (TOP[2] - STEEP * TOP[0]) / (-FALL - STEEP)
     ground = slope(1)
     net = fence(ground, [(at := line - 1.0 if before else line + 1.0, 15.0), (at, 25.0)], 2.0, 1e9)
@@ -179,14 +179,14 @@ def test_of_a_net_and_another_piece_on_one_segment_the_first_counts(engine, befo
 
 
 def test_terrain_without_overlapping_pieces_has_no_search():
-    """A slope alone, and a slope in tiles side by side."""
+    """The terrains are single slopes, slopes in tiles side by side, and a slope with a pile outside it."""
     for terrain in (slope(), joined(plane(np.arange(3.0), np.arange(3.0)), plane(np.arange(2.0, 5.0), np.arange(3.0)))):
         assert engine_over("reference", terrain).pieces is None
     assert engine_over("reference", joined(incline(30.0), muck_pile())).pieces is None
 
 
 def test_the_check_of_the_campaign_sees_rocks_that_slide_below_another_piece():
-    """Without the search, 120 of 250 rocks pass through the pieces that cut the ground of this case."""
+    """Without the search, more than 100 of 250 rocks pass through the components that cut the ground of this case."""
     case = case_of("pieces", 3, 250)
     blind = engine_of("compiled", facets_of(case.terrain))
     assert len(fallen(case, fly_ensemble(blind, case.flight, released(case.x, case.v), threads=1))) > 100

@@ -1,4 +1,4 @@
-"""The same bits, whatever is not physics: engine, threads, batches, the order of rocks and facets, a quarter turn."""
+"""Tests that results are bitwise equal for other engines, threads, batches, orders of rocks and facets, and turns."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ PLACES = pytest.mark.parametrize("place", HARD_PLACES)
 
 
 def rocks_over(place: str, count: int = 24) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and velocities of rocks over the middle of a place: (R, 3), (R, 3)."""
+    """Return positions (count, 3) m and velocities (count, 3) m/s of rocks over the middle of HARD_PLACES[place]."""
     vertices = HARD_PLACES[place].vertices
     low, high = vertices.min(0), vertices.max(0)
     draw = np.random.default_rng(10)
@@ -85,7 +85,7 @@ def test_the_order_of_rocks_and_batches_changes_no_bit(monkeypatch, engine, mode
 @MODELS
 @PLACES
 def test_the_order_of_the_facets_and_of_their_corners_changes_no_bit(engine, model, place):
-    """Also on steps and in gullies, where facets are met at the same instant."""
+    """This holds also on steps and in gullies, where a rock meets several facets at the same time."""
     terrain, (x, v) = HARD_PLACES[place], rocks_over(place, 15)
     order = np.random.default_rng(3).permutation(len(terrain.triangles))
     shuffled = terrain_of(terrain.vertices, terrain.triangles[order], terrain.zone[order], terrain.zones)
@@ -100,7 +100,7 @@ def test_the_order_of_the_facets_and_of_their_corners_changes_no_bit(engine, mod
 @BOTH
 @pytest.mark.parametrize("R_n", [0.0, 0.35])
 def test_on_a_plane_cut_into_facets_their_order_changes_no_bit(engine, R_n):
-    """Six facets of one normal meet where rocks fall onto vertices, and two where they slide along edges."""
+    """Rocks fall onto vertices where six facets of the same normal meet, and slide along edges of two such facets."""
     plane = rough_grid(8, 16.0, 1.0, 0.0, seed=1)
     x = np.array([(2.0 * i, 2.0 * j, 3.0) for i in (2, 3, 5) for j in (1, 3, 6)])
     x[:3, 0] += 0.5  # over edges
@@ -118,7 +118,7 @@ def test_on_a_plane_cut_into_facets_their_order_changes_no_bit(engine, R_n):
 @MODELS
 @pytest.mark.parametrize("quarters", [1, 2, 3])
 def test_a_scene_turned_by_a_quarter_gives_the_turned_answer_to_the_last_bit(engine, model, quarters):
-    """A quarter turn rounds nothing; the formulas treat x and y alike, and no axis decides a tie on this ground."""
+    """A quarter turn causes no rounding, the formulas treat x and y alike, and no axis decides a tie on this ground."""
     terrain = HARD_PLACES["rough slope"]
     x, v = rocks_over("rough slope")
     physics = flight(surface(0.4, 0.9, 32.0), model)
@@ -135,7 +135,7 @@ def test_a_scene_turned_by_a_quarter_gives_the_turned_answer_to_the_last_bit(eng
 @BOTH
 @MODELS
 def test_a_smooth_scene_turned_by_33_degrees_gives_the_turned_answer_to_a_nanometre(engine, model):
-    """A plane slope in 40 facets: rounding of the turn is not multiplied, as it would be on rough ground."""
+    """The terrain is a plane in 40 facets, which does not amplify the rounding of the turn as rough ground does."""
     descent, normal = down_the_slope(25.0, 0.0)
     draw = np.random.default_rng(1)
     x = np.outer(draw.uniform(0, 5, 12), descent) + np.outer(draw.uniform(0.1, 2, 12), normal)
@@ -154,7 +154,7 @@ def test_a_smooth_scene_turned_by_33_degrees_gives_the_turned_answer_to_a_nanome
 
 @pytest.mark.parametrize("batches_until_stop", [1, 2, 5])
 def test_a_flight_that_is_stopped_has_flown_whole_groups(monkeypatch, batches_until_stop):
-    """A group stands for all releases, a batch of it for a part of the ground only."""
+    """A group contains rocks of all releases; a batch contains rocks of only a part of the ground."""
     monkeypatch.setattr(flight_order, "LARGEST_BATCH", 4)
     over = engine_over("compiled", HARD_PLACES["rough slope"])
     physics = flight(surface(0.5, 0.9, 15.0), "sliding")

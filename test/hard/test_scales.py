@@ -1,7 +1,7 @@
-"""From a laboratory of centimetres to a mountain of 3,000 m, and far from the origin: no tolerance is set by hand.
+"""Tests at scales from centimetres to a mountain of 3,000 m, and far from the origin: tolerances are not absolute.
 
-Under the same gravity lengths go as the scale and times as its root, so powers of four scale without rounding: the
-answer must scale to the last bit. Any tolerance that were a number of metres or seconds would break that.
+Under the same gravity, lengths are proportional to the scale and times to its square root. Powers of four scale without
+rounding, so the result must scale to the last bit. A tolerance in fixed metres or seconds would break this.
 """
 
 import math
@@ -29,9 +29,9 @@ from rpf3d_core.terrain.frame import Frame
 from rpf3d_core.values import Outcome
 
 SCALES = pytest.mark.parametrize("power", [-4, -2, 2, 4], ids=["6 cm", "1 m", "256 m", "4 km"])
-"""Of a slope of 16 m: times 4^power."""
+"""Scales 4^power of a slope of 16 m; the ids are the scaled lengths."""
 SURVEY = (5e5, 4.5e6, 1687.0)
-"""The origin of a survey (m): x, y of a projected grid, z of the thesis' release (table 5-1)."""
+"""Origin (m) of a survey: x and y in a projected grid, z of the release in the thesis (table 5-1)."""
 
 
 @BOTH
@@ -52,7 +52,7 @@ def test_a_rough_slope_of_any_size_gives_the_same_answer_to_the_last_bit(engine,
         for terrain, k, s in ((one, 1.0, 1.0), (other, length, speed))
     )  # fmt: skip
     np.testing.assert_array_equal(small.outcome, large.outcome)
-    moved = small.impacts > 0  # from rest a rock is let go at CREEP, which is a speed and not a share of one
+    moved = small.impacts > 0  # a rock at rest starts at the fixed speed CREEP, which does not scale
     np.testing.assert_allclose(large.x, length * small.x, rtol=0.0, atol=1e-6 * length)
     np.testing.assert_allclose(large.t, speed * small.t, rtol=1e-6)
     if model == "none":
@@ -63,7 +63,7 @@ def test_a_rough_slope_of_any_size_gives_the_same_answer_to_the_last_bit(engine,
 @BOTH
 @pytest.mark.parametrize("angle", [22.0, 40.0, 50.0, 59.0])
 def test_a_ball_in_the_laboratory_bounces_down_a_ramp_of_half_a_metre_as_the_series_says(engine, angle):
-    """Thesis, chapter 4: R_n 0.84, R_t 0.70. Dropped from 5 cm here, so that centimetres decide (validation 2.2)."""
+    """R_n = 0.84 and R_t = 0.70 as in the thesis, chapter 4; here the ball drops from 5 cm only (validation 2.2)."""
     a, h, R_n, R_t = math.radians(angle), 0.05, 0.84, 0.70
     descent, _ = down_the_slope(angle, 0.0)
     over = engine_over(engine, incline(angle, down=2.0, up=0.1, half_width=0.3, cells=(40, 5), jitter=2))
@@ -80,7 +80,7 @@ def test_a_ball_in_the_laboratory_bounces_down_a_ramp_of_half_a_metre_as_the_ser
 
 @BOTH
 def test_a_rock_on_a_mountain_of_3000_m_bounces_from_summit_to_foot_as_the_series_says(engine):
-    """One slope of 37 degrees, 5 km long, in 400 facets; R_n 0.5 and R_t 1, so that it reaches the foot."""
+    """The slope has 37 degrees, 5 km and 400 facets; with R_n = 0.5 and R_t = 1 the rock reaches its foot."""
     a = math.radians(37.0)
     descent, _ = down_the_slope(37.0, 0.0)
     over = engine_over(engine, incline(37.0, down=5000.0, cells=(100, 2), jitter=5, half_width=100.0))
@@ -121,7 +121,10 @@ sources: [{name: top, points: [[0, 0, 1]]}]
 
 
 def flown_at(folder: Path, origin: tuple[float, float, float], engine: str):
-    """First impacts and ends (12, 3), in coordinates from the origin, and outcomes: a terrain read as a survey is."""
+    """Fly 12 rocks over a terrain that is read from a survey file with this origin (m).
+
+    Return the first impacts (12, 3) m and the ends (12, 3) m, both relative to the origin, and the outcomes (12,).
+    """
     folder.mkdir()
     mesh = rough_grid(10, 16.0, 0.5, 0.2, seed=3)
     write_mesh(folder / "slope.vtp", Terrain(mesh.vertices, mesh.triangles, mesh.zone, mesh.zones, Frame(origin)))

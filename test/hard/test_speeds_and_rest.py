@@ -1,4 +1,4 @@
-"""From a micrometre to 300 metres a second, and from rest."""
+"""Tests of rocks at speeds from 1e-6 to 300 m/s, and at rest."""
 
 import math
 
@@ -27,7 +27,7 @@ SLOW, FAST = 1e-6, 300.0
 
 @BOTH
 def test_a_rock_that_creeps_over_level_ground_without_friction_is_still_moving_when_time_is_up(engine):
-    """1e-6 m/s for an hour is 3.6 mm, over an edge between two facets; it is not called stopped."""
+    """At 1e-6 m/s the rock moves 3.6 mm in an hour, across an edge between two facets."""
     over = engine_over(engine, floor(4.0, cells=8))
     flights = fly(over, flight(Surface(0.5, 0.8, 0.0, 0.0)), (-1e-3, 0.3, 0.0), (SLOW, 0.0, 0.0))
     assert flights.deposits.outcome[0] == Outcome.MAX_TIME
@@ -36,7 +36,7 @@ def test_a_rock_that_creeps_over_level_ground_without_friction_is_still_moving_w
 
 @BOTH
 def test_a_rock_of_a_micrometre_a_second_stops_after_its_braking_way(engine):
-    """v^2 / (2 mu g) = 1e-13 m, less than the contact tolerance."""
+    """The braking distance v^2 / (2 mu g) = 1e-13 m is less than the contact tolerance."""
     flights = fly(
         engine_over(engine, floor(4.0, cells=8)), flight(surface(stop_speed=0.0)), (0.3, 0.1, 0), (SLOW, 0, 0)
     )
@@ -75,7 +75,7 @@ def test_a_rock_of_300_m_per_s_meets_a_wall_when_and_where_it_must(engine):
 
 @BOTH
 def test_a_rock_of_300_m_per_s_passes_through_no_sheet_however_thin(engine):
-    """Two sheets a micrometre apart, straight down and at a grazing angle: the upper one is hit, always."""
+    """Rocks fly steeply and at grazing angles towards two sheets 1e-6 m apart; they always hit the upper sheet."""
     over = engine_over(engine, joined(floor(5.0, cells=3), floor(5.0, z=1e-6, cells=4)))
     draw = np.random.default_rng(3)
     aim, off = draw.uniform(-4, 4, (40, 2)), draw.normal(size=(40, 3))
@@ -120,7 +120,7 @@ def test_a_rock_of_300_m_per_s_in_a_small_box_stays_in_it_until_it_is_slow(engin
 @MODELS
 @pytest.mark.parametrize("angle", [0.0, 1e-7, 1e-3, 10.0])
 def test_a_vertical_drop_leaves_a_rock_at_rest_where_the_series_ends(engine, model, angle):
-    """No speed along the ground, or next to none: no direction is divided by a speed of zero."""
+    """The speed along the ground is zero or almost zero; the direction of motion must not be divided by zero."""
     over = engine_over(engine, incline(angle, cells=(7, 3)))
     flights = fly(over, flight(surface(0.5, 0.8, 30.0), model), (0.3, 0.2, 3.0))
     a, h = math.radians(angle), 3.0 + 0.3 * math.tan(math.radians(angle))
@@ -167,7 +167,7 @@ def test_a_rock_released_at_rest_on_a_slope_stays_below_the_friction_angle_and_s
 
 @BOTH
 def test_a_rock_that_no_ground_model_carries_on_stays_where_the_thesis_stops_it(engine):
-    """`ground: none` asks for speed alone (thesis, section 3.5), so a rock at rest stays even on 60 degrees."""
+    """With `ground: none` only the speed decides (thesis, section 3.5), so a rock at rest stays even on 60 degrees."""
     descent, _ = down_the_slope(60.0, 0.0)
     over = engine_over(engine, incline(60.0))
     flights = fly(over, flight(surface(), "none"), [0.37 * descent] * 2, [(0.0, 0.0, 0.0), 3.0 * descent])

@@ -1,7 +1,7 @@
-"""Spheres that roll along a convex edge pass its end, or take off there; they do not end there as unresolved contacts.
+"""Tests that spheres that roll along a convex edge pass its end or take off there, without unresolved contacts.
 
-A sphere sinks into an edge by two tolerances. Near the end of the edge it touches the corner, the next edge and other
-edges of narrow facets as well, all at almost the same depth.
+A sphere sinks into an edge by two tolerances. Near the end of the edge, the sphere also touches the corner, the next
+edge and the edges of narrow facets, all at almost the same depth.
 """
 
 import math
@@ -18,13 +18,13 @@ from rpf3d_core.values import Outcome
 
 GROUND = Surface(0.3, 0.8, 0.5, 0.0, 0.3)
 STEP, LENGTH = 0.5, 20.0
-"""Distance between the vertices of the crest, and its length (m)."""
+"""Distance (m) between the vertices of the crest, and length (m) of the crest."""
 OFF = np.geomspace(1e-14, 1e-5, 73)
 """Distances of a sphere from a vertex along the crest (m); the contact tolerance is 2e-11 m."""
 
 
 def roof():
-    """Return a level crest along x at y = 0, with a slope to both sides."""
+    """Return a level crest along x at y = 0 with a slope on both sides."""
     x, y = np.meshgrid(np.arange(0.0, LENGTH + 1e-9, STEP), [-5.0, 0.0, 5.0], indexing="ij")
     return terrain_of(np.stack([x, y, -0.5 * np.abs(y)], -1).reshape(-1, 3), grid_triangles(x.shape[0], 3))
 
@@ -44,7 +44,7 @@ def test_no_sphere_is_caught_at_a_vertex_of_a_level_crest(radius, speed):
 
 @BOTH
 def test_a_sphere_rolls_over_the_vertices_of_a_crest_for_ten_metres(engine):
-    """The release and the speed of a sphere that ended on the vertex at x = 9 m, at 0.7 m/s, as unresolved contact."""
+    """With this release, a sphere once ended on the vertex at x = 9 m as an unresolved contact."""
     over, radius, physics = engine_over(engine, roof()), 0.05, spheres(GROUND._replace(mu_r=0.0), max_time=14.0)
     flights = roll(over, physics, radius, (0.185, 0.0, radius), (1.0, 0.0, 0.0))
     assert flights.deposits.outcome[0] == Outcome.MAX_TIME

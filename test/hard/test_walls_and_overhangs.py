@@ -1,4 +1,4 @@
-"""Vertical faces, cliffs, overhangs, an arch: what a raster of heights cannot hold."""
+"""Tests of vertical faces, cliffs, overhangs and an arch, which a height grid cannot represent."""
 
 import math
 
@@ -31,7 +31,7 @@ def test_a_rock_thrown_over_a_cliff_of_60_m_lands_where_galilei_says(engine, mod
     flights = fly(engine_over(engine, strip(CLIFF, across=3)), flight(surface(0.5, 0.8), model), (-1.0, 0.3, 60.5),
                   (speed, 0.0, math.sqrt(2 * G * 0.5)))  # fmt: skip
     on_top = math.sqrt(1.0 / G) + math.sqrt(2.0 / G)
-    if speed * on_top > 1.0:  # it is beyond the crest before it would have come down on the top
+    if speed * on_top > 1.0:  # the rock is past the crest before it can land on the top
         fall = math.sqrt(1.0 / G) + math.sqrt(2 * 61.0 / G)
         hit = flights.impacts
         assert (hit.t[0], *hit.x[0]) == pytest.approx((fall, speed * fall - 1.0, 0.3, 0.0), rel=1e-12, abs=1e-12)
@@ -56,7 +56,7 @@ def test_a_rock_that_slides_over_the_crest_of_a_cliff_takes_off_with_the_speed_i
 @BOTH
 @pytest.mark.parametrize("gap", [0.0, 1e-12, 1e-9, 1e-3])
 def test_a_rock_that_falls_down_a_vertical_face_without_a_speed_towards_it_reaches_the_foot_freely(engine, gap):
-    """On the face itself, and a picometre, a nanometre and a millimetre off it."""
+    """The rock starts on the face, or 1e-12, 1e-9 or 1e-3 m away from it."""
     flights = fly(engine_over(engine, strip(CLIFF, across=3)), flight(surface(0.5, 0.8)), (gap, 0.3, 59.0))
     hit = flights.impacts
     assert (hit.t[0], hit.x[0, 2]) == pytest.approx((math.sqrt(118 / G), 0.0), rel=1e-12, abs=1e-10)
@@ -105,7 +105,7 @@ def test_a_rock_thrown_up_at_an_overhang_rebounds_from_its_underside(engine):
 
 @BOTH
 def test_a_rock_that_flies_up_into_the_back_of_a_sheet_rebounds_from_it(engine):
-    """Contact is two-sided (docs/explanation/physics.md): an upper bench without thickness is no trapdoor."""
+    """Contact is two-sided (docs/explanation/physics.md), also with a sheet without thickness."""
     over = engine_over(engine, joined(floor(), floor(5.0, z=4.0)))
     flights = fly(over, flight(surface(0.5, 0.8)), (0.2, 0.3, 1.0), (0.0, 0.0, 9.0))
     assert flights.impacts.x[0, 2] == pytest.approx(4.0) and flights.impacts.normal[0, 2] == -1.0
@@ -114,7 +114,7 @@ def test_a_rock_that_flies_up_into_the_back_of_a_sheet_rebounds_from_it(engine):
 
 @BOTH
 def test_a_rock_bounces_on_an_underside_again_and_again_as_time_reversal_demands(engine):
-    """No losses: up to a roof at 4 m and down again, 500 times, each way in (9 - sqrt(81 - 8 g)) / g."""
+    """Without losses, the rock flies to a roof at 4 m and back 500 times, each way in (9 - sqrt(81 - 8 g)) / g."""
     roof = terrain_of([(-5, -5, 4), (5, -5, 4), (5, 5, 4), (-5, 5, 4)], [(0, 2, 1), (0, 3, 2)])
     over = engine_over(engine, joined(floor(), roof))
     flights = fly(over, flight(surface(1.0, 1.0), "none", max_impacts=1000), (0.2, 0.3, 0.0), (0.0, 0.0, 9.0))
@@ -128,7 +128,7 @@ SPANS = 16
 
 
 def arch():
-    """A barrel vault of SPANS flat facets over a floor, open at both ends far away; an inscribed polygon of ARCH m."""
+    """Return a floor and a vault along y over it: SPANS flat strips inscribed in a half-circle of radius ARCH (m)."""
     angles = np.linspace(math.pi, 0.0, SPANS + 1)
     return joined(floor(30.0), strip([(ARCH * math.cos(a), ARCH * math.sin(a)) for a in angles], half_width=30.0))
 
@@ -180,7 +180,7 @@ def test_of_two_terrains_one_above_another_a_rock_lands_on_the_one_below_it(engi
 @BOTH
 @pytest.mark.parametrize("apart", [1e-6, 1e-3])
 def test_two_terrains_a_hair_apart_hold_a_rock_on_the_upper_one(engine, apart):
-    """Two surveys of one place, one on the other: the rock never gets between them."""
+    """Two surveys of the same place lie one above the other; the rock never gets between them."""
     over = engine_over(engine, joined(floor(5.0, cells=3), floor(5.0, z=apart, cells=4)))
     draw = np.random.default_rng(8)
     x = np.stack([draw.uniform(-4, 4, 20), draw.uniform(-4, 4, 20), np.full(20, 2.0)], 1)
@@ -190,7 +190,7 @@ def test_two_terrains_a_hair_apart_hold_a_rock_on_the_upper_one(engine, apart):
 
 
 def notch(angle_deg: float) -> Terrain:
-    """A level square of 8 m with an upright pit 5 m deep, a triangle in plan with this angle at its corner (2, 4)."""
+    """Return a level square of 8 m with an upright triangular pit, 5 m deep; angle_deg : angle at its corner (2, 4)."""
     half = 3.0 * math.tan(math.radians(0.5 * angle_deg))
     top = [(2.0, 4.0, 0.0), (5.0, 4.0 - half, 0.0), (5.0, 4.0 + half, 0.0)]
     corners = [*top, *((x, y, -5.0) for x, y, _ in top), (0, 0, 0), (8, 0, 0), (8, 8, 0), (0, 8, 0)]
@@ -240,7 +240,7 @@ def test_a_profile_of_vertical_risers_and_level_treads_lets_no_rock_through(engi
 @BOTH
 @pytest.mark.parametrize("into", [0.0, 3e-10, 3e-9])
 def test_a_rock_that_flies_along_a_wall_meets_the_next_one_however_slightly_it_turns_into_the_first(engine, into):
-    """5e-9 of its way is rounding at a wall; over a metre that is a thousand times what counts as on the wall."""
+    """At a wall, 5e-9 of the way counts as rounding: over 1 m, a thousand times the distance that counts as contact."""
     plan = [(0, 0), (1, 0), (2, 1)]
     corners = [(x, y, z) for z in (0.0, 1.0) for x, y in plan] + [(0, 2, 0), (2, 2, 0)]
     corners += [(0, -2, 1), (3, -2, 1), (3, 1, 1)]

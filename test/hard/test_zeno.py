@@ -1,4 +1,4 @@
-"""Coefficients at their limits: the infinitely many bounces that take a finite time, no losses, no friction."""
+"""Tests of coefficients at their limits: infinitely many bounces in finite time, no losses, no friction."""
 
 import math
 
@@ -29,9 +29,9 @@ from rpf3d_core.values import Outcome
 @MODELS
 @pytest.mark.parametrize(("R_n", "impacts"), [(0.999, 3800), (0.5, 6), (0.0, 1)])
 def test_infinitely_many_bounces_end_when_and_where_their_series_does(engine, model, R_n, impacts):
-    """From 2 m on level ground: t = t_0 (1 + R_n) / (1 - R_n), x = v t_0 (1 + 2 R_n R_t / (1 - R_n R_t)).
+    """From 2 m, a rock stops at t_0 (1 + R_n) / (1 - R_n), and has moved v t_0 (1 + 2 R_n R_t / (1 - R_n R_t)).
 
-    At R_n = 0 the 0.32 m/s that R_t leaves are below stop_speed.
+    With R_n = 0, R_t leaves 0.32 m/s, which is below stop_speed.
     """
     flights = fly(engine_over(engine, floor(400.0)), flight(surface(R_n, 0.8, 30), model), (0.1, 0.3, 2), (0.4, 0, 0))
     t0 = math.sqrt(4.0 / G)
@@ -45,7 +45,7 @@ def test_infinitely_many_bounces_end_when_and_where_their_series_does(engine, mo
 @BOTH
 @pytest.mark.parametrize("R_n", [0.999, 0.5, 0.0])
 def test_with_all_its_speed_along_the_ground_kept_a_rock_slides_on_when_it_has_bounced_out(engine, R_n):
-    """R_t = 1: it enters the ground at the speed it was thrown with, after the time of all its bounces."""
+    """With R_t = 1, after all its bounces, the rock slides at the speed along the ground at which it was thrown."""
     flights = fly(engine_over(engine, floor(1000.0)), flight(surface(R_n, 1.0, 30.0, 0.0)), (-999, 0.3, 0.5), (2, 0, 0))
     t0, braking = math.sqrt(1.0 / G), math.tan(math.radians(30)) * G
     assert flights.deposits.outcome[0] == Outcome.STOPPED
@@ -69,7 +69,7 @@ def test_without_normal_restitution_a_rock_stays_on_what_it_hits(engine, model, 
 
 @BOTH
 def test_an_inelastic_impact_keeps_the_speed_along_the_ground_that_r_t_leaves_it(engine):
-    """R_n = 0: there is one impact and no bouncing, so R_t takes its share once."""
+    """With R_n = 0 there is only one impact, so R_t applies once."""
     flights = fly(engine_over(engine, floor()), flight(surface(0.0, 0.8, 30.0)), (-9.0, 0.3, 2.0), (5.0, 0.0, 0.0))
     assert flights.deposits.ground_speed[0] == pytest.approx(4.0, rel=1e-12)
 
@@ -102,7 +102,7 @@ def test_without_losses_a_rock_dropped_on_level_ground_comes_back_to_its_height(
 
 
 def test_a_scene_without_gravity_is_refused_by_name(tmp_path):
-    """Nothing would ever come down; a flight has no end but the edge of the terrain."""
+    """Without gravity no rock would fall, and a flight would end only beyond the terrain."""
     scene = tmp_path / "weightless.yaml"
     scene.write_text(
         "terrain: {pit: {}}\nmaterials: {default: {normal_restitution: 0.5, tangential_restitution: 0.8}}\n"
@@ -115,7 +115,7 @@ def test_a_scene_without_gravity_is_refused_by_name(tmp_path):
 @BOTH
 @pytest.mark.parametrize("gravity", [1e-6, 1e-12])
 def test_with_next_to_no_gravity_a_rock_moves_straight_from_wall_to_wall(engine, gravity):
-    """The limit of zero gravity: 3 m/s between walls 10 m apart, z as far as g t^2 / 2 goes."""
+    """The rock flies at 3 m/s between walls 10 m apart and falls by g t^2 / 2."""
     flights = fly(
         engine_over(engine, box()), flight(surface(1.0, 1.0), "none", gravity=gravity, max_impacts=100), (0, 0.3, 5.0),
         (3.0, 0.0, 0.0),
@@ -130,7 +130,7 @@ def test_with_next_to_no_gravity_a_rock_moves_straight_from_wall_to_wall(engine,
 @BOTH
 @pytest.mark.parametrize("gravity", [1e-6, 1e-12])
 def test_with_next_to_no_gravity_a_rock_that_moves_along_the_ground_keeps_its_speed(engine, gravity):
-    """Friction needs something to press: over 25 m a rock of 3 m/s loses mu g 25 m / (3 m/s)."""
+    """Friction is proportional to gravity: over 25 m, a rock at 3 m/s loses mu g 25 m / (3 m/s)."""
     over = engine_over(engine, floor(cells=4))
     flights = fly(over, flight(surface(friction_angle=45.0), gravity=gravity), (-5.0, 0.3, 0.0), (3.0, 0.0, 0.0))
     assert flights.deposits.outcome[0] == Outcome.LEFT_TERRAIN
@@ -140,7 +140,7 @@ def test_with_next_to_no_gravity_a_rock_that_moves_along_the_ground_keeps_its_sp
 
 @BOTH
 def test_on_level_ground_nothing_pulls_a_rock_along(engine):
-    """Gravity along the ground is zero: without friction the rock keeps direction and speed to the last digit."""
+    """Gravity has no component along the ground: without friction, direction and speed are kept to 1e-13."""
     over = engine_over(engine, floor(50.0, cells=10))
     flights = fly(over, flight(Surface(0.5, 0.8, 0.0, 0.0)), (-40.0, -3.3, 0.0), (3.0, 0.1, 0.0))
     moving = flights.paths.v[np.hypot(*flights.paths.v[:, :2].T) > 0.0]
@@ -155,7 +155,7 @@ def test_on_level_ground_nothing_pulls_a_rock_along(engine):
 @BOTH
 @pytest.mark.parametrize("facets", [1, 500])
 def test_a_slide_of_10_km_without_friction_is_not_cut_short(engine, facets):
-    """On level ground at 1 m/s for 10,000 s, on two facets or on a thousand."""
+    """The rock slides at 1 m/s for 10,000 s on level ground of two or of a thousand facets."""
     ground = strip([(x, 0.0) for x in np.linspace(0.0, 10_000.0, facets + 1)])
     flights = fly(
         engine_over(engine, ground), flight(Surface(0.5, 0.8, 0.0, 0.0), max_time=1e5), (0.0, 0.3, 0.0), (1.0, 0.0, 0.0)
@@ -168,7 +168,7 @@ def test_a_slide_of_10_km_without_friction_is_not_cut_short(engine, facets):
 @BOTH
 @pytest.mark.parametrize("facets", [1, 500])
 def test_a_slide_of_10_km_down_a_slope_reaches_the_speed_of_its_fall(engine, facets):
-    """5 degrees, no friction, from rest: v^2 = 2 g h, t = sqrt(2 s / (g sin))."""
+    """From rest on 5 degrees without friction: v^2 = 2 g h and t = sqrt(2 s / (g sin a))."""
     a = math.radians(5.0)
     over = engine_over(engine, incline(5.0, down=10_000.0, cells=(facets, 1)))
     flights = fly(over, flight(Surface(0.5, 0.8, 0.0, 0.0)), (0.0, 0.3, 0.0))
@@ -183,7 +183,7 @@ def test_a_slide_of_10_km_down_a_slope_reaches_the_speed_of_its_fall(engine, fac
 def test_friction_exactly_at_the_angle_of_the_slope_holds_a_rock_at_rest_and_keeps_the_speed_of_one_that_moves(
     engine, angle, strike
 ):
-    """Pull and friction cancel: rounding must decide neither whether it stays nor that it ever stops."""
+    """Pull and friction cancel; rounding must not set the rock in motion, and must not stop a moving rock."""
     descent, _ = down_the_slope(angle, strike)
     over = engine_over(engine, incline(angle, strike, cells=(7, 3)))
     physics = flight(surface(0.5, 0.8, angle, 0.0))

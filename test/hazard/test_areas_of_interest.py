@@ -1,4 +1,4 @@
-"""Areas of interest: what the tallies count while flying is what shapely says of the stored paths."""
+"""Tests that the counts of areas of interest equal those that shapely finds from stored paths."""
 
 import json
 import math
@@ -22,7 +22,7 @@ from rpf3d_core.values import Outcome
 ROCKS = 150
 SIDE = 18.0
 FINE = 0.01
-"""m between the points that a path is looked at; a rock of 20 m/s gains 0.005 m/s in that time."""
+"""Distance (m) between the sampled points of a path; meanwhile a rock at 20 m/s gains 0.005 m/s."""
 
 SHAPES = {
     "plain": [[[(4, 4), (14, 4), (14, 14), (4, 14)]]],
@@ -39,7 +39,7 @@ SHAPES = {
 
 
 def in_input(frame: Frame, ring: list[tuple[float, float]]) -> list[list[float]]:
-    """A local ring in plan, closed, in the input's plan axes."""
+    """Return the closed ring, from corners (m) of the local frame, in the plan axes of the input."""
     points = frame.points_to_input(np.array([(*corner, 0.0) for corner in [*ring, ring[0]]], dtype=float))
     return points[:, [0, 1] if frame.up == "z" else [0, 2]].tolist()
 
@@ -49,7 +49,7 @@ def file_of(folder: Path, name: str) -> Path:
 
 
 def write_area(file: Path, frame: Frame, polygons: list) -> Path:
-    """GeoJSON: one polygon, two that lie apart as one MultiPolygon, or two that overlap as two features."""
+    """Write polygons as GeoJSON and return the file: disjoint ones as a MultiPolygon, overlapping ones as features."""
     coordinates = [[in_input(frame, ring) for ring in rings] for rings in polygons]
     apart = shapely.geometry.MultiPolygon([shapely.geometry.Polygon(rings[0], rings[1:]) for rings in coordinates])
     parts = [("MultiPolygon", coordinates)] if apart.is_valid else [("Polygon", rings) for rings in coordinates]
@@ -62,7 +62,7 @@ def write_area(file: Path, frame: Frame, polygons: list) -> Path:
 
 @pytest.fixture(scope="module")
 def flown():
-    """Rocks over rough ground, with everything written down."""
+    """Return a rough terrain and flights over it, with all tables."""
     terrain = made.rough_grid(12, SIDE, 0.3, 0.6, seed=5)
     random = np.random.default_rng(3)
     x = random.uniform(1.0, SIDE - 1.0, (ROCKS, 3))
@@ -73,7 +73,7 @@ def flown():
 
 @pytest.fixture(params=FRAMES, ids=lambda frame: f"{frame.up}-up at {frame.origin[0]:.0f}")
 def counted(request, flown, tmp_path):
-    """The scene, its terrain in a frame, the flights, and the maps that the tallies make of them."""
+    """Return a scene with areas, its terrain in a frame, the flights, and the maps of the flights by the tallies."""
     made_terrain, flights = flown
     terrain = Terrain(
         made_terrain.vertices, made_terrain.triangles, made_terrain.zone, made_terrain.zones, request.param
@@ -125,7 +125,7 @@ def test_the_energy_in_an_area_is_the_largest_on_the_stretches_inside_it(counted
 
 
 def test_parts_that_overlap_are_one_area(tmp_path) -> None:
-    """Counted edge by edge, the overlap of two parts would be crossed twice and so be outside."""
+    """If crossings of edges were counted for both parts together, their overlap would be outside."""
     write_area(tmp_path / "overlap.json", Frame(), SHAPES["parts that overlap"])
     area = read_areas(scene(tmp_path, "areas_of_interest: [{name: both, polygons: overlap.json}]\n"))["both"]
     assert len(area.geoms) == 1 and area.area == 2 * 64.0 - 16.0 and shapely.contains_xy(area, 9.0, 9.0)

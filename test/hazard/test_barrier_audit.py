@@ -1,7 +1,7 @@
-"""An audit of counts at barriers: recounted in plain Python from impacts and paths, over valleys drawn at random.
+"""Tests that counts at barriers equal counts in plain Python from impacts and paths, over random valleys.
 
-Rocks break through, climb the far side and come back, fly over on one way and are caught on the other. Nothing here is
-shared with what is tested: a fence stands along a level line x = const, and its rows are read from the tables.
+Rocks break through, climb the far side and come back, fly over on the way out and are caught on the way back. These
+tests share no code with the package: a fence stands on a level line x = const, and the tables give its contacts.
 """
 
 from dataclasses import dataclass, field
@@ -18,12 +18,12 @@ G = 9.81
 HALF = 60.0
 FLIGHT, CAUGHT = 0, 2
 FIXED = [1, 1115, 1290, 1378, 20001, 20002, 20003]
-"""Seeds by which the audit was written; three more, 20001 to 20003, were not looked at then."""
+"""Seeds of valleys; those from 20001 on were not used while the audit was written."""
 
 
 @dataclass
 class Fence:
-    """A fence at x, over ground of height z; what is recounted at it."""
+    """A fence at x (m) on ground of height z (m), with the counts at this fence."""
 
     x: float
     z: float
@@ -39,7 +39,7 @@ class Fence:
     heights: list = field(default_factory=list)
 
     def take(self, events):
-        """Count one rock: its events (t, what, energy, height), in any order."""
+        """Count one rock by its events, a list in any order of (time s, kind, energy J, height m)."""
         if not events:
             return
         events.sort()
@@ -55,7 +55,7 @@ class Fence:
 
 
 def valley(random):
-    """Ground that falls and rises again, level along y, and two fences on its near side."""
+    """Return a valley that is level along y, and two fences on the slope where rocks start."""
     fall, rise, far = np.tan(np.radians(random.uniform((30, 25, 10), (45, 60, 30))))
     bottom = random.uniform(18.0, 28.0)
     low = -bottom * fall
@@ -72,7 +72,10 @@ def valley(random):
 
 
 def flown(seed, engine, rocks):
-    """What rocks did over a valley: the flights, the fences, and the tally of them."""
+    """Fly rocks over the valley of a seed.
+
+    Return the flights, the fences, the barrier number of each panel, and the tally.
+    """
     random = np.random.default_rng(seed)
     terrain, some = valley(random)
     nets = fences(*(
@@ -93,7 +96,7 @@ def flown(seed, engine, rocks):
 
 
 def recounted(flights, some, barrier_of):
-    """Count rocks and events at each fence from the tables of impacts and paths."""
+    """Count rocks and events at each fence `some` from the tables of impacts and paths."""
     impacts, paths, deposits = flights.impacts, flights.paths, flights.deposits
     for row, outcome in enumerate(deposits.outcome.tolist()):
         contacts, mine = [[], []], np.flatnonzero(impacts.row == row)
@@ -107,7 +110,7 @@ def recounted(flights, some, barrier_of):
 
 
 def overflights(paths, rows, one):
-    """Crossings of the plane of a fence above it, of flights and slides."""
+    """Return the events of a rock that crosses the plane of a fence above the fence; rows : of its path."""
     found = []
     for p in rows[:-1]:
         begin, end, duration = paths.x[p], paths.x[p + 1], paths.t[p + 1] - paths.t[p]
@@ -128,7 +131,7 @@ def overflights(paths, rows, one):
 
 
 def agrees(figures, one):
-    """Whether what is reported of a barrier is what was recounted."""
+    """Assert that the reported figures of a barrier equal the counts of a fence."""
     told = (figures.first_caught, figures.first_broken_through, figures.first_flown_over, figures.caught)
     events = (figures.caught_events, figures.broken_through_events, figures.flown_over_events)
     assert told == (*(one.first[what] for what in ("caught", "broken", "over")), one.caught)
@@ -156,7 +159,7 @@ def test_plain_python_counts_the_same():
 
 
 def test_the_audit_meets_rocks_that_break_through_and_are_caught_by_the_same_fence_later():
-    """Without them it would not distinguish first arrivals from the last."""
+    """Without such rocks, the audit could not distinguish first arrivals from later ones."""
     again = over_first = events = came = 0
     for seed in FIXED:
         flights, some, barrier_of, tally = flown(seed, "compiled", 150)
@@ -170,7 +173,7 @@ def test_the_audit_meets_rocks_that_break_through_and_are_caught_by_the_same_fen
 
 
 def test_an_interval_of_a_percentile_holds_it_as_often_as_it_says():
-    """Of 2,000 samples of 300 from a law whose p95 is known: 93 to 98 % hold it."""
+    """For 2,000 samples of 300 values with a known p95, 93 to 98 % of the intervals contain it."""
     random, truth = np.random.default_rng(5), -np.log(0.05)
     holds = 0
     for _ in range(2000):

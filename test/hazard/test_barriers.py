@@ -1,4 +1,4 @@
-"""What rocks do at barriers is counted while they fly: as by force from stored paths, whatever threads and parts."""
+"""Tests that counts at barriers equal those from stored paths, for any number of threads and parts."""
 
 import csv
 import json

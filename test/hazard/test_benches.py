@@ -1,4 +1,4 @@
-"""The bench table counts what the maps hold, with intervals that are right at the ends too."""
+"""Tests that the bench table agrees with the maps, with correct intervals also for 0 and all rocks."""
 
 import json
 

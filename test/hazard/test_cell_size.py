@@ -1,4 +1,4 @@
-"""The cell that a scene's rocks fill: by hand for single sources, and the same however the rocks are flown."""
+"""Tests of the automatic size of map cells: by hand for single sources, and independent of how rocks are flown."""
 
 import numpy as np
 import pytest
@@ -91,7 +91,7 @@ def test_rocks_auto_has_the_cell_of_its_fewest_rocks(tmp_path):
 
 
 def test_on_a_pit_passages_per_metre_are_the_same_at_any_cell_and_reach_is_not(tmp_path):
-    """A cell of 20 m has the mean of its cells of 2 and 5 m, and every other raster lies within its intervals."""
+    """A cell of 20 m has the mean of the cells of 2 and 5 m in it."""
     maps = {}
     for cell in (2, 5, 20):
         run = simulate(scene(tmp_path, f"hazard: {{cell: {cell}, passage_per_metre: true}}\n"))
@@ -110,7 +110,7 @@ def test_on_a_pit_passages_per_metre_are_the_same_at_any_cell_and_reach_is_not(t
 
 
 def centres(maps):
-    """Centres (S,) east and north of the cells that rocks came to, from a multiple of the cell: the origin is 0, 0."""
+    """Return the eastings and northings (S,) m of the centres of reached cells, with a raster aligned to (0, 0)."""
     raster = maps.raster
     row, column = np.divmod(maps.cells.cell, raster.nx)
     origin = np.round(raster.x / raster.cell) * raster.cell, np.round(raster.y / raster.cell) * raster.cell

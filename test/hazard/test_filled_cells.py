@@ -1,4 +1,4 @@
-"""The advice for a map with many empty cells names a size, or a number of rocks, that fills them."""
+"""Tests that the advice for a map with many empty cells names a cell size or a number of rocks that fills them."""
 
 from pathlib import Path
 
@@ -40,13 +40,13 @@ def test_the_named_cell_is_filled_and_one_of_half_its_size_is_not(tmp_path: Path
 
 
 def test_no_cell_is_named_where_few_rocks_come_to_most_places(tmp_path: Path) -> None:
-    """Around the paths of most rocks, there are always cells that single rocks reach, however large the cells are."""
+    """Around the paths of most rocks there are always cells that only single rocks reach, for any size of cells."""
     assert filling_cell(reached(tmp_path, 0.25), share_of_cells) is None
     assert share_of_cells(reached(tmp_path, 20.0).rocks) < 0.5
 
 
 def cells(rocks: list[int], widest: float = 1000.0) -> ReachedCells:
-    """A block of four cells."""
+    """Return four reached cells in a square of 2 by 2, with these numbers of rocks. widest : largest cell size (m)"""
     return ReachedCells(np.array([0, 1, 0, 1]), np.array([0, 0, 1, 1]), np.array(rocks), cell=1.0, widest=widest)
 
 

@@ -1,4 +1,4 @@
-"""What a part has counted travels whole and small, and more can be counted in it."""
+"""Tests that the tallies of a part of a run can be pickled without loss, stay small, and can count further rocks."""
 
 import pickle
 from dataclasses import replace
@@ -20,7 +20,7 @@ def prepared(tmp_path_factory):
 
 
 def counted(prepared, *ranges, tallies=None):
-    """Tallies of some rocks of each source."""
+    """Count the rocks in the given ranges, one per source; return the tallies, new ones if `tallies` is None."""
     tallies = tallies or empty_tallies(prepared)
     fly_ensemble(prepared.engine, prepared.flight, releases_in_ranges(prepared, ranges), watch=tallies)
     return tallies

@@ -1,4 +1,4 @@
-"""Passages per metre: closed forms, whatever the cell, and intervals that hold what they promise."""
+"""Tests of passages per metre: closed forms, independence of the cell size, and coverage of the intervals."""
 
 import math
 from types import SimpleNamespace
@@ -21,14 +21,14 @@ from rpf3d_core.terrain.facets import facets_of
 
 HALF, HEIGHT, SPEED = 40.0, 50.0, 10.0
 REACH = SPEED * math.sqrt(2.0 * HEIGHT / 9.81)
-"""Of rocks that are thrown level over a floor that holds what strikes it: 31.9 m."""
+"""Distance (m) that a rock flies when thrown horizontally; it stops where it hits the floor."""
 CELLS = (1.0, 2.5, 5.0)
 UNITS = 2.0**-20
-"""A way is rounded to this share of a cell."""
+"""Rounding of the length of a path in a cell, as a share of the cell size."""
 
 
 def thrown(x, v, cell):
-    """Maps of rocks thrown over a floor, with cells that lie on multiples of their side."""
+    """Return the maps of rocks thrown from x (m) with v (m/s) over a floor, with cells of side `cell` (m)."""
     terrain = made.floor(HALF)
     facets, count = facets_of(terrain), int(2 * HALF / cell)
     scales, fine = (scales_of(60.0, 9.81, 12.0, MASS, MASS, bins) for bins in (PER_OCTAVE, FINE))
@@ -40,7 +40,7 @@ def thrown(x, v, cell):
 
 
 def laid_out(maps, values):
-    """Values of the cells that rocks came to as an image (ny, nx), 0 elsewhere."""
+    """Return values of the reached cells as an image (ny, nx), with 0 in all other cells."""
     return maps.cells.everywhere(np.asarray(values), 0.0).reshape(maps.raster.ny, maps.raster.nx)
 
 
@@ -93,7 +93,7 @@ def test_both_engines_and_parts_in_any_order_have_the_same_bits():
 
 
 def test_ways_are_those_of_the_stored_paths():
-    """Straight flights cut into a thousand points each: the share of points in a cell is the share of the length."""
+    """Each straight segment has 1,000 points; their share in a cell is the share of the length in this cell."""
     terrain = rough()
     tallies = with_ways(over(terrain, compiled=False))
     flights = flown(terrain, tallies, "reference", 30, "none")
@@ -123,7 +123,7 @@ def test_maps_without_ways_refuse_and_do_not_gather_them():
 
 
 def few_maps(ways, rocks, cell=2.0):
-    """Maps of one cell from the ways (in cell widths) of the rocks that came there."""
+    """Return maps with one cell, from path lengths (in cell sizes) of the rocks that reached it; rocks : flown."""
     sums = np.array([[ways.sum(), (ways**2).sum()]])
     cells = SimpleNamespace(ways=sums, has_ways=True)
     return SimpleNamespace(flown=rocks, raster=SimpleNamespace(cell=cell), cells=cells)
@@ -132,7 +132,7 @@ def few_maps(ways, rocks, cell=2.0):
 @pytest.mark.parametrize("share", [0.03, 0.3, 1.0])
 def test_the_interval_holds_the_truth_as_often_as_it_says(share):
     random, rocks, held = np.random.default_rng(5), 300, 0
-    truth = share * 0.8 / 2.0  # the mean way is 0.8 cells of 2 m
+    truth = share * 0.8 / 2.0  # the mean path length is 0.8 cells of 2 m
     for _ in range(1000):
         passed = random.random(rocks) < share
         _, low, high = passage_per_metre(few_maps(random.uniform(0.2, 1.4, passed.sum()), rocks))

@@ -1,4 +1,4 @@
-"""The raster covers the terrain, lies on round coordinates, and is refused where it would not fit into memory."""
+"""Tests that rasters cover the terrain, lie on round coordinates, and are refused if memory is too small."""
 
 import re
 
@@ -14,11 +14,11 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
 
 BYTES = 1000
-"""A round number for a tally's bytes a cell."""
+"""Bytes per cell that the tests assume for a tally."""
 
 
 def shifted(by: tuple[float, float], frame: Frame) -> Terrain:
-    """The floor moved in its frame."""
+    """Return the floor, moved in plan (m) in its frame."""
     flat = floor(frame)
     return Terrain(flat.vertices + np.array([*by, 0.0]), flat.triangles, flat.zone, flat.zones, frame)
 
@@ -86,7 +86,7 @@ def test_maps_that_need_more_memory_than_allowed_are_refused_with_a_cell_that_th
     assert "memory_gb allows 0.003 GB" in sentence and "161 x 161 cells of 0.25 m" in sentence
     cell = float(re.search(r"a cell of ([\d.]+) m fits", sentence)[1])
     check_memory(raster_over(terrain, cell), facets, 0.003, BYTES)
-    with pytest.raises(InputError):  # the next finer one does not: no resolution is given away
+    with pytest.raises(InputError):  # the next finer raster does not fit, so the advice is as fine as possible
         check_memory(raster_over(terrain, 0.5), facets, 0.003, BYTES)
     assert cell == 1.0
 

@@ -1,4 +1,4 @@
-"""Colour scales have round ends and distinguish all values that they should."""
+"""Tests that colour scales have round ends and distinguish the values that matter."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Figures of barriers over parameter sets: counted set by set, with predictive intervals, or named as not known."""
+"""Tests of barrier figures over parameter sets: counts per set, predictive intervals, or "not known"."""
 
 import csv
 import json
@@ -45,14 +45,17 @@ def facts(run, folder):
 
 
 class Tallied:
-    """The part of a barrier tally that sets use."""
+    """Stands in for a barrier tally; has only what the counts per set use."""
 
     names = ("fence",)
     part: tuple[AtBarrier, ...] = ()
 
 
 def bands_of(sets: int, rocks: int):
-    """Return the bands of sets that send some rocks each; set n has its rocks caught if n is odd; they have n kJ."""
+    """Return the bands of the fence over sets with `rocks` rocks each.
+
+    The rocks of set n have n kJ; the fence catches all of them if n is odd, else none.
+    """
     tally, each = Tallied(), np.full(sets, float(rocks))
     counts = BarrierSets(tally, sets)
     for number in range(sets):

@@ -1,4 +1,4 @@
-"""Where the terrain is one sheet in plan, and that a walk from facet to facet finds what a search of buckets finds."""
+"""Tests of where terrain is one sheet in plan, and that walks over facets find the same as a search in buckets."""
 
 import dataclasses
 
@@ -14,12 +14,11 @@ from rpf3d_core.hazard.walks.sheet import CROWDED, NO, NOTHING, UNKNOWN, YES, fa
 from rpf3d_core.terrain.facets import facets_of
 
 ON_EDGES = 0.05
-"""Share of visits in which a track along an edge, or through a vertex, may be counted over one of the facets that
-meet there or another: in plan it is over both."""
+"""Largest share of visits that may count for another facet at an edge or vertex, where a track is over both."""
 
 
 def asked(terrain):
-    """What lies beyond each side (F, 3), as facet and side (F, 3, 2), and whether facets are alone (F,)."""
+    """Return the facet and side beyond each side of each facet (F, 3, 2), and whether facets are alone (F,)."""
     facets = facets_of(terrain)
     locator = bucket_locator(facets)
     sheet = unknown_sheet(facets, locator)
@@ -29,12 +28,12 @@ def asked(terrain):
 
 
 def sides(terrain):
-    """The directed edges (F, 3, 2) of the facets as vertices."""
+    """Return the directed edges (F, 3, 2) of the facets, as pairs of vertex indices."""
     return np.stack([terrain.triangles, np.roll(terrain.triangles, -1, axis=1)], axis=2)
 
 
 def inner(terrain, margin):
-    """Facets (F,) all of whose corners are further from the rim than a margin (m)."""
+    """Return (F,) whether all corners of a facet are farther than `margin` (m) inside the terrain's box in plan."""
     corners = terrain.vertices[terrain.triangles][..., :2]
     low, high = terrain.vertices[:, :2].min(axis=0) + margin, terrain.vertices[:, :2].max(axis=0) - margin
     return ((corners > low) & (corners < high)).all(axis=(1, 2))
@@ -84,7 +83,7 @@ def test_a_hole_a_flipped_facet_and_an_overhang_make_their_surroundings_unknown_
 
 
 def test_a_spiral_ramp_over_itself_is_alone_nowhere():
-    """Two turns of a ramp about a column: no edge is a border but at its rims, and each place lies under two facets."""
+    """The ramp makes two turns about a column, so nearly every place in plan has two facets."""
     turns, steps, rows = 2, 96, 8
     angle = np.linspace(0.0, 2.0 * np.pi * turns, turns * steps + 1)
     radius = np.linspace(4.0, 12.0, rows + 1)
@@ -119,7 +118,7 @@ def test_plain_python_asks_the_same_sheet():
 
 
 def test_a_fold_narrower_than_a_bucket_is_no_clear_ground():
-    """Wound right and without a border, it shows in nothing but facets that face down; it misses the middle."""
+    """The fold has no border and does not contain the middle of a bucket; only its facets that face down reveal it."""
     ticks = [(float(x), 0.0) for x in range(-10, 11)]
     fold = [(0.30, 0.05), (0.12, 0.10)]
     terrain = made.strip([*ticks[:11], *fold, *ticks[11:]], across=20)
@@ -132,7 +131,7 @@ def test_a_fold_narrower_than_a_bucket_is_no_clear_ground():
 
 @pytest.mark.parametrize("which", [0, 1])
 def test_a_facet_that_is_there_twice_is_not_alone(which):
-    """Whether or not it lies over the middle of its bucket."""
+    """This holds whether or not the facet lies over the middle of its bucket."""
     whole = made.floor(10.0, cells=20)
     at = which * len(whole.triangles) // 2 + 20 * 10 + 10
     twice = np.concatenate([whole.triangles, whole.triangles[at : at + 1]])
@@ -142,7 +141,7 @@ def test_a_facet_that_is_there_twice_is_not_alone(which):
 
 
 def test_a_crowded_bucket_is_not_asked_for_pairs():
-    """A fine patch next to a coarse mesh: held against each other, its facets would take seconds a bucket."""
+    """A fine patch over a coarse mesh puts many facets into a bucket; comparing all pairs would take seconds."""
     terrain = made.joined(made.floor(50.0, cells=10), made.floor(2.0, z=-30.0, cells=40))
     facets = facets_of(terrain)
     locator = bucket_locator(facets)

@@ -1,4 +1,4 @@
-"""Tallies while flying: every cell and every statistic against hazard recomputed by force from stored paths."""
+"""Tests of tallies: each cell and each statistic is compared with a recomputation from stored paths."""
 
 import dataclasses
 import math
@@ -26,19 +26,19 @@ from rpf3d_core.hazard.walks.ground import ground_over
 from rpf3d_core.terrain.facets import facets_of
 
 EXACT = 1e-9
-"""Relative, plus as much absolutely: times and speeds are the same formula evaluated in another order."""
+"""Largest relative and absolute error of times and speeds: the same formulas, evaluated in another order."""
 FLOAT32 = 1e-6
-"""Statistics are kept in single precision."""
+"""Largest relative error of statistics, which are stored as float32."""
 
 
 def assert_same(one, other):
-    """Two maps are equal to the last bit."""
+    """Assert that two maps are equal to the last bit."""
     for (name, a), (_, b) in zip(numbers(one), numbers(other), strict=True):
         assert np.array_equal(a, b, equal_nan=True), name
 
 
 def assert_layers(layers, stays, with_passages=True):
-    """Every cell and every statistic of layers is what the stays of all rocks say."""
+    """Assert that each cell and each statistic of layers follows from the stays of all rocks."""
     layers, cells = laid_out(layers), {}
     for (_, cell), found in stays.items():
         cells.setdefault(cell, []).append(found)
@@ -59,7 +59,7 @@ def assert_layers(layers, stays, with_passages=True):
 
 
 def assert_spread(spread, cell, values, layers):
-    close = {"rel": FLOAT32, "abs": 1e-5 * max(values[-1], 1e-3)}  # heights of rocks on the ground are rounding
+    close = {"rel": FLOAT32, "abs": 1e-5 * max(values[-1], 1e-3)}  # heights of rocks on the ground are rounding errors
     assert spread.largest[cell] == pytest.approx(values[-1], **close)
     assert spread.mean[cell] == pytest.approx(np.mean(values), **close)
     for p in PERCENTILES:
@@ -97,12 +97,12 @@ def test_percentiles_are_the_same_whichever_way_they_are_looked_for(monkeypatch,
 
 
 def slid(speed, friction, squares, angle=35.0, length=80.0):
-    """Fly a rock that slides down an incline from the origin; return the four results below.
+    """Fly a rock that slides down an incline from the origin.
 
     speed : m/s, at the start; friction, angle : degrees; squares : m, side of a cell; length : m, of the incline
 
-    Results: the map cells of the rock, their raster, the acceleration along the slope (m/s^2), and the x component of
-    the unit vector down the slope.
+    Return the map cells of the rock, their raster, the acceleration along the slope (m/s2), and the x component of the
+    unit vector down the slope.
     """
     terrain = made.incline(angle, down=length)
     down, normal = made.down_the_slope(angle)
@@ -118,7 +118,7 @@ def slid(speed, friction, squares, angle=35.0, length=80.0):
 
 @pytest.mark.parametrize(("speed", "friction"), [(0.0, 30.0), (4.0, 30.0), (9.0, 37.0), (9.0, 35.0)])
 def test_a_slide_is_in_each_square_when_and_as_fast_as_its_closed_form_says(speed, friction):
-    """v^2 = v_0^2 + 2 a s along the slope, where it enters a square and where it leaves it."""
+    """Along the slope, v^2 = v_0^2 + 2 a s where the rock enters and leaves a cell."""
     cells, raster, a, along = slid(speed, friction, 5.0)
     reached = np.flatnonzero(cells.rocks)
     assert len(reached) > 10
@@ -182,7 +182,7 @@ def test_eight_parts_together_are_the_same_bits_as_one_run(limit):
 
 @pytest.mark.parametrize("limit", [MEMORY, 600.0])
 def test_more_rocks_than_a_byte_holds_are_counted_in_parts_and_packed(limit):
-    """A thousand like rocks in one bin: bytes are full several times, in each part and when parts are joined."""
+    """A thousand equal rocks fall into one bin, so its byte overflows several times, also when parts are joined."""
     terrain, one = made.floor(10.0, cells=2), np.array([[1.3, 2.1, 4.0]])
     engine, physics = made.engine_over("compiled", terrain), made.flight(made.surface(0.3, 0.5), "none")
     whole, joined = over(terrain, limit=limit), over(terrain, limit=limit)
@@ -318,7 +318,7 @@ def test_a_vertical_wall_is_visited_by_what_strikes_it():
 
 
 def test_a_symmetric_scene_gives_a_symmetric_map_within_its_intervals():
-    """A rough valley mirrored about its line, rocks thrown evenly to both sides: mirrored cells differ by chance."""
+    """In a valley mirrored about its line, with rocks thrown evenly to both sides, mirrored cells differ by chance."""
     cells, size = 24, 48.0
     half = made.rough_grid(cells, size, 0.4, 0.3, seed=2)
     right = half.vertices * (1.0, 0.5, 1.0)
@@ -368,7 +368,7 @@ flown(terrain, tallies)
 for loop, arguments in tallies.loops():
     assert loop.overloads.keys() == {tuple(map(numba.typeof, arguments))}, "compiled for nothing, and once more"
 """
-"""Must run in a process in which nothing else was compiled."""
+"""Program that must run in a process in which no other code was compiled."""
 
 
 def test_what_is_compiled_ahead_is_what_is_called():

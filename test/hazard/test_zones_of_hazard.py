@@ -1,4 +1,4 @@
-"""Cells belong to the zones that the user's levels and matrix say, and to no other."""
+"""Tests that cells belong exactly to the hazard zones that the scene's levels and matrix define."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def maps():
 
 def test_a_zone_of_reach_probability_is_every_cell_of_at_least_its_level(maps):
     share = maps.cells.everywhere(reach_probability(maps.cells, maps.flown), 0.0)
-    exact = float(np.sort(share)[-3])  # a share that a cell has: the level itself is in
+    exact = float(np.sort(share)[-3])  # the exact share of a cell: a cell at the level belongs to the zone
     zones = reach_zones(maps, [0.01, exact])
     assert [zone.level for zone in zones] == [0.01, exact]
     for zone in zones:

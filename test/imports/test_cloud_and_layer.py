@@ -1,4 +1,4 @@
-"""`rpf3d import cloud` writes a terrain that a scene can read; `rpf3d import layer` writes areas as GeoJSON."""
+"""Tests of `rpf3d import cloud`, which writes a terrain, and `rpf3d import layer`, which writes GeoJSON."""
 
 import json
 import math
@@ -59,7 +59,7 @@ def test_the_command_prints_density_holes_and_reference_system(tmp_path, monkeyp
 
 
 def degrees_of(east: float, north: float) -> tuple[float, float]:
-    """Longitude and latitude of UTM zone 19 south on WGS84 by the series of Krueger, to the nanodegree.
+    """Return longitude and latitude (degrees) of a place (m) in UTM zone 19 south, WGS84, by Krueger's series.
 
     Karney 2011, Transverse Mercator with an accuracy of a few nanometers, equations 7 to 12 and table 1, order 4.
     """
@@ -108,7 +108,7 @@ def test_a_layer_of_a_geopackage_is_written_with_its_reference_system(tmp_path):
 
 @pytest.mark.parametrize("kept", [vector_files.MOST_KEPT, 0])
 def test_each_layer_of_a_geopackage_has_its_own_reference_system(tmp_path, monkeypatch, kept):
-    """Also if two layers of one file are imported in one process, or the layers are too large to be kept."""
+    """This holds also if one process imports several layers of a file, or the layers are too large to be cached."""
     pytest.importorskip("pyogrio", reason="pyogrio is not installed: it is in the extra `mine`")
     monkeypatch.setattr(vector_files, "MOST_KEPT", kept)
     systems = {"walls": "EPSG:31287", "dumps": "EPSG:32719", "roads": "EPSG:32633"}

@@ -1,7 +1,7 @@
-"""Crests of surveys with noise: found along their whole length, in one piece, also at the top of the wall.
+"""Tests that crests of surveys with noise are found along their whole length, in one piece, also at the top.
 
-Walls, noise and the measure are made here, without the code that finds crests: a survey has rows of points along a
-profile of benches, moved by noise in all directions; the true crests are known from the profile.
+The tests share no code with the search for crests. A survey has rows of points along a profile of benches, moved by
+noise in all directions; the true crests are known from the profile.
 """
 
 import math
@@ -20,13 +20,15 @@ RUN = HEIGHT / math.tan(math.radians(70.0))
 ROAD = 35.0
 """Width (m) of a road above the wall."""
 NEAR = 1.5
-"""Distance (m) in plan within which a candidate covers a true crest."""
+"""Distance (m) in plan within which a found crest covers a point of a true crest."""
 
 
 class Survey(NamedTuple):
-    """How a wall is surveyed; noise, spacing and behind (m of level ground behind the top crest); turn in radians.
+    """A wall and its survey.
 
-    cut : m, height of a cut in the soil behind a road of ROAD above the wall; 0 for none
+    noise : sd (m) in each direction; spacing : of points (m); behind : level ground (m) behind the top crest
+    turn : of the wall in plan (rad); curved : whether the wall is curved in plan; benches : their number
+    cut : height (m) of a cut in the soil behind a road of width ROAD above the wall; 0 for none
     """
 
     noise: float = 0.1
@@ -39,7 +41,7 @@ class Survey(NamedTuple):
 
 
 def profile(survey: Survey) -> np.ndarray:
-    """Distance down the slope from the top crest and height (P, 2) m, with a point every `spacing` m and at edges."""
+    """Return the profile (P, 2) m: horizontal distance from the top crest and height, every `spacing` and at edges."""
     top = survey.benches * HEIGHT
     corners = [(-survey.behind, top), (0.0, top)]
     if survey.cut:
@@ -56,7 +58,10 @@ def profile(survey: Survey) -> np.ndarray:
 
 
 def placed(survey: Survey, along: np.ndarray, down: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """Points (..., 3) m of the wall: straight, or around a pit whose middle lies in front; then turned."""
+    """Return points (..., 3) m of the wall, which is straight or curves around a pit, turned by `turn`.
+
+    along, down, height : (...) m, along the wall, away from the top crest, and up
+    """
     out = RADIUS - down
     plan = (out * np.cos(along / RADIUS), out * np.sin(along / RADIUS)) if survey.curved else (along, -down)
     cosine, sine = math.cos(survey.turn), math.sin(survey.turn)
@@ -78,7 +83,7 @@ def wall(survey: Survey) -> Terrain:
 
 
 def true_crests(survey: Survey) -> list[np.ndarray]:
-    """Plan (N, 2) m of each crest, the top one first, with points every half metre."""
+    """Return the plan (N, 2) m of each true crest, the top one first, with points every 0.5 m."""
     u = np.arange(0.0, LENGTH + 0.1, 0.5)
     return [placed(survey, u, np.full_like(u, i * (RUN + BERM)), u)[:, :2] for i in range(survey.benches)]
 
@@ -91,12 +96,12 @@ def every_half_metre(crest: Crest) -> np.ndarray:
 
 
 def covered(points: np.ndarray, by: np.ndarray) -> float:
-    """Share (-) of points (N, 2) m that have one of other points (M, 2) m within NEAR."""
+    """Return the share (-) of points (N, 2) m that have a point of `by` (M, 2) m within NEAR."""
     return float(np.mean([(np.hypot(*(by - point).T) <= NEAR).any() for point in points]))
 
 
 def shares(survey: Survey, crests: Sequence[Crest]) -> tuple[list[float], float]:
-    """Share (-) of each true crest that candidates cover, and share of the candidates that lies on a true crest."""
+    """Return the share (-) of each true crest that found crests cover, and the share of these on true crests."""
     found, true = np.vstack([every_half_metre(crest) for crest in crests]), true_crests(survey)
     return [covered(crest, found) for crest in true], covered(found, np.vstack(true))
 
@@ -117,7 +122,7 @@ def test_each_crest_of_a_noisy_wall_is_one_candidate_along_its_whole_length(
 
 
 def test_much_noise_on_close_points_leaves_crests_whole() -> None:
-    """Noise of 0.3 m on points 0.5 m apart makes facets of 45 degrees on level ground, and overhangs on faces."""
+    """Noise of 0.3 m on points 0.5 m apart causes facets of 45 degrees on level ground, and overhangs on faces."""
     survey = Survey(noise=0.3, spacing=0.5)
     crests = crests_of(wall(survey))
     assert len(crests) == 3

@@ -1,4 +1,4 @@
-"""What every import asks of its grids: there, whole, on the same cells; and a new folder to write to."""
+"""Tests of what all imports require: complete grids on the same cells, and a new output folder."""
 
 import gzip
 import os

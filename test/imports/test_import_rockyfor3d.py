@@ -1,4 +1,4 @@
-"""A Rockyfor3D folder as a scene: every number against the rasters, cell by cell."""
+"""Tests of scenes from Rockyfor3D folders: all numbers are compared with the rasters, cell by cell."""
 
 import itertools
 import math
@@ -27,15 +27,15 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.zones import in_plan
 
 SIX_DIGITS = 1e-5
-"""Relative; the scene file has six digits of each number."""
+"""Largest relative rounding error: the scene file has six digits of each number."""
 EVEN = 1e-3
-"""Relative; an even variation of R_t by a tenth moves the mean of its root by 4e-4."""
+"""Largest relative error: a uniform variation of R_t by a tenth moves the mean of its root by 4e-4."""
 QUADRATURE = 1e-4
-"""Of a mean over an even variation that is summed up otherwise here."""
+"""Largest relative error of a mean over a uniform variation, which is computed differently here."""
 
 RANGES = {0: (0, 0), 1: (0.21, 0.25), 2: (0.25, 0.31), 3: (0.30, 0.36), 4: (0.34, 0.42), 5: (0.39, 0.47),
           6: (0.48, 0.58), 7: (0.32, 0.39)}  # fmt: skip
-"""R_n by soil type, as published for Rockyfor3D; not confirmed from the source."""
+"""Soil type -> range of R_n, as published for Rockyfor3D; not confirmed from the source."""
 
 Change = Callable[[dict[str, Grid]], None]
 
@@ -46,14 +46,14 @@ def imported(tmp_path: Path, grids: dict[str, Grid]) -> Scene:
 
 
 def cells_of_facets(terrain: Terrain) -> tuple[np.ndarray, np.ndarray]:
-    """Row and column of the cell that each facet's centroid lies in."""
+    """Return the row and the column (F,) of the cell with the centroid of each facet."""
     x, y = in_plan(terrain.frame, terrain.vertices[terrain.triangles].mean(axis=1)).T
     row = ROWS - 1 - np.floor((y - CORNER[1]) / CELL).astype(int)
     return row, np.floor((x - CORNER[0]) / CELL).astype(int)
 
 
 def volume_of_mean_block(grids: dict[str, Grid]) -> float:
-    """Over the six source cells further in than two rows and columns: three ellipsoids and three boxes."""
+    """Return the mean block volume (m3) of the six inner source cells: three ellipsoids and three boxes."""
     ellipsoid, box = math.pi / 6.0 * 1.2 * 1.0 * 0.8, 0.6 * 1.0 * 0.8
     return 0.5 * (ellipsoid + box)
 
@@ -157,7 +157,7 @@ def test_smooth_ground_has_the_largest_coefficient_that_there_is() -> None:
     spread = tangential_restitution((0.0, 0.0, 0.0), 0.5)
     assert spread.high == pytest.approx(0.99**0.5)
     assert spread.low == pytest.approx(0.9**0.5)
-    below = (0.99**1.5 - 0.9**1.5) / 1.5 / 0.2  # of the even variation from 0.9 to 1.1, what is below 0.99
+    below = (0.99**1.5 - 0.9**1.5) / 1.5 / 0.2  # part below 0.99 of the uniform variation from 0.9 to 1.1
     assert spread.mean == pytest.approx(below + 0.99**0.5 * 0.11 / 0.2, rel=QUADRATURE)
 
 
@@ -201,7 +201,7 @@ def test_a_folder_of_one_ground_needs_no_polygons(tmp_path: Path) -> None:
 
 
 def forest(grids: dict[str, Grid]) -> dict[str, Grid]:
-    """Two stands: 400 stems of 30 cm in one, 100 of 50 cm in the other."""
+    """Return the grids with two stands: 400 stems/ha of 30 cm and 100 stems/ha of 50 cm."""
     stems = full(0.0)
     stems[6:8, :6], stems[6:8, 6:] = 400.0, 100.0
     mean, conifers = np.where(stems == 400.0, 30.0, 50.0), np.where(stems == 400.0, 80.0, 20.0)

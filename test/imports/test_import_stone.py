@@ -1,4 +1,4 @@
-"""A set of STONE's grids as a scene: every number against the rasters, cell by cell."""
+"""Tests of scenes from STONE's grids: all numbers are compared with the rasters, cell by cell."""
 
 import math
 from collections.abc import Callable
@@ -24,7 +24,7 @@ from rpf3d_core.terrain.zones import in_plan
 from rpf3d_core.values import Outcome
 
 SIX_DIGITS = 1e-5
-"""Relative; the scene file has six digits of each number."""
+"""Largest relative rounding error: the scene file has six digits of each number."""
 
 Change = Callable[[dict[str, Grid]], None]
 
@@ -35,7 +35,7 @@ def imported(tmp_path: Path, grids: dict[str, Grid]) -> Scene:
 
 
 def facets_with_cells(scene: Scene) -> list[tuple[Material, int, int]]:
-    """The material of each facet, and row and column of the cell that its centroid lies in."""
+    """Return (material, row, column) for each facet; row and column are those of the cell with its centroid."""
     terrain, _ = read_terrain(scene)
     x, y = in_plan(terrain.frame, terrain.vertices[terrain.triangles].mean(axis=1)).T
     row = ROWS - 1 - np.floor((y - CORNER[1]) / CELL).astype(int)
@@ -45,7 +45,7 @@ def facets_with_cells(scene: Scene) -> list[tuple[Material, int, int]]:
 
 
 def assert_drawn(value: object, mean: float, low: float, high: float) -> None:
-    """A truncated normal distribution of a standard deviation of half of a tenth."""
+    """Assert that a value is a truncated normal distribution whose sd is a quarter of its range."""
     found = (value.mean, value.min, value.max)  # type: ignore[attr-defined]
     assert found == pytest.approx((mean, low, high), rel=SIX_DIGITS)
     assert value.sd == pytest.approx(0.25 * (high - low), rel=1e-4)  # type: ignore[attr-defined]
@@ -91,7 +91,7 @@ def steepest(heights: Grid, row: int, column: int) -> str:
 def test_rocks_start_from_their_cells_towards_the_steepest_neighbour(tmp_path: Path) -> None:
     grids = stone_grids()
     row, column = np.mgrid[0:ROWS, 0:COLUMNS].astype(float)
-    grids["dem"] = 300.0 + 3.0 * np.hypot(row - 6.3, column - 5.6)  # a bowl: every direction
+    grids["dem"] = 300.0 + 3.0 * np.hypot(row - 6.3, column - 5.6)  # a bowl, so that the slopes have all directions
     grids["sources"] = np.where(np.random.default_rng(5).random((ROWS, COLUMNS)) < 0.5, np.nan, (row + column) % 3)
     scene = imported(tmp_path, grids)
     found: dict[tuple[float, float, str], int] = {}

@@ -1,4 +1,4 @@
-"""A new scene runs unedited for every format of terrain, states what was found, and places its source over a crest."""
+"""Tests that new scenes run unedited for all terrain formats, state what was found, and have a source on a crest."""
 
 import json
 from pathlib import Path
@@ -29,7 +29,7 @@ FALLEN = 5.0
 
 
 def surveyed() -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (V, 3) m and triangles of the bench as a survey has it: points every metre."""
+    """Return the vertices (V, 3) m and triangles (F, 3) of the bench, as a survey with points every metre."""
     x, y = np.arange(-20.0, 61.0), np.arange(-20.0, 21.0)
     z = np.interp(x, [-20.0, 0.0, TOE, 60.0], [HEIGHT, HEIGHT, 0.0, 0.0])
     vertices = np.array([(a, b, c) for b in y for a, c in zip(x, z, strict=True)])
@@ -51,14 +51,14 @@ def write_stl(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> Path:
 
 
 def write_dxf(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> Path:
-    """Write the bench on two layers: the level ground in front of the face is the floor, the rest the wall."""
+    """Write the bench as DXF on two layers, `floor` for the lowest level ground and `wall`; return the file."""
     corners, low = vertices[triangles], vertices[:, 2].min()
     layers = np.where((corners[:, :, 2] - low).max(axis=1) < 0.01, "floor", "wall").tolist()
     return write_dxf_layers(path, list(zip(layers, corners.tolist(), strict=True)))
 
 
 def write_asc(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> Path:
-    """Write the bench as an elevation grid of 1 m."""
+    """Write the bench as an elevation grid with cells of 1 m; return the file."""
     rows = [" ".join(f"{z:.3f}" for z in vertices[vertices[:, 1] == y][:, 2]) for y in np.unique(vertices[:, 1])[::-1]]
     left, low = vertices[:, 0].min() - 0.5, vertices[:, 1].min() - 0.5
     head = f"ncols {len(rows[0].split())}\nnrows {len(rows)}\nxllcorner {left}\nyllcorner {low}\ncellsize 1\n"
@@ -78,7 +78,7 @@ FORMATS = {
 
 
 def drops(scene: Path) -> np.ndarray:
-    """Fly 64 rocks of a scene, one for each parameter set; return how deep (N,) m they fell."""
+    """Fly 64 rocks of a scene, one for each parameter set; return the heights (N,) m that they fell."""
     deposits = simulate(read_scene(scene), engine="reference", rocks=64).flights.deposits
     return deposits.release[:, 2] - deposits.x[:, 2]
 
@@ -163,7 +163,7 @@ def test_millimetres_and_y_up_are_read_as_told(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("told", ["mm", "m"])
 def test_coordinates_of_seven_digits_in_millimetres_are_read_only_as_told(told: str, tmp_path: Path) -> None:
-    """A northing of 7,450 km is 7.45e9 mm: too far away for metres, and a usual place for millimetres."""
+    """A northing of 7,450 km is 7.45e9 mm, which is plausible in millimetres but not in metres."""
     vertices, triangles = surveyed()
     far = 1e3 * (vertices + np.array([450_000.0, 7_450_000.0, 2_000.0]))
     pit = write_obj(tmp_path / "pit.obj", far, triangles)

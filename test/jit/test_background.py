@@ -1,4 +1,4 @@
-"""A second process compiles for the first one, and nothing but time is lost where it cannot."""
+"""Tests of the second process that compiles in the background; its failure costs only time."""
 
 import os
 import select
@@ -73,14 +73,14 @@ TOLD_SLOW = "compiler.compile((slow, ()))"
 IMPATIENT = "background.PATIENCE = 0.2"
 HANGS = "import time; time.sleep(600)"
 AT_WORK = 3.0
-"""Seconds in which a second process has begun to work, on a machine that is not very busy."""
+"""Time (s) after which a second process has usually started to work."""
 END_SOON = 20.0
-"""Seconds in which a process that was asked to end must have ended, on a busy machine."""
+"""Longest time (s) until a process that was asked to end has ended, on a busy machine."""
 
 
 @pytest.fixture
 def sources(tmp_path: Path) -> Path:
-    """A folder whose package `rpf3d_core` is the project's, with two loops more."""
+    """Return a folder with a package `rpf3d_core` that has the project's `jit` and two loops."""
     (tmp_path / "rpf3d_core" / "terrain").mkdir(parents=True)
     shutil.copytree(Path(background.__file__).parent, tmp_path / "rpf3d_core" / "jit")
     (tmp_path / "rpf3d_core" / "terrain" / "sums.py").write_text(LOOP)
@@ -88,7 +88,7 @@ def sources(tmp_path: Path) -> Path:
 
 
 def started(sources: Path, before: str = "", then: str = TOLD, **changes: str) -> "subprocess.Popen[str]":
-    """A process that has a second one compile for it; `before` comes before that is begun, `then` once it is."""
+    """Start a process that lets a second one compile. before, then : code to run before and after this start"""
     home = {"PYTHONPATH": str(sources), "XDG_CACHE_HOME": str(sources / "cache"), **changes}
     program = BEGIN.format(before=before, then=then)
     return subprocess.Popen(
@@ -97,7 +97,7 @@ def started(sources: Path, before: str = "", then: str = TOLD, **changes: str) -
 
 
 def printed(sources: Path, before: str = "", then: str = TOLD, **changes: str) -> str:
-    """The answer of such a process, how much of it came from the cache, and whether there was a second process."""
+    """Return the output of such a process: its result, loops from the cache, and whether a second process ran."""
     with started(sources, before, then, **changes) as process:
         said, _ = process.communicate(timeout=LONGEST)
         assert process.returncode == 0
@@ -105,7 +105,7 @@ def printed(sources: Path, before: str = "", then: str = TOLD, **changes: str) -
 
 
 def other_in_place_of_it(program: str) -> str:
-    """Have another program run instead of the second process."""
+    """Return code that lets another program run instead of the second process."""
     return (
         "background._started = lambda loops: "
         f"subprocess.Popen([sys.executable, '-c', {program!r}], stdin=subprocess.PIPE, stdout=subprocess.PIPE)"

@@ -1,4 +1,4 @@
-"""Compiled code is never stale, costs nothing but time where it cannot be kept, and names what it does not know."""
+"""Tests that compiled code is never stale, works without a cache, and names models without a rule."""
 
 import shutil
 from importlib import import_module
@@ -29,7 +29,7 @@ def total(n):
     return s
 """
 OF_FLIGHTS, OF_COUNTS = "rpf3d_core.simulation.engines", "rpf3d_core.hazard.tally"
-"""Modules whose loops fly rocks and count them."""
+"""Modules whose loops simulate rocks and count them."""
 IN_FLIGHTS = (
     "values.py", "jit/dispatch.py", "kinetics/rebound.py", "kinetics/rebounds/mass_scaled.py", "detection/contact.py",
     "effects/drag.py", "arc.py",
@@ -56,18 +56,18 @@ class Unknown(NamedTuple):
 
 @model_function
 def doubled(model: object, x: float) -> float:
-    """Twice or whatever."""
+    """Return a value that depends on the model."""
 
 
 @doubled.rule(Known)
 def known_doubled(model: Known, x: float) -> float:
-    """Twice, and more."""
+    """Return 2 x + a."""
     return 2.0 * x + model.a
 
 
 @pytest.fixture
 def package(tmp_path: Path) -> Path:
-    """A copy of the package, whose sources may be edited."""
+    """Return a copy of the package, whose sources may be edited."""
     root = tmp_path / "rpf3d_core"
     shutil.copytree(ROOT / "rpf3d_core", root, ignore=shutil.ignore_patterns("__pycache__"))
     (root / "terrain" / "factor.py").write_text(HALF.format(factor=2))
@@ -76,7 +76,7 @@ def package(tmp_path: Path) -> Path:
 
 
 def edit(package: Path) -> None:
-    """Another factor, in a file of another size: Python's own byte code is stale where size and second are the same."""
+    """Write another factor into a file of another size, because Python detects edits by size and time only."""
     (package / "terrain" / "factor.py").write_text(HALF.format(factor=3) + "# edited\n")
 
 
@@ -88,7 +88,7 @@ def digest_of(monkeypatch: pytest.MonkeyPatch, package: Path, module: str = OF_F
 
 
 def total_of(package: Path, **environment: str) -> tuple[int, int]:
-    """The answer of the compiled loop in a fresh process, and how many of its compilations were loaded."""
+    """Return the result of the compiled loop in a new process, and the number of loops loaded from the cache."""
     done = python(RUN, cwd=package.parent, PYTHONPATH=str(package.parent), **environment)
     assert done.returncode == 0, done.stderr
     answer, loaded = done.stdout.split()
@@ -152,7 +152,7 @@ def sources_in_the_package() -> cache.PackageSources:
 
 @pytest.mark.parametrize("module", [OF_FLIGHTS, OF_COUNTS, "rpf3d_core.hazard.walks.visiting"])
 def test_every_module_that_is_imported_with_a_loop_counts_in_its_digest(module: str) -> None:
-    """Asked of Python's own import, which shares nothing with the search through the sources."""
+    """Python's import lists the modules, independently of the search in the sources."""
     package = sources_in_the_package()
     counted = package.kernel_sources(module.removeprefix("rpf3d_core.").replace(".", "/"))
     listing = f"import sys; import {module}; print(*(n for n in sys.modules if 'rpf3d_core.' in n))"
@@ -162,7 +162,7 @@ def test_every_module_that_is_imported_with_a_loop_counts_in_its_digest(module: 
 
 
 def test_every_rule_that_is_registered_for_flights_counts_in_their_digest() -> None:
-    """Asked of the registered rules themselves, after all files of the package with physics are imported."""
+    """The registered rules themselves are compared, after all files with physics are imported."""
     counted = sources_in_the_package().kernel_sources("simulation/engines")
     registered = set()
     for name in sources_in_the_package().texts:

@@ -1,4 +1,4 @@
-"""Kernels are copied into the loops that call them; where numba's inner workings have moved, the bits are the same."""
+"""Tests that kernels are copied into the loops that call them; without copies, e.g. for a new numba, bits are equal."""
 
 from pathlib import Path
 
@@ -41,7 +41,7 @@ code = loop_around.inspect_llvm(loop_around.signatures[0])
 calls = [line for line in code.splitlines() if " call " in line and "_kernel" in line]
 print([sum(word in name for name in made) for word in ("loop_around", "outer_kernel", "innermost_kernel")], len(calls))
 """
-"""Prints of how many functions of a name machine code was made, and how many calls of kernels are left in the loop."""
+"""Program that prints the number of compiled functions of a name, and the number of kernel calls left in the loop."""
 FLOWN = """
 import hashlib
 import numpy as np
@@ -55,7 +55,7 @@ low, high = np.array(facets.low), np.array(facets.high)
 below = engine_of("compiled", facets).ground_below(np.random.default_rng(1).uniform(low, high + 10.0, (2000, 3)))
 print(dispatch.Inlined is not None, np.isfinite(below[:, 0]).sum(), hashlib.sha256(below.tobytes()).hexdigest())
 """
-"""Prints whether kernels are copied as they are, on how many points there is ground, and what was found below them."""
+"""Program that prints whether kernels are copied, the number of points with ground, and a digest of the ground."""
 MOVED = "import numba, numba.core.compiler_machinery as inner; del inner.PassManager"
 RENAMED = "from numba.core.codegen import CodeLibrary; del CodeLibrary._finalized"
 
@@ -67,7 +67,7 @@ def said(program: str, home: Path) -> list[str]:
 
 
 def test_machine_code_is_made_of_the_loop_alone_which_calls_no_kernel(tmp_path: Path) -> None:
-    file = tmp_path / "compiled.py"  # numba keeps nothing of functions that stand in no file
+    file = tmp_path / "compiled.py"  # numba caches only functions from files
     file.write_text(COMPILED)
     assert said(f"import runpy; runpy.run_path({str(file)!r})", tmp_path) == ["[1,", "0,", "0]", "0"]
 

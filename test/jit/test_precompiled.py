@@ -1,4 +1,4 @@
-"""What a second process compiles before any terrain has been read is what a run over any terrain calls, in its turn."""
+"""Tests that a second process compiles, before terrain is read, exactly what runs call, in the order of calls."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -32,7 +32,7 @@ INDEX: list[Any] = [facets.lay_out, *(
 
 @pytest.fixture(params=[6000, 120_000])
 def engine(request: pytest.FixtureRequest, tmp_path: Path) -> Compiled:
-    """The engine of a scene that is read from a file, over n facets."""
+    """Return the engine of a scene from a file, with a pit of about `request.param` facets."""
     path = scene_file(tmp_path, more="engine: compiled")
     path.write_text(path.read_text().replace("triangles: 6000", f"triangles: {request.param}"))
     engine = prepare(read_scene(path)).engine
@@ -56,7 +56,7 @@ def test_what_is_precompiled_is_compiled_once_for_all(engine: Compiled) -> None:
 
 
 class Told(BackgroundCompiler):
-    """Notes what is reported to it, and what is called meanwhile; `slow`: the ground below takes long to compile."""
+    """Keeps what is reported to it and which functions are called. slow : whether one loop takes long to compile"""
 
     def __init__(self, slow: bool) -> None:
         super().__init__(None)

@@ -1,4 +1,4 @@
-"""Two processes that store compiled code of one loop at the same time do not take each other's files."""
+"""Tests that two processes can store compiled code of one loop at the same time without overwriting each other."""
 
 import errno
 import threading

@@ -1,4 +1,4 @@
-"""Restitution by the angle of the impact: the table, Wyllie's law, and what R_n above 1 may do."""
+"""Tests of restitution by the angle of the impact: the table, Wyllie's law, and limits on R_n above 1."""
 
 import math
 
@@ -17,13 +17,13 @@ WYLLIE = MODELS["wyllie"]
 
 
 def coming_in(angle: float, speed: float = 10.0):
-    """A velocity (3,) at an angle (degrees) to level ground."""
+    """Return a velocity (3,) m/s into level ground at an angle (degrees) to it; speed in m/s."""
     a = math.radians(angle)
     return speed * math.cos(a), 0.0, -speed * math.sin(a)
 
 
 def R_n_of(model, angle: float, R_t: float = 0.8) -> float:
-    """What an impact at an angle gives back of the speed into the ground."""
+    """Return the share of the normal speed that remains after an impact at an angle (degrees)."""
     v = coming_in(angle)
     return struck(model, surface(0.5, R_t), v).v[2] / -v[2]
 
@@ -73,7 +73,7 @@ def test_below_90_degrees_a_table_may_end_and_its_last_row_holds():
 
 @pytest.mark.parametrize("R_t", [0.0, 0.9, 1.0])
 def test_r_n_above_1_gives_no_more_than_was_lost_along_the_ground(R_t):
-    """At 40 degrees R_n = 3 would treble the speed into the ground."""
+    """At 40 degrees, R_n = 3 would make the normal speed three times as large."""
     v = coming_in(40.0)
     after = struck(table_of([(0.0, 3.0, R_t)]), surface(), v)
     before = energy(Motion(0.0, ZERO, v, ZERO))
@@ -98,7 +98,7 @@ def test_a_rock_that_loses_nothing_comes_to_an_end_by_its_impacts_and_is_told_so
 
 
 def test_on_level_ground_bounces_tend_to_the_angle_where_both_coefficients_are_alike_and_die_out():
-    """R_n(angle) = R_t is where an angle repeats itself; Wyllie's law has R_n = 0.8 at 22.2 degrees."""
+    """Where R_n(angle) = R_t, the angle stays the same from bounce to bounce: for R_t = 0.8, at 22.2 degrees."""
     physics = flight_with(WYLLIE, surface(0.5, 0.8, 35.0))
     flights = fly(engine_over("reference", floor(400.0)), physics, (-90, 0.3, 2), (9, 0, 0))
     assert flights.deposits.outcome[0] == Outcome.STOPPED
@@ -113,7 +113,7 @@ def test_bounces_are_not_summed_for_flat_ones_may_grow_again():
 
 @pytest.mark.parametrize("name", ["wyllie", "angle_table"])
 def test_half_of_smallest_bounce_moves_the_stop_by_micrometres(name):
-    """Bounces are flown down to a millionth of it: 3e-5 s at 1 mm, in which a slow rock goes no further than 0.1 mm."""
+    """Bounces are flown down to a millionth of smallest_bounce; after this, a slow rock moves less than 0.1 mm."""
     over = engine_over("reference", incline(3.0, down=200.0))
     physics = [flight_with(MODELS[name], surface(0.5, 0.6, 35.0), smallest_bounce=h) for h in (1e-3, 5e-4)]
     ends = [fly(over, one, (0.5, 0.2, 2.0), (3.0, 0.0, 0.0)).deposits for one in physics]

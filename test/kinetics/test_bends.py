@@ -1,4 +1,4 @@
-"""A slide that turns is written down bend by bend, and that changes nothing but what is written down."""
+"""Tests that the recorded path of a slide that turns has a row for each bend, without an effect on the motion."""
 
 import math
 
@@ -9,14 +9,17 @@ import scenes_of_facets as made
 from rpf3d_core.values import Mode, Outcome
 
 TURN = math.degrees(2.0 * math.atan(0.0625)) * (1.0 + 1e-9)
-"""Degrees from one row to the next at most."""
+"""Largest angle (degrees) between the directions of two successive rows of a path."""
 ROUND_A_VERTEX = 0.01
-"""Share of rocks that begin on vertices and edges at nanometres a second and go round in the facets that meet there, 64
-pieces of path in a row, all within tolerance: they are taken for wedged (docs/reference/tolerances.md)."""
+"""Largest share of rocks that count as wedged because they start on a vertex or edge at nanometres per second.
+
+Such a rock moves round within tolerance for 64 path segments in the facets that meet there
+(docs/reference/tolerances.md).
+"""
 
 
 def uphill(engine, **settings):
-    """A rock that slides up an incline of two facets, aslant, and comes down again."""
+    """Fly a rock that slides obliquely up an incline of two facets and comes down again."""
     down, normal = made.down_the_slope(35.0)
     across = np.cross(normal, down)
     physics = made.flight(made.surface(0.0, 1.0, 20.0, 0.0), "sliding", **settings)
@@ -45,7 +48,7 @@ def test_bends_are_no_contacts(engine):
 
 @pytest.mark.parametrize("engine", made.ENGINES)
 def test_slow_rocks_that_turn_do_not_pass_for_wedged(engine):
-    """At nanometres a second a turn is shorter than the tolerance: no bend of it is a sign of getting nowhere."""
+    """At nanometres per second a turn is shorter than the tolerance; its bends must not count as lack of progress."""
     terrain = made.rough_grid(14, 21.0, 0.6, 0.02, seed=0)
     physics = made.flight(made.surface(0.0, 0.8, 15.0, 0.5), "sliding")
     x, v = (14.25, 5.25, -8.54534146517406), (-1.634e-8, 1.592e-8, 6.00e-9)

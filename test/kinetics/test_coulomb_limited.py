@@ -1,4 +1,4 @@
-"""The Coulomb-limited rebound: its formula and bound, and the sum of its bounces against bounces flown one by one."""
+"""Tests of the Coulomb-limited rebound: formula, bound, and the sum of its bounces compared with single bounces."""
 
 import math
 from functools import cache
@@ -21,9 +21,9 @@ from rpf3d_core.values import ZERO, Motion, Outcome, Vec
 G = 9.81
 MODEL = CoulombLimited()
 ROUNDING = 1e-13
-"""Share of a speed that a few dozen roundings come to."""
+"""Relative error of a speed after some dozens of rounded operations."""
 STATED = 1e-10
-"""Share of the largest speed, and of that speed times the time, by which `coulomb_limited_rest` may be off."""
+"""Largest error of `coulomb_limited_rest`: of speeds, over the largest speed; of places, over that speed times time."""
 
 
 # --- one impact -------------------------------------------------------------------------------------------------------
@@ -32,10 +32,10 @@ STATED = 1e-10
 @pytest.mark.parametrize(
     ("R_n", "R_t", "mu", "v", "after"),
     [
-        (0.5, 0.8, 0.2, (10.0, 0.0, -1.0), (9.7, 0.0, 0.5)),  # friction takes 0.2 * 1.5 * 1 = 0.3, R_t would take 2
+        (0.5, 0.8, 0.2, (10.0, 0.0, -1.0), (9.7, 0.0, 0.5)),  # friction removes 0.2 * 1.5 * 1 = 0.3, R_t would remove 2
         (0.5, 0.8, 0.2, (0.0, -10.0, -1.0), (0.0, -9.7, 0.5)),
         (0.5, 0.8, 0.2, (6.0, 8.0, -1.0), (5.82, 7.76, 0.5)),
-        (0.5, 0.8, 2.0, (10.0, 0.0, -1.0), (8.0, 0.0, 0.5)),  # friction would take 3, R_t takes 2
+        (0.5, 0.8, 2.0, (10.0, 0.0, -1.0), (8.0, 0.0, 0.5)),  # friction would remove 3, R_t removes 2
         (0.5, 0.8, 0.0, (10.0, 0.0, -1.0), (10.0, 0.0, 0.5)),
         (0.5, 1.0, 5.0, (10.0, 0.0, -9.0), (10.0, 0.0, 4.5)),
         (0.0, 0.0, 0.5, (3.0, 0.0, -8.0), (0.0, 0.0, 0.0)),
@@ -68,11 +68,15 @@ def test_no_impact_takes_more_along_the_ground_than_coulomb_friction_allows(R_n,
     assert energy(after) <= energy(Motion(0.0, ZERO, tuple(v_in.tolist()), ZERO)) * (1.0 + ROUNDING)
 
 
-# --- the sum of the bounces, against bounces one by one in 40 digits --------------------------------------------------
+# --- the sum of the bounces, against single bounces in 40 digits ------------------------------------------------------
 
 
 class Case(NamedTuple):
-    """Bounces on a plane of `slope` degrees: R_n, R_t, mu; w off it, u along it at `way` degrees from downhill."""
+    """Bounces on a plane after an impact.
+
+    r, q, mu : R_n, R_t and friction; slope : of the plane (degrees)
+    w, u : speeds (m/s) normal to the plane and along it; way : direction of u (degrees from downhill)
+    """
 
     r: float
     q: float
@@ -84,14 +88,14 @@ class Case(NamedTuple):
 
 
 def frame_of(case: Case) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The plane's normal, its steepest way down and the velocity after the impact that the bounces begin with."""
+    """Return the plane's unit normal, its downhill direction and the velocity (m/s) after the impact, each (3,)."""
     a, b = math.radians(case.slope), math.radians(case.way)
     n, down = np.array((math.sin(a), 0.0, math.cos(a))), np.array((math.cos(a), 0.0, -math.sin(a)))
     return n, down, case.w * n + case.u * (math.cos(b) * down + math.sin(b) * np.array((0.0, 1.0, 0.0)))
 
 
 def summed(case: Case) -> RemainingBounces:
-    """What the program says."""
+    """Return the sum of the bounces as the package computes it."""
     n, _, v = frame_of(case)
     motion = Motion(0.0, ZERO, tuple(v.tolist()), ZERO)
     rest: RemainingBounces = rest_of_bounces(
@@ -101,7 +105,7 @@ def summed(case: Case) -> RemainingBounces:
 
 
 class Flown(NamedTuple):
-    """Places (downhill, across) after each bounce, and the velocity and time at the end."""
+    """Places (N, 2) m downhill and across after each bounce, and velocity (m/s) and time (s) at the end."""
 
     places: np.ndarray
     v: np.ndarray
@@ -110,7 +114,7 @@ class Flown(NamedTuple):
 
 @cache
 def flown(case: Case) -> Flown:
-    """Bounce by bounce, in the plane's own axes, until the bounces are 1e-18 of the first."""
+    """Compute bounce by bounce, in the axes of the plane, until the normal speed is 1e-18 of the first."""
     with mp.workdps(40):
         r, q, mu, w = mpf(case.r), mpf(case.q), mpf(case.mu), mpf(case.w)
         a, b = mp.radians(mpf(case.slope)), mp.radians(mpf(case.way))
@@ -154,7 +158,7 @@ NAMED = {
 
 
 def random_case(draw: np.random.Generator) -> Case:
-    """Coefficients from everywhere, bounces of a nanometre to a metre, speeds of none to 100 m/s."""
+    """Return a case with random coefficients, bounces 1e-9 m to 1 m high, and speeds from 0 to 100 m/s."""
     r, u = draw.choice([0.0, draw.uniform(0.0, 0.9)], p=[0.05, 0.95]), 10.0 ** draw.uniform(-6, 2)
     return Case(
         float(r), float(draw.choice([draw.uniform(), draw.uniform(), 0.0, 1.0, r])),
@@ -184,7 +188,7 @@ def test_the_sum_is_that_of_bounces_one_by_one(case):
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 def test_every_bounce_lies_in_the_parallelogram_that_must_fit_on_the_facet(case):
-    """So judged by the corners alone: no place is beyond them in any of 36 directions."""
+    """In none of 36 directions does a place lie farther out than the corners of the parallelogram."""
     rest, exact = summed(case), flown(case)
     _, down, _ = frame_of(case)
     along, fall = (np.array((np.dot(part, down), part[1])) for part in (rest.along, rest.down))
@@ -197,7 +201,7 @@ def test_every_bounce_lies_in_the_parallelogram_that_must_fit_on_the_facet(case)
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 def test_the_sum_makes_no_energy(case):
-    """Per kilogram: what the rock has at the end, less what its fall along the plane gave, is no more than before."""
+    """The energy per kilogram at the end, minus that gained by the fall along the plane, is at most that before."""
     rest = summed(case)
     fallen = -(rest.along[2] + rest.down[2])
     before, after = 0.5 * (case.u**2 + case.w**2), 0.5 * np.dot(rest.v, rest.v)
@@ -210,7 +214,7 @@ def test_bounces_without_an_end_are_flown():
 
 @pytest.mark.long
 def test_of_bounces_that_hardly_get_smaller_those_that_are_summed_are_right():
-    """Near R_n = 1 the bounces may be more than are looked at; they are then flown, never summed wrongly."""
+    """Near R_n = 1 there may be too many bounces for the sum; then the rock is flown, and the sum is never wrong."""
     cases = [Case(r, q, 0.5, 20.0, 0.1, 1.0, 45.0) for r in (0.97, 0.99, 0.999) for q in (0.3, 0.98, 0.9999)]
     rests = [summed(case) for case in cases]
     assert {rest.ends for rest in rests} == {True, False}
@@ -225,12 +229,17 @@ def test_of_bounces_that_hardly_get_smaller_those_that_are_summed_are_right():
 
 SLOPE, FRICTION, SPEED, SECONDS = 20.0, 10.0, 10.0, 3.0
 SAME = 1e-9
-"""m and m/s by which results may differ with smallest_bounce: 3 s at the 1e-12 of 10 m/s that a sum leaves out, and the
-roundings of a few hundred events at 60 m."""
+"""Largest difference (m and m/s) between results with different `smallest_bounce`.
+
+It is due to the 1e-12 of 10 m/s that a sum leaves out, over 3 s, and to rounding in some hundred events at 60 m.
+"""
 
 
 def bouncing_down(engine: str, model, rise: float, smallest_bounce: float):
-    """The issue's own rock, which leaves a slope with 10 m/s along it in bounces that rise by `rise` (m)."""
+    """Fly a rock that leaves a slope at SPEED along it, in bounces that rise `rise` (m) above the slope.
+
+    Return its flights, the downhill direction and the normal of the slope.
+    """
     descent, normal = down_the_slope(SLOPE)
     v = SPEED * descent + math.sqrt(2.0 * G * math.cos(math.radians(SLOPE)) * rise) * normal
     physics = flight_with(
@@ -244,7 +253,7 @@ def bouncing_down(engine: str, model, rise: float, smallest_bounce: float):
 @pytest.mark.parametrize("rise", [1e-4, 1e-2])
 @pytest.mark.parametrize("engine", ENGINES)
 def test_bouncing_on_a_slope_slows_a_rock_as_friction_does(engine, rise):
-    """Momentum alone gives the end: the normal impulse of t seconds is g_n t less the w that the rock began with."""
+    """Momentum gives the final speed: per mass, the normal impulse of t seconds is g_n t minus the initial w."""
     flights, descent, normal = bouncing_down(engine, MODEL, rise, 1e-3)
     w = flights.paths.v[0] @ normal
     g_n, g_t = G * math.cos(math.radians(SLOPE)), G * math.sin(math.radians(SLOPE))

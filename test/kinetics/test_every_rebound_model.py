@@ -1,4 +1,4 @@
-"""What holds for every rebound model: no way into the ground, no energy from nowhere, an end, both engines alike."""
+"""Tests of each rebound model: no velocity into the ground, no energy gained, rocks stop, both engines agree."""
 
 import math
 
@@ -12,12 +12,12 @@ from rpf3d_core.kinetics.rebound import rest_of_bounces
 from rpf3d_core.values import ZERO, Motion, Outcome
 
 ROUNDING = 1e-12
-"""Share by which rounding may raise an energy: a dozen operations at 1e-16, and as much again for a unit normal."""
+"""Largest relative growth of an energy by rounding: about a dozen operations, and the error of a unit normal."""
 ENDED = {Outcome.STOPPED, Outcome.LEFT_TERRAIN}
 
 
 def impacts(count: int = 1000):
-    """Random impacts: ground, velocity, spin, normal."""
+    """Yield random impacts: ground, velocity (3,) m/s into the ground, spin (3,) rad/s, unit normal (3,)."""
     draw = np.random.default_rng(3)
     for _ in range(count):
         n = draw.normal(size=3)
@@ -70,7 +70,7 @@ def test_both_engines_leave_the_same_bits_and_every_rock_comes_to_an_end(model):
 @pytest.mark.parametrize("resting", ["none", "sliding"])
 @pytest.mark.parametrize("name", MODELS)
 def test_on_level_ground_every_rock_comes_to_rest(name, resting):
-    """Under `ground: none` a bounce that keeps the speed along the ground leaves the rock with it."""
+    """With `ground: none`, a rock whose bounces keep the speed along the ground does not stop."""
     over = engine_over("reference", floor(400.0))
     ground = surface(0.5, 0.8, 35.0, 0.8)
     physics = flight_with(MODELS[name], ground, resting)
@@ -80,7 +80,7 @@ def test_on_level_ground_every_rock_comes_to_rest(name, resting):
 
 
 def test_a_model_that_is_not_named_is_not_imported():
-    """What a scene imports stands in the names of the modules that are loaded."""
+    """The names of the loaded modules show what a scene imports."""
     code = """
 import sys
 from rpf3d_core.scene.models.keys import ReboundSpec

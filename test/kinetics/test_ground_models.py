@@ -1,4 +1,4 @@
-"""What ends a flight: the ground models none and sliding, their stop rules, and every outcome with its sentence."""
+"""Tests of how flights end: the ground models `none` and `sliding`, their stop rules, and the outcomes' sentences."""
 
 import math
 
@@ -23,7 +23,7 @@ from rpf3d_core.values import DEPOSITED, OUTCOME_SENTENCES, Mode, Outcome
 
 G = 9.81
 ROUNDED = 1e-9
-"""m and m/s: a dozen events of 10 m, and edges passed within the contact tolerance of 1e-11 m."""
+"""Largest error (m and m/s) of a dozen events over 10 m, with edges passed within 1e-11 m."""
 BOTH = pytest.mark.parametrize("engine", ENGINES)
 
 
@@ -41,7 +41,7 @@ def test_a_rock_at_rest_on_flat_ground_stops_with_a_reason(engine):
 @BOTH
 @pytest.mark.parametrize(("stop_speed", "outcome"), [(1.01, Outcome.STOPPED), (0.99, Outcome.UNRESOLVED_CONTACT)])
 def test_without_a_ground_model_the_stop_speed_alone_decides(engine, stop_speed, outcome):
-    """R_t = 1 on level ground: the bouncing dies out and leaves the 1 m/s the rock came with."""
+    """With R_t = 1 on level ground, the rock still has its 1 m/s along the ground after its bounces."""
     over = engine_over(engine, floor())
     end = fly(
         over, flight(surface(0.5, 1.0, stop_speed=stop_speed), "none"), (-9.0, 0.3, 2.0), (1.0, 0.0, 0.0)
@@ -222,7 +222,7 @@ def test_friction_changes_where_a_slide_crosses_from_zone_to_zone(engine):
 @BOTH
 @pytest.mark.parametrize("model", ["none", "sliding"])
 def test_each_zone_stops_rocks_at_its_own_speed(engine, model):
-    """R_t = 1, friction 0: bouncing dies out at 1 m/s on either side; only one zone takes that for a stop."""
+    """With R_t = 1 and no friction, rocks keep 1 m/s in both zones; only one zone has a higher stop speed."""
     zones = [Surface(0.5, 1.0, 1e-3, 1.5), Surface(0.5, 1.0, 1e-3, 0.5)]
     over = engine_over(engine, strip(TWO_ZONES))
     ends = fly(over, flight(zones, model), [(-15.0, 0.3, 0.2), (5.0, 0.3, 0.2)], (1.0, 0.0, 0.0)).deposits
@@ -235,7 +235,7 @@ def test_each_zone_stops_rocks_at_its_own_speed(engine, model):
 
 @BOTH
 def test_a_rock_that_slides_over_a_brow_flies_off_it(engine):
-    """A level bench of 10 m, then a face: the rock takes off level, at the speed that friction has left it."""
+    """The rock leaves a level bench horizontally, at the speed that remains after friction."""
     over = engine_over(engine, strip([(-10.0, 0.0), (0.0, 0.0), (2.0, -20.0), (40.0, -20.0)]))
     flights = fly(over, flight(surface(0.3, 0.8, 20.0)), (-5.0, 0.3, 0.0), (8.0, 0.0, 0.0))
     brow = np.flatnonzero(np.abs(flights.paths.x[:, 0]) < 1e-6)[-1]
@@ -250,7 +250,7 @@ def test_a_rock_that_slides_over_a_brow_flies_off_it(engine):
 @BOTH
 @pytest.mark.parametrize("angle", [0.5, 3.0, 20.0])
 def test_a_rock_that_slides_over_a_slight_brow_flies_a_little_and_comes_down_on_the_slope_beyond(engine, angle):
-    """From level ground onto a slope: t = 2 u tan(angle) / g later the parabola meets the slope."""
+    """After t = 2 u tan(angle) / g from the brow, the parabola meets the slope."""
     over = engine_over(engine, strip([(-10.0, 0.0), (0.0, 0.0), (30.0, -30.0 * math.tan(math.radians(angle)))]))
     flights = fly(over, flight(Surface(0.3, 0.9, 0.1, 0.0)), (-1.0, 0.3, 0.0), (3.0, 0.0, 0.0))
     speed = math.sqrt(9.0 - 2 * 0.1 * G)
@@ -262,7 +262,7 @@ def test_a_rock_that_slides_over_a_slight_brow_flies_a_little_and_comes_down_on_
 
 @BOTH
 def test_a_rock_that_slides_into_a_concave_edge_hits_it(engine):
-    """A slope of 40 degrees onto the level: an impact at the toe with the angle between them, then R_n and R_t."""
+    """At the toe of a slope of 40 degrees, the rock hits the level ground at 40 degrees, with R_n and R_t."""
     a = math.radians(40.0)
     over = engine_over(engine, strip([(-20.0, 20.0 * math.tan(a)), (0.0, 0.0), (60.0, 0.0)]))
     start = 10.0 * np.array([-math.cos(a), 0.0, math.sin(a)]) + (0, 0.3, 0)
@@ -277,7 +277,7 @@ def test_a_rock_that_slides_into_a_concave_edge_hits_it(engine):
 
 @BOTH
 def test_a_slide_over_nearly_coplanar_facets_does_not_depend_on_how_many_there_are(engine):
-    """Up the side of a dish of 300 m radius, cut into chords that meet at 0.9, 0.24 and 0.06 degrees."""
+    """The rock slides up the side of a dish of 300 m radius, made of 17, 65 or 257 plane strips."""
     ways = []
     for segments in (17, 65, 257):
         x = np.linspace(-40.0, 40.0, segments + 1)
@@ -288,7 +288,7 @@ def test_a_slide_over_nearly_coplanar_facets_does_not_depend_on_how_many_there_a
         assert end.outcome[0] == Outcome.STOPPED
         ways.append(end.x[0, 0])
     assert ways[2] > 15.0
-    # A kink of angle k turns the velocity by k and costs speed^2 k^2 / 2: half as much in all for twice the facets.
+    # A kink of angle k turns the velocity by k and costs speed^2 k^2 / 2, so twice as many facets cost half as much.
     assert abs(ways[1] - ways[2]) < 0.005 * ways[2] and abs(ways[0] - ways[2]) < 0.02 * ways[2]
 
 

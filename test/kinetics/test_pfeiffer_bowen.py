@@ -1,4 +1,4 @@
-"""The sphere of CRSP (Pfeiffer & Bowen 1989) against worked values, and in three dimensions."""
+"""Tests of the sphere of CRSP (Pfeiffer & Bowen 1989): worked examples, and three dimensions."""
 
 import math
 
@@ -13,9 +13,9 @@ from rpf3d_core.values import ZERO, Motion, Outcome
 
 CRSP = MODELS["pfeiffer_bowen"]
 PRINTED = 5.1e-5
-"""Half a unit of the fourth decimal, in which the reference prints; w' has three."""
+"""Half a unit of the fourth decimal, the last that the reference prints; w' has three decimals."""
 
-# vn, vt, w, R, m, Rn, Rt | f, F, vn', vt', w', E'/E; None where the reference prints nothing
+# vn, vt, w, R, m, Rn, Rt | f, F, vn', vt', w', E'/E; None for values that the reference does not print
 VECTORS = [
     (10, 15, 0, 0.5, 1000, 0.5, 0.8, 0.8276, 0.7484, 2.2769, 9.9772, 19.954, 0.4448),
     (10, 15, 20, 0.5, 1000, 0.5, 0.8, 0.9068, 0.7484, 2.2769, 11.3342, 22.668, 0.5069),
@@ -39,7 +39,7 @@ def test_the_impact_is_that_of_the_worked_values(row):
 
 
 def turn(seed: int) -> np.ndarray:
-    """A random rotation (3, 3)."""
+    """Return a random rotation matrix (3, 3)."""
     q, r = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
     q = q * np.sign(np.diag(r))
     return q * np.sign(np.linalg.det(q))
@@ -84,7 +84,7 @@ def test_the_three_speeds_are_the_users():
 
 
 def bounced_out(model, ground, motion, angle, bounces=4000):
-    """Displacement (m) down the slope, and time (s), of bounces flown one by one on a plane that falls along x."""
+    """Return the displacement (m) downhill and the time (s) of single bounces on a plane of `angle` degrees along x."""
     a = math.radians(angle)
     g = 9.81 * np.array([math.sin(a), 0.0, -math.cos(a)])
     s = t = 0.0
@@ -99,7 +99,7 @@ def bounced_out(model, ground, motion, angle, bounces=4000):
 @pytest.mark.parametrize(("R_n", "R_t"), [(0.35, 0.85), (0.5, 0.8), (0.8, 0.5)])
 @pytest.mark.parametrize("angle", [0.0, 20.0, 35.0])
 def test_the_rest_of_the_bouncing_is_that_of_bounces_one_by_one_within_the_stated_error(rise, R_n, R_t, angle):
-    """Bound of the docstring: shares of what is summed, and 8 h tan(slope) r q / ((1 - r q)(1 - r^2))."""
+    """The bounds are those of the docstring: shares of the sums, and 8 h tan(slope) r q / ((1 - r q)(1 - r^2))."""
     a, ground = math.radians(angle), surface(R_n, R_t)
     w = math.sqrt(2.0 * 9.81 * math.cos(a) * rise)
     motion = Motion(0.0, ZERO, (0.4, 0.0, w), (0.0, 0.8, 0.0))
@@ -125,8 +125,8 @@ def test_a_smallest_bounce_of_half_the_height_moves_the_stop_by_less_than_the_st
     ]
     assert {int(end.outcome[0]) for end in ends} == {Outcome.STOPPED}
     gaps = [float(np.linalg.norm(end.x[0] - ends[-1].x[0])) for end in ends[:2]]
-    # r = 0.5, q = 0.88: what gravity adds is 8 h tan(20) 0.44 / (0.56 x 0.75) = 3.1 h; speed along 3 m/s at most adds
-    # a share of 5e-4 of a metre.
+    # r = 0.5, q = 0.88: gravity adds 8 h tan(20) 0.44 / (0.56 x 0.75) = 3.1 h; the speed along the slope, at most
+    # 3 m/s, adds at most 5e-4 m.
     assert 0.0 < gaps[0] < 3.1e-3 + 5e-4
     assert float(np.linalg.norm(ends[0].x[0] - ends[1].x[0])) < 3.1e-3 + 5e-4
 

@@ -1,4 +1,4 @@
-"""Rebound models: constant restitution, and the thesis' printed transform with its known faults."""
+"""Tests of two rebound models: constant restitution, and the thesis' printed transform with its known faults."""
 
 import math
 from pathlib import Path
@@ -17,7 +17,7 @@ V = (3.0, 2.0, -10.0)
 
 
 def plane_rising(theta: float, phi: float) -> tuple[float, float, float]:
-    """Upward unit normal of a plane that rises by theta degrees along x and phi degrees along y."""
+    """Return the upward unit normal of a plane that rises by theta degrees along x and phi degrees along y."""
     n = np.array([-math.tan(math.radians(theta)), -math.tan(math.radians(phi)), 1.0])
     return tuple(float(c) for c in n / np.linalg.norm(n))
 
@@ -110,7 +110,10 @@ def test_thesis_literal_is_the_same_on_both_engines_and_not_the_same_as_constant
 
 
 def largest_gain(n: tuple[float, float, float]) -> float:
-    """How many times its energy the printed transform leaves a rock at R_n = R_t = 1, over 400 velocities, at most."""
+    """Return the largest ratio of energies after and before, over 400 velocities.
+
+    The impacts follow the printed transform with R_n = R_t = 1, on a plane with unit normal n.
+    """
     gains = []
     for v in np.random.default_rng(1).normal(size=(400, 3)):
         v = -v if v @ np.array(n) > 0 else v
@@ -120,7 +123,7 @@ def largest_gain(n: tuple[float, float, float]) -> float:
 
 
 def test_the_equations_as_printed_gain_energy_and_their_docstring_and_the_physics_page_say_so():
-    """Inherent in 2-3 to 2-8: no clamp can mend a transform that is not orthonormal and still be the thesis'."""
+    """Equations 2-3 to 2-8 are not an orthonormal transform; a limit on the energy would change the thesis' model."""
     gain = max(largest_gain(plane_rising(t, p)) for t in range(0, 90, 15) for p in range(0, 90, 15))
     assert 1.5 < gain <= 3.0 + 1e-9
     assert "three times its energy" in " ".join((thesis_literal.__doc__ or "").split())

@@ -1,4 +1,4 @@
-"""The rolling ground models, Azzoni's and STONE's: closed forms on planes, their stops, and what a scene must say."""
+"""Tests of the ground models of Azzoni and STONE for rolling: closed forms, stop rules, and keys of a scene."""
 
 import dataclasses
 import math
@@ -25,20 +25,20 @@ from rpf3d_core.values import Outcome
 
 G = 9.81
 OVER_EDGES = 1e-6
-"""Relative: at each edge a rock passes within the contact tolerance, some 1e-10 m, of the plane; it costs no more."""
+"""Largest relative error: at each edge a rock is within the contact tolerance, about 1e-10 m, of the plane."""
 PRINTED = 5e-3
-"""m: the reference prints two digits after the point."""
+"""Largest rounding error (m) of the reference, which prints two decimals."""
 BOTH = pytest.mark.parametrize("engine", ENGINES)
 
 
 def rolling(ground, mu_r, stop_speed=0.0, mu=0.0, **settings):
-    """A flight over one ground; friction of sliding plays no part."""
+    """Return the physics of rolling with a ground model on one material. mu : sliding friction, without effect here"""
     physics = flight(Surface(0.5, 0.8, mu, stop_speed, mu_r), **settings)
     return dataclasses.replace(physics, models=Models(physics.models.rebound, ground))
 
 
 def rolled(engine, ground, mu_r, angle, speed, **how):
-    """Way down the slope (m) and the flights of a rock set rolling down it."""
+    """Return the distance (m) that a rock rolls down a slope of `angle` degrees, and its flights; speed in m/s."""
     descent, normal = down_the_slope(angle, 37.0)
     over = engine_over(engine, incline(angle, 37.0, cells=(7, 3), down=120.0))
     start = descent + 0.3 * np.cross(normal, descent)
@@ -71,7 +71,7 @@ def test_a_rock_rolls_to_a_stop_after_the_printed_way(engine, ground, mu_r, angl
 @BOTH
 @pytest.mark.parametrize("angle", [22.0, 40.0, 50.0, 59.0])
 def test_a_sphere_rolls_down_with_five_sevenths_of_gravity(engine, angle):
-    """validation-2.5, a_roll: 2.624922, 4.504105, 5.367783, 6.006294 m/s2."""
+    """The accelerations (m/s2) are those of a_roll in section 2.5 of the validation reference."""
     a = dict(zip((22.0, 40.0, 50.0, 59.0), (2.624922, 4.504105, 5.367783, 6.006294), strict=True))[angle]
     _, flights = rolled(engine, Rolling(), 0.0, angle, 0.0)
     speeds, way = np.linalg.norm(flights.paths.v_end[:-2], axis=1), flights.deposits.path[0]
@@ -82,7 +82,7 @@ def test_a_sphere_rolls_down_with_five_sevenths_of_gravity(engine, angle):
 
 @BOTH
 def test_a_rock_that_begins_to_roll_rises_to_seven_fifths_of_the_height_of_its_energy(engine):
-    """It enters the ground without spin and with its whole speed, and gains the energy of rotation: physics.md."""
+    """The rock starts to roll at its full speed and without spin, so it gains the energy of rotation (physics.md)."""
     angle, speed = 30.0, 8.0
     descent, _ = down_the_slope(angle)
     over, start = engine_over(engine, incline(angle, down=60.0)), 40.0 * descent
@@ -105,7 +105,7 @@ def test_a_rock_that_lands_and_rolls_up_a_ramp_rises_to_at_most_seven_fifths_of_
 
 @BOTH
 def test_each_model_has_a_stop_of_its_own(engine):
-    """Azzoni's stops at the material's stop speed where friction holds, STONE's at its own on any slope."""
+    """Azzoni's model stops at the material's stop speed where friction holds, STONE's at its own speed on any slope."""
     slow = rolled(engine, Rolling(), 0.5, 20.0, 10.0, stop_speed=2.0)[0]
     assert slow == pytest.approx(96.0 / 100.0 * 55.82, abs=PRINTED)
     slow = rolled(engine, RollingStone(3.0), 0.5, 20.0, 10.0, stop_speed=9.0)[0]
@@ -117,7 +117,7 @@ def test_each_model_has_a_stop_of_its_own(engine):
 
 @BOTH
 def test_a_rock_that_rolls_across_a_slope_stops_at_stones_speed_before_it_turns_downhill(engine):
-    """Friction does not hold it, but it goes uphill at first and is slower than the stop speed before it turns."""
+    """Friction cannot hold the rock, but the rock first rolls uphill and is below the stop speed before it turns."""
     descent, normal = down_the_slope(30.0)
     v = 2.0 * np.cross(normal, descent) - 4.0 * descent
     over = engine_over(engine, incline(30.0, cells=(7, 3)))
@@ -143,7 +143,7 @@ def test_both_engines_roll_alike_over_facets_and_through_gullies(ground):
 
 @BOTH
 def test_in_a_level_gully_a_rock_rolls_against_the_push_of_both_sides(engine):
-    """Sides of 40 degrees push with g / (2 cos 40) each; down the line A scales gravity and resistance alike."""
+    """With the normal forces N_1, N_2 per mass, the acceleration along the gully is 5/7 (g_line - mu_r (N_1 + N_2))."""
     over = engine_over(engine, gully(40.0, 40.0, 10.0))
     mu_r, dip = 0.3, math.radians(10.0)
     line = np.array([math.cos(dip), 0.0, -math.sin(dip)])

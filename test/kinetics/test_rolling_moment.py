@@ -1,4 +1,4 @@
-"""Impacts of a sphere with a rolling moment: by hand, by brute force over admissible impulses, and their limit."""
+"""Tests of a sphere's impacts with a rolling moment: by hand, by search over admissible impulses, and their limit."""
 
 import dataclasses
 import math
@@ -22,14 +22,14 @@ from rpf3d_core.values import ZERO, Outcome
 
 G, RADIUS, MASS = 9.81, 0.5, 700.0
 INERTIA = 0.4 * MASS * RADIUS**2
-"""kg m2, of a solid sphere."""
+"""Moment of inertia (kg m2) of a solid sphere."""
 BOTH = pytest.mark.parametrize("engine", ENGINES)
 
 
 # --- by hand ----------------------------------------------------------------------------------------------------------
 
 BY_HAND = [
-    # Speeds along x: u of the centre, s = R w of the spin. e 0, v_n 1 m/s: P = 1 m/s. u and s after.
+    # Speeds (m/s) along x before and after: u of the centre, s = R w of the spin. With e = 0 and v_n = 1, P is 1 m/s.
     pytest.param(7.0, 7.0, FULL, 0.7, 6.5, 6.5, id="rolls on: 7 - 5/7 0.7"),
     pytest.param(7.0, 0.0, FULL, 0.7, 4.5, 4.5, id="sticks and rolls: 5/7 7 - 5/7 0.7"),
     pytest.param(0.2, 0.5, FULL, 0.5, 0.0, 0.0, id="sticks and is arrested: 0.2 + 2/5 0.5 is less than 0.5"),
@@ -49,7 +49,10 @@ def test_each_state_of_an_impact_is_that_worked_out_by_hand(u, s, mu, mu_r, u_af
 
 
 def exact_on_a_line(u, s, k, r):
-    """u and s after, in fractions, where both are along one line: every state is tried, and the only sound one kept."""
+    """Return u and s after an impact as fractions, for motion along one line.
+
+    Each combination of slipping, sticking and rolling is tried; exactly one is consistent.
+    """
     found = set()
     for slip, spin in product((-1, 0, 1), repeat=2):
         p = Fraction(-slip) * k if slip else None
@@ -83,18 +86,21 @@ def test_along_a_line_impacts_are_those_of_the_complementarity_problem_in_fracti
 
 
 def impulses_on_discs(rings, spokes):
-    """Points (N, 2) all over the unit disc, its rim included."""
+    """Return points (N, 2) all over the unit disc, including its border."""
     size, angle = np.meshgrid(np.linspace(0.0, 1.0, rings), np.arange(spokes) * 2.0 * np.pi / spokes)
     return np.stack([size * np.cos(angle), size * np.sin(angle)], -1).reshape(-1, 2)
 
 
 def kinetic(v, w):
-    """J, of velocities and spins (..., 3)."""
+    """Return the kinetic energy (J) of velocities (..., 3) m/s and spins (..., 3) rad/s."""
     return 0.5 * MASS * (v * v).sum(-1) + 0.5 * INERTIA * (w * w).sum(-1)
 
 
 def least_energy(v, w, n, e, mu, mu_r):
-    """J, the least that a grid of impulses and moments leaves, refined five times about its best; and v and w then."""
+    """Return the least kinetic energy (J) after an impact, and the velocity (3,) m/s and spin (3,) rad/s with it.
+
+    It is searched on a grid of impulses and moments that is refined five times around the best point.
+    """
     aside = np.cross(n, (0.3, -0.5, 0.81))
     aside /= np.linalg.norm(aside)
     axes = np.stack([aside, np.cross(n, aside)])
@@ -115,7 +121,7 @@ def least_energy(v, w, n, e, mu, mu_r):
 
 @pytest.mark.parametrize("seed", range(40))
 def test_no_admissible_impulse_and_moment_dissipate_more(seed):
-    """In three dimensions, with mass, inertia and cross products: over the discs of friction and moment."""
+    """The search is in three dimensions, over the discs of admissible friction and moment."""
     rng = np.random.default_rng(seed)
     n = rng.normal(size=3)
     n /= np.linalg.norm(n)
@@ -152,7 +158,7 @@ def test_as_the_rolling_friction_fades_impacts_become_those_without():
 @pytest.mark.parametrize(("mu", "mu_r"), [(0.6, 0.3), (0.6, 0.05), (0.2, 0.3), (0.2, 2.0)])
 @pytest.mark.parametrize("slope", [0.0, 10.0])
 def test_many_small_impacts_brake_a_rolling_sphere_as_the_ground_does(mu, mu_r, slope):
-    """g_n dt each for 0.2 s, against 5/7 (g_t - mu_r g_n), or g_t - mu g_n where friction bears no more (Azzoni)."""
+    """Impacts of g_n dt for 0.2 s give Azzoni's 5/7 (g_t - mu_r g_n), or g_t - mu g_n if friction is exceeded."""
     g_t, g_n, impacts = G * math.sin(math.radians(slope)), G * math.cos(math.radians(slope)), 2000
     dt, v, w = 0.2 / impacts, np.array([5.0, 0.0, 0.0]), np.array([0.0, 5.0 / RADIUS, 0.0])
     for _ in range(impacts):
@@ -164,17 +170,17 @@ def test_many_small_impacts_brake_a_rolling_sphere_as_the_ground_does(mu, mu_r, 
 
 
 def rough_slope(cell=2.0, length=150.0, width=60.0):
-    """A slope of 32 degrees over 60 m, then a level floor, both with facets of 2 m and steps of up to 0.5 m."""
+    """Return a slope of 32 degrees over 60 m, then a level floor, both in 2 m cells with random heights +-0.25 m."""
     x, y = np.meshgrid(np.arange(0.0, length + cell, cell), np.arange(0.0, width + cell, cell), indexing="ij")
     z = 0.25 * np.random.default_rng(5).uniform(-1, 1, x.shape) - math.tan(math.radians(32.0)) * np.minimum(x, 60.0)
     return terrain_of(np.stack([x, y, z], -1).reshape(-1, 3), grid_triangles(*x.shape))
 
 
 def test_the_mean_runout_does_not_depend_on_the_smallest_bounce():
-    """1,000 spheres; impacts a rock grow from 32 to 101. Without a loss at impacts nearly all leave the terrain.
+    """The test flies 1,000 spheres; the impacts per rock grow from 32 to 101.
 
-    Bounces that are left out lose the energy with which they would rise. At the seams of this slope some rise 1 to
-    10 mm, so the largest height shortens the mean runout by 1 %. The effect of the other heights is within the noise.
+    Bounces that are left out lose their energy. At the seams of this slope some bounces rise 1 to 10 mm, so the
+    largest height shortens the mean runout by 1 %. The effect of the other heights is within the noise.
     """
     over, rocks = engine_over("compiled", rough_slope()), 1000
     runouts = []
@@ -196,14 +202,14 @@ def test_the_mean_runout_does_not_depend_on_the_smallest_bounce():
 
 
 def two_floors():
-    """A level floor of two zones: 0 on the left of the y axis, 1 on its right."""
+    """Return a level floor of two zones: 0 (left) for x < 0, 1 (right) for x > 0."""
     ticks = (-40.0, 0.0, 40.0)
     vertices = [(x, y, 0.0) for x in ticks for y in (-40.0, 40.0)]
     return terrain_of(vertices, grid_triangles(3, 2), (0, 1, 0, 1), ("left", "right"))
 
 
 def dropped(engine, grounds, rocks, **settings):
-    """Flights of spheres that fall on both floors in turn with 7 m/s along y, and stick wherever they hit."""
+    """Fly spheres that fall onto the two zones alternately, with 7 m/s along y, and do not slip at impacts."""
     physics = spheres(Surface(0.5, 1.0, 0.5, 0.5), CoulombSphere(FULL, 0.0), max_impacts=2, **settings)
     physics = dataclasses.replace(physics, materials=drawn_materials(grounds))
     x = np.array([[-20.0 if rock % 2 == 0 else 20.0, -30.0, 3.0] for rock in range(rocks)])
@@ -214,7 +220,10 @@ def dropped(engine, grounds, rocks, **settings):
 
 
 def rolling_frictions(flights):
-    """mu_r (R, 2) of two impacts each, from the speeds: u' = 5/7 u + 2/7 s - 5/7 mu_r P, u = s after the first."""
+    """Return the rolling friction mu_r (R, 2) of the two impacts of each rock, computed from the speeds.
+
+    u' = 5/7 u + 2/7 s - 5/7 mu_r P, and u = s after the first impact.
+    """
     impacts, into = flights.impacts, np.array([1.0, 0.5]) * math.sqrt(2.0 * G * 2.5)
     after = np.sqrt(impacts.speed_out.reshape(-1, 2) ** 2 - (0.5 * into) ** 2)
     before = np.stack([np.full(len(after), 5.0), after[:, 0]], 1)

@@ -1,4 +1,4 @@
-"""Restitution that falls with speed and mass, and v_half: factors, limits, and the rest of the bouncing."""
+"""Tests of restitution that falls with speed or mass, and of v_half: factors, limits, and the sum of the bounces."""
 
 import math
 
@@ -14,13 +14,13 @@ from rpf3d_core.kinetics.rebounds.velocity_scaled import VelocityScaled
 from rpf3d_core.values import ZERO, Motion
 
 PRINTED = 5.1e-4
-"""Half a unit of the third decimal, in which the reference prints."""
+"""Half a unit of the third decimal, the last that the reference prints."""
 SPEEDS = (2.0, 5.0, 10.0, 20.0, 30.0)
 G = 9.81
 
 
 def left_of(model, v_n: float, R_n: float = 1.0, mass: float = 1000.0) -> float:
-    """The share of the speed into the ground that an impact gives back."""
+    """Return the share of the normal speed v_n (m/s) that remains after an impact. mass : of the rock (kg)"""
     return struck(model, surface(R_n, 0.8), (3.0, 0.0, -v_n), rock=falling_rock(mass)).v[2] / v_n
 
 
@@ -87,7 +87,7 @@ def test_the_rest_is_that_of_bounces_one_by_one_within_the_stated_share(R_n, ris
 
 @pytest.mark.parametrize("name", ["velocity_scaled", "mass_scaled"])
 def test_half_of_smallest_bounce_moves_the_stop_by_less_than_the_stated_share(name):
-    """Of what is summed, u T / (1 - r q) and 4 h tan(slope) / (1 - r^2) with its like: here less than a metre."""
+    """The sums, such as u T / (1 - r q) and 4 h tan(slope) / (1 - r^2), are less than 1 m here."""
     over = engine_over("reference", incline(20.0, down=200.0))
     physics = [flight_with(MODELS[name], surface(), "none", smallest_bounce=h) for h in (1e-3, 5e-4)]
     ends = [fly(over, one, (0.5, 0.2, 3.0)).deposits for one in physics]
@@ -99,7 +99,7 @@ def test_half_of_smallest_bounce_moves_the_stop_by_less_than_the_stated_share(na
 @pytest.mark.parametrize("angle", [0.0, 15.0])
 @pytest.mark.parametrize("R_t", [0.5, 0.8])
 def test_what_v_half_leaves_out_below_smallest_bounce_is_within_the_stated_lengths(angle, R_t):
-    """Where friction holds the rock it stops where its bouncing ends; that moves by no more than what is left out."""
+    """Where friction holds the rock, it stops where its bounces end, off by at most the length that is left out."""
     a, model = math.radians(angle), MODELS["v_half"]
     over = engine_over("reference", incline(angle, down=200.0))
     heights = (1e-3, 5e-4)

@@ -1,4 +1,4 @@
-"""Where a rolling sphere could gain energy or spin: near the dip, around edges, without friction, and at a net."""
+"""Tests that a rolling sphere gains no energy or spin: near the dip, around edges, without friction, and at a net."""
 
 import math
 
@@ -55,7 +55,7 @@ def test_rolling_friction_stops_a_sphere_at_any_small_angle_to_the_dip(engine, d
 @BOTH
 @pytest.mark.parametrize("speed", [1.0, 3.0, 10.0])
 def test_a_sphere_that_tips_over_an_edge_while_it_rolls_along_it_gains_no_energy(engine, speed):
-    """Its spin about the normal grows at the cost of its speed along the edge (a ball on a cylinder of radius 0)."""
+    """The spin about the normal grows while the speed along the edge falls, as for a ball on a cylinder of radius 0."""
     terrain = strip([(-10.0, 0.0), (0.0, 0.0), (1e-3, -20.0), (40.0, -20.0)], half_width=60.0)
     physics = spheres(Surface(0.0, 0.8, 1.0, 0.0, 0.0), max_time=12.0)
     _, batch = watched(engine, terrain, physics, (-0.6, -50.0, RADIUS), (0.15, speed, 0.0))
@@ -67,9 +67,11 @@ def test_a_sphere_that_tips_over_an_edge_while_it_rolls_along_it_gains_no_energy
 
 
 def exact_speed_along(piece: np.ndarray) -> float:
-    """Return the speed (m/s) along the edge with which a sphere leaves it, by small steps of its equations of motion.
+    """Return the speed (m/s) along the edge at which a sphere leaves the edge, by small steps of its motion.
 
-    du/dt = 2/7 R w_n dphi/dt,  dw_n/dt = -u/R dphi/dt,  d2phi/dt2 = 5/7 g/R sin(phi), until the edge carries nothing
+    piece : path segment at the start of the turn about the edge. Equations of motion until the edge carries no force:
+
+    du/dt = 2/7 R w_n dphi/dt,  dw_n/dt = -u/R dphi/dt,  d2phi/dt2 = 5/7 g/R sin(phi)
     """
     phi, rate, along, about, dt = 0.0, math.hypot(piece[4], piece[6]) / RADIUS, float(piece[5]), 0.0, 1e-5
     while G * math.cos(phi) > RADIUS * rate * rate:
@@ -82,9 +84,9 @@ def exact_speed_along(piece: np.ndarray) -> float:
 @BOTH
 @pytest.mark.parametrize("reach", [0.05, 0.2])
 def test_a_sphere_that_tips_over_an_edge_comes_to_a_wall_as_it_passes_this_place_without_the_wall(engine, reach):
-    """At the wall both edge and wall are a radius away; only the edge turns the normal and the spin.
+    """At the wall, the centre is one radius from the edge and from the wall; only the edge turns normal and spin.
 
-    reach : m beyond the edge, where the centre of the sphere is when it touches the wall
+    reach : distance (m) of the centre beyond the edge when the sphere touches the wall
     """
     slope = strip([(-10.0, 0.0), (0.0, 0.0), (20.0, -11.5)], half_width=30.0)
     wall = strip([(reach + RADIUS, -1.0), (reach + RADIUS + 1e-6, 5.0)], half_width=30.0)
@@ -98,7 +100,7 @@ def test_a_sphere_that_tips_over_an_edge_comes_to_a_wall_as_it_passes_this_place
 
 @BOTH
 def test_a_sphere_whose_slip_has_turned_gains_no_energy_when_it_begins_to_roll(engine):
-    """On rough ground, spheres skid in a direction that turns; then friction removes what is left across it."""
+    """On rough ground, spheres skid in a direction that turns; when they start to roll, friction removes the rest."""
     slope, physics = rough_grid(30, 60.0, 0.3, 0.4, seed=3), spheres(Surface(0.2, 0.8, 0.25, 0.0, 0.0))
     for number in (0, 3, 18):
         random = np.random.default_rng([3, number])
@@ -110,7 +112,7 @@ def test_a_sphere_whose_slip_has_turned_gains_no_energy_when_it_begins_to_roll(e
 
 @BOTH
 def test_without_friction_a_sphere_never_spins(engine):
-    """It skids up a slope of several facets, and down again."""
+    """The sphere skids up a slope of several facets and down again."""
     physics = spheres(Surface(0.0, 0.8, 0.0, 0.0, 0.0), max_time=30.0)
     _, batch = watched(
         engine, rough_grid(10, 100.0, 0.2, 0.0), physics, on_the_slope(60.0, 50.0, 0.2), (-12.0, 0.0, 2.4)
@@ -121,7 +123,7 @@ def test_without_friction_a_sphere_never_spins(engine):
 
 @BOTH
 def test_a_sphere_meets_an_edge_only_where_the_edge_is(engine):
-    """It bounces along the ridge of a roof and flies off its end: beyond the end it must fall to the floor."""
+    """The sphere bounces along the ridge of a roof; beyond the end of the ridge it must fall to the floor."""
     roof = [(x, y, -abs(y) / 0.6) for x in (0.0, 10.0) for y in (-6.0, 0.0, 6.0)]
     floor = [(40.0, -6.0, -12.0), (40.0, 6.0, -12.0)]
     terrain = terrain_of(roof + floor, [(0, 3, 4), (0, 4, 1), (1, 4, 5), (1, 5, 2), (3, 6, 7), (3, 7, 5)])

@@ -1,4 +1,4 @@
-"""The impact of a rigid sphere: published and derived vectors, and that it never gains energy."""
+"""Tests of the impact of a rigid sphere: published and derived values, and no gain of energy."""
 
 import math
 
@@ -10,9 +10,9 @@ from rpf3d_core.kinetics.coulomb_sphere import MATERIALS_OWN
 from rpf3d_core.values import ZERO
 
 PRINTED = 6e-5
-"""The references print four or five digits after the point."""
+"""Largest rounding error of the references, which print four or five decimals."""
 ROUNDED = 1e-12
-"""Relative: a dozen operations."""
+"""Largest relative rounding error of a dozen operations."""
 
 
 def energy(v, w, radius=0.5):
@@ -29,7 +29,7 @@ def energy(v, w, radius=0.5):
     ],
 )
 def test_an_impact_sticks_or_slips_as_printed(v, spin, e, mu, v_after, spin_after, ratio):
-    """The two with spin are printed without v_n and mu: they are those of the first, and stick."""
+    """The two printed cases with spin lack v_n and mu; the values of the first case are used, with which they stick."""
     after, w = struck(v, (0, spin, 0), e, mu)
     assert after == pytest.approx(v_after, abs=PRINTED)
     assert w == pytest.approx((0, spin_after, 0), abs=6e-4)
@@ -48,7 +48,7 @@ TABLE = [
 
 @pytest.mark.parametrize(("angle", "out", "weak", "middle", "strong"), TABLE, ids=lambda value: str(value))
 def test_a_sphere_without_spin_leaves_the_ground_as_tabulated(angle, out, weak, middle, strong):
-    """validation-2.6: |v| 10 m/s, e 0.5."""
+    """The table is that of section 2.6 of the validation reference, for |v| = 10 m/s and e = 0.5."""
     a = math.radians(angle)
     for mu, (along, spin) in ((0.1, weak), (0.3, middle), (0.6, strong)):
         v, w = struck((10 * math.cos(a), 0.0, -10 * math.sin(a)), ZERO, 0.5, mu)
@@ -63,7 +63,7 @@ def test_a_sphere_without_spin_leaves_the_ground_as_tabulated(angle, out, weak, 
     ],
 )  # fmt: skip
 def test_a_super_ball_turns_its_slip_round_and_keeps_its_energy(before, after):
-    """validation-2.7 (Garwin): e_n = e_t = 1."""
+    """Garwin's super ball, section 2.7 of the validation reference: e_n = e_t = 1."""
     v, w = (before[0], 0.0, -3.0), (0.0, before[1] / 0.5, 0.0)
     v_after, w_after = struck(v, w, 1.0, FULL, e_t=1.0)
     assert (v_after[0], 0.5 * w_after[1]) == pytest.approx(after, abs=1e-6)

@@ -1,4 +1,4 @@
-"""A rigid sphere over facets: contact with faces, edges and corners, rolling, size, and where it stops."""
+"""Tests of a rigid sphere over facets: contact with facets, edges and vertices, rolling, sizes, and stops."""
 
 import math
 
@@ -32,9 +32,9 @@ from rpf3d_core.values import Outcome
 
 G = 9.81
 ROUNDED = 1e-9
-"""m and s: contacts lie within tolerances of 1e-10 m of where they are, on terrains of 100 m."""
+"""Largest error (m and s) of contacts, whose tolerance is 1e-10 m on terrains of 100 m."""
 NEAR = 1e-6
-"""m: far above the contact tolerance, far below anything of interest."""
+"""Length (m) far above the contact tolerance and far below any length that matters in these tests."""
 BOTH = pytest.mark.parametrize("engine", ENGINES)
 BAD = {Outcome.FAILED, Outcome.UNRESOLVED_CONTACT, Outcome.MAX_IMPACTS}
 
@@ -58,14 +58,14 @@ def test_a_sphere_touches_a_floor_when_its_centre_is_a_radius_above_it(engine, r
 
 
 def ridge(slope=1.0):
-    """A roof along y through the origin, falling to both sides; its ridge is an edge."""
+    """Return a roof along y whose ridge, an edge, passes through the origin; slope : fall (m/m) of both sides."""
     return strip([(-30.0, -30.0 * slope), (0.0, 0.0), (30.0, -30.0 * slope)], half_width=30.0, across=4)
 
 
 @BOTH
 @pytest.mark.parametrize("offset", [0.0, 0.2, 0.69])
 def test_a_sphere_dropped_on_an_edge_touches_it_beside_its_middle(engine, offset):
-    """Within R sin 45 of the ridge the edge is hit, at sqrt(R^2 - d^2) above it, with the normal from it."""
+    """At a distance d < R sin 45 from the ridge, the centre is sqrt(R^2 - d^2) above the edge at contact."""
     over = engine_over(engine, ridge())
     first = roll(over, spheres(ground()), 1.0, (offset, 1.3, 5.0)).impacts
     height = math.sqrt(1.0 - offset**2)
@@ -123,7 +123,7 @@ def test_a_small_sphere_without_friction_hits_where_a_point_does(engine):
 
 @pytest.mark.parametrize("mu_r", [0.3, 5.0])
 def test_no_rolling_friction_brakes_a_sphere_more_than_a_block_that_slides(mu_r):
-    """It skids at mu g until it rolls, and mu g is the most that stops it then: s = (v^2 - v_stop^2) / (2 mu g)."""
+    """Skidding decelerates by mu g, rolling by at most mu g, so s = (v^2 - v_stop^2) / (2 mu g)."""
     mu, v, stop = 0.1, 10.0, 0.3
     over, physics = engine_over("reference", floor(200.0)), spheres(ground(mu=mu, mu_r=mu_r))
     flights = roll(over, physics, 0.5, (-90.0, 0.3, 0.5), (v, 0.0, 0.0))
@@ -132,7 +132,7 @@ def test_no_rolling_friction_brakes_a_sphere_more_than_a_block_that_slides(mu_r)
 
 
 def test_a_slope_steeper_than_its_friction_angle_holds_no_sphere_however_hard_it_rolls():
-    """30 degrees, mu 0.4: a = g (sin - mu cos), though 2/7 tan is less than mu, and mu_r more than tan."""
+    """At 30 degrees and mu = 0.4, a = g (sin - mu cos), although 2/7 tan < mu and mu_r > tan."""
     slope, mu, t = math.radians(30.0), 0.4, 1.0
     over = engine_over("reference", incline(30.0))
     lies = over.ground_below(np.array([[-1.0, 0.3, 100.0]]))
@@ -144,7 +144,7 @@ def test_a_slope_steeper_than_its_friction_angle_holds_no_sphere_however_hard_it
 
 
 def test_a_sphere_that_strikes_a_wall_just_where_a_net_stands_breaks_the_net_once():
-    """Before a wall its centre comes no nearer than R: there a net along the foot of the wall is met with the wall."""
+    """The centre comes no nearer to the wall than R, so a net at this distance is met together with the wall."""
     terrain = strip([(-12.0, 0.0), (3.0, 0.0), (3.0, 6.0)], half_width=8.0, across=4)
     net = fence(terrain, [(2.5, -7.0), (2.5, 7.0)], 3.0, 4e3)
     for z, v in ((0.5, (8.0, 0.0, 0.0)), (1.3, (12.0, 0.0, 1.0))):
@@ -158,7 +158,7 @@ TABLE = {22: (2.624922, 2.765323), 40: (4.504105, 5.554257), 50: (5.367783, 6.88
 
 @pytest.mark.parametrize("x", [0.0, 0.05, 0.1])
 def test_a_sphere_that_breaks_a_net_while_it_goes_around_an_edge_keeps_the_energy_that_is_left(x):
-    """Around an edge the ground's normal is no facet's: taking the facet's for it would brake the sphere again."""
+    """Around an edge, the ground's normal is not that of a facet; the facet's normal would brake the sphere again."""
     terrain = strip([(-12.0, 0.0), (0.0, 0.0), (12.0, -4.4)], half_width=8.0, across=4)
     net = fence(terrain, [(x, -7.0), (x, 7.0)], 3.0, 100.0)
     over, physics = engine_over("reference", terrain), with_effects(spheres(ground(mu_r=0.05)), net)
@@ -172,7 +172,7 @@ def test_a_sphere_that_breaks_a_net_while_it_goes_around_an_edge_keeps_the_energ
 @pytest.mark.parametrize("angle", TABLE)
 @pytest.mark.parametrize("strike", [0.0, 37.0])
 def test_a_sphere_rolls_or_slips_down_a_slope_as_tabulated(engine, angle, strike):
-    """validation-2.5: it rolls with mu above 2/7 tan, and slips with mu 0.1."""
+    """The sphere rolls with mu above 2/7 tan and slips with mu = 0.1 (section 2.5 of the validation reference)."""
     descent, n = down_the_slope(angle, strike)
     over = engine_over(engine, incline(angle, strike, cells=(5, 3)))
     for mu, a in zip((2 / 7 * math.tan(math.radians(angle)) + 1e-3, 0.1), TABLE[angle], strict=True):
@@ -185,7 +185,7 @@ def test_a_sphere_rolls_or_slips_down_a_slope_as_tabulated(engine, angle, strike
 
 @BOTH
 def test_a_sphere_that_skids_on_the_level_comes_to_roll_as_tabulated(engine):
-    """validation-2.5: v0 10 m/s, mu 0.3: t 0.970827 s, d 8.321371 m, 5/7 of the speed."""
+    """From 10 m/s with mu = 0.3: 0.970827 s, 8.321371 m, then 5/7 of the speed (section 2.5)."""
     over = engine_over(engine, floor(50.0, cells=3))
     paths = roll(over, spheres(ground(mu=0.3, mu_r=0.0)), 0.5, (-40.0, 0.2, 0.5), (10.0, 0.0, 0.0)).paths
     row = int(np.argmax(paths.v[:, 0] < 10.0 * 5.0 / 7.0 + 1e-6))
@@ -196,7 +196,10 @@ def test_a_sphere_that_skids_on_the_level_comes_to_roll_as_tabulated(engine):
 
 @BOTH
 def test_rolling_friction_stops_a_sphere_where_azzonis_rock_stops(engine):
-    """physics-9.5: flat, mu_r 0.4, 5 m/s rolling: 4.460 m; it has skidded from 7 m/s before that."""
+    """On level ground with mu_r = 0.4, a sphere that rolls at 5 m/s stops after 4.460 m (physics 9.5).
+
+    Before, it skids from 7 m/s to 5 m/s.
+    """
     over = engine_over(engine, floor(50.0, cells=3))
     flights = roll(over, spheres(Surface(0.3, 0.8, 0.5, 0.0, 0.4)), 0.5, (-40.0, 0.2, 0.5), (7.0, 0.0, 0.0))
     skid = 12.0 * 49.0 / (49.0 * 0.5 * G)
@@ -205,7 +208,7 @@ def test_rolling_friction_stops_a_sphere_where_azzonis_rock_stops(engine):
 
 
 def test_friction_that_turns_is_cut_finely_enough(monkeypatch):
-    """Across a slope, skidding and then rolling against friction: halving TURN brings the end twice as near or more."""
+    """If TURN is halved, the error of the end of a path that skids and rolls across a slope is at least halved."""
     descent, n = down_the_slope(12.0)
     v = 7.0 * np.cross(n, descent) - 3.0 * descent
     over = engine_over("reference", incline(12.0, half_width=60.0, up=40.0))
@@ -219,7 +222,7 @@ def test_friction_that_turns_is_cut_finely_enough(monkeypatch):
 
 @pytest.mark.parametrize("speed", [1.8, 2.0])
 def test_a_sphere_rolls_over_an_edge_with_little_loss(speed):
-    """It rolls slowly up to a ridge and pivots over the edge: it loses less than it would by a fall of 5 cm."""
+    """The sphere rolls slowly up to a ridge and pivots over the edge; it loses less energy than in a fall of 5 cm."""
     over = engine_over("reference", strip([(-30.0, -1.0), (0.0, 0.0), (30.0, -12.0)], half_width=8.0))
     flights = roll(over, spheres(ground(mu=2.0, mu_r=0.0)), 1.0, (-3.0, 0.2, 1.0 + 0.05), (speed, 0.0, 0.0))
     paths = flights.paths
@@ -232,7 +235,7 @@ def test_a_sphere_rolls_over_an_edge_with_little_loss(speed):
 
 
 def washboard(pitch=0.5, depth=0.25):
-    """Grooves across a slope of 12 degrees."""
+    """Return a slope with grooves across it, `pitch` (m) between vertices and `depth` (m) deep."""
     steps = 80
     profile = [(0.5 * pitch * k, -0.1 * pitch * k - (depth if k % 2 else 0.0)) for k in range(steps)]
     return strip(profile, half_width=6.0)
@@ -249,7 +252,7 @@ def test_a_large_sphere_rides_over_roughness_that_stops_a_small_one(engine):
 
 
 def needle_pit():
-    """A level floor with a pit of 0.3 m by 0.3 m, 5 m deep."""
+    """Return a level floor with a pit of 0.3 m by 0.3 m, 5 m deep."""
     ticks = [-6.0, -0.15, 0.15, 6.0]
     vertices = [(x, y, 0.0) for x in ticks for y in ticks]
     vertices += [(x, y, -5.0) for x in ticks[1:3] for y in ticks[1:3]]
@@ -313,7 +316,7 @@ ROUGH = [(seed, slope, radius) for seed, slope in ((0, 0.0), (1, 0.3), (2, 0.8))
 @pytest.mark.long
 @pytest.mark.parametrize(("seed", "slope", "radius"), ROUGH)
 def test_on_rough_ground_no_sphere_goes_into_it_and_every_one_ends(seed, slope, radius):
-    """Facets of 2 m, radii much smaller and larger than that; both engines to the last bit."""
+    """Facets are 2 m wide, radii much smaller or larger; both engines must agree to the last bit."""
     terrain = rough_grid(9, 18.0, slope, 0.5, seed=seed)
     x = np.array([[3.0 + 1.1 * k, 6.0 + 1.3 * k, 5.0 + radius] for k in range(5)])
     flights = [
@@ -328,7 +331,7 @@ def test_on_rough_ground_no_sphere_goes_into_it_and_every_one_ends(seed, slope, 
 
 
 def assert_no_energy_gained(flights):
-    """Of the centre alone: what turns into spin may come back at an impact, but never makes more than there was."""
+    """Assert that the energy of the centre, without spin, never exceeds that at the release."""
     paths = flights.paths
     centre = 0.5 * (paths.v**2).sum(1) + G * paths.x[:, 2]
     first = np.searchsorted(paths.row, paths.row)
@@ -347,7 +350,7 @@ def test_a_sphere_released_in_the_ground_is_lifted_until_it_touches(engine):
 @pytest.mark.parametrize("above", [-1e-12, 0.0, 1e-12, 0.01])
 @pytest.mark.parametrize("angle", [0.0, 45.0, 87.0])
 def test_a_sphere_released_on_a_facet_however_wide_and_steep_is_lifted_until_it_touches(engine, above, angle):
-    """By R / cos(slope) straight up, less what it started above; not a facet but this one is within its reach."""
+    """The lift is R / cos(slope), minus the initial height; only one facet is within reach of the sphere."""
     over = engine_over(engine, incline(angle, down=60.0, up=60.0, half_width=40.0))
     flights = roll(over, spheres(ground(), max_time=0.1), 0.5, (0.0, 3.0, above))
     high = 0.5 / math.cos(math.radians(angle))

@@ -1,4 +1,4 @@
-"""Energies of rocks that spin: rotation next to translation in tables and maps, and nothing where none spin."""
+"""Tests of rotational energies in tables and maps: present for rocks that spin, absent otherwise."""
 
 from dataclasses import replace
 
@@ -36,7 +36,7 @@ seed: 1
 
 
 def flown(engine="reference", spins=True, count=25, model="none"):
-    """Rocks of CRSP's sphere (or of a lumped mass) thrown over rough ground, and the maps of them."""
+    """Fly rocks over rough ground; return their flights and hazard maps. spins : CRSP's sphere, else a lumped mass"""
     terrain = rough()
     tallies = replace(over(terrain, compiled=engine == "compiled"), spins=spins)
     physics = made.flight(made.surface(0.6, 0.85, 25.0), model)
@@ -116,7 +116,7 @@ def test_tables_have_what_rotation_adds():
 
 
 def replace_rows(ends):
-    """Deposits of no rocks."""
+    """Return the deposits `ends` with zero rows."""
     return type(ends)(**{name: column[:0] for name, column in vars(ends).items() if column is not None})
 
 
@@ -135,7 +135,7 @@ def test_a_run_writes_rotation_where_rocks_spin_and_nowhere_else(tmp_path, rebou
 
 
 def test_a_sphere_that_rolls_has_seven_fifths_of_its_translational_energy():
-    """v^2 = 10/7 g h of a solid sphere that rolls from rest, and E = m g h: nothing is lost."""
+    """A solid sphere that rolls from rest has v^2 = 10/7 g h, and its total energy is m g h."""
     terrain = made.incline(20.0, down=40.0)
     _, normal = made.down_the_slope(20.0)
     tallies = replace(over(terrain, compiled=False), spins=True)

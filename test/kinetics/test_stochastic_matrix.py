@@ -1,4 +1,4 @@
-"""Impacts that are drawn as matrices (Bourrier et al. 2009): signs, moments, limits, and where the draws come from."""
+"""Tests of impacts with random matrices (Bourrier et al. 2009): signs, moments, limits, and streams of draws."""
 
 import numpy as np
 import pytest
@@ -12,15 +12,15 @@ from rpf3d_core.values import ZERO, Motion
 CERTAIN = matrix_of(0.0)
 DRAWS = 4000
 SIX_SIGMA = 6.0
-"""Standard errors by which a mean of n draws may be off; one test in a billion is wrong by chance."""
+"""Largest error of a mean of n draws, in standard errors; a correct mean exceeds it once in a billion."""
 BEFORE = (6.0, 0.0, -4.0)
 SPIN = (0.0, 5.0, 0.0)
 STATE = np.array([6.0, 4.0, 2.5])
-"""(v_t, v_n, R w) of BEFORE and SPIN at R = 0.5 m."""
+"""(v_t, v_n, R w) in m/s of BEFORE and SPIN, for R = 0.5 m."""
 
 
 def state_after(model, rock):
-    """(v_t, v_n, R w) after an impact of BEFORE."""
+    """Return (v_t, v_n, R w) in m/s after an impact with BEFORE and SPIN."""
     after = struck(model, surface(), BEFORE, SPIN, rock=rock)
     return np.array([after.v[0], after.v[2], 0.5 * after.w[1]])
 
@@ -53,7 +53,7 @@ def test_the_impact_is_the_same_however_the_axes_lie():
 
 
 def test_the_drawn_states_have_the_mean_and_covariance_that_were_asked_for():
-    """(A x) has mean M x and, of coefficients with covariance C, covariance X C X^T; few draws meet a limit here."""
+    """A x has the mean M x, and the covariance X C X^T if C is that of the coefficients; few draws reach a limit."""
     drawn = np.array([state_after(matrix_of(0.05), falling_rock(rock=i)) for i in range(DRAWS)])
     X = np.kron(np.eye(3), STATE)
     covariance = X @ (0.05**2 * (0.7 * np.eye(9) + 0.3)) @ X.T
@@ -72,7 +72,7 @@ def test_each_impact_of_each_rock_draws_anew_and_the_same_again():
 
 
 def test_a_draw_that_would_send_the_rock_into_the_ground_leaves_it_the_means_speed_off_it():
-    """v_n' has a mean of 0.1 x 4 and a deviation of 4 or more: half of the draws are such."""
+    """v_n' has a mean of 0.1 x 4 m/s and a standard deviation of 4 m/s or more, so about half of the draws do so."""
     wide = StochasticMatrix(np.diag([0.8, 0.1, 0.0]), np.diag([0.0] * 4 + [1.0] + [0.0] * 4))
     away = np.array([state_after(wide, falling_rock(rock=i))[1] for i in range(400)])
     means = np.isclose(away, 0.4, rtol=1e-12)

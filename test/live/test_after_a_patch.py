@@ -1,4 +1,4 @@
-"""What is still known after a patch is what a new search would find, and answers over it have the same bits."""
+"""Tests that data kept after a patch equal those of a new search, and answers have the same bits."""
 
 from itertools import count, islice
 
@@ -32,7 +32,7 @@ def standing_on(workshop, survey):
 
 
 def ask_everything(walked):
-    """Find out what lies beyond every side, and which facets are alone."""
+    """Fill the sheet: look up the neighbour beyond each side of each facet, and whether the facet is alone."""
     for f in range(len(walked.facets.zone)):
         for k in range(3):
             facet_beyond(walked.sheet, walked.locator, walked.facets, f, k)
@@ -40,7 +40,7 @@ def ask_everything(walked):
 
 
 def told(standing):
-    """The maps of the first answers over a ground."""
+    """Return the maps of the first three stages of an answer with a prepared terrain."""
     places = np.array([[18.0, 14.0, 80.0], [14.0, 12.0, 80.0], [25.0, 25.0, 80.0]])
     places += EAST, NORTH, 0.0
     trigger = trigger_of(places, np.tile([1.0, 0.5, 0.0], (3, 1)), None, 1)
@@ -51,7 +51,10 @@ def told(standing):
 
 
 def after(patch, survey=None):
-    """What is stood on after a patch, everything having been asked before; and how much was known of it then."""
+    """Return the prepared terrain after a patch, and the number of facet sides whose neighbour is still known.
+
+    Before the patch, all neighbours were looked up.
+    """
     workshop = Workshop()
     before = standing_on(workshop, survey or grid())
     _ = told(before)
@@ -62,13 +65,13 @@ def after(patch, survey=None):
 
 
 def known_of(standing, sheet):
-    """What a sheet says of the facets that have an area, and of the buckets."""
+    """Return the entries of a sheet for the facets that are not removed, and for the buckets, as one array."""
     live = live_facets(standing.ground)
     return np.concatenate([sheet.beyond[3 * live + k] for k in range(3)] + [sheet.alone[live], sheet.clear])
 
 
 def found_anew(standing):
-    """The same, asked of buckets only."""
+    """Return the same entries, found again from an empty sheet."""
     walked = standing.tallies.ground
     anew = walked._replace(sheet=unknown_sheet(walked.facets, walked.locator))
     ask_everything(anew)

@@ -1,4 +1,4 @@
-"""Answers to bursts of sources: first a small ensemble, then larger ones, always the same bits."""
+"""Tests of answers to bursts of sources: ever larger ensembles, always with the same bits."""
 
 from dataclasses import replace
 from itertools import count, islice, pairwise
@@ -29,7 +29,7 @@ def flown(standing, trigger, around=WIDE, areas=NOTHING_LIVE, first=200, stop=ne
 
 
 def bits(answer):
-    """Everything that an answer says, without its times."""
+    """Return the content of an answer, except computing times, as numbers and bytes to compare."""
     maps, deposits = answer.maps, answer.flights.deposits
     layers = [maps.cells, maps.facets, maps.zones, maps.areas]
     told = [column for each in layers for column in (each.cell, each.rocks, each.deposits, each.first_arrival)]

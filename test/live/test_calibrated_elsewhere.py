@@ -1,4 +1,4 @@
-"""Sources far from where the sample of a live scene was calibrated: a note, which changes no level."""
+"""Tests that sources far from the place of the sample's calibration cause a note but do not change a level."""
 
 from dataclasses import replace
 from itertools import count
@@ -23,12 +23,12 @@ from rpf3d_core.unknowns.parameter_sets import parameter_sets, write_parameter_s
 from rpf3d_core.unknowns.places import Surroundings
 
 HERE = Surroundings(west=5.0, south=15.0, east=25.0, north=30.0)
-"""A place of 20 m by 15 m around the source, so that "near" ends 25 m from it."""
+"""A place of 20 m by 15 m around the source; its diagonal, 25 m, is the distance within which sources are near."""
 FAR_AWAY = (10.0, 120.0, 31.0)
 
 
 def standing_of(folder: Path, place: Surroundings | None) -> PreparedTerrain:
-    """Return the slope of a scene whose sample was calibrated in a place; None for a sample that does not say where."""
+    """Return the prepared slope of a scene whose sample was calibrated in `place`; None: the sample has no place."""
     column = np.linspace(0.2, 0.7, SETS)[:, None]
     sample = parameter_sets(["materials.default.normal_restitution"], column)
     write_parameter_sets(folder / "posterior.parquet", replace(sample, place=place))

@@ -1,4 +1,4 @@
-"""The level is that of the worst cluster of sources: harmless sources of the same message dilute nothing."""
+"""Tests that the worst cluster of sources determines the level, however many harmless sources a message has."""
 
 import math
 
@@ -19,7 +19,7 @@ from rpf3d_core.alerts.levels import Level
 from rpf3d_core.live.clusters import clusters_of, first_of_clusters, least_in_total
 
 HARMLESS = [(10.0, 90.0 + 1.5 * i, 31.0) for i in range(40)]
-"""Sources whose rocks a bank stops before the road."""
+"""Places (m) of sources whose rocks a bank stops before the road."""
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Limits of energy and of the first arrival over unknown ground: the safe end over the parameter sets is compared."""
+"""Tests that limits of energy and first arrival compare the safe end over the parameter sets of unknown ground."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +15,7 @@ from rpf3d_core.live import cluster_sets
 from rpf3d_core.unknowns.predictive import ranked
 
 UNSURE = ", priors: {materials.default.tangential_restitution: {mean: 0.7, sd: 0.1, min: 0.4, max: 0.95}}"
-"""Ground whose sets are nearly alike, and few of which keep much more of the rocks' energy."""
+"""Prior of a ground most of whose sets are similar; in few sets the rocks keep much more energy."""
 
 
 def road_between(near: float, far: float) -> np.ndarray:
@@ -23,7 +23,7 @@ def road_between(near: float, far: float) -> np.ndarray:
 
 
 NEAR, HALF = road_between(44.0, 48.0), road_between(48.0, 52.0)
-"""Roads that the rocks of all sets reach, and those of half the sets."""
+"""Two roads: the rocks of all sets reach the first, those of half of the sets the second."""
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def near(standing):
 
 
 def energies_of_each_set(standing, road) -> np.ndarray:
-    """The p95 energy (S, 1) J of other rocks of each set, each set flown by itself; NaN if none came."""
+    """Return the p95 energy (S, 1) J on a road for each set, flown separately with other rocks; NaN if no rock came."""
     alone = [replace(standing, sets=None, flight=flight) for flight in standing.sets.flights]
     found = [stages(one, [ON_THE_SLOPE], road=road)[-1].evidence[0].pooled_energy for one in alone]
     return np.array([[np.nan if energy is None else energy] for energy in found])

@@ -1,4 +1,4 @@
-"""What several walls' answers say together: never less than any of them says."""
+"""Tests that the joint evidence of several walls is never less severe than the evidence of any wall."""
 
 from itertools import permutations
 

@@ -1,4 +1,4 @@
-"""Gaps of a live ground: capped when it is made, and again where a patch changes its border."""
+"""Tests that gaps of a live terrain are capped when it is built, and again where a patch changes its border."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ def holed() -> GridSurvey:
 
 
 def lost_over(ground) -> int:
-    """How many of some rocks dropped over the middle of the hills are lost."""
+    """Drop 200 rocks over the middle of the hills; return how many are lost to a hole."""
     rng = np.random.default_rng(2)
     low = np.array(ground.facets.low)
     x = np.column_stack([low[0] + rng.uniform(13, 24, 200), low[1] + rng.uniform(11, 20, 200), np.full(200, 40.0)])

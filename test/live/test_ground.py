@@ -1,4 +1,4 @@
-"""A ground made whole from a survey."""
+"""Tests of a terrain that is built from a whole survey."""
 
 import gc
 import threading
@@ -15,11 +15,11 @@ from rpf3d_core.terrain.facets import facets_of
 from rpf3d_core.terrain.survey import mesh_terrain
 
 ROUNDING = 1e-10
-"""Of normals, where local origins differ: coordinates of 5 km and triangles of some centimetres."""
+"""Largest error of normals if local origins differ: coordinates of 5 km, triangles of some centimetres."""
 
 
 def as_from_a_file(survey):
-    """Facets and buckets as everything that is no survey gets them."""
+    """Return the facets and buckets that the general code, not the code for surveys, makes of a mesh."""
     vertices, triangles = survey.vertices, survey.triangles
     facets = facets_of(mesh_terrain(vertices, triangles, ZONE, WELD))
     return facets, bucket_locator(facets)
@@ -44,7 +44,7 @@ def soup(survey):
 
 
 def boulders(survey, turned):
-    """The mesh with three closed pieces above it, and an overhang; pieces wound the wrong way or not."""
+    """Return the mesh with an overhang and three closed components above it; turned : whether it is wound downwards."""
     survey.vertices.reshape(40, 44, 3)[18:22, 20] += (1.6, 0.0, 5.0)
     ball = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
@@ -209,7 +209,7 @@ def test_whole_grounds_are_made_while_another_is_patched():
 
     def make():
         for k in range(20):
-            ground = workshop.whole(grid(seed=k))  # in use until it has been copied
+            ground = workshop.whole(grid(seed=k))  # must stay valid until it is copied
             bits.append(ground.facets.geometry.copy())
 
     threads = [threading.Thread(target=make) for _ in range(2)]

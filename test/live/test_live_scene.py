@@ -1,4 +1,4 @@
-"""A live scene: every field of a scene is a parameter or excluded with a reason; refusals are those of a scene file."""
+"""Tests of live scenes: each scene field is a parameter or excluded with a reason; refusals equal those of files."""
 
 import math
 
@@ -19,7 +19,7 @@ materials: {default: {normal_restitution: 0.5, tangential_restitution: 0.8}}
 
 @pytest.fixture
 def written(tmp_path):
-    """A function that writes a scene file, `FILE` plus the given lines, and returns the scene read from it."""
+    """Return a function that writes `FILE` plus the given lines as a scene file and returns the scene read from it."""
 
     def read(lines):
         path = tmp_path / "scene.yaml"
@@ -40,7 +40,7 @@ def refusal(**values):
 
 
 def test_a_file_whose_sources_have_sizes_of_their_own_is_refused(tmp_path):
-    """Live rocks would have the default size of `rock`, and their energies would be too low without a word."""
+    """Otherwise live rocks would silently have the default size of `rock`, and their energies would be too low."""
     path = tmp_path / "scene.yaml"
     path.write_text(FILE.replace("points:", "diameter: {uniform: [2, 3]}, points:"))
     with pytest.raises(SceneError, match=r"source 'a' has a `diameter`.*set `rock.diameter`"):
@@ -86,11 +86,11 @@ NEEDED = {
     "ground.sphere": {"rock.shape.sphere": True},
     "ground.rolling_stone": {"materials.default.rolling_friction": 0.4},
 }
-"""Keys that a scene needs if it names a model or an effect, with values; by the model or effect."""
+"""Model or effect -> further keys, with values, that a scene needs if it names the model or effect."""
 
 
 def example(field):
-    """A value of a field that its bounds allow."""
+    """Return a value that the bounds of a field allow."""
     if field.choices:
         return field.choices[0]
     if field.kind is bool:

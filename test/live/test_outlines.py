@@ -1,4 +1,4 @@
-"""The outlines of areas: what identifies them, and which evidence was made for a former one."""
+"""Tests of the outlines of areas: their identity, and which evidence belongs to a replaced outline."""
 
 import numpy as np
 from alert_evidence import NOW, S, area, evidence
@@ -17,7 +17,7 @@ A, B, C = "aa" * 32, "bb" * 32, "cc" * 32
 
 
 def of_ramp(outline):
-    """Evidence of the ramp with an outline; of no area if there is none."""
+    """Return evidence of the ramp with an outline; evidence of another area if `outline` is empty."""
     return evidence(area(outline=outline)) if outline else evidence()._replace(areas=(area(name="road"),))
 
 
@@ -54,7 +54,7 @@ def test_evidence_without_a_new_area_is_outdated_since_the_area_is_watched():
 
 
 def test_evidence_for_a_former_place_grows_old_however_often_the_area_moves():
-    """Formerly the evidence was never older than the last 100 outlines: one second for a machine at 100 Hz."""
+    """The age counts from the first change, not from the last 100 outlines, which a machine at 100 Hz passes in 1 s."""
     watched, answered = WatchedOutlines(), of_ramp(f"{0:064x}")
     for message in range(1000):
         watched.watch({"ramp": f"{message:064x}"}, NOW + message * S // 100)
@@ -62,7 +62,7 @@ def test_evidence_for_a_former_place_grows_old_however_often_the_area_moves():
 
 
 def test_the_time_of_an_area_that_is_removed_and_set_again_counts_from_its_first_change():
-    """Formerly each removal began the time again: an area that flapped was never out of date."""
+    """Otherwise each removal would restart the time, and an area that comes and goes would never be outdated."""
     watched, answered = WatchedOutlines(), of_ramp(A)
     watched.watch({"ramp": A}, NOW)
     for second in range(1, 100):

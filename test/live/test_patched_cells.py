@@ -1,4 +1,4 @@
-"""Where there is ground, and how high, after a patch: as if it had been worked out again."""
+"""Tests that the terrain cells and heights after a patch equal those of a new computation."""
 
 import numpy as np
 import pytest

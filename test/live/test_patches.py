@@ -1,4 +1,4 @@
-"""A patch joined to a ground."""
+"""Tests of patches that are joined to a terrain."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from rpf3d_core.simulation.engines import Compiled
 from rpf3d_core.terrain.facets import facets_of
 
 ABOVE = 60.0
-"""m; higher than any ground of these hills."""
+"""Height (m) above all terrain of these tests."""
 
 PATCHES = {
     "beside the lines of the ground": grid(10, 12, 12.37, 9.21, seed=1),
@@ -38,7 +38,7 @@ def patched(patch, survey=None):
 
 
 def covered(ground, shrink=0.0):
-    """Places all over a ground, dense around its facets' corners."""
+    """Return places (N, 3) m at the height ABOVE over all facets of a terrain, dense near their corners."""
     facets = np.asarray(ground.facets.corners)[live_facets(ground)].reshape(-1, 3, 3)
     weights = np.random.default_rng(0).dirichlet((0.4, 0.4, 0.4), (4, len(facets)))
     places = np.einsum("nfk,fkx->nfx", weights, facets).reshape(-1, 3)
@@ -46,7 +46,7 @@ def covered(ground, shrink=0.0):
 
 
 def sheets(ground):
-    """How many facets lie below places all over the hills; edges of facets apart."""
+    """Return the number of facets below each of the places `covered` (N,); places on edges do not count."""
     places = covered(ground)
     corners = np.asarray(ground.facets.corners)[live_facets(ground)]
     count = np.zeros(len(places), int)
@@ -61,7 +61,7 @@ def sheets(ground):
 
 
 def over_ground(ground, places):
-    """Whether ground lies below all places, metres east and north of the corner of the hills."""
+    """Return whether there is ground below all places (m east and north of the corner of the hills)."""
     x = np.array([[EAST + east, NORTH + north, 0.0] for east, north in places]) - np.array(ground.terrain.frame.origin)
     x[:, 2] = ABOVE
     return bool((ground.engine.ground_below(x)[:, 1] >= 0).all())
@@ -113,7 +113,7 @@ def rocks(ground, seed, count=400):
 
 
 def bits_of(flights):
-    """Everything that flights left behind but the numbers of facets."""
+    """Return all columns of the flights' tables except the facet numbers."""
     return [
         array
         for name in ("deposits", "impacts", "paths")
@@ -123,7 +123,7 @@ def bits_of(flights):
 
 
 def made_anew(ground):
-    """The compiled engine over the same facets, in another order, indexed again."""
+    """Return a new compiled engine for the same facets in another order, with a new index."""
     some = live_facets(ground)[::-1]
     triangles, zone = ground.terrain.triangles[some].copy(), ground.terrain.zone[some].copy()
     terrain = replace(ground.terrain, triangles=triangles, zone=zone)

@@ -1,4 +1,4 @@
-"""Pieces of a live ground that pass through each other: found in a mesh survey, and again after a patch."""
+"""Tests that intersecting components of a live terrain are found in a mesh survey, and again after a patch."""
 
 import numpy as np
 from scenes_of_facets import flight, fly, surface
@@ -8,16 +8,16 @@ from rpf3d_core.live.ground import LiveTerrain, Workshop
 from rpf3d_core.live.survey import MeshSurvey
 
 TOP, STEEP = np.array([22.0, 20.0]), 2.25
-"""Place of the muck pile's top in plan (m), from the corner of the hills, and the slope of its four sides."""
+"""Place in plan (m, from the corner of the hills) of the muck pile's top, and the slope (m/m) of its four sides."""
 
 
 def top() -> np.ndarray:
-    """The top of the muck pile (3,) m, 3 m over the hills."""
+    """Return the top (3,) m of the muck pile, 3 m above the hills."""
     return np.array([EAST + TOP[0], NORTH + TOP[1], heights(*TOP[:, None], 0)[0] + 3.0])
 
 
 def with_a_muck_pile() -> MeshSurvey:
-    """The hills, and a pyramid of 8 m by 8 m that cuts through them, with its own vertices."""
+    """Return the hills and, with separate vertices, a pyramid of 8 m by 8 m that cuts through them."""
     hills = mesh(grid())
     pile = top() + 4.0 * np.array([(0, 0, 0), *((i, j, -STEEP) for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1)))])
     sides = len(hills.vertices) + np.array([(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 1)], dtype=np.int32)
@@ -25,7 +25,7 @@ def with_a_muck_pile() -> MeshSurvey:
 
 
 def passed_below(ground: LiveTerrain) -> int:
-    """How many of some rocks that slide towards the pile from all sides come inside it."""
+    """Let 60 rocks start towards the pile from all sides; return how many get inside it."""
     angle = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
     way, tip = np.column_stack([np.cos(angle), np.sin(angle)]), top() - np.array(ground.terrain.frame.origin)
     x = np.column_stack([tip[:2] - 3.0 * way, np.full(60, 99.0)])

@@ -1,4 +1,4 @@
-"""Surveys whose shape no ground has are refused: heights that mean "no data", and grids that fold back."""
+"""Tests that surveys with impossible shapes are refused: heights that mean "no data", and grids that fold back."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ CUT = r"facets are steeper than 80 degrees and taller than 50 m; .* publish NaN 
 
 
 def with_no_data(survey, height):
-    """The grid of a survey with a height that means "no data" on three of its columns."""
+    """Return the grid survey with `height` (m), which stands for "no data", in three of its columns."""
     points = survey.points.copy()
     points[:, 20:23, 2] = height
     return GridSurvey(points)
@@ -48,7 +48,7 @@ def test_an_upright_face_of_45_m_is_ground():
 
 
 def test_scans_that_overlap_in_one_grid_are_refused():
-    """Rocks stop between layers that lie on each other: none reached the road where all do."""
+    """Rocks would stop between the overlapping layers and never reach the road."""
     points = grid().points
     folded = GridSurvey(np.concatenate([points[:20], points[13:]]))
     with pytest.raises(TerrainError, match=r"folds back over itself in plan at 43 squares, by up to 6\.0 m at"):
@@ -64,7 +64,7 @@ def test_a_scan_whose_rows_alternate_in_direction_is_refused():
 
 @pytest.mark.parametrize("back", [0.6, 1.9])
 def test_a_small_overhang_is_ground_and_a_wide_one_is_a_fold(back):
-    """A column of points lies behind the column before it, by less or more than FOLD."""
+    """A column of points lies `back` (m) behind the previous column: less or more than FOLD."""
     points = grid().points.copy()
     points[:, 20, 0] = points[:, 19, 0] - back
     survey = GridSurvey(points)
@@ -76,7 +76,7 @@ def test_a_small_overhang_is_ground_and_a_wide_one_is_a_fold(back):
 
 
 def test_a_scan_that_goes_back_in_steps_below_a_metre_is_refused_by_the_whole_way_back():
-    """A scanner that nods: no step is longer than 0.5 m, but 14 m are scanned twice."""
+    """The scanner moves back and forth: no step is longer than 0.5 m, but 14 m are scanned twice."""
     points = grid(step=0.5).points
     nodding = GridSurvey(np.concatenate([points[:38], points[36:8:-1]]))
     with pytest.raises(TerrainError, match=r"folds back over itself in plan at 1,204 squares, by up to 14\.0 m"):
@@ -84,7 +84,7 @@ def test_a_scan_that_goes_back_in_steps_below_a_metre_is_refused_by_the_whole_wa
 
 
 def test_a_patch_with_heights_that_mean_no_data_is_refused_and_changes_nothing():
-    """The pit is wide, so that such a patch does not reach far beyond it."""
+    """The terrain is wide, so that the patch does not extend far beyond it."""
     workshop = Workshop(reference=True)
     ground = workshop.whole(grid(80, 80, step=10.0))
     patch = with_no_data(grid(20, 40, 200.0, 200.0, seed=1), -400.0)

@@ -1,4 +1,4 @@
-"""Which paths cross an area of interest in plan: between their points, too, and never for lack of corners."""
+"""Tests of which paths cross an area of interest in plan, also between the points of a path."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What is shown of hazard maps: cells over ground, zones of facets with their outlines, and areas of interest."""
+"""Tests of the shown parts of hazard maps: cells with ground, zones of facets with outlines, areas of interest."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from rpf3d_core.terrain.grid_triangles import grid_triangles
 from rpf3d_core.terrain.survey import mesh_terrain
 
 SIDE = 5
-"""Points along each side of a square floor, one metre apart; 4 x 4 squares, 32 facets."""
+"""Number of points, 1 m apart, along each side of a square floor: 4 x 4 squares, 32 facets."""
 
 
 def terrain(hole=None, origin=(0.0, 0.0, 0.0), height=lambda x, y: 0.1 * x):
@@ -24,7 +24,7 @@ def terrain(hole=None, origin=(0.0, 0.0, 0.0), height=lambda x, y: 0.1 * x):
 
 
 def layers(count, cell, rocks):
-    """Layers with rocks in some cells; nothing else of them is asked for."""
+    """Return layers of `count` cells with `rocks` rocks in the cells `cell`; all other values are placeholders."""
     n = len(cell)
     spread = CellStatistics(*[np.full(n, np.nan, dtype=np.float32)] * 6)
     zeros = np.zeros(n, dtype=np.int64)
@@ -41,7 +41,7 @@ def maps(flown, facets, facet, rocks, raster=None):
 
 
 def local_raster(ground, cell=1.0, wider=0):
-    """The raster over a floor, by n cells wider on each side."""
+    """Return the raster over a floor; wider : number of additional cells on each side."""
     x, y = ground.vertices[:, :2].min(axis=0) - wider * cell
     n = round((SIDE - 1) / cell) + 2 * wider
     return Raster(float(x), float(y), cell, n, n)

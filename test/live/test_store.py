@@ -1,4 +1,4 @@
-"""The last good terrain on disk."""
+"""Tests of the store that keeps the last valid terrain on disk."""
 
 import os
 import re
@@ -22,7 +22,10 @@ PIECE = StoredSurvey(grid(4, 5), "d" * 64, "", 12, 34)
 
 
 def kept(folder, *surveys, most_patches=64):
-    """The ground of a survey and patches, kept in a folder."""
+    """Keep a survey and patches in a store; return the resulting terrain.
+
+    surveys : the survey, then the patches; most_patches : patches that the store keeps before it writes a whole mesh
+    """
     workshop, store = Workshop(), Store(folder, most_patches)
     ground = workshop.whole(surveys[0], stamp_ns=1)
     store.keep(ground, surveys[0])
@@ -67,7 +70,7 @@ def test_patches_of_a_ground_before_are_not_laid_upon_another(tmp_path):
     stale = {path.name: path.read_bytes() for path in tmp_path.glob("patch*")}
     ground = kept(tmp_path, grid(seed=9))
     for name, content in stale.items():
-        (tmp_path / name).write_bytes(content)  # as after a kill between the two steps
+        (tmp_path / name).write_bytes(content)  # the state after a kill between the two steps
     last = read_last(tmp_path)
     assert [piece.digest for piece in last.pieces] == [ground.digest]
     assert last.faults == ()
@@ -99,13 +102,13 @@ def test_patches_are_known_by_the_times_of_their_reception_and_none_later_than_n
 
 
 def without_whole_ns(piece):
-    """The header of a piece, as an older version wrote it."""
+    """Return the header of a stored piece as an older version wrote it, without `whole_ns`."""
     return {name: getattr(piece, name) for name in ("digest", "upon", "stamp_ns", "received_ns")}
 
 
 @pytest.mark.parametrize(("most_patches", "expected"), [(64, (1, 3)), (2, (0, 1))], ids=["patches", "stored whole"])
 def test_a_store_of_an_older_version_makes_no_ground_younger(tmp_path, monkeypatch, most_patches, expected):
-    """Where patches were stored in a whole mesh, the age of its survey is unknown, which is a stamp of 0."""
+    """If the store wrote a whole mesh with its patches, the age of the survey is unknown: the stamp is 0."""
     monkeypatch.setattr("rpf3d_core.live.stored._header_of", without_whole_ns)
     ground = kept(tmp_path, mesh(grid()), *PATCHES, most_patches=most_patches)
     last = read_last(tmp_path)
@@ -224,7 +227,7 @@ def test_a_writer_that_is_killed_at_any_moment_leaves_a_whole_file(tmp_path):
         for _ in range(3):
             writer.stdout.readline()
         for _ in range(20):
-            os.kill(writer.pid, signal.SIGSTOP)  # what is on the disk now is what a kill would leave
+            os.kill(writer.pid, signal.SIGSTOP)  # a kill would leave the present files
             piece = read_last(tmp_path).pieces[0]
             assert np.array_equal(piece.survey.points, expected[int(piece.digest)])
             os.kill(writer.pid, signal.SIGCONT)

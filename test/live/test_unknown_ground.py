@@ -1,4 +1,4 @@
-"""Rocks that leave the survey before a road, and a road without survey: the level is a fault, not normal."""
+"""Tests that the level is `fault` if rocks leave the survey before a road, or the road is not surveyed."""
 
 from dataclasses import replace
 
@@ -75,7 +75,10 @@ def test_few_rocks_that_left_are_a_fault_where_they_would_raise_the_level():
 
 
 def gone(*path, v=(0.0, 0.0, 0.0), outcome=Outcome.LEFT_TERRAIN, spin=None):
-    """A rock with a path over points (x, y, z) m that ended with a velocity v (m/s), and perhaps a spin (rad/s)."""
+    """Return the batch of one rock with a path through points (x, y, z) m.
+
+    v : velocity (3,) m/s; outcome : how the rock ended; spin : rad/s, None for a rock without spin
+    """
     points, none = np.array(path, dtype=float), np.empty(0, dtype=np.int64)
     spins = np.zeros((len(path), 0)) if spin is None else np.full((len(path), 2), spin)
     pieces = np.hstack([np.zeros((len(path), 1)), points, np.tile(v, (len(path), 2)), spins])
@@ -128,7 +131,10 @@ def test_a_hole_of_an_area_is_not_the_area_and_a_displaced_path_must_have_reache
 
 
 def dump(is_cut):
-    """A dump of 40 m in a ring-shaped ditch that falls to a road in the west; the survey may end east of the dump."""
+    """Return the points (121, 121, 3) m of a dump, 40 m high, in a ring-shaped ditch that falls to the west.
+
+    is_cut : whether the survey lacks the ground east of the dump
+    """
     y, x = np.mgrid[-60:61, -60:61].astype(float)
     r, ditch = np.hypot(x, y), -25.0 * np.abs(np.arctan2(y, x))
     walls = [40.0 - r, 10.0 + (ditch - 10.0) * (r - 30.0) / 3.0, ditch, ditch + (20.0 - ditch) * (r - 37.0) / 4.0]

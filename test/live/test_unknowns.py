@@ -1,4 +1,4 @@
-"""A live scene with unknowns flies its parameter sets, and the predictive upper end decides by default."""
+"""Tests that a live scene with unknowns flies its parameter sets, and the predictive upper end decides by default."""
 
 from pathlib import Path
 
@@ -91,7 +91,7 @@ def test_one_dangerous_source_keeps_its_predictive_interval_among_harmless_ones(
 
 
 def test_a_misfit_widens_the_interval_of_the_road(folder):
-    """All ground is nearly known; the model's stops may be wrong by 8 m."""
+    """The coefficients are nearly known, but the misfit of the model is 8 m."""
     narrow = "{prior: {min: 0.45, max: 0.4501}}"
     edge = np.array([[58.0, 2.0], [72.0, 2.0], [72.0, 158.0], [58.0, 158.0]])
     (known,), (unsure,) = (
@@ -104,7 +104,7 @@ def test_a_misfit_widens_the_interval_of_the_road(folder):
 
 
 def test_over_a_patch_the_parameter_sets_fly_as_over_the_whole_terrain(folder):
-    """The patch repeats points of the survey, so that nothing changes but the way in which the terrain is prepared."""
+    """The patch repeats points of the survey, so only the way in which the terrain is prepared changes."""
     before, workshop = standing_with(folder), Workshop()
     whole = stand_on(workshop.whole(GridSurvey(slope())), before.scene)
     _ = whole.cells
@@ -161,7 +161,7 @@ def test_of_several_walls_the_worst_predictive_interval_counts():
 
 
 LEFT_ALONE = site({"ramp": {"evacuate": {"reach_probability": 0.1}}}, most_left=0.5)
-"""A site by which rocks that left are a fault only where they would raise the level."""
+"""Site for which rocks that left the terrain are a fault only if they would raise the level."""
 
 
 def test_rocks_that_left_count_as_if_they_had_reached_the_area():
@@ -174,7 +174,7 @@ def test_rocks_that_left_count_as_if_they_had_reached_the_area():
     ("left_high", "level"), [(0.32, Level.FAULT), (0.09, Level.NORMAL), (None, Level.FAULT)]
 )  # fmt: skip
 def test_few_rocks_that_left_in_few_sets_count_in_their_sets(left_high, level):
-    """One in a hundred left, half of them in one of 64 sets: pooled they would raise the share by 1 % alone."""
+    """One rock in a hundred left, half of these in one of 64 sets; pooled, they would raise the share by only 1 %."""
     few = area(4, left=100, sets=64, predictive_low=0.0, predictive_high=0.002, left_high=left_high)
     assert decided(evidence(few), thresholds=LEFT_ALONE).level == level
 

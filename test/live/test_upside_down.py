@@ -1,4 +1,4 @@
-"""Terrain with z down: a mesh that faces down is refused, and sources far above the ground are doubtful."""
+"""Tests of terrain with z down: a mesh that faces down is refused, and sources far above the ground are doubtful."""
 
 import numpy as np
 import pytest

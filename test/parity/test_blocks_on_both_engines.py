@@ -1,4 +1,4 @@
-"""Rocks with a shape on both engines; `make engines-blocks` compares 1,000 blocks of Authume P1 in the same way."""
+"""Tests that both engines agree for bodies; `make engines-blocks` compares 1,000 blocks of Authume P1 likewise."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Ground drawn for each rock or each impact: the same on both engines, and nothing of it where all is a number."""
+"""Tests of ground drawn for each rock or impact: engines agree, and fixed numbers are not drawn."""
 
 import dataclasses
 import math
@@ -34,21 +34,21 @@ SANDSTONE = truncated_normal(0.5, 0.2, 0.3, 0.8)
 RANGE = uniform_between(0.5, 0.95)
 ANGLE = truncated_normal(30.0, 5.0, 15.0, 45.0)
 ROUNDING = 1e-9
-"""Relative: a speed after an impact over the speed before it."""
+"""Largest relative error of a speed after an impact over the speed before it."""
 
 
 def drawn(
     R_n: Distribution = SANDSTONE, R_t: Distribution = RANGE, angle: Distribution = ANGLE, per_impact: bool = False,
     zones: int = 1, seed: int = 7, model: str = "sliding",
 ) -> Flight:  # fmt: skip
-    """The physics of a flight over ground that is drawn, all zones alike."""
+    """Return the physics of a flight over drawn ground, with the same distributions in all zones."""
     materials = drawn_materials([DrawnSurface(R_n, R_t, angle, 0.5, per_impact)] * zones)
     physics = flight(surface(), model, seed=seed)
     return dataclasses.replace(physics, materials=materials)
 
 
 def thrown(rocks: int, x: tuple[float, float, float] = (1.0, 0.3, 3.0), source: int = 2) -> Releases:
-    """Rocks that start alike, so that only the ground makes them differ."""
+    """Return releases that are all equal, so that only the drawn ground makes the rocks differ."""
     ones = np.ones(rocks)
     number = np.arange(rocks)
     v = np.tile((2.0, 0.1, 0.0), (rocks, 1))
@@ -116,7 +116,7 @@ def test_another_seed_or_source_draws_other_ground(change: str) -> None:
 
 
 def ratios(flights: Flights) -> np.ndarray:
-    """Speed after over speed before of each impact of rocks that fall straight down on a floor: R_n as it was drawn."""
+    """Return speed after over speed before each impact (N,); for vertical falls onto a floor this is the drawn R_n."""
     return flights.impacts.speed_out / flights.impacts.speed_in
 
 
@@ -150,7 +150,7 @@ def test_a_drawn_friction_angle_is_the_slope_that_it_just_holds() -> None:
 
 
 def rock_numbered(source: int, rock: int, impacts: int) -> RockContext:
-    """A rock of seed 1 as its draws know it."""
+    """Return the context of a rock, with seed 1, as draws use it."""
     return RockContext(None, RockKey(1, source, rock), impacts)
 
 
@@ -193,7 +193,7 @@ def test_ground_of_numbers_compiles_no_draw() -> None:
 
 
 def test_bounces_summed_up_and_the_slide_after_them_have_the_ground_of_the_next_impact() -> None:
-    # Where the sum begins decides which impacts are drawn, but each impact that is drawn keeps its number.
+    # The start of the sum determines which impacts are drawn, but each drawn impact keeps its number.
     engine = engine_over("compiled", incline(20.0))
     fine, coarse = (
         fly_ensemble(

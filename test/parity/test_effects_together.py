@@ -1,8 +1,8 @@
-"""Effects named together: whichever of them a scene names, both engines fly the same bits, and each acts on its own.
+"""Tests of combined effects: for any combination, both engines give the same bits, and each effect acts.
 
-A combination compiles for some ten seconds, and what a process has compiled stays in its memory (0.2 GB each), so
-`make test` flies a few of them, and `make combinations` all, a part a process after another (RPF3D_COMBINATIONS=0/8 to
-7/8). The result of that stands in docs/reference/effects.md.
+A combination compiles for about ten seconds and then takes 0.2 GB of memory until its process ends. So `make test`
+flies a few of them, and `make combinations` all, in eight successive processes (RPF3D_COMBINATIONS=0/8 to 7/8). The
+result is in docs/reference/effects.md.
 """
 
 import os
@@ -22,7 +22,7 @@ pytest.importorskip("numba", reason="numba is not installed: there is no compile
 
 
 def ring(name: str, half: float) -> str:
-    """A square of panels about the pit's centre, `half` its side (m)."""
+    """Return the YAML of a square barrier around the centre of the pit, with sides of 2 * half (m)."""
     corners = [[-half, -half], [half, -half], [half, half], [-half, half], [-half, -half]]
     return f"{{name: {name}, along: {corners}, height: 2, capacity_kj: 50}}"
 
@@ -36,7 +36,7 @@ NAMED = {
     "barriers": f"{{panels: [{', '.join(ring(f'r{half}', half) for half in (120, 140, 160, 180, 200))}]}}",
     "fragmentation": "{least_ratio: 0.4}",
 }
-"""Every effect, acting."""
+"""Effect -> parameters with which it acts in these tests."""
 EVERY = [some for n in range(len(NAMED) + 1) for some in combinations(NAMED, n)]
 FEW = [(), ("drag", "forest"), tuple(NAMED)]
 PART, _, PARTS = os.environ.get("RPF3D_COMBINATIONS", "").partition("/")
@@ -45,7 +45,7 @@ ROCKS = 12
 
 
 def flown(folder: Path, engine: str, names: tuple[str, ...]) -> Flights:
-    """A few rocks of the small pit with these effects."""
+    """Return the flights of a few rocks in the small pit, with the named effects."""
     more = f"ground: sliding\nengine: {engine}\nmax_time: 120\n"
     more += "effects: {" + ", ".join(f"{name}: {NAMED[name]}" for name in names) + "}"
     prepared = prepare(read_scene(scene_file(folder, more=more)))

@@ -1,4 +1,4 @@
-"""The two engines leave the same bits, on every scene that comes with the program, under every pair of models."""
+"""Tests that both engines give the same bits, on every shipped scene and for every pair of models."""
 
 from functools import cache
 from pathlib import Path
@@ -26,7 +26,7 @@ SCENES = Path(__file__).parents[2] / "config" / "scenes"
 AUTHUME = Path(__file__).parents[3] / "shared" / "data" / "authume"
 LABS = ("lab_22", "lab_40", "lab_50", "lab_59")
 FEW = 40
-"""Rocks where the scene's own models are exchanged: the reference engine flies about 50 a second on a pit."""
+"""Number of rocks in tests with other models: the reference engine flies about 50 rocks per second in a pit."""
 
 OWN = [("demo", 200), ("authume_p1", 100), *((lab, 1) for lab in LABS)]
 MODELS = [(rebound, ground) for rebound in ("constant", "thesis_literal") for ground in ("none", "sliding")]
@@ -50,7 +50,7 @@ def engine_over(engine: str, name: str) -> Engine:
 
 
 def prepared(engine: str, name: str, rocks: int, **models: str) -> tuple[Engine, Flight, Releases]:
-    """All that flies; the heights of releases come from this engine too."""
+    """Return the engine, the physics and the releases of a scene; this engine also gives the release heights."""
     specs = {"rebound": ReboundSpec, "ground": GroundSpec}
     chosen = {key: specs[key].model_validate({model: {}}) for key, model in models.items()}
     scene = with_choices(scene_called(name).model_copy(update=chosen), rocks, engine, None)
@@ -64,7 +64,7 @@ def columns(part: object) -> dict[str, np.ndarray]:
 
 
 def assert_same_bits(one: object, other: object) -> None:
-    """Every column alike, down to the sign of zero; what does not exist (NaN) is alike whatever its bits."""
+    """Assert that all columns are equal, including the sign of zero; NaN equals NaN, whatever its bits."""
     for name, a in columns(one).items():
         b = columns(other)[name]
         assert a.dtype == b.dtype and a.shape == b.shape, name
@@ -103,7 +103,7 @@ def test_both_engines_leave_the_same_bits_under_every_pair_of_models(
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["demo", "authume_p1"])
 def test_both_engines_find_the_same_ground_below_the_same_points(name: str) -> None:
-    # The height is found by dropping a stone, so each engine's locator answers for itself.
+    # A vertical flight finds the height, so the locator of each engine is tested.
     low, high = (engine_over("compiled", name).facets.low, engine_over("compiled", name).facets.high)
     x = np.random.default_rng(3).uniform(low, high, (300, 3))
     reference, compiled = (engine_over(engine, name).ground_below(x) for engine in ("reference", "compiled"))

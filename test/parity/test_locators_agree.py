@@ -1,4 +1,4 @@
-"""Both locators find every facet: at the rim, on walls alone, with strays far off, with wide facets over narrow."""
+"""Tests that both locators find every facet: at the border, on walls, far away, and wide facets over narrow ones."""
 
 import subprocess
 import sys
@@ -43,7 +43,7 @@ def test_a_rock_aimed_at_the_rim_hits_alike(cells):
     size = 0.1 * cells * 3
     terrain = rough_grid(cells, size, 0.0, 0.0)
     fall = np.sqrt(2.0 / 9.81)
-    # Onto all four sides of the grid, and onto its corners, from within and from without.
+    # Onto all four sides of the grid, and onto its corners, from inside and from outside.
     ends = [(a * size, b * size) for a in (0.0, 0.37, 1.0) for b in (0.0, 0.37, 1.0)]
     starts = [(0.4 * size, 0.3 * size), (1.5 * size, 0.4 * size), (-0.5 * size, 1.5 * size)]
     aims = [((*s, 1.0), ((e[0] - s[0]) / fall, (e[1] - s[1]) / fall, 0.0)) for s in starts for e in ends]
@@ -66,7 +66,7 @@ def stray() -> Terrain:
 
 
 def sliver() -> Terrain:
-    """From the rough ground to far away, below it all."""
+    """Return a terrain of one narrow facet below the rough ground, which reaches far beyond it."""
     return terrain_of([(-1, -1, -500), (9e4, 9e4, -500), (9e4, 9e4 + 1, -500)], [(0, 1, 2)])
 
 
@@ -131,7 +131,7 @@ def test_a_walk_along_an_arc_that_is_no_number_ends():
 
 
 class Counted:
-    """VTK's locator, with the number of boxes that were searched."""
+    """Stands in for VTK's locator and counts the searched boxes in `boxes`."""
 
     def __init__(self, locator: object) -> None:
         self.locator, self.boxes = locator, 0

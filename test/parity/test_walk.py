@@ -1,6 +1,6 @@
-"""What the bucket grid skips, no arc would have hit: its walk finds what looking at every facet finds, to the last bit.
+"""Tests that the walk through the bucket grid finds the same contacts as a search of all facets, to the last bit.
 
-In plain Python, so that it also holds without numba; the compiled walk is the same functions.
+The tests run in plain Python, also without numba; the compiled walk consists of the same functions.
 """
 
 import math
@@ -19,11 +19,11 @@ from rpf3d_core.detection.slabs import LEVELS, SHIFT, flies_over, width_of
 from rpf3d_core.terrain.facets import Facets, Terrain, facets_of, plain
 
 ARCS = 90
-"""Arcs of each kind over each terrain."""
+"""Number of arcs of each kind over each terrain."""
 
 
 def needles() -> Terrain:
-    """Slivers a thousand times as long as wide, in all directions, one above another."""
+    """Return a terrain of slivers, a thousand times as long as wide, in all directions, one above another."""
     blade = np.array([[-6.0, 0.0, 0.0], [6.0, 0.0, 1.0], [6.0, 0.012, 1.0]])
     step = np.array([0.3, -0.2, 0.1])
     turns = [turned(blade, angle) + k * step for k, angle in enumerate(np.linspace(0, 340, 40))]
@@ -31,7 +31,7 @@ def needles() -> Terrain:
 
 
 def benches() -> Terrain:
-    """Level berms and walls of 80 degrees, turned so that no edge follows the grid; and one vertical wall."""
+    """Return level berms and steep walls, turned so that no edge is parallel to the grid, and one vertical wall."""
     profile = [(x, z) for k in range(6) for x, z in ((3.5 * k, -12.0 * k), (3.5 * k + 3.0, -12.0 * k))]
     wall = strip([(25.0, -60.0), (25.0, -20.0)], half_width=9.0, across=9, strike=20.0)
     return joined(strip(profile, half_width=12.0, across=16, strike=20.0), wall)
@@ -52,7 +52,7 @@ TERRAINS = {
 
 
 def over_all(facets: Facets, arc: Arc, left: PreviousContact) -> Contact:
-    """The earliest contact among all facets."""
+    """Return the earliest contact among all facets."""
     best = NO_CONTACT
     for f in range(len(facets.zone)):
         best = earlier_contact(facets, f, arc, left, best)
@@ -64,7 +64,7 @@ def vector(values: np.ndarray) -> tuple[float, float, float]:
 
 
 def flights_from_the_air(facets: Facets, rng: np.random.Generator) -> list[tuple[Arc, PreviousContact]]:
-    """Arcs from in and around the middle of the terrain, at any speed; some along an axis, some straight down."""
+    """Return arcs from places in and around the terrain at all speeds; some along an axis, some vertical."""
     middle = facets.corners.reshape(-1, 3)
     low, high = np.quantile(middle, 0.02, axis=0), np.quantile(middle, 0.98, axis=0)
     size = high - low
@@ -77,7 +77,7 @@ def flights_from_the_air(facets: Facets, rng: np.random.Generator) -> list[tuple
 
 
 def bounces(facets: Facets, rng: np.random.Generator) -> list[tuple[Arc, PreviousContact]]:
-    """Arcs that leave a facet, from within it, its edges and its corners, some by less than a nanometre."""
+    """Return arcs that leave a facet from inside, an edge or a corner, some by less than a nanometre."""
     arcs = []
     for k in range(ARCS):
         f = int(rng.integers(len(facets.zone)))
@@ -92,7 +92,7 @@ def bounces(facets: Facets, rng: np.random.Generator) -> list[tuple[Arc, Previou
 
 
 def aimed_at_vertices(facets: Facets, rng: np.random.Generator) -> list[tuple[Arc, PreviousContact]]:
-    """Arcs that pass through a vertex or the middle of an edge to within rounding, where many facets meet."""
+    """Return arcs that pass, within rounding, through a vertex or the middle of an edge."""
     arcs = []
     for k in range(ARCS):
         corners = facets.corners[rng.integers(len(facets.zone))].reshape(3, 3)
@@ -119,7 +119,7 @@ def test_the_walk_finds_what_looking_at_every_facet_finds(name, kind):
 
 
 def cells_of(locator: BucketLocator, level: int) -> list[tuple[int, set[int]]]:
-    """Each cell of a level, with the facets of its buckets."""
+    """Return (cell, facets of its buckets) for each cell of a level of the locator."""
     columns = width_of(locator.nx, level)
     members: dict[int, set[int]] = {}
     for j in range(locator.ny):

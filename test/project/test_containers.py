@@ -1,4 +1,4 @@
-"""The container files: both pass their linters, and agree with the package, the units and the code that they run."""
+"""Tests that the container files pass their linters and agree with the package, the units and the code."""
 
 import importlib.util
 import re

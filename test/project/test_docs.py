@@ -1,6 +1,6 @@
-"""What is public in the core says what it does; what one folder offers to others says shapes and units of its arrays.
+"""Tests that public parts of the core have docstrings, with shapes and units in the interface between folders.
 
-Inside a folder the same is wanted, but left to the reader of a change: a rule for all of it would ask for shapes of
+Reviewers check this for functions used only inside a folder, because a general rule would demand shapes also for
 functions that take numbers and arrays alike.
 """
 
@@ -21,18 +21,18 @@ FLOAT_ARRAY = re.compile(r"\b(FloatArray|ArrayLike)\b|float(64|32)")
 SHAPE = re.compile(
     r"\([A-Zn0-9][A-Zn0-9 +*-]*(, ?[\w.+* -]+)*,?\)"  # (R, 3), (3,), (F,), (S + 1, 3)
     r"|\(\.\.\.(, ?\w+)*\)"  # (..., 3)
-    r"|\b(each|per|one|a) (row|facet|rock|point|vertex)"  # one value a facet
+    r"|\b(each|per|one|a) (row|facet|rock|point|vertex)"  # one value per facet
 )
 UNIT = re.compile(
     r"(?<![\w-])(m|m2|m3|s|kg|J|N|rad|m/s2?|rad/s|kg/m3|1/m|degrees?|seconds?|metres?)(?![\w-])|_deg\b"
     r"|\(-\)|\[0, 1[\])]"
     r"|\b(unit|share|fraction|ratio|colou?r|RGBA?|normals?|directions?|vectors?|axes|indices|index|weights?|speeds?|energy|draws?)\b"
 )
-"""A unit, or a word that says why there is none or which SI unit it must be."""
+"""A unit, or a word that implies the unit or that there is none."""
 
 
 class Public(NamedTuple):
-    """A public function, method or class: file and name as place:name, and its node in the syntax tree."""
+    """A public function, method or class: its name as FILE:NAME, and its node in the syntax tree."""
 
     name: str
     node: ast.FunctionDef | ast.ClassDef
@@ -73,7 +73,7 @@ def statements(tree: ast.Module) -> Iterator[ast.AST]:
 
 
 def offered() -> set[str]:
-    """Return the names of the core, as place:name, that files in other folders import."""
+    """Return the names of the core, as FILE:NAME, that files in other folders import."""
     found = set()
     for path in [*CORE, *(ROOT / "rpf3d_ros").rglob("*.py"), *(ROOT / "test").rglob("*.py")]:
         for node in statements(tree_of(path) if path in CORE else ast.parse(path.read_text())):

@@ -1,4 +1,4 @@
-"""docs/reference/effects.md says what scenes may name, as the models of scenes do."""
+"""Tests that docs/reference/effects.md agrees with the models and effects that scenes may name."""
 
 import importlib.util
 import json
@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture(scope="module")
 def page() -> ModuleType:
-    """What writes the page."""
+    """Return the module docs/effects.py, which writes the page."""
     spec = importlib.util.spec_from_file_location("effects_page", ROOT / "docs" / "effects.py")
     assert spec and spec.loader
     module = importlib.util.module_from_spec(spec)

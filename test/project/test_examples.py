@@ -1,4 +1,4 @@
-"""What the README shows works as it is shown, and every scene that comes with the program flies."""
+"""Tests that the examples of the README work as shown, and that every shipped scene can be simulated."""
 
 import re
 import shutil
@@ -53,7 +53,7 @@ def test_the_demo_has_200_rocks_on_about_150_000_triangles() -> None:
 
 @pytest.mark.parametrize(("angle", "distance"), [(22, 4.794261), (40, 8.226474), (50, 9.803930), (59, 10.970131)])
 def test_a_lab_scene_ends_where_the_closed_form_says(angle: int, distance: float) -> None:
-    # Reference/validation.md 2.2: distance down the slope from the first impact, printed to seven figures.
+    # Reference/validation.md 2.2: distance (m) down the slope from the first impact, printed to seven figures.
     run = rpf3d.simulate(ROOT / "config" / "scenes" / f"lab_{angle}.yaml")
     deposits, impacts = run.flights.deposits, run.flights.impacts
     assert deposits.outcome.tolist() == [Outcome.STOPPED]

@@ -1,6 +1,6 @@
-"""The results of this tree are those of golden.json, bit by bit (test/support/golden.py).
+"""Tests that the results of this tree are bitwise those of golden.json (test/support/golden.py).
 
-A failure names the parts that differ. If the change is intended: `python test/support/golden.py --renew "WHY"`.
+A failure names the parts that differ. For an intended change, run `python test/support/golden.py --renew "WHY"`.
 """
 
 import json
@@ -21,7 +21,7 @@ from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 
 RENEW = 'if that is intended: python test/support/golden.py --renew "WHY"'
 FLOWN = "meshes_of_zones"
-"""A quick entry with every kind of file."""
+"""Name of an entry that flies quickly and writes every kind of file."""
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,7 @@ def test_no_two_entries_have_the_same_impacts() -> None:
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The results of a quick entry."""
+    """Return the result folder of the entry FLOWN."""
     folder = tmp_path_factory.mktemp("golden")
     golden.made(FLOWN, folder)
     return folder / "reference" / golden.RESULTS
@@ -132,7 +132,7 @@ def in_place(path: Path) -> None:
 
 
 def rewritten(path: Path, lift: float = 0.0) -> None:
-    """Write a vtp file again with VTK, not compressed, the first point raised by `lift` (m)."""
+    """Write a VTP file again with VTK, uncompressed, with the first point raised by `lift` (m)."""
     reader, writer = vtkXMLPolyDataReader(), vtkXMLPolyDataWriter()
     reader.SetFileName(str(path))
     reader.Update()
@@ -224,7 +224,7 @@ def test_a_type_without_a_rule_is_refused() -> None:
 
 @pytest.fixture
 def own_list(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Replace golden.json by one with a single entry."""
+    """Replace golden.json by a list with a single entry; return the path of the list."""
     if reason := golden.why_not_comparable():
         pytest.skip(reason)
     monkeypatch.setattr(golden, "NAMES", ("lab_40",))

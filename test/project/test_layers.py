@@ -1,4 +1,4 @@
-"""Imports go one way only, and each outside library is known in one place (docs/explanation/design.md)."""
+"""Tests that imports go only to lower layers, and outside libraries have one place (docs/explanation/design.md)."""
 
 import ast
 from collections.abc import Iterator
@@ -42,21 +42,21 @@ LAYERS = (
     {"rpf3d_ros.nodes"},
     {"rpf3d_ros.demo"},
 )
-"""From the bottom to the top: a file imports from its own folder and from lower layers."""
+"""Layers, the lowest first: a file imports only from its own folder and from lower layers."""
 
 ACROSS = {
-    # What a terrain is made of is the vocabulary of all its users.
+    # All users of a terrain need the types of which it consists.
     ("kinetics", "terrain"): {"facets", "frame", "facet_geometry"},
     ("detection", "terrain"): {"facets", "frame", "facet_geometry"},
     ("effects", "terrain"): {"facets", "frame", "facet_geometry"},
     ("materials", "terrain"): {"facets", "frame", "facet_geometry"},
-    # A rebound reads the ground it happens on, and the rock that it happens to; one that is drawn draws.
+    # A rebound reads the ground and the rock, and a random one draws.
     ("kinetics", "materials"): {"library", "rock_context", "streams", "distributions"},
     ("effects", "materials"): {"library", "rock_context", "streams", "distributions"},
-    # Effects may use the motion they change.
+    # Effects may use the models of the motion that they change.
     ("effects", "kinetics"): None,
 }
-"""What one folder may take from another of its own layer; None for everything."""
+"""(Folder, other folder of the same layer) -> files that the first may import from the second; None: all."""
 
 ROOMS = {
     "rpf3d_core.scene.models": ("rpf3d_core.scene.models", "rpf3d_core.scene.values"),
@@ -66,7 +66,7 @@ ROOMS = {
         "rpf3d_core.results.series", "rpf3d_core.results.tables", "rpf3d_core.results.shown",
     ),
 }  # fmt: skip
-"""What a folder inside a layer may take from its layer."""
+"""Folder inside a layer -> modules of this layer that it may import."""
 
 CONFINED = {
     "numba": ("rpf3d_core/jit/",),
@@ -108,16 +108,16 @@ CONFINED = {
     "typer": ("rpf3d_core/cli.py", "rpf3d_core/commands/", "rpf3d_ros/recording/from_bag_command.py"),
     "rich": ("rpf3d_core/commands/",),
 }  # fmt: skip
-"""Where an outside library may be imported: whole files, or everything whose path begins so."""
+"""Outside library -> beginnings of the paths of the files that may import it."""
 
 LAZY = ("rerun", "tf2_ros")
-"""Imported inside functions only: a run that writes no recording does not pay for it, and no wheel has tf2."""
+"""Libraries imported only inside functions: rerun costs time, and no wheel contains tf2_ros."""
 
 SOURCES = sorted(path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
 
 
 def imported(tree: ast.AST) -> Iterator[tuple[str, ast.stmt]]:
-    """Full names of the modules that a tree imports, each with its statement; in `from a import b`, a and a.b."""
+    """Yield the full names of the modules that a tree imports, with their statements; `from a import b`: a and a.b."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from ((name.name, node) for name in node.names)
@@ -184,7 +184,7 @@ def test_the_recording_library_is_imported_inside_functions_only(path: Path) -> 
 
 
 def test_no_two_files_import_each_other() -> None:
-    """Nor in a longer circle; imports inside functions count as well."""
+    """Longer cycles are excluded, too; imports inside functions count as well."""
     modules = {".".join(path.with_suffix("").parts).removesuffix(".__init__"): path for path in SOURCES}
     needs = {
         module: {name for name, _ in imported(ast.parse((ROOT / path).read_text())) if name in modules} - {module}

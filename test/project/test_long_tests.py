@@ -1,4 +1,4 @@
-"""Tests that are marked `long` are left out of `make test`, but of no file all; files that take longest come first."""
+"""Tests of the mark `long`: no file has only long tests; the files that take longest run first."""
 
 import ast
 from pathlib import Path
@@ -11,7 +11,7 @@ FILES = sorted(TESTS.rglob("test_*.py"))
 
 
 def is_long(function: ast.FunctionDef) -> bool:
-    """True if a test is marked as a whole."""
+    """Return True if the whole test function is marked `long`."""
     return any(ast.unparse(decorator) == "pytest.mark.long" for decorator in function.decorator_list)
 
 

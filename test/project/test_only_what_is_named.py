@@ -1,4 +1,4 @@
-"""A scene pays only for what it names: nothing else is imported, compiled or drawn."""
+"""Tests that only the models and effects that a scene names are imported, compiled and drawn."""
 
 import subprocess
 import sys
@@ -28,18 +28,18 @@ DEFAULT = [
     "rpf3d_core.effects.hooks", "rpf3d_core.kinetics.rebounds.coulomb_limited", "rpf3d_core.setup.builders",
     "rpf3d_core.setup.builders.hazard",
 ]  # fmt: skip
-"""What of them every scene has that names nothing: its maps and the default rebound."""
+"""Modules under HOMES that every scene imports: for its maps and the default rebound model."""
 HOMES = ("rpf3d_core.effects.", "rpf3d_core.kinetics.rebounds.", "rpf3d_core.setup.builders")
-"""Where models and effects live that a scene may or may not name."""
+"""Beginnings of the names of modules with models and effects that a scene may name."""
 OF_UNKNOWNS = (
     "rpf3d_core.unknowns", "rpf3d_core.hazard.sets", "rpf3d_core.runs.over_sets", "rpf3d_core.setup.parameter_sets",
     "rpf3d_core.setup.unknowns", "rpf3d_core.scene.library_entries",
 )  # fmt: skip
-"""What only a scene with unknowns needs."""
+"""Modules that only a scene with unknowns needs."""
 
 
 def scene_with(folder: Path, *lines: str) -> Path:
-    """A scene there that says more."""
+    """Write SCENE with further lines into the folder; return its path."""
     (folder / "scene.yaml").write_text(SCENE + "\n".join(lines) + "\n")
     return folder / "scene.yaml"
 

@@ -1,4 +1,4 @@
-"""Models and effects of the user's own: the files of docs/howto/own-models.md, as a user would write them."""
+"""Tests of own models and effects, with the files of docs/howto/own-models.md."""
 
 import os
 import re
@@ -25,27 +25,27 @@ outputs: {pictures: false, recording: false}
 
 
 def blocks(kind: str) -> list[str]:
-    """The blocks of a language on the page."""
+    """Return the code blocks of a language on the page."""
     return re.findall(rf"```{kind}\n(.*?)```", PAGE.read_text(), flags=re.DOTALL)
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with the page's files."""
+    """Return a folder with the Python files of the page."""
     for name, text in zip(("sand.py", "stones.py"), blocks("python"), strict=True):
         (tmp_path / name).write_text(text)
     return tmp_path
 
 
 def scene_with(folder: Path, *lines: str) -> Path:
-    """A scene there that says more."""
+    """Write SCENE with further lines into the folder; return its path."""
     path = folder / "scene.yaml"
     path.write_text(SCENE + "\n".join(lines) + "\n")
     return path
 
 
 def ends(scene: Path, engine: str) -> np.ndarray:
-    """Where its rocks end, and after how many impacts."""
+    """Return (N, 5) the end (m), time (s) and number of impacts of the rocks of a scene."""
     deposits = rpf3d_core.simulate(scene, rocks=ROCKS, engine=engine).flights.deposits
     return np.column_stack([deposits.x, deposits.t, deposits.impacts])
 
@@ -111,11 +111,11 @@ out = np.zeros(1)
 bounce(read_scene(sys.argv[1]).rebound.model_spec.made(), out)
 print(out[0], len(bounce.stats.cache_hits))
 """
-"""A loop over one model: the whole engine would take ten times as long to compile."""
+"""Program with a loop over one model; the whole engine would take ten times as long to compile."""
 
 
 def bounced_apart(scene: Path, cache: Path) -> tuple[float, int]:
-    """The speed after a bounce in a process of its own, and how often the loop was found on disk."""
+    """Return the speed (m/s) after a bounce in a separate process, and how many loops it loaded from the cache."""
     where = {"XDG_CACHE_HOME": str(cache), "PYTHONPATH": os.pathsep.join([str(PAGE.parents[2]), str(scene.parent)])}
     out = subprocess.run(
         [sys.executable, "-c", RUN, str(scene)], env=os.environ | where, capture_output=True, text=True, check=True

@@ -1,4 +1,4 @@
-"""The package description agrees with itself and with the code."""
+"""Tests that the package descriptions agree with each other and with the code."""
 
 import ast
 import importlib
@@ -22,11 +22,11 @@ FROM_THE_SAME_PROJECT = {
     "vtkmodules": "vtk",
     "yaml": "PyYAML",
 }
-"""Modules that a distribution of another name brings."""
+"""Module -> distribution that contains it, if their names differ."""
 
 
 OF_ROS_ALONE = {"tf2_ros": "tf2_ros_py"}
-"""Modules of ROS packages of which no wheel exists: imported only where a parameter asks for them."""
+"""Module -> ROS package that contains it, without a wheel; imported only if a parameter asks for it."""
 
 
 def setup_arguments() -> dict[str, ast.expr]:
@@ -49,7 +49,7 @@ def texts(tag: str) -> list[str]:
 
 
 def outside_modules(package: str) -> set[str]:
-    """First names of the modules, neither ours nor Python's own, that a package imports anywhere."""
+    """Return the top-level names of the outside modules, not of Python itself, that a package imports."""
     found: set[str] = set()
     for path in (ROOT / package).rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
@@ -76,7 +76,7 @@ def test_the_package_is_an_ament_python_package_of_format_3() -> None:
 
 
 def test_the_maintainer_has_a_valid_address() -> None:
-    # colcon silently takes the package for plain Python where it has not.
+    # Without this, colcon silently treats the package as plain Python.
     address = manifest().find("maintainer").get("email")  # type: ignore[union-attr]
     assert address == setup_value("maintainer_email")
     assert re.fullmatch(r"[a-z.]+@[a-z0-9.-]+\.[a-z]{2,}", str(address))

@@ -1,4 +1,4 @@
-"""Prose keeps to the words that rpf3d has agreed on: the check of `make lint` finds a word that is given up."""
+"""Tests that the check of `make lint` finds words that the texts of rpf3d avoid."""
 
 import importlib.util
 import subprocess
@@ -57,7 +57,7 @@ def test_code_and_names_pass(tmp_path: Path, name: str, text: str) -> None:
 
 
 def test_each_entry_offers_a_better_word_and_is_never_replaced_by_a_program() -> None:
-    # A comma at the end keeps `codespell -w` from writing a word of which only a reader knows that it fits.
+    # A comma at the end keeps `codespell -w` from replacing a word, because only a reader can choose the replacement.
     assert [entry for entry in ENTRIES if not entry.partition("->")[2].endswith(",")] == []
 
 

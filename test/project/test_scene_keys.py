@@ -1,4 +1,4 @@
-"""docs/reference/scene-file.md says what the model that checks scenes says."""
+"""Tests that docs/reference/scene-file.md agrees with the model that checks scenes."""
 
 import importlib.util
 from pathlib import Path
@@ -17,7 +17,7 @@ def test_the_page_of_scene_keys_is_what_the_model_says():
 
 
 def examples() -> list[str]:
-    """The YAML blocks of the page."""
+    """Return the YAML blocks of the page."""
     page = (DOCS / "reference" / "scene-file.md").read_text()
     return [block.split("```")[0] for block in page.split("```yaml\n")[1:]]
 

@@ -1,4 +1,4 @@
-"""A scene that names no obstacles imports nothing of them."""
+"""Tests that a scene without obstacles does not import their modules."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""The documentation site: every page is in its table of contents, and docstrings become its reference of functions."""
+"""Tests of the documentation site: all pages are in its contents, and docstrings form the function reference."""
 
 import ast
 import re
@@ -16,21 +16,21 @@ AT_THE_ROOT = [name for name in ("README.md", "CHANGELOG.rst", "CONTRIBUTING.md"
 
 
 def settings(name: str) -> list[str]:
-    """A list in the settings of Sphinx, read without importing them."""
+    """Return a list of the Sphinx settings by its name, read without importing the settings."""
     tree = ast.parse((DOCS / "website" / "conf.py").read_text(encoding="utf-8"))
     values = [node.value for node in tree.body if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == name]
     return list(ast.literal_eval(values[0]))
 
 
 def contents() -> list[str]:
-    """The entries of all tables of contents of the index: names of pages without a suffix, or patterns of them."""
+    """Return the entries of all tables of contents of the index: page names without a suffix, or patterns."""
     blocks = re.findall(r"^```\{toctree\}\n(.*?)^```", (DOCS / "index.md").read_text(), re.MULTILINE | re.DOTALL)
     lines = [line for block in blocks for line in block.splitlines() if line and not line.startswith(":")]
     return [line.removeprefix("../") if line.startswith("../") else f"docs/{line}" for line in lines]
 
 
 def fits(name: str, pattern: str) -> bool:
-    """As Sphinx compares: a star stays inside a folder."""
+    """Return whether a name matches a pattern as in Sphinx: a star does not match a slash."""
     return name.count("/") == pattern.count("/") and fnmatchcase(name, pattern)
 
 

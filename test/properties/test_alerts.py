@@ -1,4 +1,4 @@
-"""What holds for every decision, whatever the evidence, the decisions before and the time (Hypothesis)."""
+"""Properties of every decision, for any evidence, earlier decisions and time (Hypothesis)."""
 
 import json
 
@@ -63,7 +63,7 @@ many = examples(300)
 
 @st.composite
 def sound_areas(draw: st.DrawFn) -> AreaEvidence:
-    """What came to the ramp, of 2,000 rocks, without contradictions."""
+    """Draw consistent evidence of the ramp from 2,000 rocks."""
     reached = draw(st.integers(0, 500))
     if reached == 0:
         return area(0, flown=2000)
@@ -74,7 +74,7 @@ def sound_areas(draw: st.DrawFn) -> AreaEvidence:
 
 @st.composite
 def worse_pairs(draw: st.DrawFn) -> tuple[AreaEvidence, AreaEvidence]:
-    """An area, and the same with more rocks, more energy or an earlier arrival."""
+    """Draw evidence of an area, and of the same area with more rocks, more energy or an earlier arrival."""
     one = draw(sound_areas())
     reached = draw(st.integers(one.reached, 600))
     if reached == 0:
@@ -89,7 +89,7 @@ def worse_pairs(draw: st.DrawFn) -> tuple[AreaEvidence, AreaEvidence]:
 
 @st.composite
 def spoiled(draw: st.DrawFn) -> Evidence:
-    """Sound evidence of which one number, or none, is anything."""
+    """Draw consistent evidence of which at most one value is replaced by an arbitrary one."""
     one = draw(sound_areas())
     spoilt = draw(st.sampled_from([None, *NUMBERS_OF_AREA, *Evidence._fields[2:5], "sources", "unfinished"]))
     if spoilt in AreaEvidence._fields:

@@ -1,4 +1,4 @@
-"""What holds on every mesh, however damaged: torn, folded, doubled, with needles, walls and facets turned over."""
+"""Properties of flights over any damaged mesh: holes, folds, duplicates, needles, walls and flipped facets."""
 
 from typing import NamedTuple
 
@@ -17,16 +17,16 @@ from rpf3d_core.values import Outcome
 
 CELLS, SIZE, ROCKS = 6, 12.0, 6
 RISE = 1e-9
-"""Relative to the largest energy of a flight: some hundred events, each rounded at 1e-16."""
+"""Largest growth of the energy over the largest energy of a flight: rounding of some hundred events."""
 NEEDLE = 1e-8
-"""Share of the way to a neighbour that is left of an edge: facets of an aspect of 1e8."""
+"""Remaining length of an edge, as a share, after a vertex is moved to a neighbour: facets with an aspect of 1e8."""
 
 
 class Damage(NamedTuple):
-    """What is done to a rough grid, facet by facet and vertex by vertex, and what flies over it.
+    """The damage of a rough grid, and the rocks that fly over it.
 
-    Numbers of facets that are torn out, turned over or doubled; of vertices that are moved in plan by up to a cell
-    (folds), onto a neighbour (facets without area), next to one (needles), or straight over one (walls)
+    The numbers are those of facets that are removed, flipped or doubled, and of vertices that are moved: in plan by up
+    to a cell (folds), onto a neighbour (zero area), next to a neighbour (needles), or vertically above it (walls)
     """
 
     terrain_seed: int
@@ -55,7 +55,7 @@ damages = st.builds(
 
 
 def damaged(case: Damage) -> Terrain:
-    """The mesh of a case."""
+    """Return the damaged mesh of a case."""
     random = np.random.default_rng(case.terrain_seed)
     whole = rough_grid(CELLS, SIZE, 0.3, case.amplitude, seed=case.terrain_seed)
     vertices, triangles = whole.vertices.copy(), whole.triangles.copy()
@@ -83,13 +83,13 @@ def damaged(case: Damage) -> Terrain:
 
 
 def flown(engine: str, case: Damage):
-    """Rocks thrown from over the mesh."""
+    """Fly the rocks of a case, thrown from above the mesh; return their flights."""
     random = np.random.default_rng(case.terrain_seed + 1)
     terrain = damaged(case)
     low, high = terrain.vertices.min(axis=0), terrain.vertices.max(axis=0)
     x = random.uniform(low, high, (ROCKS, 3))
     x[:, 2] = high[2] + random.uniform(0.0, 2.0, ROCKS)
-    x[0, :2] = terrain.vertices[random.integers(len(terrain.vertices)), :2]  # straight over a vertex
+    x[0, :2] = terrain.vertices[random.integers(len(terrain.vertices)), :2]  # vertically above a vertex
     physics = flight(Surface(case.R_n, case.R_t, case.mu, 0.05), case.model, max_impacts=400, max_time=200.0)
     return fly(engine_over(engine, terrain), physics, x, case.speed * random.normal(size=(ROCKS, 3)))
 
@@ -118,7 +118,7 @@ def test_energy_never_rises_on_a_damaged_mesh(engine, case):
 
 
 BEYOND_A_NEEDLE = Damage(18285, 0.3, 0, 0, 3, 0, 3, 3, 1, 1, 0.3, 1.0, 0.0, "sliding", 0.0)
-"""A rock comes within 64 tolerances of both edges of a needle, 1,250 beyond its tip: found in 4,000 others."""
+"""Case in which a rock comes within 64 tolerances of both edges of a needle, 1,250 beyond its tip."""
 
 
 @examples(40)

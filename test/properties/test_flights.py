@@ -1,4 +1,4 @@
-"""What holds for every flight, over random terrains, sources and coefficients (Hypothesis, always the same draws)."""
+"""Properties of every flight over random terrains, sources and coefficients (Hypothesis, always the same draws)."""
 
 import math
 from collections.abc import Callable
@@ -31,15 +31,19 @@ from rpf3d_core.values import ZERO, Mode, Motion, Outcome
 
 SIZE, CELLS, ROCKS = 16.0, 8, 6
 BELOW = 1e-7
-"""m: events are put on their facet to within the contact tolerance, 2^-40 of some 30 m; chords of an arc round more."""
+"""Largest depth (m) below the ground, due to the contact tolerance and to rounding of points on arcs."""
 RISE = 1e-9
-"""Relative to the largest energy of a flight: some hundred events, each rounded at 1e-16."""
+"""Largest growth of the energy over the largest energy of a flight: rounding of some hundred events."""
 INTO = 1e-14
-"""Of the speed before an impact: a few dozen roundings of the velocity that its normal part is taken from. Not of the
-speed after it: one that keeps 1e-4 of its speed along the ground would be held to 1e-16 of what was rounded."""
+"""Largest normal velocity into the ground after an impact, over the speed before it: rounding of the velocity.
+
+The speed after the impact is no measure, because it may be much smaller than the rounded numbers.
+"""
 FEW = 4
-"""Events until which two flights are compared that are rounded differently: on rough ground each multiplies a
-difference by about ten, so of 1e-14 m less than 1e-6 m is left."""
+"""Number of events for which two differently rounded flights are compared.
+
+On rough ground each event multiplies a difference by about ten, so 1e-14 m stays below 1e-6 m.
+"""
 SAME_PLACE = 1e-6
 
 modest = examples(25)
@@ -47,7 +51,7 @@ shares = st.one_of(st.sampled_from([0.0, 1.0, 0.5]), st.floats(0.0, 1.0))
 
 
 class Case(NamedTuple):
-    """The numbers that a scene is built from: what a failure prints."""
+    """The numbers from which a scene is built, which a failure prints."""
 
     slope: float
     amplitude: float
@@ -64,7 +68,7 @@ class Case(NamedTuple):
 
 
 def cases(lossy: bool = True) -> st.SearchStrategy[Case]:
-    """Every kind of ground and coefficients; lossy: normal restitution below 1."""
+    """Return a strategy for cases with all kinds of ground and coefficients. lossy : normal restitution below 1"""
     return st.builds(
         Case,
         st.sampled_from([0.0, 0.3, 1.0, 2.5]),
@@ -83,30 +87,30 @@ def cases(lossy: bool = True) -> st.SearchStrategy[Case]:
 
 
 ALONG_AN_EDGE = Case(2.5, 1e-9, 41358, 0.171145737, 0.5, 0.577, 0.0, "sliding", 506, True, 0.001, 0.0)
-"""Slid along an edge between two facets 1e-9 apart, over a vertex; once fell through both."""
+"""Case in which a rock slides along an edge of almost coplanar facets, over a vertex; it once fell through both."""
 AT_REST_ON_AN_EDGE = Case(2.5, 1e-9, 175399, 0.0, 0.199706179, 0.577, 0.05, "sliding", 175399, True, 4.0, 0.0)
-"""Stopped on an edge that does not hold it; once fell through both facets."""
+"""Case in which a rock stops on an edge that does not hold it; it once fell through both facets."""
 ALONG_AN_EDGE_OF_A_PLANE = Case(1.0, 0.0, 47497, 0.0, 0.0, 0.0, 0.05, "sliding", 378, True, 4.0, 0.0)
-"""Slides along edges between facets of one plane: where the slide was cut once hung on their numbers."""
+"""Case in which a rock slides along edges of coplanar facets; the path once depended on the facet numbers."""
 AT_A_CORNER_OF_A_PLANE = Case(1.0, 0.0, 47497, 0.3400190781409787, 0.5, 0.0, 0.05, "sliding", 111730, True, 4.0, 0.0)
-"""Comes to a vertex between facets of one plane: which of them it ended on was once a matter of their numbers."""
+"""Case in which a rock reaches a vertex of coplanar facets; its last facet once depended on the facet numbers."""
 SLOW_ALONG_THE_GROUND = Case(
     0.3, 2.0, 65567, 1.0, 6.103515625e-05, 0.577, 0.0, "none", 324, True, 0.001, 1.0
 )  # fmt: skip
-"""Keeps 6e-5 of its speed along the ground: what is left of it is no larger than the rounding of the rest."""
+"""Case in which a rock keeps 6e-5 of its speed along the ground, which is as small as other rounding errors."""
 OVER_A_RIM_VERTEX = Case(2.5, 0.5, 331735, 0.0, 0.0, 0.0, 0.05, "sliding", 205, True, 0.001, 0.0)
-"""Loses all speed on the very rim of the terrain, on a slope without friction."""
+"""Case in which a rock loses all speed exactly on the border of the terrain, on a slope without friction."""
 
 
 def remembered(test: Callable[..., None]) -> Callable[..., None]:
-    """The test with the cases that once failed, found in 1,500 others."""
+    """Return the test with the cases that once failed as additional examples."""
     for case in (ALONG_AN_EDGE, AT_REST_ON_AN_EDGE):
         test = example(case=case)(test)
     return test
 
 
 def built(case: Case) -> tuple[Terrain, Flight, np.ndarray, np.ndarray]:
-    """Terrain, physics, positions (R, 3), velocities (R, 3)."""
+    """Return the terrain, physics, positions (R, 3) m and velocities (R, 3) m/s of a case."""
     terrain = rough_grid(CELLS, SIZE, case.slope, case.amplitude, seed=case.terrain_seed)
     ground = Surface(case.R_n, case.R_t, case.mu, case.stop_speed)
     random = np.random.default_rng(case.rocks_seed)
@@ -124,7 +128,7 @@ def built(case: Case) -> tuple[Terrain, Flight, np.ndarray, np.ndarray]:
 
 
 def height(terrain: Terrain, x: np.ndarray) -> np.ndarray:
-    """Height of the grid below points (N, 3), interpolated in its triangles, not by the engines; -inf outside."""
+    """Return the height (N,) m of the grid below points (N, 3), computed without the engines; -inf outside."""
     z = terrain.vertices[:, 2].reshape(CELLS + 1, CELLS + 1)
     plan = x[:, :2] / (SIZE / CELLS)
     i = np.clip(np.floor(plan).astype(int), 0, CELLS - 1)
@@ -135,7 +139,7 @@ def height(terrain: Terrain, x: np.ndarray) -> np.ndarray:
 
 
 def along_paths(flights, samples=7):
-    """Points along all flights, events included: (N, 3)."""
+    """Return points (N, 3) m along all flights, including all events. samples : points per arc"""
     p = flights.paths
     going = np.flatnonzero(p.mode[:-1] == Mode.FLIGHT)
     share = np.linspace(0.0, 1.0, samples)[:, None, None]
@@ -264,12 +268,12 @@ def test_the_order_of_the_facets_decides_nothing(engine, case, seed):
     np.testing.assert_array_equal(other.facet >= 0, hit)
     normals, facet = facets_of(terrain).normals, order[other.facet[hit]]
     np.testing.assert_array_equal(normals[one.facet[hit]], normals[facet])
-    twins = facet != one.facet[hit]  # it fell straight onto the edge between two facets of one plane
+    twins = facet != one.facet[hit]  # the rock fell onto the edge between two coplanar facets
     assert all(touches(terrain, f, x) for f, x in zip(facet[twins], one.x[hit][twins], strict=True))
 
 
 def touches(terrain: Terrain, f: int, x: np.ndarray) -> bool:
-    """Whether x (3,) m lies on facet f or its rim."""
+    """Return whether x (3,) m lies on facet f or its edges."""
     a, b, c = terrain.vertices[terrain.triangles[f]]
     shares = np.linalg.lstsq(np.stack([b - a, c - a], axis=1), x - a, rcond=None)[0]
     on = np.linalg.norm(a + shares @ np.stack([b - a, c - a]) - x) <= BELOW
@@ -295,13 +299,13 @@ def compared(engine, case, moved_vertices, moved_x, moved_v, back):
     one = fly(engine_over(engine, terrain), physics, x, v)
     other = fly(engine_over(engine, image), physics, moved_x, moved_v)
     np.testing.assert_array_equal(one.deposits.outcome, other.deposits.outcome)
-    stay = one.deposits.outcome != Outcome.LEFT_TERRAIN  # those end at the box around the terrain, which does not turn
+    stay = one.deposits.outcome != Outcome.LEFT_TERRAIN  # they end at the box around the terrain, which does not turn
     np.testing.assert_allclose(back(other.deposits.x[stay]), one.deposits.x[stay], atol=SAME_PLACE)
     np.testing.assert_allclose(other.deposits.t[stay], one.deposits.t[stay], atol=SAME_PLACE)
 
 
 def smooth_cases() -> st.SearchStrategy[Case]:
-    """Cases whose events do not hang on a hair: moderate ground, rocks that bounce well and fall from some way up."""
+    """Return a strategy for cases in which rounding decides no event: moderate ground, rocks that bounce well."""
     return st.builds(
         Case, st.sampled_from([0.1, 0.5]), st.just(0.1), st.integers(0, 10**6), st.floats(0.2, 0.6), st.just(0.8),
         st.just(0.6), st.just(0.1), st.just("sliding"), st.integers(0, 10**6), st.just(False),
@@ -334,7 +338,7 @@ def test_turning_the_scene_turns_the_answer(engine, case, angle):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_rock_at_rest_on_the_rim_of_a_steep_smooth_slope_falls_off_it(engine):
-    """And those on vertices inside leave it too: nowhere on this slope does anything hold a rock."""
+    """Rocks on inner vertices leave the slope, too, because no place on it can hold a rock."""
     terrain, physics, x, v = built(OVER_A_RIM_VERTEX)
     d = fly(engine_over(engine, terrain), physics, x, v).deposits
     assert set(d.outcome) == {Outcome.LEFT_TERRAIN}

@@ -1,4 +1,4 @@
-"""The recording shows the hazard of each facet that rocks came to, in its own colour, and the benches."""
+"""Tests that the recording shows the hazard of each reached facet by its colour, and the benches."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def recorded(tmp_path_factory, maps):
 
 
 def read_back(path):
-    """First values of each component: entity -> column -> value; blueprint and recording alike."""
+    """Return entity -> column -> first value, of blueprint and recording."""
     import rerun.chunk
 
     entities = {}
@@ -55,7 +55,7 @@ def read_back(path):
 
 
 def hidden_entities(path):
-    """Names of the views of a recording's blueprint, and what each of them hides."""
+    """Return name of a view -> entities that it hides, from the blueprint of a recording."""
     import rerun.chunk
 
     reader = rerun.chunk.RrdReader(path)

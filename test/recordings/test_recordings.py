@@ -1,4 +1,4 @@
-"""The recording holds what was flown, in the local frame, laid out to be looked at."""
+"""Tests that a recording contains the flights in the local frame, with a layout of views."""
 
 import sys
 
@@ -24,13 +24,13 @@ from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 pytest.importorskip("rerun", reason="rerun is not installed")
 
 SINGLE = 1e-5
-"""rerun stores float32: 1e-7 of positions up to 40 m and energies, taken ten times wider."""
+"""Largest rounding error of values stored by rerun as float32, with some margin."""
 
 SUMMARY = {"outcomes": {"stopped": {"rocks": 5}}, "terrain": {"faults": {"flipped_facets": 3, "holes": 0}}}
 
 
 def read_back(path):
-    """Columns of a recording: entity -> column -> list of values over all its rows. The one place that knows how."""
+    """Return entity -> column -> list of the values of all rows of a recording."""
     import rerun.chunk
 
     entities = {}
@@ -45,7 +45,7 @@ def read_back(path):
 
 
 def seconds(times):
-    """Times, which rerun keeps in nanoseconds."""
+    """Return times in seconds from those of rerun, which are in nanoseconds."""
     return np.array(times) * 1e-9
 
 
@@ -246,7 +246,7 @@ def test_replay_without_a_display_says_so_in_one_sentence(tmp_path):
 
 
 def test_a_viewer_that_cannot_open_its_window_is_reported(tmp_path, monkeypatch):
-    """Waited for as long as it takes: on a busy machine the viewer needs more than SETTLED to find that out."""
+    """On a busy machine, the viewer needs longer than SETTLED to fail, so the test waits longer."""
     (tmp_path / "run.rrd").write_bytes(b"RRF2")
     monkeypatch.setattr(replaying, "SETTLED", 120.0)
     monkeypatch.setenv("DISPLAY", ":987")

@@ -1,4 +1,4 @@
-"""`rpf3d recover`: what can be read of a recording that was cut off is saved, and nothing else is touched."""
+"""Tests that `rpf3d recover` saves the readable part of a truncated recording and changes no other file."""
 
 import re
 
@@ -20,7 +20,7 @@ FIRST = np.datetime64("2026-11-21T06:00:00", "ns")
 
 @pytest.fixture
 def broken(tmp_path):
-    """A recording of ROWS rows a minute apart that was cut off in the last one."""
+    """Return the path of a recording of ROWS rows, one per minute, that is truncated within the last row."""
     path = tmp_path / "shift.rrd"
     stream = rerun.RecordingStream("rpf3d_live")
     stream.save(str(path))

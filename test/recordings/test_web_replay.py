@@ -1,4 +1,4 @@
-"""A recording served with the web viewer: reachable from this machine only, to those who know the address."""
+"""Tests of recordings served with the web viewer: reachable only from this machine, with a secret address."""
 
 import http.client
 import re
@@ -25,21 +25,21 @@ from rpf3d_core.runs.run import run_scene
 from rpf3d_core.scene.reading import read_scene
 
 PATIENCE = 120.0
-"""Seconds for an end that takes a fraction of one on an idle machine."""
+"""Longest time (s) until a process ends; on an idle machine it takes a fraction of a second."""
 EMPTY = 50_000
-"""Bytes of a picture; that of an empty viewer is much smaller."""
+"""Size (bytes) that a picture of the viewer exceeds; that of an empty viewer is much smaller."""
 LOADS = 4
-"""Times that a recording is opened: a layout that is only the default was shown in about half of the loads."""
+"""Number of times that a recording is opened, because a wrong layout may appear in only some of the loads."""
 NEARLY_WHITE = 0.92
 """Smallest colour component, from 0 to 1, of the viewer's white panels."""
 SCENES = Path(__file__).parents[2] / "config" / "scenes"
 BYTES = b"RRF2" + bytes(range(256)) * 9000
-"""More than a part that the server reads together."""
+"""Content of a recording that the server sends in more than one part."""
 
 
 @pytest.fixture
 def served(tmp_path: Path) -> Iterator[WebReplay]:
-    """A server of a recording of BYTES, with a page of its own for each file of the viewer."""
+    """Yield a running server of a recording of BYTES; each file of the viewer contains its own name."""
     recording = tmp_path / "shift of today.rrd"
     recording.write_bytes(BYTES)
     with WebReplay(recording, {name: name.encode() for name in PAGES}) as server:
@@ -114,7 +114,7 @@ def test_the_viewer_of_the_wheel_is_whole() -> None:
 
 @contextmanager
 def replayed(recording: Path) -> Iterator[tuple["subprocess.Popen[str]", str, set[str]]]:
-    """Serve a recording with the command; yield its process, the address, and where it listened until then."""
+    """Serve a recording with the command; yield its process, its URL, and the addresses at which it listened."""
     command = [*COMMAND, "replay", str(recording), "--web"]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment(), start_new_session=True
@@ -136,7 +136,7 @@ def replayed(recording: Path) -> Iterator[tuple["subprocess.Popen[str]", str, se
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
 def test_the_command_listens_at_no_other_address_and_leaves_no_child(tmp_path: Path, ending: signal.Signals) -> None:
-    """Also while it starts, when rerun's own program runs."""
+    """This holds also during the start, while the program of rerun runs."""
     (tmp_path / "run.rrd").write_bytes(BYTES)
     with replayed(tmp_path) as (process, address, heard):
         assert heard == {"127.0.0.1"}

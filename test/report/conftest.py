@@ -1,4 +1,4 @@
-"""The results of two small runs, of which reports are made: with unknowns, and with everything known."""
+"""Fixtures with the results of two small runs, with and without unknowns, and a report of the first."""
 
 from pathlib import Path
 
@@ -18,19 +18,19 @@ def flown(scene: str, out: Path, rocks: int) -> Path:
 
 @pytest.fixture(scope="session")
 def unknown_ground(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The result of 128 rocks over 64 parameter sets."""
+    """Return the result folder of 128 rocks over 64 parameter sets."""
     return flown("bench_15m.yaml", tmp_path_factory.mktemp("unknown") / "run", 128)
 
 
 @pytest.fixture(scope="session")
 def known_ground(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The result of 40 rocks in the synthetic pit."""
+    """Return the result folder of 40 rocks in the synthetic pit."""
     return flown("demo.yaml", tmp_path_factory.mktemp("known") / "run", 40)
 
 
 @pytest.fixture(scope="session")
 def report(unknown_ground: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """The report of the run with unknowns, as HTML and as PDF."""
+    """Return the report of the run with unknowns, as HTML file and as PDF file."""
     folder = tmp_path_factory.mktemp("report")
     write_report(unknown_ground, folder / "r.html", folder / "r.pdf", "North wall <stage 3> & #[ramp]_*")
     return folder / "r.html", folder / "r.pdf"

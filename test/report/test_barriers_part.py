@@ -1,4 +1,4 @@
-"""The report's part on barriers has both intervals of each figure, and names those that are not known."""
+"""Tests that the report's part on barriers has both intervals of each figure, and states unknown ones."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""A report of a wall with several benches and a fence says from which toe it counts, and draws what is in the scene."""
+"""Tests that a report of several benches and a fence states from which toe it counts, and draws the fence."""
 
 import base64
 import json
@@ -82,7 +82,7 @@ def test_one_face_has_no_further_one(tmp_path: Path) -> None:
 
 
 def test_a_place_of_a_fence_on_a_face_is_named_as_one(tmp_path: Path) -> None:
-    """From the first toe, the berm reaches to 8 m, the second face of 70 degrees to 8 m + RUN, and then the floor."""
+    """From the first toe, the berm extends to 8 m, the second face of 70 degrees to 8 m + RUN, then the floor."""
     run = flown(tmp_path / "site", 2, berm=8.0)
     places = [footing_at(run.terrain, along_the_toe(run, distance)) for distance in (0.0, 4.0, 8.0 + 0.5 * RUN, 16.0)]
     assert [footing.is_on_a_face for footing in places] == [False, False, True, False]
@@ -140,7 +140,7 @@ def test_the_view_shows_the_fence_as_a_wall_on_the_ground(two_benches: RunFiles)
 
 
 def decoded(values: dict[str, str]) -> np.ndarray:
-    """Return an array as plotly writes it into a page."""
+    """Return the array that plotly wrote into a page in base64."""
     return np.frombuffer(base64.b64decode(values["bdata"]), dtype=values["dtype"])
 
 

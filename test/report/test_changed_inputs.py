@@ -1,4 +1,4 @@
-"""A report warns first of input files that have changed since the run, and of those that it could not compare."""
+"""Tests that a report first warns of input files that changed since the run or could not be compared."""
 
 import hashlib
 import json
@@ -19,7 +19,7 @@ SCENES = Path(__file__).parents[2] / "config" / "scenes"
 
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory):
-    """The folder of a scene, its terrain and its result, of 20 rocks."""
+    """Return a folder with a scene, its terrain, and the result of 20 rocks."""
     folder = tmp_path_factory.mktemp("flown")
     for path in SCENES.glob("bench_15m*"):
         shutil.copy(path, folder)
@@ -29,7 +29,7 @@ def flown(tmp_path_factory):
 
 @pytest.fixture
 def scene(flown, tmp_path):
-    """A copy of the folder, whose result refers to the copied files."""
+    """Return a copy of the folder whose result refers to the copied files."""
     folder = shutil.copytree(flown, tmp_path / "copy")
     path = folder / "run" / "inputs.json"
     path.write_text(path.read_text().replace(str(flown.resolve()), str(folder.resolve())))

@@ -1,4 +1,4 @@
-"""Predictive intervals of a report hold the misfit of the model, as those of its run do."""
+"""Tests that predictive intervals of a report include the misfit of the model, as those of the run do."""
 
 import json
 import shutil
@@ -22,7 +22,7 @@ from rpf3d_core.unknowns.predictive import ranked
 
 SETS, EACH, MISFIT, STOP = 64, 50, 3.0, 30.0
 STEP = 0.25
-"""How near (m) the toe is found."""
+"""Largest error (m) of the toe that the report finds."""
 
 
 def moved(misfit: float):

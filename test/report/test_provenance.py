@@ -1,4 +1,4 @@
-"""The inputs of a report name where each value comes from: the scene, the library, a sample, or a default."""
+"""Tests that the inputs of a report state the source of each value: scene, library, sample or default."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -42,7 +42,7 @@ def flown(folder: Path, material: str, more: str = "", sample: tuple[str, ...] =
 
 
 def sources(run, table: int) -> dict[str, str]:
-    """Return the source of each input by its name, from one of both tables."""
+    """Return name -> source of each input, from table 0 or 1 of the part on inputs."""
     found = [element for element in inputs_part(run) if isinstance(element, Table)][table]
     return {row[-3] if table else row[0]: row[-1] for row in found.rows}
 
@@ -122,7 +122,7 @@ def test_rocks_with_a_shape_have_no_coefficients_of_points(tmp_path: Path) -> No
 
 
 def test_a_range_is_that_of_the_scene_and_not_of_the_parameter_sets(tmp_path: Path) -> None:
-    """The ends of the 64 sets were shown as those of the scene: 0.202 to 0.399."""
+    """The ends of the 64 sets, 0.202 to 0.399, must not be shown as those of the scene."""
     priors = "{prior: {min: 0.2, max: 0.4}}, tangential_restitution: {prior: {min: 0.6, max: 0.9, mean: 0.7, sd: 0.05}}"
     run = flown(tmp_path, f"{{normal_restitution: {priors}}}")
     found = [element for element in inputs_part(run) if isinstance(element, Table)][1]

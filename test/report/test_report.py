@@ -1,4 +1,4 @@
-"""A report is complete, says first what weakens it, and needs nothing but its one file."""
+"""Tests that a report is complete, states its weaknesses first, and consists of one file."""
 
 import io
 import json
@@ -40,7 +40,7 @@ SECTIONS = [
 
 
 class Page(HTMLParser):
-    """The text of a page outside scripts, and everything that it would fetch."""
+    """The text of a page without its scripts, and the addresses that the page would load."""
 
     def __init__(self, html: str) -> None:
         super().__init__()
@@ -171,7 +171,7 @@ def test_the_answer_has_the_barriers_and_what_no_rock_reached(unknown_ground) ->
 
 
 def at_a_barrier(share: dict) -> dict:
-    """Return the figures of a barrier for summary.json, with one share for all that rocks did."""
+    """Return the figures of a barrier as in summary.json, with the same share for caught, broken and flown over."""
     p95 = {"p95": 1.0, "p95_interval_95": [0.5, 2.0], "p95_predictive": [0.2, 4.0], "max": 3.0}
     return {
         "came": 12, "capacity_j": 500.0, "height_m": 2.0, "first_energy_j": p95, "first_height_over_ground_m": p95,
@@ -241,7 +241,7 @@ def test_names_of_the_user_are_text_and_not_markup(tmp_path) -> None:
 PAGE = re.compile(rb"/Type\s*/Page\b(?!s)")
 FONT = re.compile(rb"/BaseFont\s*/(?:[A-Z]{6}\+)?([A-Za-z]+)")
 EMBEDDED = {b"LibertinusSerif", b"NewCM", b"NewCMMath", b"DejaVuSansMono"}
-"""Families of fonts that typst has in itself."""
+"""Font families that typst contains."""
 
 
 def test_the_pdf_has_pages_pictures_and_fonts_of_its_own(report, unknown_ground, tmp_path) -> None:
@@ -265,7 +265,7 @@ def square_picture() -> Picture:
 
 
 def filled(folder: Path, elements) -> list[float]:
-    """How much of the height of each page has text or pictures, without the number of the page."""
+    """Return, for each page of a PDF of the elements, the share of its height down to the last text or picture."""
     typst = pytest.importorskip("typst", reason="typst is not installed: it is in the extra `report`")
     found = typst.compile(write_source(folder, "t", elements), ignore_system_fonts=True, format="png", ppi=30.0)
     pages = [imread(io.BytesIO(page))[..., :3] for page in (found if isinstance(found, list) else [found])]
@@ -275,7 +275,7 @@ def filled(folder: Path, elements) -> list[float]:
 
 @pytest.mark.parametrize("rows", range(2, 30, 3))
 def test_pages_with_large_pictures_and_tables_are_full(tmp_path, rows: int) -> None:
-    """A square picture, as of a deep section, and a table go on below whatever is on the page before them."""
+    """Square pictures, such as deep sections, and tables must fill pages, whatever precedes them."""
     table = Table(("zone", "reached"), [(f"bench_{row}", "1 %") for row in range(14)])
     above = Table(("this run", ""), [("site", str(row)) for row in range(rows)])
     picture = square_picture()
@@ -294,7 +294,7 @@ def test_the_layout_of_many_pictures_converges(tmp_path, rows: int) -> None:
 
 @pytest.mark.parametrize("png", [b"no picture", PNG + bytes(8)])
 def test_a_report_that_cannot_be_laid_out_says_so(tmp_path, png: bytes) -> None:
-    """A picture may be no PNG, or have no width."""
+    """The picture is not a PNG, or is a damaged one."""
     broken = [Picture(png, "a picture that is damaged")]
     with pytest.raises(InputError, match=r"r\.pdf: could not be laid out as PDF \(.+\); the HTML report is complete"):
         write_pdf(tmp_path / "r.pdf", "title", broken)

@@ -1,4 +1,4 @@
-"""A report opened in Chromium: it draws its view without a request, and the view turns."""
+"""Tests of a report in Chromium: it draws its view without a request, and the view can be turned."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ import pytest
 from browsers import LONGEST, browser, changed, picture_that, settled
 
 COLOURS = 200
-"""Terrain, paths and map have more; an empty view has few."""
+"""Number of colours that a view of terrain, paths and map exceeds, but not an empty view."""
 
 
 def test_a_report_names_no_other_file_or_address_in_its_markup(report: tuple[Path, Path]) -> None:

@@ -1,4 +1,4 @@
-"""Energy and height at a place, from impacts: as on the kept paths of the same rocks, and exact for one parabola."""
+"""Tests of energy and height at a place, from impacts: equal to those of paths, and exact for one parabola."""
 
 import math
 from pathlib import Path
@@ -31,7 +31,7 @@ BENCH = Path(__file__).parents[2] / "config" / "scenes" / "bench_15m.yaml"
 
 @pytest.fixture
 def one_friction(tmp_path: Path) -> Path:
-    """The result of 128 rocks over ground of one friction angle.
+    """Return the result folder of 128 rocks over ground with one friction angle.
 
     Over ground of unknown friction, two of 126 passages are at places where the speed is far from linear between two
     points of the path: there the path is off by up to 81 J.

@@ -1,4 +1,4 @@
-"""Sentences of a report: file names keep their letters, and one degree is singular."""
+"""Tests of a report's sentences: file names keep capitals, and one degree is singular."""
 
 import pytest
 

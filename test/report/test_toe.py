@@ -1,4 +1,4 @@
-"""Distances beyond the toe, and what passes there: rocks that stop at known places, on a bench of known shape."""
+"""Tests of distances beyond the toe and of passages there, with known stops on a bench of known shape."""
 
 import math
 from dataclasses import replace
@@ -19,7 +19,7 @@ from rpf3d_core.terrain.height_image import height_image, heights_at
 from rpf3d_core.unknowns.dealing import set_of_rock
 
 STEP = 0.25
-"""How near (m) the toe is found: a step of the line on which it is searched."""
+"""Largest error (m) of the found toe: the step of the search along a line."""
 
 
 def test_heights_are_those_of_the_planes_of_the_bench() -> None:
@@ -134,7 +134,7 @@ def test_too_few_rocks_in_each_set_give_no_predictive_interval() -> None:
 
 
 def test_few_rocks_with_a_toe_say_nothing_about_the_others() -> None:
-    """6 of 6,400 rocks with a toe, as from a source behind the crest, gave a distance of -8.3 m for 90 % of them."""
+    """If only a few rocks of a run have a toe, the distance that holds 90 % of all rocks is unknown."""
     beyond = beyond_toe(fallen(np.linspace(10.0, 60.0, 101)))
     assert beyond.of == 101 and held_beyond(beyond, 0, 90).value is not None
     for few, of in ((6, 6400), (19, 101), (101, 6400), (0, 5)):

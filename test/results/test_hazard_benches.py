@@ -1,4 +1,4 @@
-"""benches.csv holds the table as it is."""
+"""Tests that benches.csv contains the bench table unchanged."""
 
 import csv
 

@@ -1,4 +1,4 @@
-"""The folder of hazard holds every product, and its names are those in docs/reference/outputs.md."""
+"""Tests that the folder `hazard` contains all products, with the names of docs/reference/outputs.md."""
 
 from pathlib import Path
 

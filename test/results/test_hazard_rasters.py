@@ -1,4 +1,4 @@
-"""The GeoTIFFs are read back, every band and cell, and lie where the rocks were."""
+"""Tests of all bands and cells of the GeoTIFFs, and of their places."""
 
 import numpy as np
 import pytest
@@ -37,14 +37,14 @@ def written(folder, terrain, maps, crs=None):
 
 
 def centres(terrain, raster):
-    """Plan coordinates (C, 2) in the input's axes of the centres of all cells."""
+    """Return the plan coordinates (C, 2) m, in the input's axes, of the centres of all cells."""
     row, column = np.divmod(np.arange(raster.nx * raster.ny), raster.nx)
     local = np.stack([raster.x + (column + 0.5) * raster.cell, raster.y + (row + 0.5) * raster.cell], axis=1)
     return in_plan(terrain.frame, np.append(local, np.zeros((len(local), 1)), axis=1))
 
 
 def at_centres(file, terrain, raster):
-    """Bands (C, B) at the centres of the cells, found through the file's own transform."""
+    """Return the bands (C, B) at the centres of the cells, found by the transform in the file."""
     return np.array(list(file.sample(centres(terrain, raster))))
 
 

@@ -1,4 +1,4 @@
-"""Zones in the file are the cells they were made from: same places, same areas, valid polygons."""
+"""Tests that the zones in the file equal the cells from which they were made, as valid polygons."""
 
 import json
 from dataclasses import replace
@@ -63,7 +63,7 @@ def test_each_zone_covers_exactly_its_cells(tmp_path, terrain):
 
 
 def speckled(cells: np.ndarray) -> HazardMaps:
-    """Maps whose cells (rows, columns) were reached by every rock or by none."""
+    """Return maps whose true cells (rows, columns) every rock reached, and whose other cells no rock reached."""
     rows, columns = cells.shape
     maps = maps_of(floor(), lines_of_rocks(floor(), 1), CELL)
     cell = np.flatnonzero(cells)

@@ -1,4 +1,4 @@
-"""A terrain that is written as a mesh file reads back as it was, in the input's own coordinates."""
+"""Tests that a terrain written as a mesh file is read back unchanged, in the input's coordinates."""
 
 from pathlib import Path
 
@@ -14,9 +14,9 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
 
 SINGLE = 2.0**-24
-"""STL holds float32: its relative rounding (-)."""
+"""Relative rounding error (-) of float32, which STL uses."""
 FULL = 20_000
-"""Bytes that a file may have where a full disk is played; every format of the mesh takes more."""
+"""Largest size (bytes) of a file in tests of a full disk; the mesh takes more in each format."""
 
 
 def corners_of(path: Path) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The lines of a run's table on where its answer is surer than it may be."""
+"""Tests of the list of reasons why the results of a run look more certain than they are."""
 
 import re
 from pathlib import Path
@@ -139,7 +139,7 @@ def test_rocks_that_did_not_fall_are_counted(tmp_path: Path, height: float, stay
 
 
 def test_a_source_behind_a_crest_is_noticed_among_others(tmp_path: Path) -> None:
-    """Its 20 rocks are a tenth of all rocks, too few to be noticed in a share of all rocks."""
+    """The 20 rocks of this source are only a tenth of all rocks, so a share of all rocks would not reveal it."""
     flat = [[0, 0, 0], [60, 0, 0], [60, 60, 0], [0, 60, 0]]
     write_binary_stl(tmp_path / "flat.stl", np.array(flat, dtype=float)[[[0, 1, 2], [0, 2, 3]]])
     one = "{{name: {}, points: [[30, 30, {}]], rocks: {}, spread: [0.3, 0.3, 0.2]}}"

@@ -1,4 +1,4 @@
-"""Pictures drawn by a second process are those that this process draws, and a failure there is one here."""
+"""Tests that a second process draws the same pictures as this process, and reports its failures here."""
 
 import os
 import signal
@@ -24,7 +24,7 @@ DRAWN = {
     "map.png", "convergence.png", "hazard/reach_probability.png", "hazard/energy_p95.png", "hazard/height_p95.png",
     "profiles/overview.png", "profiles/overview.csv", "profiles/sections.png", "profiles/sections.csv",
 }  # fmt: skip
-"""What is drawn, with the tables of the points drawn."""
+"""Files of the drawn pictures and of the tables with their points."""
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Pictures are made from the right numbers, and show them."""
+"""Tests that pictures are made from the right numbers and show them."""
 
 import csv
 import re
@@ -27,22 +27,22 @@ from rpf3d_core.terrain.plan_view import Window, seen_from_above
 from rpf3d_core.values import STANDARD_GRAVITY, Outcome
 
 ROUNDING = 1e-9
-"""Survey coordinates of 4.5e6 m carry 1e-9 m in double precision."""
+"""Largest rounding error (m) of survey coordinates of 4.5e6 m in float64."""
 
 LEGEND_INCHES = 3
-"""Width of the map's column for the legend."""
+"""Width (inches) of the map's column for the legend."""
 
 MARKER_PIXELS = 8
-"""A marker is 7 pixels wide, its rim is white and half of the rest is smoothed."""
+"""Least number of pixels in a marker's colour: it is 7 pixels wide, with a white border and smoothed edges."""
 
 SAME_COLOUR = 2
-"""Steps of 255 that a colour may lose on its way through a picture's floating point numbers."""
+"""Largest error of a colour component, in steps of 1/255, after conversions to and from floats."""
 
 
 ALL = RunCounts(6, 6, {Outcome.STOPPED: 5, Outcome.LEFT_TERRAIN: 1})
-"""The rocks of `thrown`."""
+"""Counts of the rocks of `thrown`."""
 PARTIAL = RunCounts(6000, 8000, {Outcome.STOPPED: 5584, Outcome.LEFT_TERRAIN: 415, Outcome.FAILED: 1})
-"""Many rocks, of which those of `thrown` are drawn."""
+"""Counts of many rocks, of which only those of `thrown` are drawn."""
 
 
 def texts(legend) -> list[str]:
@@ -51,7 +51,7 @@ def texts(legend) -> list[str]:
 
 @pytest.fixture
 def figures(monkeypatch):
-    """Every figure that is saved, by the name of its file, instead of the file."""
+    """Return a dictionary that collects the saved figures by file name, instead of files."""
     saved = {}
     for module in (plots_map, plots_profiles, plots_hazard):
         monkeypatch.setattr(module, "save", lambda figure, path: saved.update({path.name: figure}))
@@ -59,7 +59,7 @@ def figures(monkeypatch):
 
 
 def stairs() -> Terrain:
-    """Two level squares of 10 m, the eastern one 3 m higher and reaching 2 m over the western one."""
+    """Return two level areas; the eastern one is 3 m higher and extends 2 m over the western one."""
     low = [(0, 0, 0), (10, 0, 0), (10, 10, 0), (0, 10, 0)]
     high = [(8, 0, 3), (20, 0, 3), (20, 10, 3), (8, 10, 3)]
     triangles = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]], dtype=np.int32)

@@ -1,4 +1,4 @@
-"""Hazard pictures show every cell in the colour of its value, in its place."""
+"""Tests that hazard pictures show each cell in its place and in the colour of its value."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from rpf3d_core.terrain.plan_view import Window, seen_from_above
 PICTURES = {"reach_probability.png", "energy_p95.png", "height_p95.png"}
 CELL = 2.0
 STEP = 3
-"""Of 255: a colour map of 256 steps, and rounding."""
+"""Largest error of a colour component, in steps of 1/255: a colour map of 256 steps, and rounding."""
 
 FLOWN = RunCounts(300, 400, {})
 SQUARE = np.array([[-5.0, -5.0], [5.0, -5.0], [5.0, 5.0], [-5.0, 5.0]])
@@ -44,7 +44,7 @@ def releases(count=1):
 
 
 def drawn(terrain, maps, name, areas=None):
-    """A picture as pixels (H, W, 3), and a function from local plan points (N, 2) to their rows and columns."""
+    """Return a picture (H, W, 3), and a function of local plan points (N, 2) m that returns their rows and columns."""
     ground = module._ground(terrain, maps, releases(0), areas or {})
     figure = module.hazard_figure("title", themes(maps)[name], ground, maps, releases(0), areas or {})
     canvas = FigureCanvasAgg(figure)

@@ -1,4 +1,4 @@
-"""The critical section names its axes with units, and draws heights and lengths to the same scale where it can."""
+"""Tests that the critical section names axes and units, and draws heights and lengths to one scale if possible."""
 
 import numpy as np
 import pytest

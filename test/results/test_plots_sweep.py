@@ -1,4 +1,4 @@
-"""The picture of a sweep draws an interval as a band only if it holds the unknowns of the scene."""
+"""Tests that the picture of a sweep draws an interval as a band only if it includes the scene's unknowns."""
 
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
@@ -29,7 +29,7 @@ def test_predictive_intervals_are_shaded_and_sampling_intervals_are_bars_at_each
 
 
 def test_a_point_without_an_interval_has_a_question_mark_and_the_others_keep_their_bands() -> None:
-    """Three points: an interval, no interval, and an interval whose upper end is unknown."""
+    """The three points have an interval, no interval, and an interval with an unknown upper end."""
     drawn = panel(True)
     drawn = drawn._replace(curves=[drawn.curves[0]._replace(low=[1.0, None, 1.0], high=[3.0, None, None])])
     axes = Figure().subplots()

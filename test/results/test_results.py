@@ -1,4 +1,4 @@
-"""A result folder is written whole or not at all, and never over somebody else's files."""
+"""Tests that a result folder is written completely or not at all, and never over other files."""
 
 import csv
 import json
@@ -34,7 +34,7 @@ def written(folder, tmp_path, flights=None, more="", record=record, **found):
 
 @pytest.fixture
 def no_pictures(monkeypatch):
-    """Pictures take most of the time of writing; how folders are replaced does not depend on them."""
+    """Replace pictures by stand-ins: they take most of the time and do not matter for the folders."""
 
     def stand_ins(folder, *_):
         (folder / "map.png").write_bytes(b"map")

@@ -1,4 +1,4 @@
-"""A second process does work in order, fails as the first one would, and never outlives it."""
+"""Tests that a second process works in order, reports errors as the first would, and never outlives it."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""The summary counts right, states its uncertainty, and compares with the field in plan only."""
+"""Tests of the summary: counts, uncertainties, and comparison with the field in plan."""
 
 import json
 import math
@@ -29,14 +29,14 @@ from rpf3d_core.setup.observed import horizontal_direction
 from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 PUBLISHED = 1e-4
-"""The interval's table is printed to four decimals."""
+"""Largest rounding error of the published intervals, which have four decimals."""
 
 ROUNDING = 1e-9
-"""Survey coordinates of 4.5e6 m carry 1e-9 m in double precision."""
+"""Largest rounding error (m) of survey coordinates of 4.5e6 m in float64."""
 
 
 def rectangle(folder, name, corners, frame=UNMOVED):
-    """A GeoJSON file with a rectangle from local (west, south) to (east, north), in the input's plan axes."""
+    """Write GeoJSON with a rectangle, given by local (west, south), (east, north) m, in the input's plan axes."""
     (west, south), (east, north) = corners
     ring = np.array([[west, south, 0], [east, south, 0], [east, north, 0], [west, north, 0], [west, south, 0]], float)
     there = frame.points_to_input(ring)

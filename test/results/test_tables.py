@@ -1,4 +1,4 @@
-"""Tables are read back and compared value by value, in the input's own axes and coordinates."""
+"""Tests of the tables, value by value, in the axes and coordinates of the input."""
 
 import csv
 import json
@@ -28,7 +28,7 @@ DENSITY = 2700.0
 
 
 def write_tables(folder, sources, terrain, *blocks, impacts=True):
-    """deposits.csv and impacts.parquet of flights, block after block."""
+    """Write deposits.csv and, if `impacts`, impacts.parquet of flights, block after block."""
     with open_tables(folder, sources, terrain, DENSITY, impacts) as write:
         for flights in blocks:
             write(flights.deposits, flights.impacts)
@@ -40,7 +40,7 @@ def deposit_lines_of(folder):
 
 
 def in_input_axes(frame, x):
-    """Written out by hand, independent of `Frame`."""
+    """Return a local place (3,) m in the axes and coordinates of the input, without the code of `Frame`."""
     east, north, up = np.asarray(x) + np.array(frame.origin)
     return [east, north, up] if frame.up == "z" else [east, up, -north]
 

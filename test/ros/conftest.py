@@ -1,4 +1,4 @@
-"""Isolation of the ROS tests: loopback only, a domain and a log folder of their own, message fields checked."""
+"""Fixtures of the ROS tests: discovery on loopback only, one domain per test, a log folder, checked message fields."""
 
 import os
 import signal
@@ -24,23 +24,23 @@ from rpf3d_ros.interface.recorded_topics import EVENT, TOPICS
 from rpf3d_ros.messages.health import healths_of
 
 ENDS_WITHIN = 120.0
-"""Seconds until a node that was interrupted is killed; it ends within two on an idle machine."""
+"""Time (s) after which an interrupted node that still runs is killed; on an idle machine it ends within 2 s."""
 
 KINDS = {name: topic.message_class for name, topic in TOPICS.items()} | {"/clock": Clock}
 PASSING = {name for name, topic in TOPICS.items() if topic.offered == EVENT} | {"/clock"}
-"""Topics that are not latched."""
+"""Names of the topics that are not latched."""
 
 
 @pytest.fixture(scope="session", autouse=True)
 def ros_environment(tmp_path_factory):
-    """Set before any context is initialised; child processes inherit it."""
+    """Set the ROS environment variables before any context is initialised; child processes inherit them."""
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
     os.environ["ROS_LOG_DIR"] = str(tmp_path_factory.mktemp("ros_log"))
 
 
 class Peer:
-    """What stands at the other end of the topics: publishes anything, keeps all that it receives."""
+    """A ROS node that publishes on the topics `publishes` and keeps every message of the topics `subscribes`."""
 
     def __init__(self, publishes=(), subscribes=()):
         self.received = {topic: [] for topic in subscribes}
@@ -63,7 +63,7 @@ class Peer:
         self.health.update({health.name: health for health in healths_of(array)})
 
     def wait(self, condition, what):
-        """Spin until the condition holds and return what it gave."""
+        """Spin until `condition()` is true, return its value; fail after PATIENCE seconds, naming `what`."""
         deadline = time.monotonic() + PATIENCE
         while not (answer := condition()):
             assert time.monotonic() < deadline, f"waited {PATIENCE:g} s for {what}; health: {self.health}"
@@ -71,23 +71,23 @@ class Peer:
         return answer
 
     def wait_for_subscribers(self, count=1):
-        """Spin until everything that is published has this number of subscribers."""
+        """Spin until each topic that this peer publishes has at least `count` subscribers."""
         for topic, publisher in self.publishers.items():
             self.wait(lambda p=publisher: p.get_subscription_count() >= count, f"{count} subscribers of {topic}")
 
     def wait_for_health(self, name, sentence):
-        """Spin until a part of a node says something; its health."""
+        """Spin until the message of the status `name` contains `sentence`; return this status."""
         return self.wait(
             lambda: name in self.health and sentence in self.health[name].message and self.health[name],
             f"{name} to say {sentence!r}",
         )
 
     def send(self, topic, message):
-        """Publish a message, or bytes that claim to be one."""
+        """Publish a message, or bytes in its place, on a topic."""
         self.publishers[topic].publish(message)
 
     def call(self, kind, service, request):
-        """Call a service; its response."""
+        """Call a service of type `kind`; return its response."""
         client = self.node.create_client(kind, service)
         self.wait(client.service_is_ready, f"the service {service}")
         future = client.call_async(request)
@@ -96,14 +96,14 @@ class Peer:
         return future.result()
 
     def close(self):
-        """Leave the domain."""
+        """Destroy the node of this peer and shut down its context."""
         self.executor.shutdown()
         self.node.destroy_node()
         self.context.try_shutdown()
 
 
 class Stage:
-    """A ROS domain of its own, with the processes and peers of a test."""
+    """A ROS domain that no other test uses, with the processes and peers of a test."""
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -112,13 +112,13 @@ class Stage:
         os.environ["ROS_DOMAIN_ID"] = str(domain)
 
     def node(self, module, **parameters):
-        """Start a node as a process."""
+        """Start the node program `module` with parameters; return its process. Its output is in the file MODULE.out."""
         given = [word for name, value in parameters.items() for word in ("-p", f"{name}:={value}")]
         self.processes.append(node_process(module, given, self.folder))
         return self.processes[-1]
 
     def named_node(self, name, module, **parameters):
-        """Start a node as a process, one of several of a module: its output is that of `name/module`."""
+        """Start one of several processes of `module`; `output("name/module")` returns what the process printed."""
         whole, self.folder = self.folder, self.folder / name
         self.folder.mkdir()
         try:
@@ -127,21 +127,21 @@ class Stage:
             self.folder = whole
 
     def peer(self, publishes=(), subscribes=()):
-        """Join as a peer."""
+        """Return a new `Peer` in this domain."""
         self.peers.append(Peer(publishes, subscribes))
         return self.peers[-1]
 
     def live_peer(self, clock=False):
-        """Join as the mine around a live simulator."""
+        """Return a new `LivePeer` in this domain: it plays the mine around a live simulator."""
         self.peers.append(LivePeer(clock))
         return self.peers[-1]
 
     def output(self, module):
-        """What a node has printed."""
+        """Return what a node has printed so far."""
         return (self.folder / f"{module}.out").read_text()
 
     def clear(self):
-        """End everything that was started; their exit codes."""
+        """Close all peers and end all processes; return the exit codes of the processes, the first started first."""
         for peer in self.peers:
             peer.close()
         codes = [_ended(process) for process in self.processes]
@@ -150,7 +150,7 @@ class Stage:
 
 
 def _ended(process):
-    """End a node by SIGINT; its exit code, that of a kill if it takes longer than anything may."""
+    """Send SIGINT to a node and return its exit code; kill the node if it still runs after ENDS_WITHIN seconds."""
     if process.poll() is None:
         process.send_signal(signal.SIGINT)
     try:
@@ -162,7 +162,7 @@ def _ended(process):
 
 @pytest.fixture
 def stage(tmp_path):
-    """A domain for one test."""
+    """Yield a `Stage` for one test."""
     made = Stage(tmp_path)
     yield made
     made.clear()
@@ -170,7 +170,7 @@ def stage(tmp_path):
 
 @pytest.fixture
 def node(stage):
-    """A plain node in the domain of the test, in a context of its own."""
+    """Yield a plain rclpy node in the domain of the test, with a separate context."""
     context = Context()
     context.init()
     made = Node("plain", context=context)
@@ -181,7 +181,7 @@ def node(stage):
 
 @pytest.fixture(scope="module")
 def shared_stage(tmp_path_factory):
-    """A domain for all tests of a module."""
+    """Yield a `Stage` that all tests of a module share."""
     made = Stage(tmp_path_factory.mktemp("stage"))
     yield made
     made.clear()

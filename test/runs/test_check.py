@@ -1,4 +1,4 @@
-"""`rpf3d check` reports what is wrong with a terrain, where the sources are, and what the run will cost."""
+"""Tests that `rpf3d check` reports faults of the terrain, the places of the sources, and the time of the run."""
 
 import dataclasses
 import json
@@ -39,7 +39,7 @@ def checked(folder: Path, text: str):  # type: ignore[no-untyped-def]
 
 
 def shown(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path) -> tuple[int, str, str]:
-    """Exit code, output and complaints of `rpf3d check`, words separated by single blanks."""
+    """Return exit code, output (words separated by single blanks) and error output of `rpf3d check`."""
     monkeypatch.setattr(sys, "argv", ["rpf3d", "check", str(folder / "scene.yaml")])
     code = 0
     try:
@@ -121,7 +121,7 @@ def test_compiling_is_announced_where_nothing_has_been_compiled_before_and_nowhe
     ],
 )
 def test_the_time_to_compile_is_never_left_out(engine: str, compile_s: float, words: str) -> None:
-    """A loop with the same models in the disk cache may have other effects: a run of 0.17 s took 38 s."""
+    """The cached loop may have other effects than the run: a run of 0.17 s may take 38 s with compilation."""
     cost = Cost(rocks=6400, auto=False, engine=engine, fly_s=0.17, compile_s=compile_s, impacts=60.0, pilot=20,
                 unresolved=0)  # fmt: skip
     assert words in _describe_cost(cost)
@@ -204,8 +204,8 @@ def test_a_mesh_with_faults_is_reported_and_still_fit(
     vertices, triangles = grid(5, 6)
     corners = vertices[triangles].copy()
     corners[5] = corners[5, ::-1]  # wound the other way
-    corners = np.delete(corners, 24, axis=0)  # a hole amid the others
-    thread = np.stack([corners[0, 0], corners[0, 1], 0.5 * (corners[0, 0] + corners[0, 1])])[None]  # no area
+    corners = np.delete(corners, 24, axis=0)  # a hole in the middle
+    thread = np.stack([corners[0, 0], corners[0, 1], 0.5 * (corners[0, 0] + corners[0, 1])])[None]  # zero area
     write_binary_stl(folder / "slope.stl", np.concatenate([corners, corners[:1], thread]))
     report = checked(folder, SLOPE + ABOVE)
     faults = dataclasses.asdict(report.faults)
@@ -220,7 +220,7 @@ def test_a_mesh_with_faults_is_reported_and_still_fit(
 def test_a_pilot_that_ends_unresolved_says_which_ground_model_to_name(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
 ) -> None:
-    # Without loss along the ground a rock that has bounced itself out still moves, and `ground: none` cannot slide it.
+    # Without losses along the ground, a rock still moves after its bounces, and `ground: none` has no sliding.
     high, low = [(-50, -50, 20), (-50, 50, 20)], [(50, -50, -20), (50, 50, -20)]
     write_binary_stl(folder / "slope.stl", np.array([[high[0], low[0], low[1]], [high[0], low[1], high[1]]], float))
     above = "  - {name: above, points: [[-40, 0, 18]], rocks: 4}\n"
@@ -356,7 +356,7 @@ f 2 3 4
 
 
 def body_scene(folder: Path, shape: str) -> Path:
-    """Write the slope with one rock of a shape that starts high above it, so the check flies hardly anything."""
+    """Write a scene with one rock of a shape high above the slope, so that the check is short; return its path."""
     text = (
         "terrain: {files: [{path: slope.stl, zone: face}]}\n"
         "materials: {face: {restitution: 0.1, friction: 0.6, rolling_resistance: 0.2}}\n"

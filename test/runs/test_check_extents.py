@@ -1,4 +1,4 @@
-"""`rpf3d check` prints where every input lies before it refuses, and says what looks wrong with coordinates."""
+"""Tests that `rpf3d check` prints the extents of all inputs before a refusal, and hints about coordinates."""
 
 import json
 import shlex
@@ -33,7 +33,7 @@ sources: [{{name: top, points: [{point}], above_ground: 1.0}}]
 def seen(
     folder: Path, terrain: str, point: list[float], more: str = ""
 ) -> tuple[dict[str, str], list[str], str, Check]:
-    """Extents and hints that the check showed, the refusal ("" without), and the report."""
+    """Return the extents (by name) and hints that the check showed, the refusal ("" without), and the report."""
     text = SCENE.format(terrain=terrain, point=point) + more
     (folder / "scene.yaml").write_text(with_models(text))
     scene = read_scene(folder / "scene.yaml")
@@ -57,7 +57,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def area(folder: Path, corners: list[list[float]], **more: object) -> str:
-    """Write an area of interest, and return the lines of the scene that name it."""
+    """Write an area of interest; return the lines of the scene that name it."""
     content = {"type": "Polygon", "coordinates": [[*corners, corners[0]]], **more}
     (folder / "ramp.geojson").write_text(json.dumps(content))
     return "areas_of_interest: [{name: ramp, polygons: ramp.geojson}]\n"
@@ -188,7 +188,7 @@ def test_a_terrain_on_its_side_is_noticed_and_the_axis_that_points_up_is_named(f
 
 @pytest.mark.parametrize("metres", [1.0, 0.3048, 0.001])
 def test_high_terrain_in_any_unit_does_not_lie_on_its_side(metres):
-    """Climax in Colorado has heights of 11,300 ft; a strip of a few metres at 4,500 m has heights of 4.5e6 mm."""
+    """Heights may be larger than the extent in plan, such as at Climax, Colorado (11,300 ft), or in millimetres."""
     low, high = np.array([3000.0, 2000.0, 3500.0]) / metres, np.array([3500.0, 2300.0, 4500.0]) / metres
     extent = Extent("terrain", low, high, Path("pit.dxf"))
     assert not any("swapped" in hint for hint in placing_hints([extent], None, "z"))
@@ -242,7 +242,7 @@ def test_swapped_axes_of_the_terrain_are_noticed(folder):
 
 
 def mirrored(folder: Path, vertices: np.ndarray, triangles: np.ndarray, point: list[float], more: str = "") -> bool:
-    """True if the check of an STL of these vertices notes that the terrain may be mirrored."""
+    """Return True if the check of an STL file of these facets notes that the terrain may be mirrored."""
     write_binary_stl(folder / "pit.stl", vertices[triangles])
     _, hints, refusal, _ = seen(folder, "pit.stl", point, more)
     assert refusal == ""
@@ -317,7 +317,7 @@ def test_a_source_high_in_the_air_is_warned_of(folder):
     ("last", "height", "told"), [(5.2, 0.5, False), (5.2, 60.0, True), (6.2, 0.5, False), (40.0, 0.5, True)]
 )
 def test_a_source_over_the_crest_of_a_high_overhang_is_not_high_in_the_air(folder, last, height, told):
-    """The face leans out by 5 m over 60 m, and straight below the source is its foot.
+    """The face leans out by 5 m over its height of 60 m, so the ground vertically below the source is at its foot.
 
     A line of rocks from the crest to x = `last` (m) is in the air if only one end is near the crest.
     """
@@ -336,7 +336,7 @@ def test_a_source_over_the_crest_of_a_high_overhang_is_not_high_in_the_air(folde
 
 @pytest.mark.parametrize(("up", "told"), [("z", True), ("y", False)])
 def test_a_terrain_of_a_local_grid_with_y_up_is_noticed_by_its_facets(folder, up, told):
-    """A bench in local coordinates, whose heights are in y: read with z up, its level ground is vertical."""
+    """The heights of a bench are in y, so its level ground is vertical if it is read with z up."""
     x, north = np.meshgrid(np.linspace(0.0, 80.0, 41), np.linspace(0.0, 60.0, 31))
     heights = np.interp(x, [30.0, 36.0], [15.0, 0.0])
     points = np.stack([x, heights, -north], axis=-1)
@@ -354,7 +354,7 @@ def test_a_terrain_of_a_local_grid_with_y_up_is_noticed_by_its_facets(folder, up
 
 @pytest.mark.parametrize(("up", "told"), [("", True), ("  up: z\n", False)])
 def test_a_run_trusts_an_axis_that_the_scene_states(folder, up, told):
-    """A scan of a steep wall is right as it is; its owner has seen the note in a check, and stated the axis."""
+    """A scan of a steep wall is correct as it is; a scene that states the axis gets no note."""
     write_binary_stl(folder / "wall.stl", np.array([[[0, 0, 0], [0, 10, 0], [15, 5, 40]]], float))
     scene = SCENE.format(terrain="wall.stl", point=[5.0, 5.0, 13.0]).replace("terrain:\n", f"terrain:\n{up}")
     (folder / "scene.yaml").write_text(with_models(scene))

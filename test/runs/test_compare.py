@@ -1,4 +1,4 @@
-"""Two results side by side: which differences are real, which run is partial, and what is no result."""
+"""Tests of the comparison of two results: significant differences, partial runs, and folders that are not results."""
 
 import json
 
@@ -26,7 +26,10 @@ def place(reached, stopped, rocks, energy=1000.0):
 
 
 def told(rocks=1000, seed=1, digest="a", zones=None, areas=None, planned=None, program="rpf3d"):
-    """A summary with as much as a comparison reads; zones : name -> reached, stopped."""
+    """Return a summary with the values that a comparison reads.
+
+    zones, areas : name -> (rocks that reached it, rocks that stopped); planned : rocks planned if the run is partial
+    """
     zones = {"bench_1": (900, 300)} if zones is None else zones
     return {
         "program": program,
@@ -62,7 +65,7 @@ def test_each_share_stands_beside_the_other_with_the_difference_b_less_a():
 
 
 def test_both_shares_have_the_same_decimals():
-    """Formerly 0.02 % stood next to 0.0 %, which is 0.05 %: 1 of 6,400 and 1 of 2,000 rocks."""
+    """The shares are 1 of 6,400 and 1 of 2,000 rocks; 0.05 % must not be printed as 0.0 % next to 0.02 %."""
     compared = compare_summaries(told(6400, zones={"pit": (1, 0)}), told(2000, zones={"pit": (1, 0)}))
     row = next(row for row in share_rows(compared) if row[1] == "reached")
     assert row[2].startswith("0.02 % (") and row[3].startswith("0.05 % (") and row[4].startswith("+0.03 (")

@@ -1,4 +1,4 @@
-"""The path of the rock that stopped farthest away is always in a result, bit for bit as it flew."""
+"""Tests that each result contains the path of the rock that stopped farthest away, bit for bit as it flew."""
 
 from pathlib import Path
 

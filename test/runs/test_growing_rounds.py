@@ -1,4 +1,4 @@
-"""A run in rounds that grow shows results early, and ends with the bits of a run in one round."""
+"""Tests that a run in growing rounds shows results early and ends with the same bits as a run in one round."""
 
 import json
 from collections.abc import Callable
@@ -56,7 +56,7 @@ def test_rounds_represent_all_rocks(counts: list[int], points: list[int], first:
     (500, 129, 32),
 ])  # fmt: skip
 def test_each_round_visits_the_points_evenly(rocks: int, points: int, sets: int) -> None:
-    """The share of visits to the first part of a line of points is about the share of this part, for each part."""
+    """For each first part of a line of points, its share of the visits is about its share of the points."""
     flown = np.zeros(0, dtype=int)
     for each in growing_rounds([rocks], [points], 16, sets):
         flown = np.concatenate([flown, *(its for (its,) in each.dealt(max(sets, 1)))])
@@ -75,7 +75,7 @@ def test_the_order_of_a_line_begins_with_every_nth_point() -> None:
 
 @pytest.fixture(scope="module")
 def whole() -> Run:
-    """A run of 200 rocks over 64 parameter sets, in one round."""
+    """Return a run of 200 rocks over 64 parameter sets, in one round."""
     return rpf3d.simulate(SCENES / "bench_15m.yaml", rocks=200, engine="reference")
 
 
@@ -108,7 +108,7 @@ def test_the_result_of_a_stopped_run_is_partial(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("scene", ["bench_15m", "demo"])
 def test_a_stop_from_the_start_leaves_a_partial_result(tmp_path: Path, scene: str) -> None:
-    """With unknowns (bench_15m) few rocks of a set fly at once, so a stop is asked for between the sets."""
+    """With unknowns (bench_15m) few rocks of a set fly at the same time, so the run can stop between the sets."""
     chosen = with_choices(rpf3d.read_scene(SCENES / f"{scene}.yaml"), 200, "reference", None)
     run = run_scene(chosen, tmp_path, control=RunControl(stop=lambda: True), recording=False)
     assert 0 < run.totals.rocks < 200 == run.planned
@@ -116,7 +116,7 @@ def test_a_stop_from_the_start_leaves_a_partial_result(tmp_path: Path, scene: st
 
 
 def test_a_stop_between_the_rounds_of_rocks_auto_is_partial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A stop that comes after the last rock of a round has flown: the next round was planned."""
+    """The stop comes after the last rock of a round, but a further round was planned."""
     monkeypatch.setattr(rounds, "FIRST_ROUND", 100)
     scene = with_choices(rpf3d.read_scene(SCENES / "bench_15m.yaml"), 200, "reference", None)
     scene = with_choices(scene, "auto", None, None)

@@ -1,4 +1,4 @@
-"""A rim that hangs over other ground, under which rocks can fly, is reported."""
+"""Tests that a rim that hangs over other ground, below which rocks can fly, is reported."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from rpf3d_core.values import Outcome
 
 
 def heap(rim: float) -> Terrain:
-    """A pyramid of 3 m over a square rim of 6 m, at the height `rim`, over a level floor."""
+    """Return a level floor and above it a pyramid, 3 m high, with a square base of 6 m at the height `rim` (m)."""
     corners = [(-3, -3, rim), (3, -3, rim), (3, 3, rim), (-3, 3, rim), (0, 0, rim + 3.0)]
     return joined(floor(10.0), terrain_of(corners, [(k, (k + 1) % 4, 4) for k in range(4)]))
 
@@ -38,7 +38,7 @@ def test_a_terrain_of_one_sheet_has_no_hanging_rim():
 
 
 def test_a_crest_whose_face_is_missing_hangs_over_the_floor():
-    """Two level benches, 4 m apart in height, without the upright face between them."""
+    """The terrain is two level benches, 4 m apart in height, without the upright face between them."""
     corners = [(x, y, z) for x, z in ((-9, 4), (0, 4), (0, 0), (9, 0)) for y in (0.0, 5.0)]
     benches = terrain_of(corners, [(0, 2, 3), (0, 3, 1), (4, 6, 7), (4, 7, 5)])
     (sentence,) = hanging_rims(benches, engine_over("reference", benches))
@@ -49,7 +49,7 @@ def test_a_crest_whose_face_is_missing_hangs_over_the_floor():
 
 @BOTH
 def test_under_such_a_rim_a_rock_flies_and_hits_the_heap_from_behind(engine):
-    """The smallest case of an audit: a judge who counts all under the heap as ground sees the rock fall through it."""
+    """A check that counts all space below the heap as ground would report this rock as fallen through."""
     flights = fly(engine_over(engine, heap(1.0)), flight(surface(0.9, 0.9), "none"), (-3.2, 0.3, 0.1), (2.0, 0.0, 8.0))
     behind = flights.impacts.normal[:, 2] < 0.0
     assert behind.any() and np.abs(flights.impacts.x[behind, :2]).max() < 3.0

@@ -1,4 +1,4 @@
-"""Predictive intervals hold the misfit of a calibrated model: closed forms, bits, and what the files say."""
+"""Tests that predictive intervals include the misfit of a calibrated model: closed forms, bits, and files."""
 
 import json
 import math
@@ -21,7 +21,7 @@ from rpf3d_core.results.summary import summary
 from rpf3d_core.terrain.facets import facets_of
 
 SPREAD, MISFIT, LIMIT = 6.0, 3.0, 2.0
-"""Standard deviations (m) of the stops and of the error of the model, and distance (m) of the limit from their mean."""
+"""Standard deviations (m) of the stops and of the model's error; distance (m) of the limit from the mean stop."""
 SETS, POINTS = 256, 50
 FLAT = """\
 terrain: {files: [{path: near.stl, zone: near}, {path: far.stl, zone: far}]}
@@ -49,14 +49,14 @@ EDGE = 60.0
 
 
 def plate(folder: Path, name: str, low: float, high: float) -> None:
-    """Write a horizontal rectangle between two places x as two facets."""
+    """Write an STL file with a horizontal rectangle of two facets from x = low to x = high (m)."""
     a, b, c, d = ([low, -EDGE, 0], [high, -EDGE, 0], [high, EDGE, 0], [low, EDGE, 0])
     write_binary_stl(folder / name, np.array([[a, b, c], [a, c, d]], dtype=float))
 
 
 @pytest.fixture(scope="module")
 def flat(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A floor onto which rocks drop at normal quantiles of x, and where they stop at once."""
+    """Return a folder with a floor, an area, and drop points at normal quantiles of x; rocks stop where they land."""
     folder = tmp_path_factory.mktemp("flat")
     plate(folder, "near.stl", -EDGE, LIMIT)
     plate(folder, "far.stl", LIMIT, EDGE)
@@ -74,7 +74,7 @@ def flown(folder: Path, misfit: float) -> Run:
 
 
 def expected(probability: float, misfit: float = MISFIT) -> float:
-    """The share of stops beyond the limit that a normal error of all rocks exceeds with a probability."""
+    """Return the quantile, at a probability, of the share of stops beyond the limit; misfit : common error (sd, m)."""
     return NormalDist().cdf((NormalDist(0.0, misfit).inv_cdf(probability) - LIMIT) / SPREAD)
 
 
@@ -110,7 +110,7 @@ def test_without_a_misfit_the_interval_is_that_of_the_ground_alone(flat: Path, d
 
 
 def test_the_runout_has_the_interval_of_the_length_of_the_error(displaced: dict[str, Any]) -> None:
-    """The rocks stop where they drop, so their runout is the length of a normal displacement (Rayleigh)."""
+    """The rocks stop where they land, so their runout is the length of a normal displacement (Rayleigh)."""
     low, high = displaced["runout_m"]["predictive"]["p50"]
     ends = [MISFIT * math.sqrt(-2.0 * math.log(1.0 - share)) for share in (0.025, 0.975)]
     assert [low, high] == pytest.approx(ends, abs=0.15 * MISFIT)
@@ -123,7 +123,7 @@ def test_a_small_misfit_is_nearly_none(flat: Path) -> None:
 
 
 def test_the_map_shows_where_the_error_may_bring_rocks(flat: Path) -> None:
-    """The rocks drop on the line y = 0. A cell of 1 m there is reached by one of all sets in 95 of 100 cases."""
+    """The rocks drop on the line y = 0; the band of the map is wider because of the misfit."""
     run = flown(flat, MISFIT)
     band, raster = run.maps.reach_band, run.maps.raster
     rows = band.cell // raster.nx

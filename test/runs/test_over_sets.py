@@ -1,4 +1,4 @@
-"""A run over parameter sets counts each set as if it had flown alone, and gives the same bits on any engine."""
+"""Tests that runs over parameter sets count each set as if flown separately, with equal bits in both engines."""
 
 import csv
 import json
@@ -68,7 +68,7 @@ def figures(run: Run) -> Any:
 
 
 def rocks_by_set(run: Run) -> dict[int, list[int]]:
-    """The rows of the deposits that flew with each set."""
+    """Return set -> rows of the deposits of the rocks that flew with the set."""
     found: dict[int, list[int]] = {}
     deposits = run.flights.deposits
     for row, (source, rock) in enumerate(zip(deposits.source.tolist(), deposits.rock.tolist(), strict=True)):
@@ -89,7 +89,7 @@ def test_the_outcomes_and_stops_of_each_set_are_those_of_its_rocks(run: Run) -> 
 
 @pytest.mark.parametrize("number", [0, 17, 39])
 def test_a_set_counts_what_its_scene_alone_would(run: Run, number: int) -> None:
-    """The scene with the values of the set, flown by itself with the same rocks: places, energies and map cells."""
+    """The scene with the values of the set is flown with the same rocks; places, energies and map cells must agree."""
     sets = figures(run)
     alone = prepare(with_values(run.scene, sets.sets.at(number)))
     tallies, deposits = empty_tallies(alone), run.flights.deposits
@@ -125,7 +125,7 @@ def test_sets_add_up_to_the_maps(run: Run) -> None:
 
 
 def facts_of(run: Run) -> str:
-    """The summary without times and the name of the engine."""
+    """Return the summary as JSON, without times and the name of the engine."""
     facts = summary(run)
     for name in ("read_s", "index_s", "wall_s", "compile_s", "fly_s", "rocks_per_s", "engine"):
         facts.pop(name)
@@ -186,14 +186,14 @@ def test_a_rock_flies_again_with_its_own_set(run: Run) -> None:
 
 
 def test_more_rocks_keep_the_set_of_the_first(run: Run) -> None:
-    """The set of a rock does not depend on the number of rocks."""
+    """The parameter set of a rock does not depend on the number of rocks."""
     fewer = rpf3d.simulate(run.scene, rocks=ROCKS // 2, engine="compiled")
     ends = ends_of(run)
     assert all(ends[rock] == x for rock, x in ends_of(fewer).items())
 
 
 def ends_of(run: Run) -> dict[tuple[int, int], list[float]]:
-    """Where each rock of each source ended."""
+    """Return (source, rock) -> place (3,) m at which the rock ended."""
     deposits = run.flights.deposits
     rocks = zip(deposits.source.tolist(), deposits.rock.tolist(), strict=True)
     return dict(zip(rocks, deposits.x.tolist(), strict=True))
@@ -230,7 +230,7 @@ def test_a_result_has_both_intervals_in_all_its_files(run: Run, tmp_path: Path) 
 
 
 def band(path: Path) -> Any:
-    """The first band of a GeoTIFF."""
+    """Return the first band of a GeoTIFF."""
     with rasterio.open(path) as file:
         return file.read(1)
 
@@ -250,7 +250,7 @@ def test_a_sample_keeps_its_rows_together_in_proportion_to_their_weights(folder:
 
 @pytest.mark.long
 def test_the_books_leave_open_whether_the_berm_of_one_bench_holds() -> None:
-    """Every share from 39 to 99 % is possible at single values of books, so it must lie in the predictive interval."""
+    """Single book values give shares from 39 to 99 %, so the predictive interval must contain these."""
     scene = read_scene(Path(__file__).parents[2] / "config" / "scenes" / "bench_15m.yaml")
     low, high = summary(rpf3d.simulate(scene))["benches"]["berm"]["retained"]["predictive"]
     assert low <= 0.39 and high >= 0.99
@@ -265,7 +265,7 @@ def test_the_books_leave_open_whether_the_berm_of_one_bench_holds() -> None:
 def test_a_stopped_run_of_many_rocks_has_flown_rocks_of_all_sets(
     folder: Path, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A run in laps of 6 rocks for each set, stopped in its third lap, and not stopped."""
+    """A run in laps of 6 rocks per set that is stopped in its third lap is compared with the complete run."""
     monkeypatch.setattr(over_sets, "LAP", 6)
     flown: list[int] = []
 
@@ -275,7 +275,7 @@ def test_a_stopped_run_of_many_rocks_has_flown_rocks_of_all_sets(
 
     def stopped() -> bool:
         flown.append(1)
-        return len(flown) > 2.5 * 2 * SETS  # asked before each set and before its batch
+        return len(flown) > 2.5 * 2 * SETS  # called before each set and before its batch
 
     part = flies(RunControl(stop=stopped))
     assert "parameter sets with 12 to 19 rocks each" in " ".join(doubts_of_run(part))
@@ -302,7 +302,7 @@ def test_laps_grow_up_to_a_bound_and_hold_each_rock_once(each: AnyRound) -> None
 
 @pytest.mark.parametrize("rocks", [20_000, 60_000, 300_000])
 def test_sets_have_about_the_same_number_of_rocks_wherever_a_run_is_stopped(rocks: int) -> None:
-    """A set that is ahead by a lap has more weight in the figures of all sets: 2:1 in lap 2, then 1.5 to 1.25."""
+    """A set that is one lap ahead has more weight in the figures: at most 2:1 in lap 2, less in later laps."""
     sets, flown, ratios = 8, np.zeros(8), []
     for lap in Round([0, 0], [rocks, rocks // 3]).laps(over_sets.LAP * sets, over_sets.MOST_IN_LAP):
         for number, dealt in enumerate(lap.dealt(sets)):

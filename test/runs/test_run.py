@@ -1,4 +1,4 @@
-"""From a scene to a result in Python: choices, rocks dealt to sources, materials by zone, and what is refused."""
+"""Tests of runs in Python: choices, distribution of rocks among sources, materials by zone, refusals."""
 
 import json
 import math
@@ -32,7 +32,7 @@ rebound: constant
 ground: none
 """
 ROUNDING = 1e-12
-"""Relative; a handful of operations in double precision."""
+"""Largest relative rounding error of a few operations."""
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""One scene in parts and many scenes at once, through threads, processes and a Dask cluster: always the same bits."""
+"""Tests that scenes flown in parts by threads, processes or a Dask cluster always give the same bits."""
 
 import json
 import multiprocessing
@@ -39,7 +39,7 @@ def arrays(maps):
 
 
 def assert_same_bits(run, other):
-    """Maps, totals and distributions of two runs are equal to the last bit."""
+    """Assert that maps, totals and distributions of two runs are equal to the last bit."""
     for (name, one), (_, two) in zip(arrays(run.maps), arrays(other.maps), strict=True):
         assert np.array_equal(one, two, equal_nan=True), name
     assert run.maps.flown == other.maps.flown == run.totals.rocks > 0
@@ -203,7 +203,7 @@ def test_a_study_leaves_a_result_folder_for_each_run_where_it_is_given_one(scene
 
 def test_a_study_tells_of_each_run_as_it_finishes_and_not_in_order(scene):
     class Backwards(ThreadPoolExecutor):
-        """Runs what was submitted last when it is asked for results: only then does the first finish."""
+        """Only keeps the submitted tasks in `waiting`; the test runs them in reverse order."""
 
         def submit(self, work, /, *arguments):
             future = Future()
@@ -223,7 +223,7 @@ def test_a_study_tells_of_each_run_as_it_finishes_and_not_in_order(scene):
 
 def test_leaving_a_study_cancels_what_has_not_begun(scene):
     class Never(ThreadPoolExecutor):
-        """Finishes the first and begins none of the others."""
+        """Runs the first task and never starts another."""
 
         def submit(self, work, /, *arguments):
             futures.append(Future())

@@ -1,4 +1,4 @@
-"""The thesis' studies: their scenes differ in one thing only, and their verdicts say what intervals say."""
+"""Tests of the thesis' studies: their scenes differ in one respect only, and their verdicts follow the intervals."""
 
 import json
 from pathlib import Path
@@ -25,7 +25,7 @@ from rpf3d_core.scene.zone_materials import material_of
 from rpf3d_core.terrain.pit.synthetic import Pit
 
 UNITS = {0: (0.5, 0.8), 1: (0.6, 0.8), 2: (0.5, 0.8), 3: (0.4, 0.7), 4: (0.5, 0.8), 5: (0.5, 0.8), 6: (0.25, 0.4)}
-"""Table 5-3 of the thesis: R_n and R_t."""
+"""Unit -> (R_n, R_t), from table 5-3 of the thesis."""
 
 
 def scenes():
@@ -33,7 +33,7 @@ def scenes():
 
 
 def difference(one, other):
-    """Keys of two scenes that differ."""
+    """Return the keys in which two scenes differ."""
     a, b = (scene.model_dump(exclude={"path"}) for scene in (one, other))
     return {key for key in a if a[key] != b[key]}
 
@@ -115,7 +115,7 @@ def test_none_of_the_thesis_differences_stands_out_from_chance_by_itself(study):
 
 @pytest.fixture(scope="module")
 def small_study(tmp_path_factory):
-    """The localised study on a small pit, flown: the study's folder and its runs."""
+    """Yield the folder, the report and the runs of the localised study, flown on a small pit."""
     folder = tmp_path_factory.mktemp("study")
     files = [
         scene_file(folder, f"study_{name}.yaml", R_n, R_t, spills=60)

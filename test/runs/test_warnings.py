@@ -1,4 +1,4 @@
-"""What `rpf3d run` and `rpf3d check` say of a scene whose rocks would roll, or float, without an end."""
+"""Tests of the warnings about scenes whose rocks would roll or float without end."""
 
 from pathlib import Path
 

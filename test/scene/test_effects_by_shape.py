@@ -1,4 +1,4 @@
-"""The table of effects by shape, cell by cell: the effect changes the flights of the rocks, or is refused by name."""
+"""Tests of each cell of the table of effects by shape: the effect changes the flights or is refused by name."""
 
 import sys
 from pathlib import Path
@@ -31,7 +31,7 @@ SLOPE = "v 0 -40 40\nv 60 -40 0\nv 60 40 0\nv 0 40 40\nf 1 2 3\nf 1 3 4\n"
 
 
 def flown(folder: Path, shape: str, effect: str = ""):
-    """Return places of stops and impacts of a few rocks of a shape, with or without an effect."""
+    """Return the places (N, 3) m of the ends and of the impacts of a few rocks of a shape. effect : "" for none"""
     kind, material = SHAPES[shape]
     named = f"effects: {{{effect}: {EXAMPLES[effect]}}}\n" if effect else ""
     (folder / "slope.obj").write_text(SLOPE)

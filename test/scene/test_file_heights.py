@@ -1,4 +1,4 @@
-"""Heights in a file of a source are compared with the ground, although `above_ground` replaces them."""
+"""Tests that heights in a source file are compared with the ground even if `above_ground` replaces them."""
 
 import json
 from collections.abc import Callable

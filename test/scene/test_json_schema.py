@@ -1,4 +1,4 @@
-"""The JSON Schema of scene files: every scene is valid, and a scene whose structure rpf3d refuses is not."""
+"""Tests of the JSON Schema of scene files: scenes are valid, scenes with a refused structure are not."""
 
 import json
 from collections.abc import Iterator
@@ -27,7 +27,7 @@ SCENES = [
 SCHEMA = scene_schema()
 VALID = Draft202012Validator(SCHEMA)
 BEYOND = {("rock", "shape"), ("observed", "sections", "west", 0)}
-"""Where a mutated scene is refused for values of several sections or numbers, which no JSON Schema compares."""
+"""Places where a mutated scene is refused because values contradict one another, which no JSON Schema can check."""
 WRONG: tuple[Any, ...] = ("wrong", 7.5, [], {}, None, {"zzz": 1})
 
 Path_ = tuple[str | int, ...]
@@ -55,7 +55,7 @@ def places(values: Any, path: Path_ = ()) -> Iterator[Path_]:
 
 
 def mutants(values: Any) -> Iterator[tuple[Path_, Any]]:
-    """Yield the scene with a key more, a key less, or a value of another type, for each place of the scene."""
+    """Yield (place, scene) for each place, with one more key, one key less, or a value of another type there."""
     for path in places(values):
         if isinstance(at(values, path), dict):
             changed = deepcopy(values)

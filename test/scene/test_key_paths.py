@@ -1,4 +1,4 @@
-"""Values of a scene are replaced by key paths, with the checks of a scene file."""
+"""Tests that values of a scene can be replaced by key paths, with the checks of a scene file."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Keys are named in words with their units on the axes of pictures."""
+"""Tests of the words and units for keys on the axes of pictures."""
 
 import re
 from collections.abc import Iterator
@@ -13,11 +13,11 @@ SYMBOLS = {
     *("-", "1", "m", "m2", "m3", "cm", "mm", "km", "ha", "s", "s2", "h", "kg", "g", "t"),
     *("J", "kJ", "N", "kN", "Pa", "kPa", "MPa", "degrees", "rad"),
 }
-"""Symbols of units, of which a unit consists."""
+"""Symbols of which units are composed."""
 
 
 def descriptions(part: Any) -> Iterator[str]:
-    """All descriptions of a schema."""
+    """Yield all descriptions of a schema or of a part of it."""
     if isinstance(part, dict) and isinstance(part.get("description"), str):
         yield part["description"]
     for below in part.values() if isinstance(part, dict) else part if isinstance(part, list) else ():

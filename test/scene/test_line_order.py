@@ -1,4 +1,4 @@
-"""A line whose points are not in their order along the crest is noticed; crests that bend are not."""
+"""Tests that a line whose points are not in order along the crest is reported, and a crest that bends is not."""
 
 import json
 from pathlib import Path
@@ -45,7 +45,7 @@ def test_points_out_of_order_are_noticed(name: str) -> None:
 
 @pytest.mark.parametrize("name", [name for name in CRESTS if name != "nose"])
 def test_two_points_that_changed_places_are_noticed(name: str) -> None:
-    """Not on a narrow nose, where the nearest point may be on the other side."""
+    """A narrow nose is an exception, because the nearest point may be on its other side."""
     line = CRESTS[name]
     swapped = line.copy()
     swapped[[10, 13]] = line[[13, 10]]
@@ -66,7 +66,7 @@ def test_the_warning_names_the_source_the_point_and_the_lengths(tmp_path: Path) 
 
 
 def test_each_line_of_a_file_is_judged_alone(tmp_path: Path) -> None:
-    """From the end of one line to the begin of the next one, no rock starts, and the line may turn back there."""
+    """No rock starts between the end of one line and the start of the next, so their directions may differ."""
     lines = [[[x, 0] for x in range(0, 60, 10)], [[x, 3] for x in range(0, 60, 10)]]
     mixed = [lines[0], [lines[1][i] for i in (0, 3, 1, 2, 5)]]
     for name, written in (("both.geojson", lines), ("mixed.geojson", mixed)):

@@ -1,4 +1,4 @@
-""""Did you mean" offers the key of the same meaning, also where its letters are others."""
+"""Tests that "did you mean" offers the key of the same meaning even if it is spelled quite differently."""
 
 from pathlib import Path
 

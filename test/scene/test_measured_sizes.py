@@ -1,4 +1,4 @@
-"""Sizes of rocks may be a measured list, in the scene or in a file with one number on each line."""
+"""Tests of measured sizes of rocks, as a list in the scene or as a file with one number per line."""
 
 from pathlib import Path
 
@@ -145,7 +145,7 @@ def test_a_unit_of_another_quantity_is_refused_by_its_place(tmp_path: Path, size
      ("diameter", "block_l", "l"), ("volume", "mass, t", "t"), ("diameter", "t", "t")],
 )  # fmt: skip
 def test_a_unit_of_another_quantity_is_refused(tmp_path: Path, measure: str, header: str, unit: str) -> None:
-    """An end of a name that may be no unit, too: 2 t must not be read as 2 m. The message says how to rename it."""
+    """2 t must not be read as 2 m; if the end of a column name may not be a unit, the message says how to rename it."""
     (tmp_path / "blocks.csv").write_text(f'number;"{header}"\n1;2\n')
     with pytest.raises(InputError, match=f"`rock.{measure}` has sizes in {unit}, by the name of the column") as caught:
         read_scene(written(tmp_path, f'{measure}: {{measured: blocks.csv, column: "{header}"}}'))
@@ -259,7 +259,7 @@ def test_german_names_of_columns_state_their_quantity(tmp_path: Path, measure: s
 def test_a_unit_that_the_name_of_a_column_may_not_mean_is_warned_of(
     tmp_path: Path, measure: str, header: str, doubt: str | None
 ) -> None:
-    """The t of `mass_t` may mean tonnes or total; a run that converts says so, and not only a check."""
+    """The t of `mass_t` may mean tonnes or total; not only a check, but also a run reports the conversion."""
     (tmp_path / "blocks.csv").write_text(f"{header}\n1\n2\n")
     scene = read_scene(written(tmp_path, f"{measure}: {{measured: blocks.csv}}"))
     found = [told for told in warnings_of(scene) if "the name of the column" in told]
@@ -270,7 +270,7 @@ def test_a_unit_that_the_name_of_a_column_may_not_mean_is_warned_of(
 
 @pytest.mark.parametrize("content", [None, "mass (kg)\n900\n"])
 def test_a_file_of_sizes_may_be_removed_or_edited_after_the_flight(tmp_path: Path, content: str | None) -> None:
-    """The warnings of a run are of the file that was flown."""
+    """The warnings of a run refer to the file as it was during the run."""
     sizes = tmp_path / "blocks.csv"
     sizes.write_text("mass_t\n0.4\n0.9\n")
     run = rpf3d.simulate(written(tmp_path, "mass: {measured: blocks.csv}"), rocks=20, engine="reference")

@@ -1,4 +1,4 @@
-"""A scene file is read into frozen values, or refused with one sentence for each fault."""
+"""Tests that a scene file is read into immutable values, or refused with one sentence per fault."""
 
 from pathlib import Path
 
@@ -29,7 +29,7 @@ sources:
   - {name: crest, points: [[0, 0, 1]]}
 """
 NEXT_LINE = SMALL.count("\n") + 1
-"""The line of what a test adds to SMALL."""
+"""Number of the line that a test adds after SMALL."""
 
 
 A_SHARE = "a number from 0 to 1 (-),"
@@ -56,7 +56,7 @@ def read(folder: Path, text: str) -> Scene:
 
 
 def refusal(folder: Path, text: str) -> list[str]:
-    """The lines of the error that a scene text gives, without the file's own path."""
+    """Return the lines of the error that a scene text causes, without the folder of the file."""
     with pytest.raises(SceneError) as caught:
         read(folder, text)
     return str(caught.value).replace(f"{folder / 'scene.yaml'}", "scene.yaml").splitlines()

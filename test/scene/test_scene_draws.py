@@ -1,4 +1,4 @@
-"""A number of a scene may be a distribution; one that makes no sense is refused by key, line and what is right."""
+"""Tests of distributions in place of numbers; a wrong one is refused with key, line, and what would be right."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What a scene may say of its effects: read with their units, refused by key where it makes no sense, and built."""
+"""Tests of effects in a scene: read with units, refused by key if wrong, and built for the simulation."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from rpf3d_core.setup.prepared import prepare
 
 
 def effects_of(folder: Path, written: str) -> list:
-    """The effects of a scene, as kernels take them."""
+    """Return the effects of a scene as the kernels use them; written : YAML of the key `effects`."""
     scene = read_scene(scene_file(folder, more=f"effects: {written}"))
     return links_of(prepare(scene).flight.models.effects)
 
@@ -63,7 +63,7 @@ def test_drag_is_built_with_the_gravity_of_the_scene(tmp_path):
 
 
 def test_a_forest_stands_in_its_polygons_or_everywhere(tmp_path):
-    """The pit's centre is the origin; `east.geojson` is its half of x > 0."""
+    """The centre of the pit is the origin of the input; `east.geojson` is the half with x > 0."""
     (everywhere,) = effects_of(tmp_path, "{drag_layer: {coefficient: 500}}")
     (east,) = effects_of(tmp_path, "{drag_layer: {coefficient: 500, height: 12, polygons: east.geojson}}")
     origin = prepare(read_scene(scene_file(tmp_path))).terrain.frame.points_to_local(np.zeros((1, 3)))[0]

@@ -1,4 +1,4 @@
-"""The scene's key `hazard` takes what is right and refuses the rest in a sentence."""
+"""Tests that the scene's key `hazard` accepts valid values and refuses others with a sentence."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The scene's keys for barriers and trees: what is put on the terrain, and what is refused, naming the key."""
+"""Tests of the scene's keys for barriers and trees: obstacles on the terrain, and refusals that name the key."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Rebound models and roughness in scene files: what is taken, and what is refused with the key named."""
+"""Tests of rebound models and roughness in scene files: accepted values, and refusals that name the key."""
 
 import math
 from pathlib import Path
@@ -21,7 +21,7 @@ NINE = ", ".join(["0"] * 9)
 ZEROS = f"[{', '.join(['[' + NINE + ']'] * 9)}]"
 EYE = "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"
 ANY_TERRAIN: Any = None
-"""None of these models looks at it."""
+"""Placeholder: the models of these tests do not use the terrain."""
 
 
 def scene_with(folder: Path, text: str):

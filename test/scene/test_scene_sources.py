@@ -1,4 +1,4 @@
-"""Sources of a scene over a terrain: polygons, zones and directions in the input's axes, and what is refused."""
+"""Tests of sources over a terrain: polygons, zones, directions in the input's axes, and refusals."""
 
 import json
 import math
@@ -22,12 +22,12 @@ sources:
   - {{name: area, rocks: 500, {source}}}
 """
 ON_THE_GROUND = 1e-9
-"""m; places are computed from corners of tens of metres."""
+"""Largest error (m) of places that are computed from coordinates of tens of metres."""
 STEEP = math.degrees(math.atan(2.0))
 
 
 def write_terrain(folder: Path, up: str) -> None:
-    """A level berm, x from -10 to 10, and next to it, x from 10 to 15, a face that falls by 2 m a metre."""
+    """Write a level berm, x from -10 to 10 m, and a face that falls by 2 m per metre, x from 10 to 15 m, as STL."""
     flat = np.array([[-10, -8, 0], [10, -8, 0], [10, 8, 0], [-10, 8, 0]], dtype=float)
     face = np.array([[10, -8, 0], [15, -8, -10], [15, 8, -10], [10, 8, 0]], dtype=float)
     for name, corners in (("flat", flat), ("face", face)):
@@ -48,7 +48,7 @@ def refusal(folder: Path, source: str) -> str:
 
 
 def released(run: rpf3d.Run) -> np.ndarray:
-    """Where the area's rocks start, in the input's coordinates."""
+    """Return the release points (N, 3) m of the second source's rocks, in the input's coordinates."""
     deposits = run.flights.deposits
     return run.terrain.frame.points_to_input(deposits.release[deposits.source == 1])
 

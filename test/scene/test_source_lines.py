@@ -1,4 +1,4 @@
-"""Closed lines of sources, and lines on several layers of a DXF file, are warned of: rocks start along all of them."""
+"""Tests of warnings about closed source lines and lines on several DXF layers: rocks start along all of them."""
 
 import json
 from pathlib import Path
@@ -32,7 +32,7 @@ def warned(folder: Path, line: object, up: str = "z") -> list[str]:
 
 
 def dxf(*lines: tuple[str, bool, list[list[float]]]) -> str:
-    """Return a DXF with LWPOLYLINE: the layer of each, whether it is closed, and its points (P, 2) m."""
+    """Return a DXF text with one LWPOLYLINE for each (layer, whether it is closed, points (P, 2) m)."""
     rows = ["0", "SECTION", "2", "ENTITIES"]
     for layer, is_closed, points in lines:
         rows += ["0", "LWPOLYLINE", "8", layer, "90", str(len(points)), "70", str(int(is_closed))]

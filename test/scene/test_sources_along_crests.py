@@ -1,4 +1,4 @@
-"""Sources along lines of a file, and sources with points in plan, which start above the ground."""
+"""Tests of sources along lines of a file, and of sources with points in plan, above the ground."""
 
 import json
 from pathlib import Path
@@ -19,7 +19,7 @@ sources: [{{name: crest, rocks: {rocks}, {source}}}]
 outputs: {{pictures: false, recording: false}}
 """
 LINES = [[[0.0, 0.0], [0.0, 6.0]], [[10.0, 8.0], [10.0, 10.0]]]
-"""Two lines of 6 and 2 m, 10 m from each other."""
+"""Two lines, 6 and 2 m long and 10 m apart."""
 
 
 def slope(x: np.ndarray) -> np.ndarray:
@@ -27,7 +27,7 @@ def slope(x: np.ndarray) -> np.ndarray:
 
 
 def write(folder: Path, source: str, up: str = "z", rocks: int = 400) -> Path:
-    """Write a scene over ground that rises by 0.5 m a metre of x, with a file of two lines."""
+    """Write a scene over a slope in x, with a file of two lines; return its path."""
     corners = np.array([[x, y, slope(x)] for x, y in ((-50, -50), (50, -50), (50, 50), (-50, 50))], dtype=float)
     turned = corners if up == "z" else np.stack([corners[:, 0], corners[:, 2], -corners[:, 1]], axis=1)
     write_binary_stl(folder / "slope.stl", turned[[[0, 1, 2], [0, 2, 3]]])

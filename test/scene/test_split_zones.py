@@ -1,4 +1,4 @@
-"""A layer with all berms of a wall is several benches: it is noted, and split from the top if the scene asks for it."""
+"""Tests that a layer with all berms of a wall causes a note, and is split from the top if the scene asks for it."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -26,14 +26,14 @@ rock: {{density: 2500, diameter: 0.8}}
 sources: [{{name: top, points: [[-0.5, 15, 31]], rocks: 40, velocity: [3, 0, 0]}}]
 """
 PROFILE = [(-10, 30, "BERMS"), (0, 30, "FACES"), (4, 18, "BERMS"), (9, 18, "FACES"), (14, 0, "BERMS"), (30, 0, "")]
-"""Corners (m) of the wall's profile, and the layer of the ground that follows each."""
+"""Corners (x, z) in m of the wall's profile, each with the layer of the ground after it."""
 BENCHES = {"BERMS_1": 30.0, "BERMS_2": 18.0, "BERMS_3": 0.0}
 LENGTH = 30.0
 MATERIALS = "default: {normal_restitution: 0.4, tangential_restitution: 0.8}"
 
 
 def wall(folder: Path, gap: bool = False, faces: str = "FACES") -> Path:
-    """Write the wall as DXF; with a gap, the middle berm is two surfaces at one height; faces : their layer."""
+    """Write the wall as DXF and return the file. gap : whether the middle berm is in two parts; faces : their layer"""
     quads = []
     for (x, z, layer), (x2, z2, _) in pairwise(PROFILE):
         for y in np.arange(0.0, LENGTH, 5.0):

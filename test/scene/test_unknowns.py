@@ -1,4 +1,4 @@
-"""Unknown values of a scene, and materials from the library."""
+"""Tests of unknown values of a scene, and of materials from the library."""
 
 from pathlib import Path
 
@@ -184,7 +184,7 @@ def of_library(folder: Path, entry: str, more: str = "", rock: str = "diameter: 
     ("rock", "entry", "ranges"),
     [
         ("diameter: 1", "hoek_bedrock", {"friction_angle_deg": (10, 45)}),
-        ("diameter: 1", "pit_talus", {"friction_angle_deg": (25, 45)}),  # of the entry's source
+        ("diameter: 1", "pit_talus", {"friction_angle_deg": (25, 45)}),  # from the source of the entry
         ("shape: sphere", "hoek_bedrock", {"friction_angle_deg": (10, 45), "rolling_friction": (0.27, 0.88)}),
         ("shape: sphere", "stone_schist", {"friction_angle_deg": (10, 45), "rolling_friction": (0.315, 0.385)}),
         ("shape: {box: [1, 1, 0.5]}", "ramms_hard", {"rolling_resistance": (0, 0.4)}),

@@ -1,4 +1,4 @@
-"""A name of a scene that fits no zone is compared with the zones, as drawings name them."""
+"""Tests that a name in a scene that matches no zone is compared with similar zone names of drawings."""
 
 import pytest
 

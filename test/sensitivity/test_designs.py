@@ -1,4 +1,4 @@
-"""Morris' and Sobol's estimators against functions whose effects and indices are known in closed form."""
+"""Tests of the estimators of Morris and Sobol, on functions with known effects and indices."""
 
 import numpy as np
 
@@ -40,7 +40,7 @@ def test_no_effect_is_larger_than_the_range_of_the_result() -> None:
 
 
 def ishigami(u: np.ndarray) -> np.ndarray:
-    """Ishigami & Homma 1990, with a = 7 and b = 0.1; u in the unit cube."""
+    """Return the function of Ishigami & Homma 1990 with a = 7 and b = 0.1; u : (..., 3), in the unit cube."""
     x = np.pi * (2.0 * u - 1.0)
     return np.sin(x[..., 0]) + 7.0 * np.sin(x[..., 1]) ** 2 + 0.1 * x[..., 2] ** 4 * np.sin(x[..., 0])
 

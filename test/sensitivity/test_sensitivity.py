@@ -1,4 +1,4 @@
-"""The sensitivity of a scene: the unknown that decides a fall in closed form, and the command."""
+"""Tests of the sensitivity of a scene: the unknown that determines a known fall, and the command."""
 
 import json
 from pathlib import Path

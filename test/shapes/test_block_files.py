@@ -1,4 +1,4 @@
-"""Files of scanned blocks: cubes with known faults, all formats, and the four blocks of the Authume quarry."""
+"""Tests of files of scanned blocks: cubes with known faults, all formats, and four blocks of the Authume quarry."""
 
 from itertools import product
 
@@ -16,7 +16,7 @@ BLOCKS = SHARED_DATA / "authume" / "blocks"
 CORNERS = np.array(list(product((0.0, 1.0), repeat=3)))
 QUADS = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 TRIANGLES = np.array([t for a, b, c, d in QUADS for t in ((a, b, c), (a, c, d))])
-"""A cube of 1 m, anticlockwise from outside."""
+"""Triangles of a cube of 1 m, anticlockwise from outside."""
 CUBE = CORNERS[TRIANGLES]
 
 

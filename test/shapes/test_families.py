@@ -1,4 +1,4 @@
-"""Boxes, ideal bodies, norm blocks and balls against closed forms, and norm blocks against their published lengths."""
+"""Tests of boxes, ideal bodies, norm blocks and balls: closed forms, and published lengths of norm blocks."""
 
 import math
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""Convex polyhedra against closed forms, Delaunay's tetrahedra, and the symmetries that every body obeys."""
+"""Tests of convex polyhedra: closed forms, Delaunay tetrahedra, and symmetries."""
 
 import math
 from fractions import Fraction
@@ -15,14 +15,14 @@ from rpf3d_core.shapes.polyhedron import _outline, _without_edge_points, hull_vo
 SIGNS = np.array(list(product((-1.0, 1.0), repeat=3)))
 CUBE = 0.5 * SIGNS
 TETRAHEDRON = SIGNS[SIGNS.prod(axis=1) > 0.0]
-"""Regular, edge 2 sqrt(2)."""
+"""Corners of a regular tetrahedron with the edge 2 sqrt(2)."""
 OCTAHEDRON = np.concatenate([np.eye(3), -np.eye(3)])
-"""Regular, edge sqrt(2)."""
+"""Corners of a regular octahedron with the edge sqrt(2)."""
 EXACT = 1e-12
 
 
 def cloud(seed, count=40):
-    """Points on an irregular body, all of them corners of the hull."""
+    """Return points (count, 3) on an ellipsoid; all are corners of their hull."""
     rng = np.random.default_rng(seed)
     points = rng.normal(size=(count, 3))
     return points / np.linalg.norm(points, axis=1)[:, None] * (1.7, 1.0, 0.6) + (0.3, -0.2, 0.1)

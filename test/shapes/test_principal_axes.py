@@ -1,4 +1,4 @@
-"""Principal moments and axes against mpmath with 50 digits."""
+"""Tests of principal moments and axes, against mpmath with 50 digits."""
 
 import mpmath
 import numpy as np

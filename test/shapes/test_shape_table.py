@@ -1,4 +1,4 @@
-"""The table of shapes that compiled code reads: its layout, its scale, and what a compiled loop computes from it."""
+"""Tests of the table of shapes for compiled code: its layout, its scale, and values computed by a compiled loop."""
 
 import math
 from typing import Any
@@ -19,7 +19,7 @@ SPHERE = 4.0 / 3.0 * math.pi
 
 @loop
 def read_back(table: ShapeTable, volumes: Any, gaps: Any) -> None:
-    """Write each shape's volume, from pyramids over its faces, and the largest height of a corner over a face (K,)."""
+    """Write each shape's volume (K,), from pyramids over faces, and the largest height (K,) of a corner over a face."""
     for k in range(len(table.radius)):
         volumes[k], gaps[k] = 0.0, -1.0
         for face in range(table.face_first[k], table.face_first[k + 1]):

@@ -1,4 +1,4 @@
-"""`rpf3d sweep` prints both tables, goes on after Ctrl-C, and refuses what it does not know in one sentence."""
+"""Tests that `rpf3d sweep` prints both tables, can continue after Ctrl-C, and refuses bad input in one sentence."""
 
 import signal
 import subprocess
@@ -15,7 +15,7 @@ sources: [{name: top, crest: 1, above_ground: 0.5, rocks: 40, velocity: [2, 0, 0
 engine: reference
 """
 PATIENCE = 600.0
-"""Seconds for a sweep that takes some on an idle machine."""
+"""Longest time (s) of a sweep, which takes some seconds on an idle machine."""
 ANGLES = "terrain.benches.face_angle_deg=60,75,90"
 
 

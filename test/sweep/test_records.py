@@ -1,4 +1,4 @@
-"""A record stands for a cell only with its result and the same versions; a killed worker is reported with the cell."""
+"""Tests that a record is reused only with its result and the same versions; reports of killed workers name the cell."""
 
 import json
 import os
@@ -63,7 +63,7 @@ def test_a_file_that_changes_during_the_flight_leaves_no_record(scene: Path, mon
 
 
 class Killed(Here):
-    """Flies some cells, and then breaks like a pool whose worker was killed: in each further future, or at once."""
+    """Flies `whole` cells, then fails like a pool with a killed worker: in each further future, or at submission."""
 
     def __init__(self, whole: int, at_once: bool) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""Cells have the numbers of rocks that a scene file with their values has; numbers without effect are refused."""
+"""Tests that cells have as many rocks as a scene file with their values; numbers without effect are refused."""
 
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,7 @@ def cells(folder: Path, text: str, varied: dict[str, tuple[Any, ...]], rocks: Ro
 
 
 def digest(folder: Path, text: str, rocks: Rocks = None) -> str:
-    """Return the digest of a scene file that does not write the outputs that cells leave out."""
+    """Return the digest of a scene file without the outputs that cells of a sweep omit."""
     plain = f"{text}outputs: {{pictures: false, recording: false, impacts: false}}\n"
     return scene_digest(with_choices(read_scene(written(folder, plain)), rocks, None, None))
 

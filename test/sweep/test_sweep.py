@@ -1,4 +1,4 @@
-"""A sweep flies each combination of values once, like a run of the scene with these values, and keeps what it found."""
+"""Tests that a sweep flies each combination of values once, like a run with these values, and stores the result."""
 
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
@@ -138,7 +138,7 @@ def test_the_picture_has_a_curve_for_each_combination_of_the_other_keys(scene: P
     assert [panel.title for panel in panels[-3:]] == ["runout p95", "energy p95", "height p95"]
     for panel in panels:
         assert [curve.name for curve in panel.curves] == ["face angle 70 degrees", "face angle 90 degrees"]
-        assert all(set(curve.at) <= {3, 6} for curve in panel.curves)  # a share of no rocks is no point
+        assert all(set(curve.at) <= {3, 6} for curve in panel.curves)  # a share of zero rocks is not drawn
     assert all(list(curve.at) == [3, 6] for curve in panels[-1].curves)
     energy = figure_of(found.records[3], "energy_p95")
     assert energy is not None

@@ -1,4 +1,4 @@
-"""The tables and curves of a sweep say of each interval whether it holds the unknowns of the scene."""
+"""Tests that tables and curves of a sweep state whether each interval includes the scene's unknowns."""
 
 import re
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ def rows_of(found: Sweep, place: str) -> list[tuple[str, ...]]:
 
 
 FAR_FENCE = FENCE.replace("[[14, -40], [14, 40]]", "[[20, -40], [20, 40]]").replace("5000", "0")
-"""A fence that holds nothing, to which few parameter sets send a rock."""
+"""A fence without capacity, which rocks of only few parameter sets reach."""
 
 
 def test_a_fence_that_few_sets_reach_is_not_under_the_predictive_note(folder: Path) -> None:
@@ -59,7 +59,7 @@ def test_a_fence_that_all_sets_reach_has_both_intervals(folder: Path) -> None:
 
 
 def test_the_note_names_only_intervals_that_stand_in_the_tables(folder: Path) -> None:
-    (folder / "road.geojson").write_text(road(6.0, 60.0))  # every set sends rocks there
+    (folder / "road.geojson").write_text(road(6.0, 60.0))  # rocks of all sets reach it
     found = sweep(written(folder, UNKNOWN.replace("rocks: 60", "rocks: 400")), {BERM: (4,)}, folder / "out", Here())
     note, texts = notes_of(found.cells, found.records)[0], [*rows_of(found, "berm_1")[0], *rows_of(found, "floor")[0]]
     assert any(figure.interval == SAMPLING for figure in found.records[0].figures), "an energy of too few rocks"
@@ -84,7 +84,10 @@ def test_too_few_parameter_sets_for_any_predictive_interval_do_not_mean_no_unkno
 
 
 def band_of(intervals: Sequence[str], found: Sweep) -> tuple[bool, list[float | None]]:
-    """Return whether the band of the curve of runouts is predictive, and its lower ends, by the cells' intervals."""
+    """Return whether the band of the runout curve is predictive, and its lower ends (m).
+
+    intervals : kind of the interval of each cell
+    """
     figures = [
         Figure("runout_p95", "", "", "m", 50.0, 1.0 if kind == PREDICTIVE else 40.0, 60.0, kind, 40.0, 60.0)
         for kind in intervals
@@ -115,7 +118,7 @@ FLOOR = "terrain.benches.floor"
 
 @pytest.mark.parametrize(("text", "rocks"), [(SCENE, 60), (UNKNOWN, 640)], ids=["known ground", "unknown ground"])
 def test_a_runout_is_unknown_if_many_rocks_left_the_terrain(folder: Path, text: str, rocks: int) -> None:
-    """On a floor of 6 m most rocks that reach it leave the terrain; on one of 60 m none does."""
+    """Most rocks that reach a floor of 6 m leave the terrain; on a floor of 60 m none does."""
     (folder / "road.geojson").write_text(road(12.0, 15.0))
     text = text.replace("rocks: 60", f"rocks: {rocks}").replace("velocity: [2, 0, 0]", "velocity: [7, 0, 0]")
     scene = written(folder, text)

@@ -1,4 +1,4 @@
-"""A varied coefficient has its effect although the scene has unknowns, or is refused with the unknown's name."""
+"""Tests that a varied coefficient has an effect in a scene with unknowns, or is refused with the unknown's name."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""`--vary` is read as the values of a scene file are, and ranges are evenly spaced with both ends."""
+"""Tests that `--vary` is read like values of a scene file, and ranges are evenly spaced with both ends."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""A sweep passes on what its runs warn of: each sentence once, with the number of its cells; outcomes are figures."""
+"""Tests that a sweep repeats the warnings of its runs: each once, with its number of cells; outcomes are figures."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""A slope of benches is a sound mesh with the dimensions that were asked for, also where faces are vertical."""
+"""Tests that a slope of benches is a valid mesh with the chosen dimensions, also with vertical faces."""
 
 import math
 from pathlib import Path
@@ -21,7 +21,7 @@ from rpf3d_core.terrain.mesh.winding import repair_winding
 from rpf3d_core.values import STANDARD_GRAVITY
 
 EXACT = 1e-9
-"""m; lengths are sums of a few numbers below 1000."""
+"""Largest error (m) of lengths that are sums of a few numbers below 1000."""
 ROUGH = Benches(face_angle_deg=90.0, roughness=0.2, number=2, width=40.0)
 SHAPES = [
     Benches(), Benches(face_angle_deg=90.0), Benches(spacing=0.7, face_angle_deg=55.0), Benches(number=1),
@@ -82,10 +82,9 @@ def test_vertical_faces_are_exactly_vertical_and_face_away_from_the_slope() -> N
 @pytest.mark.parametrize("angle", [45.0, 70.0, 90.0])
 @pytest.mark.parametrize(("roughness", "spacing"), [(0.15, 0.5), (0.3, 0.25), (1.0, 0.25), (1.0, 1.0)])
 def test_a_rough_slope_nowhere_crosses_itself(angle: float, roughness: float, spacing: float) -> None:
-    """Strips of the mesh at an edge would fold over if relief moved the edge: tried by all pairs of a profile's lines.
+    """Strips of the mesh would fold over if relief moved an edge; all pairs of segments of a profile are compared.
 
-    Relief grows over FADE metres from an edge, so it tilts the first strip below a brow by about its own height over
-    FADE.
+    Relief grows over FADE metres from an edge, so it tilts the first strip below a brow by about its height over FADE.
     """
     benches = Benches(
         face_angle_deg=angle, roughness=roughness, spacing=spacing, number=2, width=30.0, berm=5.0, crest=3.0, floor=5.0
@@ -99,7 +98,7 @@ def test_a_rough_slope_nowhere_crosses_itself(angle: float, roughness: float, sp
 
 
 def crosses_itself(points: np.ndarray) -> bool:
-    """True if two lines of a polyline (P, 2) that are no neighbours cross."""
+    """Return True if two segments of a polyline (P, 2) that are not neighbours cross."""
     a, b = points[:-1], points[1:]
     side = np.sign(cross((b - a)[:, None], a[None] - a[:, None])) * np.sign(
         cross((b - a)[:, None], b[None] - a[:, None])

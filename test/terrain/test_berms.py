@@ -1,4 +1,4 @@
-"""Berms: the ground is higher by their shape and by nothing else, stays one sheet, and holds rocks."""
+"""Tests of berms (windrows): they raise the ground exactly by their shape, keep it one sheet, and stop rocks."""
 
 import json
 
@@ -20,7 +20,7 @@ from rpf3d_core.terrain.sections import ground_at
 from rpf3d_core.values import Outcome
 
 ROUNDING = 1e-12
-"""m, of heights of some metres on terrains of some tens."""
+"""Largest rounding error (m) of heights of some metres on terrains of some tens of metres."""
 ROUGH = made.rough_grid(12, 18.0, 0.3, 0.6, seed=5)
 LINES = {
     "bends": [[3, 3], [9, 12.2], [15, 13]],
@@ -36,7 +36,7 @@ def ridge(line, height=1.0, width=3.0, crest=1.0) -> Ridge:
 
 
 def open_edges(terrain: Terrain) -> np.ndarray:
-    """Both ends (E, 2, 2) in plan of the edges that only one facet has."""
+    """Return both ends (E, 2, 2) m in plan of the edges of only one facet."""
     edges = edges_of(terrain.triangles, len(terrain.vertices))
     assert (edges.uses <= 2).all()
     alone = edges.uses == 1

@@ -1,4 +1,4 @@
-"""Outlines of areas are drawn on the ground of the area, and not up the faces at its borders."""
+"""Tests that outlines of areas are drawn on the ground of the area, not up the faces at its borders."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from rpf3d_core.terrain.facets import Terrain
 
 
 def bench(face: float) -> Terrain:
-    """A floor at 0 m for x > 0, and a bench at 15 m behind a face with this width in plan (m); few, large facets."""
+    """Return a floor at 0 m for x > 0, a face of width `face` (m) in plan, and a bench at 15 m, in few large facets."""
     x, z = np.array([-40.0, -face, 0.0, 40.0]), np.array([15.0, 15.0, 0.0, 0.0])
     vertices = np.array([(x[i], y, z[i]) for i in range(4) for y in (-50.0, 50.0)])
     triangles = np.array([t for i in (0, 2, 4) for t in ((i, i + 2, i + 3), (i, i + 3, i + 1))], dtype=np.int32)
@@ -19,7 +19,7 @@ def closed(*corners: tuple[float, float]) -> np.ndarray:
 
 
 def test_an_outline_along_a_toe_does_not_climb_the_face() -> None:
-    """The survey of the toe has errors of up to 0.3 m; the nearest vertex of many of its points is on the crest."""
+    """The points of the toe have errors of 0.3 m, and the nearest vertex of many of them is on the crest."""
     noisy = [(0.3 * (-1) ** i, float(y)) for i, y in enumerate(range(-40, 41, 4))]
     for face in (5.5, 1e-3, 0.0):
         (line,) = draped_outlines(bench(face), [closed((20, 40), (20, -40), *noisy)])

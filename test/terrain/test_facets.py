@@ -1,4 +1,4 @@
-"""The arrays of the kernels."""
+"""Tests of the arrays of facets that the kernels use."""
 
 import numpy as np
 

@@ -13,7 +13,7 @@ from rpf3d_core.terrain.mesh.winding import repair_winding
 SQUARE = np.array([[0.0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]])
 HALVES = [[0, 1, 2], [0, 2, 3]]
 
-ROUNDING = 1e-12  # relative; areas of a few hundred facets are summed
+ROUNDING = 1e-12  # largest relative error of a sum of the areas of a few hundred facets
 
 
 def report_on(vertices, triangles, zone=None, zones=("ground",), frame=None):

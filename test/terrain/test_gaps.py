@@ -1,4 +1,4 @@
-"""The caps over gaps of a terrain against a point-in-triangle count that shares no code with them."""
+"""Tests of the caps over gaps of a terrain, against a point-in-triangle count that shares no code with them."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,10 @@ RNG = np.random.default_rng(15)
 
 
 def surveyed(there, warp=0.0, turn=0.0):
-    """Squares of 1 m that are `there` (N, M), two facets each, over uneven ground."""
+    """Return uneven terrain of 1 m squares, two facets each, where `there` (N, M) is true.
+
+    warp : largest shift (m) of vertices in plan; turn : rotation in plan (rad)
+    """
     n, m = there.shape
     j, i = np.mgrid[: n + 1, : m + 1].astype(float)
     rng = np.random.default_rng(3)
@@ -32,13 +35,13 @@ def caps_of(terrain):
 
 
 def plan_caps(caps):
-    """Those that look up; walls around the hull stand upright."""
+    """Return corners and outcomes of the caps that face up, without the upright walls around the hull."""
     n = np.cross(caps.corners[:, 1] - caps.corners[:, 0], caps.corners[:, 2] - caps.corners[:, 0])
     return caps.corners[n[:, 2] > 1e-12], caps.outcome[n[:, 2] > 1e-12]
 
 
 def covers(corners, places):
-    """How many triangles (T, 3, 2 or 3) lie over each place (P, 2), by the sides that each place lies on."""
+    """Return (P,) the number of triangles (T, 3, 2 or 3) over each place (P, 2), by signed distances from the sides."""
     count = np.zeros(len(places), int)
     for a, b, c in corners[:, :, :2]:
         sides = [(q - p)[0] * (places - p)[:, 1] - (q - p)[1] * (places - p)[:, 0] for p, q in ((a, b), (b, c), (c, a))]
@@ -47,7 +50,7 @@ def covers(corners, places):
 
 
 def widest_view(points, places):
-    """The widest angle (rad) at each place without any of the points: above pi outside their hull, below it inside."""
+    """Return (P,) the widest angle (rad) at each place without a point: above pi outside the points' hull."""
     way = points[None] - places[:, None]
     angle = np.sort(np.arctan2(way[..., 1], way[..., 0]), axis=1)
     return np.diff(np.concatenate([angle, angle[:, :1] + 2.0 * np.pi], axis=1), axis=1).max(axis=1)
@@ -117,7 +120,7 @@ def test_an_outline_that_is_no_upright_rectangle_is_walled_in_by_its_hull():
 
 
 def test_cracks_and_t_junctions_are_no_gaps():
-    # A vertex on a neighbour's edge, off it by a third of a crack.
+    # A vertex near a neighbour's edge, a third of a crack away from it.
     v = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (1 + 3e-10, 1 - 3e-10, 0)]
     terrain = terrain_of(v, [(0, 1, 4), (4, 1, 2), (0, 2, 3)])
     assert len(caps_of(terrain).corners) == 0

@@ -1,4 +1,4 @@
-"""The synthetic open pit is a sound mesh and has the shape that was asked for."""
+"""Tests that the synthetic pit is a valid mesh and has the chosen shape."""
 
 from functools import cache
 
@@ -23,21 +23,21 @@ VARIANTS = [
     Pit(triangles=30_000, floor_radius=800.0, waste_benches=40, ore_benches=20, ramp_grade=0.12),
 ]
 EXACT = 1e-6
-"""m; heights are sums of a few numbers below 1000."""
+"""Largest error (m) of heights that are sums of a few numbers below 1000."""
 ANGLE_DEG = 0.5
-"""Chords across columns 6 m apart bend a face by less."""
+"""Largest error (degrees) of a face angle, due to chords between columns 6 m apart."""
 TAPERED_SHARE = 0.08
-"""Share of face area next to the ramp, where a berm tapers out and facets join face and ramp edge."""
+"""Largest share of face area next to the ramp, where a berm tapers out and facets join face and ramp edge."""
 GRADE = 0.002
-"""The ramp is stretched to end at a column, by less than 0.1 % of its length; the rest is its drift outwards."""
+"""Largest error (-) of the ramp's grade: it is stretched by less than 0.1 % to end at a column, and drifts outwards."""
 RAMP_WIDTH_M, BENCH_WIDTH_M = 0.5, 0.1
-"""How far the ramp runs aslant differs round the pit with the benches' width; both are measured between chords."""
+"""Largest errors (m) of the widths of ramp and benches, which are measured between chords."""
 COUNT = 0.03
-"""Promised by `pit_terrain`."""
+"""Largest relative error of the number of triangles, as `pit_terrain` states it."""
 
 
 def told(pit: Pit) -> str:
-    """What a pit differs in from the default one."""
+    """Return the test id of a pit: its values that differ from the defaults."""
     return "-".join(f"{name}={value}" for name, value in vars(pit).items() if value != getattr(Pit, name, None))
 
 
@@ -47,7 +47,7 @@ def made(pit: Pit) -> Terrain:
 
 
 def facet_vectors(terrain: Terrain) -> np.ndarray:
-    """Normals of facets, twice their area long."""
+    """Return the normals (F, 3) m2 of facets, with twice the area as length."""
     a, b, c = (terrain.vertices[terrain.triangles[:, k]] for k in range(3))
     return np.cross(b - a, c - a)
 
@@ -58,7 +58,7 @@ def in_zone(terrain: Terrain, pattern: str) -> np.ndarray:
 
 
 def boundary(triangles: np.ndarray) -> np.ndarray:
-    """Edges (E, 2) that only one triangle has, its inside on their left; no edge may have more than two."""
+    """Return the edges (E, 2) of only one triangle, with the inside on their left; assert consistent winding."""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).astype(np.int64)
     code, other = edges @ [1 << 32, 1], edges @ [1, 1 << 32]
     assert len(np.unique(code)) == len(code), "two facets use an edge in the same direction"
@@ -66,7 +66,7 @@ def boundary(triangles: np.ndarray) -> np.ndarray:
 
 
 def widths(terrain: Terrain, mask: np.ndarray) -> np.ndarray:
-    """Way in plan from each boundary edge of some facets straight across them to the opposite boundary, m."""
+    """Return (E,) m the width in plan of the facets `mask`, from each boundary edge to the opposite boundary."""
     edges = boundary(terrain.triangles[mask])
     start, end = terrain.vertices[edges[:, 0], :2], terrain.vertices[edges[:, 1], :2]
     along = (end - start) / np.linalg.norm(end - start, axis=1, keepdims=True)

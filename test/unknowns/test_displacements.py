@@ -1,4 +1,4 @@
-"""Displacements of parameter sets are normal, evenly spread, and independent of the parameters."""
+"""Tests that displacements of parameter sets are normal, evenly spread, and independent of the parameters."""
 
 import numpy as np
 import pytest

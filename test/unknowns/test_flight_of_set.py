@@ -1,4 +1,4 @@
-"""The flight of a parameter set is that of a scene whose file has its values, over the terrain that is there."""
+"""Tests that the physics of a parameter set equals that of a scene file with its values."""
 
 from pathlib import Path
 
@@ -23,7 +23,7 @@ ROCKS = 12
 
 
 def finals(prepared: Prepared, of: Prepared, drawn: bool | None = None, number: int = 1) -> bytes:
-    """The end points of some rocks of a prepared scene, with the flight of a set of another one."""
+    """Return the bytes of the ends of some rocks of a prepared scene, with the physics of a set of the scene `of`."""
     flight = flight_of_set(of, SETS.at(number), drawn)
     releases = releases_in_ranges(prepared, [range(ROCKS), range(ROCKS)])
     return fly_ensemble(prepared.engine, flight, releases).deposits.x.tobytes()
@@ -73,7 +73,7 @@ engine: reference
 
 
 def test_friction_along_the_slip_is_part_of_a_set(tmp_path: Path) -> None:
-    """The contact model holds it, so the model is made again, as for a scene file with the other number."""
+    """The contact model contains slip friction, so a set with another value needs a new contact model."""
     (tmp_path / "bodies.yaml").write_text(BODIES)
     (tmp_path / "other.yaml").write_text(BODIES.replace("mu_min: 0.4", "mu_min: 0.7"))
     given, other = (prepare(read_scene(tmp_path / name)) for name in ("bodies.yaml", "other.yaml"))

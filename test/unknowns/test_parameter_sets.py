@@ -1,4 +1,4 @@
-"""Parameter sets: checked, never changed, the same after a file."""
+"""Tests that parameter sets are checked, immutable, and unchanged after writing and reading a file."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,11 +1,11 @@
-"""Where parameter sets were calibrated, and whether other rocks start there."""
+"""Tests of the places where parameter sets were calibrated, and whether other rocks start near them."""
 
 import pytest
 
 from rpf3d_core.unknowns.places import place_around, share_away
 
 PLACE = place_around([[100.0, 200.0], [130.0, 220.0], [110.0, 240.0]])
-"""30 m by 40 m, so the diagonal is 50 m."""
+"""A place of 30 m by 40 m, so its diagonal is 50 m."""
 
 
 def test_a_place_is_the_rectangle_around_points() -> None:

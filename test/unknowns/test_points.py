@@ -1,4 +1,4 @@
-"""Points of parameter sets are spread evenly, and rocks are dealt to the sets evenly."""
+"""Tests that points of parameter sets are evenly spread, and rocks are evenly distributed among the sets."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from rpf3d_core.unknowns.points import spread_points
 
 
 def star_discrepancy(points: np.ndarray) -> float:
-    """The largest error of the share of points in a box from the origin, over the boxes with corners at the points."""
+    """Return the largest error of the share of points (P, D) in boxes from the origin to a point."""
     boxes = np.concatenate([points, np.ones((1, points.shape[1]))])
     inside = (points[None] <= boxes[:, None]).all(axis=2).mean(axis=1)
     return float(np.abs(inside - boxes.prod(axis=1)).max())
@@ -23,7 +23,7 @@ def test_points_are_more_even_than_random_ones(dimensions: int) -> None:
 
 
 def test_each_dimension_is_uniform_over_the_seeds() -> None:
-    """The mean and the variance of a uniform number in [0, 1) are 1/2 and 1/12, for every point of the sequence."""
+    """For each point of the sequence, mean and variance over the seeds are those of a uniform number: 1/2 and 1/12."""
     points = np.array([spread_points(16, 3, seed) for seed in range(2000)])
     assert points.mean(axis=0) == pytest.approx(np.full((16, 3), 0.5), abs=0.025)
     assert points.var(axis=0) == pytest.approx(np.full((16, 3), 1 / 12), abs=0.008)
@@ -49,7 +49,7 @@ def test_each_rock_flies_with_one_set(first: int, last: int) -> None:
 
 @pytest.mark.parametrize("points", [2, 41, 64, 100])
 def test_each_set_has_rocks_of_all_places_of_a_source(points: int) -> None:
-    """The rocks of a source use its points in turn: the points of a set's 1,000 rocks are as even as 3 random draws."""
+    """The rocks of a source use its points in turn, and each set's 1,000 rocks are evenly spread over the points."""
     for number in (0, 13, 63):
         places = rocks_of_set(number, 64, 0, 64_000, source=0) % points
         counts = np.bincount(places, minlength=points)

@@ -1,4 +1,4 @@
-"""Predictive intervals hold one more site as often as they say, whatever the sets are drawn from."""
+"""Tests that predictive intervals contain one more site as often as stated, for any distribution of the sets."""
 
 from collections.abc import Callable
 
@@ -25,7 +25,7 @@ SHARES: dict[str, Draw] = {
 @pytest.mark.parametrize("rocks", [2, 15, 50, 500])
 @pytest.mark.parametrize("name", SHARES)
 def test_the_interval_holds_the_share_of_one_more_site(name: str, rocks: int) -> None:
-    """Each site has its own 64 sets; of 3,000 sites 95 % are 2,850 +- 12; where rocks are few, more hold it."""
+    """Each site has its own 64 sets; about 95 % of the intervals contain the site's share, more if rocks are few."""
     rng = np.random.default_rng(7)
     sets, site = SHARES[name](rng, (SETS, SITES)), SHARES[name](rng, (SITES,))
     counts = rng.binomial(rocks, sets).astype(float)
@@ -42,7 +42,7 @@ def shares_of(hits: list[float], rocks: float = 100.0) -> tuple[float, float]:
 
 
 def test_no_hit_is_bounded_by_markov_and_not_by_the_number_of_all_rocks() -> None:
-    """The upper end of 0 of 6,400 is 0.06 %, and 0.06 % / 0.025 is 2.4 %; that of 0 of 100 is 3.7 %."""
+    """The upper end for 0 of 6,400 rocks is 0.06 %, and by Markov's inequality 0.06 % / 0.025 = 2.4 %."""
     assert shares_of([]) == (0.0, pytest.approx(0.0240, abs=1e-4))
     many = np.full((SETS, 1), 100.0)
     assert [float(end[0]) for end in shares_of_site(many, many)] == [pytest.approx(0.9760, abs=1e-4), 1.0]
@@ -54,7 +54,7 @@ def test_no_hit_is_not_less_than_what_the_first_hits_leave_open(hits: list[float
 
 
 def test_sets_with_few_rocks_leave_much_open() -> None:
-    """Of 60 sets with one rock and 4 with 1,000, the many rocks say nothing about the other sets."""
+    """The many rocks of 4 sets with 1,000 rocks each give no information on 60 sets with one rock each."""
     totals = np.where(np.arange(SETS) < 60, 1.0, 1000.0)[:, None]
     assert shares_of_site(np.zeros((SETS, 1)), totals).high[0] > 0.7
 
@@ -113,7 +113,7 @@ def test_sets_without_rocks_do_not_count_and_one_set_predicts_nothing() -> None:
 
 
 def test_ranks_hold_one_more_draw_with_their_probability() -> None:
-    """Of 39 draws the outermost hold the next with 38/40 = 95 %: counted over many samples of a skewed quantity."""
+    """The smallest and the largest of 39 draws enclose the next draw with probability 38/40 = 95 %."""
     rng = np.random.default_rng(5)
     low, high = ranked(np.exp(2 * rng.normal(size=(39, 40_000))))
     one_more = np.exp(2 * rng.normal(size=40_000))

@@ -1,4 +1,4 @@
-"""The Authume quarry through the command line: the mesh as published, the field next to the model, nothing tuned.
+"""Tests of the Authume quarry by the command line: published mesh, comparison with the field, nothing tuned.
 
 Reference/validation.md section 1. Garcia, Villard, Richefeu, Daudon, Eng. Geol.; Bourrier et al. 2021, Landslides
 18:639-654; data set richefeu/AuthumeQuarryRockfalls_Data-in-Brief (2025).
@@ -23,10 +23,10 @@ SCENE = Path(__file__).parents[2] / "config" / "scenes" / "authume_p1.yaml"
 ROCKS = 1000
 
 WHOLE, TENTH, HUNDREDTH = 0.5, 0.05, 0.005
-"""Half a unit of the last figure that is published."""
+"""Half a unit of the last published digit: 1, 0.1 or 0.01."""
 
 TWICE = 0.055
-"""Of the percentiles: the median, 40.247 m in the file, is published as 40.3, rounded by way of 40.25."""
+"""Largest error (m) of percentiles: the median, 40.247 m in the file, was rounded twice, by 40.25 to 40.3."""
 
 TRIANGLES = {"blue": 5300, "gray": 2953, "red": 748}
 AREAS = {"blue": 11_511, "gray": 12_836, "red": 2_420}
@@ -81,7 +81,7 @@ def test_facets_that_the_files_wind_downwards_are_turned_and_counted(facts: dict
     corners = np.concatenate(points).reshape(-1, 3, 3)
     up = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 1]
     assert round((up < 0.0).mean(), 2) == 0.99
-    # One connected piece is turned as a whole: the 1 % that looked up overhangs.
+    # A connected component is turned as a whole: the 1 % of facets that faced up are overhangs.
     assert facts["terrain"]["faults"]["flipped_facets"] == 9001
     assert facts["terrain"]["faults"]["steepest_deg"] > 90.0
 

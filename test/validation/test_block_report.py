@@ -1,4 +1,4 @@
-"""The section of docs/explanation/validation.md on rocks with a shape: its words, its scene and its figures."""
+"""Tests of the section of docs/explanation/validation.md on rocks with a shape: words, scene and figures."""
 
 import importlib.util
 import json
@@ -20,7 +20,7 @@ BLOCKS = RESULTS["blocks"]
 QUARRY = BLOCKS["quarry"]
 FITTED = {line["model"]: line for line in RESULTS[AUTHUME]["lines"] if line["values"] == CALIBRATED}
 OTHER_MACHINE = 0.5
-"""m; a few of 4,000 rocks may end elsewhere on another machine, whose sin differs in the last bit."""
+"""Largest difference (m) on another machine, where a few of 4,000 rocks may end elsewhere, as sin differs slightly."""
 ROCKS = 600
 STANDARD_ERRORS = 3.0
 """Allowance of a figure of few rocks: chance exceeds it in 1 of 700 cases if the true figure is at the goal's end."""
@@ -64,7 +64,7 @@ def test_the_sphere_is_the_control() -> None:
 
 
 def test_what_the_page_says_of_rocks_with_a_shape_is_what_its_figures_say() -> None:
-    """Fails where new figures ask for new words: `BLOCKS_FAIL` of docs/field_cases/prose_blocks.py."""
+    """If new figures contradict the words, change `BLOCKS_FAIL` in docs/field_cases/prose_blocks.py."""
     assert sum(one["side_sd"] > quarry.BARS["side_sd"][1] for one in QUARRY["near"]) == 4
     alike = QUARRY["variants"]["proportions"]
     assert alike["mean"] > QUARRY["all"]["mean"] + 2.0 and alike["side_sd"] > QUARRY["all"]["side_sd"]

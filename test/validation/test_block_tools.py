@@ -1,4 +1,4 @@
-"""The tools behind the section on rocks with a shape: search, shapes of real blocks, the whole contact of a block."""
+"""Tests of the tools for the section on rocks with a shape: search, shapes of real blocks, contacts of a block."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The field data itself: the published figures, and the traps that the report has to know. Nothing is simulated.
+"""Tests of the field data alone: published figures, and peculiarities that the report must respect.
 
 Reference/validation.md sections 1, 3 and 4; sources in docs/explanation/validation.md.
 """
@@ -16,10 +16,9 @@ from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.prepared import prepare
 
 WHOLE, TENTH, HUNDREDTH = 0.5, 0.05, 0.005
-"""Half a unit of the last figure that is published."""
+"""Half a unit of the last published digit: 1, 0.1 or 0.01."""
 RATIO = 0.0151
-"""Published ratios have two digits, and so have the energies that they are of: 97.2 / 176.0 is 0.552, given as 0.55;
-22 / 100 is given as 0.21."""
+"""Largest error of published ratios, which have two digits and follow from rounded energies."""
 
 needs_authume = pytest.mark.skipif(not authume.DATA.is_dir(), reason=f"the Authume data is not there ({authume.DATA})")
 needs_tschamut = pytest.mark.skipif(not tschamut.DATA.is_dir(), reason=f"no Tschamut data ({tschamut.DATA})")

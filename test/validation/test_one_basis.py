@@ -1,7 +1,7 @@
-"""Field and simulation are measured from the field's start, by one function; on made-up sites with known answers.
+"""Tests that field and simulation are measured from the field's start by one function, on invented sites.
 
-On both sites the ground is level and rocks stop where they land (R_n = R_t = 0, dropped at rest). So each rock's
-distance from its own release is 0, and every spread of end points is the spread of the releases.
+On both sites the ground is level and rocks stop where they land (R_n = R_t = 0, dropped at rest). So the distance of
+each rock from its release is 0, and each spread of end points equals the spread of the releases.
 """
 
 import math
@@ -23,10 +23,10 @@ SIX_SIGMA = 6.0
 
 HEIGHT = 30.0
 DROPS = np.array([[1.0, HEIGHT, 3.0], [1.0, HEIGHT, 13.0], [7.0, HEIGHT, 3.0], [7.0, HEIGHT, 13.0]])
-"""m; the mean is (4, 30, 8), so each is 3 m off along the profile and 5 m across it."""
+"""Drop points (m); each is 3 m along the profile and 5 m across it away from their mean."""
 ALONG, ACROSS = 3.0, 5.0
 FIELD_TIMES = 3
-"""The made-up field has each drop point's end point so often."""
+"""How often the invented field data contain the end point below each drop point."""
 
 SCENE = """\
 terrain: {files: [{path: plate.stl, zone: plate}], up: y}
@@ -42,7 +42,7 @@ seed: 1
 
 @pytest.fixture
 def quarry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A level quarry whose field blocks stopped below their drop points."""
+    """Yield the folder of a level quarry whose field blocks stopped below their drop points."""
     corners = np.array([[-50.0, 0.0, -50.0], [50.0, 0.0, -50.0], [50.0, 0.0, 50.0], [-50.0, 0.0, 50.0]])
     (tmp_path / "plate.stl").write_text(ascii_stl(corners[[[0, 2, 1], [0, 3, 2]]]))
     (tmp_path / "scene.yaml").write_text(SCENE)
@@ -56,7 +56,7 @@ def quarry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def without_memory(folder: Path, *cached: Any) -> Iterator[Path]:
-    """Yield a folder; what was read before it was made, and what is read from it, is forgotten."""
+    """Yield a folder; clear the caches of the functions `cached` before and afterwards."""
     for function in cached:
         function.cache_clear()
     yield folder
@@ -65,7 +65,7 @@ def without_memory(folder: Path, *cached: Any) -> Iterator[Path]:
 
 
 def sample_sd(half_width: float, n: int) -> float:
-    """Standard deviation of a sample of n, half at -half_width and half at half_width."""
+    """Return the standard deviation of a sample of n values, half at -half_width and half at half_width."""
     return half_width * math.sqrt(n / (n - 1))
 
 
@@ -105,13 +105,13 @@ def test_the_field_flown_as_a_simulation_has_the_fields_figures_to_the_last_bit(
     alike = set(field) & set(found)
     assert alike >= {"mean", "sd", "side_mean", "side_sd", "angle_mean", "angle_sd", "percentiles", "sections"}
     for name in alike:
-        # The datum is taken off and put back, which rounds heights: they enter the reach angle alone.
+        # The datum is subtracted and added again, which rounds heights; they affect only the reach angle.
         assert found[name] == (pytest.approx(field[name], rel=1e-12) if "angle" in name else field[name]), name
     assert found["distance"] == 0.0
 
 
 class Flown:
-    """A site whose rocks always end in the same places."""
+    """Stands in for a site whose rocks always end in the same places."""
 
     def __init__(self, ends: Ends) -> None:
         self.ends = ends
@@ -124,18 +124,18 @@ class Flown:
 
 LEVEL = 7.0
 SCATTER = 4.0
-"""m: half-width of the square that each run's rocks are released in."""
+"""Half-width (m) of the square in which the rocks of a run are released."""
 MEAN_DISTANCE = SCATTER * (math.sqrt(2.0) + math.asinh(1.0)) / 3.0
-"""m, mean distance of a point in a square from the square's centre; its half-width times 0.7652."""
+"""Mean distance (m) of points in a square from its centre: 0.7652 times the half-width."""
 RELEASES = {"a": (0.0, 120.0, LEVEL), "b": (10.0, 130.0, LEVEL), "c": (20.0, 125.0, LEVEL)}
 ENDS = {"a": (60.0, 120.0, 0.0), "b": (70.0, 134.0, 0.0), "c": (80.0, 121.0, 0.0)}
-"""60 m along x; 0, 4 and -4 m across it; 7 m lower, though the made-up terrain is level."""
+"""Run -> end point (m): 60 m along x from the release, 0, 4 or -4 m across x, and 7 m lower."""
 RUNOUTS = np.hypot(60.0, [0.0, 4.0, 4.0])
 
 
 @pytest.fixture
 def meadow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A level meadow of three runs."""
+    """Yield the folder of a level meadow with three runs."""
     rows = "\n".join(" ".join([f"{LEVEL:g}"] * 43) for _ in range(46))
     head = "ncols 43\nnrows 46\nxllcorner -35\nyllcorner 85\ncellsize 5\nNODATA_value -9999\n"
     (tmp_path / "terrain.asc").write_text(head + rows + "\n")
@@ -185,7 +185,7 @@ def test_the_meadows_field_flown_as_a_simulation_has_the_fields_figures(
 def test_both_sides_go_through_the_same_function(
     name: str, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Stretch what the function returns: the figures of field and simulation must stretch alike."""
+    """If the results of the function are stretched, the figures of field and simulation must be stretched equally."""
     request.getfixturevalue(name)
     site, field = (authume, authume.field) if name == "quarry" else (tschamut, tschamut.field_figures)
     names = ("side_sd", "runout_mean", *(("angle_mean",) if name == "quarry" else ()))  # level rocks have no angle

@@ -1,4 +1,4 @@
-"""The part of the validation page on predictive intervals: its figures come out again, and its words hold."""
+"""Tests of the part of the validation page on predictive intervals: figures can be reproduced, words agree."""
 
 import json
 from pathlib import Path
@@ -21,7 +21,7 @@ from rpf3d_core.unknowns.dealing import set_of_rock
 RESULTS: dict[str, Any] = json.loads((Path(__file__).parents[2] / "docs" / "field_cases" / "results.json").read_text())
 CASES = list(predictions.cases_of_books())
 ONE_STOP = {site: 1 / stops for site, stops in predictions.STOPS.items()}
-"""Share of one stop: on another machine, a stop at the end of an interval may change its side."""
+"""Site -> share of one stop: on another machine, a stop at the end of an interval may change its side."""
 needs_data = pytest.mark.skipif(
     not all(site.DATA.is_dir() for site in (authume, tschamut)), reason="the field data is not there"
 )
@@ -42,7 +42,7 @@ def test_a_stop_is_held_between_five_and_ninety_five_per_cent_of_the_rocks() -> 
 
 
 def test_a_rock_flies_with_the_set_that_the_run_deals_it() -> None:
-    """The sets of a run are dealt in turn; each set gets as many rocks as every other."""
+    """The rocks of a run use the sets in turn, so each set has the same number of rocks."""
     source, rock = np.repeat([1, 0], 128), np.tile(np.arange(128)[::-1], 2)
     sets = predictions._sets_of(source, rock)
     assert np.bincount(sets).tolist() == [4] * predictions.SETS
@@ -50,7 +50,7 @@ def test_a_rock_flies_with_the_set_that_the_run_deals_it() -> None:
 
 
 def test_at_tschamut_each_stop_is_compared_with_the_rocks_of_its_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two runs whose rocks stop 0 to 20 m and 100 to 120 m down: stops at 10 and 60 m are held, and not held."""
+    """The rocks of two runs stop at 0 to 20 m and at 100 to 120 m; stops at 10 m and 60 m are inside and outside."""
     monkeypatch.setattr(tschamut, "RUNS", 2)
     monkeypatch.setattr(tschamut, "seen", lambda run, x: ends(x[:, 0].tolist(), x[:, 1].tolist()))
     field = ends([10.0, 60.0], [0.0, 0.0])
@@ -110,7 +110,7 @@ def test_the_stated_figures_come_out_again(k: int) -> None:
 @needs_data
 @pytest.mark.parametrize("site", [AUTHUME, TSCHAMUT])
 def test_the_stated_figures_with_a_calibration_of_the_other_slope_come_out_again(site: str) -> None:
-    """Points only: the other models fly the same way, and take longer."""
+    """Only the model of a point is simulated; the other models use the same code and take longer."""
     calibrations = {name: RESULTS[name]["calibrations"] for name in (AUTHUME, TSCHAMUT)}
     cases = predictions.cases_of_calibrations(calibrations, same_site=False)
     case = next(one for one in cases if (one.site, one.model) == (site, COULOMB_LIMITED))
@@ -125,7 +125,7 @@ def shares(lines: list[dict[str, Any]], way: str = "along") -> dict[tuple[str, s
 
 
 def test_the_words_of_the_page_hold() -> None:
-    """Fails where new figures ask for other words in docs/field_cases/prose_elsewhere.py."""
+    """If new figures contradict the words, change docs/field_cases/prose_elsewhere.py."""
     along, across = shares(RESULTS["library"]), shares(RESULTS["library"], "across")
     library = [share for (_, _, ground), share in along.items() if ground == predictions.LIBRARY]
     assert min(library) >= 5 / 6 - 1e-4, "at least five of six"

@@ -1,4 +1,4 @@
-"""docs/explanation/validation.md: the page is what was measured, and its tools are right."""
+"""Tests that docs/explanation/validation.md contains the measured figures, and that its tools are right."""
 
 import importlib.util
 import json
@@ -45,10 +45,12 @@ RESULTS: dict[str, Any] = json.loads((DOCS / "field_cases" / "results.json").rea
 LINES = {(site, line["model"], line["values"]): line for site in SITES for line in RESULTS[site]["lines"]}
 
 OTHER_MACHINE = 0.5
-"""m, degrees. The engines are bitwise the same everywhere but for sin and exp of the machine; a rock whose fate hangs
-on the last bit ends elsewhere there, and a few of 10,000 move a mean by so much at most."""
+"""Largest difference (m or degrees) of a mean on another machine, where sin and exp may differ in the last bit.
+
+Then a few of 10,000 rocks end elsewhere.
+"""
 OTHER_SHARE = 0.02
-"""The same of a share (-)."""
+"""Largest difference of a share (-) on another machine."""
 
 needs_data = pytest.mark.skipif(
     not all(site.DATA.is_dir() for site in (authume, tschamut, chant_sura)), reason="the field data is not there"
@@ -87,7 +89,7 @@ def fit(site: str, model: Model) -> Mapping[str, Any]:
 
 
 def gain(site: str, model: Model) -> float:
-    """Return by how many standard errors the score of kept-out stops is better than a curve's without physics."""
+    """Return by how many standard errors the score of kept-out stops exceeds that of a curve without physics."""
     found = fit(site, model)["gain"]
     return float(found["over_curve"] / found["standard_error"])
 
@@ -101,12 +103,12 @@ def narrower(site: str, model: Model) -> dict[str, float]:
 
 
 def held(site: str, model: Model, way: str) -> int:
-    """Return the number of kept-out stops that 90 % intervals hold."""
+    """Return the number of kept-out stops within 90 % intervals; way : "along" or "across"."""
     return predictions.held({"site": site, **fit(site, model)["kept_out"]}, way)
 
 
 def test_what_the_page_says_first_is_what_its_figures_say() -> None:
-    """Fails where new figures ask for new words: `VERDICT` of docs/field_cases/prose.py."""
+    """If new figures contradict the words, change `VERDICT` in docs/field_cases/prose.py."""
     low, _ = RESULTS[AUTHUME]["field"]["side_sd_interval"]
     assert all(calibrated(AUTHUME, model)["side_sd"] < low for model in POINTS_AND_SPHERES), "too little"
     assert all(held(AUTHUME, model, "across") < 0.8 * 41 for model in POINTS_AND_SPHERES)
@@ -130,7 +132,7 @@ def test_what_the_page_says_first_is_what_its_figures_say() -> None:
 
 
 def test_where_the_page_says_that_models_fail_at_authume_they_do() -> None:
-    """Fails where new figures ask for new words: `AUTHUME_FAILS` of docs/field_cases/prose.py."""
+    """If new figures contradict the words, change `AUTHUME_FAILS` in docs/field_cases/prose.py."""
     misfits = [fit(AUTHUME, model)["kept_out"]["misfit"] for model in POINTS_AND_SPHERES]
     assert min(misfits) > 4.0 and max(misfits) < 6.0
     for model in POINTS_AND_SPHERES:
@@ -149,7 +151,7 @@ def test_where_the_page_says_that_models_fail_at_authume_they_do() -> None:
 
 
 def test_where_the_page_says_that_models_fail_at_tschamut_they_do() -> None:
-    """Fails where new figures ask for new words: `TSCHAMUT_FAILS` of docs/field_cases/prose.py."""
+    """If new figures contradict the words, change `TSCHAMUT_FAILS` in docs/field_cases/prose.py."""
     lines = {model.name: {"site": TSCHAMUT, **calibrated(TSCHAMUT, model)} for model in MODELS}
     along = [predictions.held(lines[model.name], "along") for model in POINTS_AND_SPHERES]
     across = [predictions.held(lines[model.name], "across") for model in POINTS_AND_SPHERES]
@@ -171,7 +173,7 @@ def test_where_the_page_says_that_models_fail_at_tschamut_they_do() -> None:
 
 
 def test_where_the_page_prefers_one_of_the_two_models_of_a_point_its_figures_do() -> None:
-    """Fails where new figures ask for new words: `DEFAULT` of docs/field_cases/prose.py."""
+    """If new figures contradict the words, change `DEFAULT` in docs/field_cases/prose.py."""
     assert score(TSCHAMUT, COULOMB_LIMITED) > score(TSCHAMUT, CONSTANT) + 0.3
     doubt = fit(AUTHUME, CONSTANT)["gain"]["standard_error"]
     assert abs(score(AUTHUME, COULOMB_LIMITED) - score(AUTHUME, CONSTANT)) < doubt, "equal"
@@ -196,7 +198,7 @@ def test_where_the_page_prefers_one_of_the_two_models_of_a_point_its_figures_do(
 
 
 def test_with_another_ground_the_page_says_what_its_figures_say() -> None:
-    """Fails where new figures ask for new words: docs/field_cases/prose_elsewhere.py."""
+    """If new figures contradict the words, change docs/field_cases/prose_elsewhere.py."""
     of = {(line["site"], line["model"]): line for line in RESULTS["elsewhere"]}
     assert all(predictions.held(of[TSCHAMUT, model.name], "along") <= 6 for model in MODELS), "a third"
     for model in MODELS:
@@ -284,7 +286,7 @@ def test_each_parameter_of_single_impacts_changes_the_prediction(model: Model) -
 
 
 def test_a_spinning_sphere_of_the_page_is_arrested_by_its_rolling_friction() -> None:
-    """A drop that spins, without friction at the contact: the moment mu_r R P takes 5/2 mu_r (1 + R_n) v_n off R w."""
+    """A sphere that spins drops without contact friction: the moment mu_r R P reduces R w by 5/2 mu_r (1 + R_n) v_n."""
     values = PUBLISHED[CHANT_SURA][STONE]["default"]._replace(friction_angle_deg=0.0, rolling_friction=0.1)
     ground, rock = chant_sura.surface(values), Rock(780.0, 0.4)
     motion = Motion(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, -4.0), (0.0, 50.0, 0.0))

@@ -1,4 +1,4 @@
-"""The demo's processes, its files, and what is left of it when it is ended."""
+"""Tests of the demo: its processes, its files, and that nothing still runs after it was interrupted."""
 
 import os
 import signal
@@ -18,11 +18,11 @@ from rpf3d_ros.demo import run as demo
 
 ROOT = Path(__file__).resolve().parents[3]
 PATIENCE = 120.0
-"""Seconds; two nodes each have 15 to end, and a busy machine needs some to start them."""
+"""Time limit (s) of a wait: two nodes have 15 s each to end, and a busy machine takes some time to start them."""
 wait = partial(wait_for, seconds=PATIENCE, pause=0.05)
 
 PLAYED_WITHIN = 700.0
-"""Seconds; the shift takes about 60, and its nodes compile first where the cache is cold."""
+"""Time limit (s) of a whole demo: the shift takes about 60 s, and its nodes compile first if the cache is empty."""
 
 ELSEWHERE = """
 terrain: {files: [{path: slope.obj}]}
@@ -44,7 +44,7 @@ def children_of(pid):
 
 
 def play(*arguments):
-    """Run the demo to its end."""
+    """Run the demo to its end with command-line arguments; return the completed process with its output as text."""
     command = [sys.executable, "-m", "rpf3d_ros.demo", *map(str, arguments)]
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=PLAYED_WITHIN, check=False)
 

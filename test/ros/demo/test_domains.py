@@ -1,4 +1,4 @@
-"""No two processes on a machine get the same ROS domain."""
+"""Tests that no two processes on a machine get the same ROS domain."""
 
 import subprocess
 import sys
@@ -14,7 +14,7 @@ ASK = "from rpf3d_ros.demo.domains import free_domain; domain, lock = free_domai
 
 @pytest.fixture(autouse=True)
 def three_domains(monkeypatch, tmp_path):
-    """Three domains whose locks no other process has."""
+    """Reduce the domains to three, with lock files in a folder that no other process uses."""
     monkeypatch.setattr(domains, "DOMAINS", 3)
     monkeypatch.setattr(domains.tempfile, "tempdir", str(tmp_path))
 

@@ -1,4 +1,4 @@
-"""What measures and soaks the live nodes: a demand that is missed must be seen, and bytes must mean what they say."""
+"""Tests of the benchmark and soak programs of the live nodes: a limit that is exceeded must be reported."""
 
 import time
 
@@ -67,7 +67,7 @@ def test_what_takes_the_node_away_gives_an_open_demand_time_and_a_met_one_nothin
 
 def test_the_slope_of_memory_is_that_of_the_longest_life_without_its_beginning():
     ledger = Ledger()
-    ledger.memory = [("node", 1, float(at), 900.0) for at in range(50)]  # a short life, then a long one
+    ledger.memory = [("node", 1, float(at), 900.0) for at in range(50)]  # a short-lived process, then a long-lived one
     ledger.memory += [("node", 2, 100.0 + at, 300.0 + max(60.0 - at, 0.0) + at / 36.0) for at in range(360)]
     last, most, slope, life = ledger.slopes(settling=60.0)["node"]
     assert (most, life) == (900.0, 359.0) and last == pytest.approx(300.0 + 359.0 / 36.0)

@@ -1,4 +1,4 @@
-"""The demo's shift: what it sends is what its story says, and its clock goes as it is set."""
+"""Tests of the demo's shift: it sends the messages of its script, and its clock runs at the chosen rate."""
 
 import time
 from contextlib import nullcontext
@@ -26,7 +26,7 @@ from rpf3d_ros.interface.simulated_clock import SimulatedClock
 from rpf3d_ros.messages.refusals import TAKEN_UP
 
 SLACK_NS = 50_000_000
-"""ns that a busy machine may take between two looks at a clock."""
+"""Longest time (ns) between two readings of a clock on a busy machine."""
 
 
 @pytest.fixture
@@ -72,7 +72,7 @@ def test_the_shift_has_two_updates_three_bursts_and_one_acknowledgement_in_five_
 
 @pytest.mark.parametrize(("answer", "is_refused"), [(TAKEN_UP, False), ("the evidence has become worse", True)])
 def test_an_acknowledgement_that_is_only_taken_up_is_not_refused(answer, is_refused):
-    """The node must answer before a busy machine has decided, or a slow disk has the decision."""
+    """The node must answer even if the decision is not made yet (busy machine) or not on disk yet (slow disk)."""
     stand_in = SimpleNamespace(acknowledge=lambda by, seconds: (False, answer))
     shift = SimpleNamespace(_stand_in=stand_in, _at_real_time=lambda do: do())
     with pytest.raises(InputError, match=answer) if is_refused else nullcontext():

@@ -1,4 +1,4 @@
-"""The contact of an alarm bridge is closed only on fresh, valid and agreeing alerts."""
+"""Tests that the contact of an alarm bridge is closed only while alerts are fresh and valid and agree with `alarm`."""
 
 import errno
 import os
@@ -33,24 +33,30 @@ wait = partial(wait_for, seconds=20.0, pause=0.01)
 
 
 def at(moment, sequence, **facts):
-    """A calm alert that is published at a time (s) by a clock that shows NOW at 100 s, and is valid for 9 s."""
+    """Return a calm alert that is published at the steady time `moment` (s) and is valid for 9 s.
+
+    sequence : number of the publication; facts : fields of the alert that differ from CALM
+    """
     stamp = clock(moment)
     return CALM._replace(**{"sequence": sequence, "stamp_ns": stamp, "until_ns": stamp + 9 * S, **facts})
 
 
 def clock(moment):
-    """What the clock of the bridge shows (ns) at a steady time (s)."""
+    """Return the time (ns) that the bridge's clock shows at a steady time (s); the clock shows NOW at 100 s."""
     return NOW + round((moment - 100.0) * S)
 
 
 def why_open(state, moment, ahead=0.0):
-    """Why the contact is open at a time (s); ahead : by how much (s) the clock of the bridge is wrong."""
+    """Return the reason why the contact is open at a steady time (s), or "" if it is closed.
+
+    ahead : how far (s) the clock of the bridge is ahead of the right time
+    """
     return state.why_open(moment, clock(moment + ahead))
 
 
 @pytest.fixture
 def heard():
-    """A state after two calm publications, at 100 and 101 s."""
+    """Return an `AlarmState` that has received two calm publications, at 100 and 101 s."""
     state = AlarmState(STALE)
     for sequence, moment in ((1, 100.0), (2, 101.0)):
         state.note_alarm(False, moment)
@@ -191,7 +197,7 @@ while True:
 
 @pytest.fixture
 def holder(tmp_path):
-    """A process that holds the contact of a file closed, and the file."""
+    """Yield a process that keeps the file contact closed, and the path of the file."""
     path = tmp_path / "contact"
     assert not is_closed(path)
     process = subprocess.Popen([sys.executable, "-c", HOLD, str(path)], stdout=subprocess.PIPE)
@@ -220,7 +226,7 @@ def test_a_reader_who_checks_the_time_sees_a_stopped_process_as_open(holder):
 
 
 def held(contact, closed, path):
-    """Call `set` again and again, as the bridge does, until the contact has the state."""
+    """Call `contact.set(closed)` repeatedly, as the bridge does, until the file `path` shows this state."""
 
     def has_state():
         contact.set(closed)
@@ -252,7 +258,7 @@ def test_a_contact_opens_by_itself_if_the_bridge_looks_no_more(tmp_path):
 
 
 def test_a_contact_that_opened_by_itself_waits_for_the_next_state(monkeypatch):
-    """Nothing else is wanted until the bridge looks again, so a thread that asks for it must wait, not run on."""
+    """The contact stays open until the bridge sets a state again, so a thread that asks for the state must wait."""
     wanted = Wanted()
     wanted.set(True)
     monkeypatch.setattr(alarm_contacts, "LOOKED", -1.0)
@@ -339,7 +345,7 @@ def test_a_tcp_contact_accepts_again_after_an_error(error):
         return server.accept()
 
     contact._server = SimpleNamespace(accept=accept, shutdown=server.shutdown, close=server.close)
-    for _ in range(2):  # the first is accepted by a call that had begun before
+    for _ in range(2):  # a call of `accept` that began earlier takes the first client
         with socket.create_connection(("127.0.0.1", contact.port), timeout=60.0) as client:
             assert client.makefile().readline() == "open\n"
     assert not errors

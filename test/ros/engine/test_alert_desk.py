@@ -1,4 +1,4 @@
-"""The thread that decides: order of evidence and acknowledgements, and what goes wrong meanwhile."""
+"""Tests of the thread that decides on alerts: the order of evidence and acknowledgements, errors of log and disk."""
 
 import threading
 from functools import partial
@@ -27,14 +27,14 @@ from rpf3d_ros.engine.source_topics import BY_HAND, OPTIONAL, REMOVED
 from rpf3d_ros.engine.station import Station
 
 PATIENCE = 20.0
-"""Seconds; what is waited for takes some hundredths."""
+"""Time limit (s) of a wait for something that usually takes some hundredths of a second."""
 wait = partial(wait_for, seconds=PATIENCE, pause=0.002)
 
 RADAR, OTHER = "sources", "source_cloud"
 
 
 class DeskReports:
-    """Keeps what the desk reports, and raises where the test wants it."""
+    """Keeps what the desk reports, and raises an error while `broken` is true."""
 
     def __init__(self):
         self.alerts, self.errors, self.faults, self.hindrances, self.hangs = [], [], [], [], 0
@@ -53,7 +53,7 @@ class DeskReports:
         self.faults.append(fault)
 
     def remembered(self, fault):
-        """Only `test_hanging_disk` asks for it."""
+        """Do nothing: only `test_hanging_disk` tests this report."""
 
     def held_up(self, why):
         self.hindrances.append(why)
@@ -66,7 +66,7 @@ class DeskReports:
 
 
 class BrokenLog:
-    """A log that fails in a way of its own."""
+    """A decision log that raises an unforeseen error."""
 
     last_alert = None
 
@@ -81,7 +81,7 @@ class BrokenLog:
 
 
 class HangingLog:
-    """A log on a disk that does not answer, and raises nothing."""
+    """A decision log on a disk that does not respond and raises no error."""
 
     last_alert = None
 
@@ -89,20 +89,20 @@ class HangingLog:
         self.answers = threading.Event()
 
     def remember(self, received):
-        """Nothing has changed."""
+        """Do nothing: no received input has changed."""
 
     def decided(self, decision, thresholds):
         self.answers.wait(PATIENCE)
 
     def refused(self, given, because):
-        """On a disk that answers again."""
+        """Do nothing: the disk responds again."""
 
     def close(self):
         pass
 
 
 class Clock:
-    """Time that is set by hand."""
+    """A clock (ns) that shows `now`, which the test sets."""
 
     def __init__(self):
         self.now = NOW
@@ -112,22 +112,22 @@ class Clock:
 
 
 def decided(reports, count):
-    """The alert that comes as number n."""
+    """Wait until `count` alerts have been reported, and no more; return the last."""
     wait(lambda: len(reports.alerts) >= count)
     assert len(reports.alerts) == count
     return reports.alerts[-1]
 
 
 def serve_all(desk):
-    """Wait until the desk has served all that it was asked to do."""
+    """Wait until the desk has processed all requests so far."""
     replies = []
-    desk.acknowledge("", "", replies.append)  # without a name it decides nothing
+    desk.acknowledge("", "", replies.append)  # without a name it causes no decision
     wait(lambda: replies)
 
 
 @pytest.fixture
 def desk():
-    """A desk without a log, what it has reported, and its clock."""
+    """Yield a desk without a log, its `DeskReports`, and its clock."""
     reports, clock = DeskReports(), Clock()
     made = AlertDesk(site(), None, clock, reports)
     yield made, reports, clock
@@ -269,8 +269,8 @@ def test_an_acknowledgement_does_not_count_for_evidence_that_got_worse_after_it_
     reports.hold.clear()
     desk.decide_on("wall", evidence(area(200)), RADAR)
     replies = []
-    wait(lambda: reports.reached == 3)  # this decision was made at its time
-    clock.now = NOW - 1  # what was given before that decision, by whatever thread was slow
+    wait(lambda: reports.reached == 3)  # the decision for the time `clock.now` has been made
+    clock.now = NOW - 1  # a slow thread gave this acknowledgement before that decision
     desk.acknowledge("J. Meyer", "looks quiet", replies.append)
     clock.now = NOW + S
     reports.hold.set()
@@ -312,12 +312,12 @@ def test_an_alert_goes_out_whatever_is_wrong_with_the_log():
 
 
 def test_a_desk_that_is_left_behind_at_work_lets_go_of_its_log_when_that_is_done(tmp_path):
-    """A node that is configured again opens the log again, in the same process."""
+    """A node that is configured again opens the log again in the same process."""
     reports = DeskReports()
     reports.hold.clear()
     desk = AlertDesk(site(), DecisionLog(tmp_path, "0.0.0"), Clock(), reports)
     desk.decide_on("wall", evidence(area(5000)), RADAR)
-    wait(lambda: reports.faults == [""])  # it is being reported
+    wait(lambda: reports.faults == [""])  # the desk is reporting it
     assert not desk.close(0.05)
     with pytest.raises(NotLogged):
         DecisionLog(tmp_path, "0.0.0")
@@ -360,7 +360,7 @@ def test_who_makes_it_forget_hears_when_the_fault_has_been_told(desk):
 
 
 def test_before_the_clock_runs_nothing_is_decided_nor_logged_and_at_its_first_time_what_was_heard_is(tmp_path):
-    with DecisionLog(tmp_path, "0.1.0") as log:  # a level that is held from before, valid for long
+    with DecisionLog(tmp_path, "0.1.0") as log:  # an earlier decision with a held level, which is valid for a long time
         before = decide(None, evidence(area(5000)), site(), NOW - S)
         log.decided(Decision(None, evidence(area(5000)), None, NOW - S, before), site())
     log, reports, clock = DecisionLog(tmp_path, "0.1.0"), DeskReports(), Clock()
@@ -380,7 +380,7 @@ def test_before_the_clock_runs_nothing_is_decided_nor_logged_and_at_its_first_ti
     (alert,) = wait(lambda: reports.alerts)
     assert (alert.at_ns, alert.held, alert.faults) == (NOW, Level.EVACUATE, ())
     assert reports.hindrances[-1] == "" and logged(tmp_path) == lines + 1
-    desk.tick()  # what was owed is not decided again
+    desk.tick()  # the decision was owed, but is not made again
     desk.acknowledge("", "", replies.append)
     wait(lambda: len(replies) == 3)
     assert len(reports.alerts) == 1
@@ -388,7 +388,7 @@ def test_before_the_clock_runs_nothing_is_decided_nor_logged_and_at_its_first_ti
 
 
 def logged(folder):
-    """How many lines the log in a folder has."""
+    """Return the number of lines of the decision log in a folder."""
     return sum(len(path.read_bytes().splitlines()) for _, path in files_in(folder))
 
 
@@ -436,7 +436,7 @@ def test_a_topic_that_told_of_other_sources_or_of_none_since_or_of_a_click_is_no
 
 
 def test_a_topic_that_saw_nothing_and_falls_silent_is_a_fault_too(desk):
-    """What falls in its view is not seen by another."""
+    """No other topic reports the rocks that fall in the view of this sensor."""
     desk, reports, clock = desk
     desk.decide_on("nobody", nothing_seen(NOW), OTHER)
     desk.decide_on("nobody", nothing_seen(NOW), RADAR)
@@ -530,7 +530,7 @@ def test_an_answer_that_fails_for_one_wall_loses_no_danger_that_another_radar_se
 
 @pytest.mark.parametrize("error", ["in an unknown answer", "in a decision"])
 def test_after_an_error_every_topic_must_publish_again(desk, error):
-    """An answer of an older message, as of a refinement, shows one wall; the others of its topic are lost."""
+    """An answer to an older message, such as a refinement, shows one wall; the evidence of the other walls is lost."""
     desk, reports, clock = desk
     desk.decide_on("dangerous wall", evidence(area(5000)), OTHER)
     desk.decide_on("wall", evidence(area(0)), RADAR)
@@ -571,7 +571,10 @@ def test_where_the_clock_goes_back_after_an_error_earlier_stamps_count_again(des
 
 
 def lose_all(desk, reports, error):
-    """Let the desk lose all evidence by an error; the decision that follows is a fault."""
+    """Let the desk lose all evidence by an error, and check that the next decision is a fault.
+
+    error : "in a decision" or "in an unknown answer"
+    """
     count = len(reports.alerts)
     if error == "in a decision":
         reports.broken = True
@@ -608,7 +611,7 @@ def test_where_the_log_keeps_the_last_fault_waiting_the_alarm_is_the_last_word(m
 
 
 def test_a_decision_is_valid_until_the_first_topic_would_be_silent_whichever_has_sources():
-    """Formerly only the stamps of sources counted: a topic that saw nothing was missed too late."""
+    """A topic that sees nothing counts, too: if only the stamps of sources counted, its silence would show too late."""
     reports, clock = DeskReports(), Clock()
     desk = AlertDesk(site().model_copy(update={"valid_s": 120.0}), None, clock, reports)
     try:
@@ -640,7 +643,7 @@ def test_lost_messages_are_a_fault_until_what_they_reported_would_be_too_old_wha
 
 @pytest.mark.parametrize(("now", "since"), [(NOW - 50 * S, 0), (NOW + 10 * S, 10)], ids=["clock", "activation"])
 def test_lost_messages_stay_a_fault_when_the_clock_goes_back_or_the_node_is_activated_again(desk, now, since):
-    """What they reported of a wall raised no level, and the next message of the sensor may be about another wall."""
+    """The lost messages raised no level, and the next message of the sensor may be about another wall."""
     desk, reports, clock = desk
     desk.decide_on("wall", evidence(), RADAR)
     desk.miss(RADAR, NOW)
@@ -682,7 +685,7 @@ def test_a_loss_that_is_over_is_no_fault_again_after_the_clock_went_back(desk):
 
 
 def test_new_evidence_waits_for_no_more_than_one_decision_however_often_areas_moved_before(desk):
-    """Formerly each outline of a moving machine had a decision on the disk before the danger was decided on."""
+    """Otherwise the desk would decide for each outline of a moving machine before it decides on the danger."""
     desk, reports, _ = desk
     desk.watch(lambda: {"ramp": "0"})
     desk.decide_on("wall", evidence(area(0, outline="0")), RADAR)

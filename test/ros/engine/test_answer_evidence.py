@@ -1,4 +1,4 @@
-"""The evidence of an answer over a scene with unknowns, as the thread that flies rocks makes it."""
+"""Tests of the evidence that the simulating thread derives from an answer for a scene with unknowns."""
 
 import itertools
 from dataclasses import replace
@@ -28,7 +28,7 @@ unknowns: {sets: 40, priors: {materials.*.normal_restitution: {min: 0.2, max: 0.
 
 
 class Answers:
-    """Keeps the answers of a flyer."""
+    """Keeps the answers and errors that a flyer reports."""
 
     def __init__(self):
         self.answers, self.errors = [], []

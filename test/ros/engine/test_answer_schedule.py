@@ -1,4 +1,4 @@
-"""The order in which triggers are answered again while changes come faster than answers."""
+"""Tests of the order in which triggers are answered again while areas change faster than the node answers."""
 
 import pytest
 
@@ -16,7 +16,7 @@ WALLS = 5
 
 @pytest.fixture
 def schedule():
-    """A schedule over five walls, all of which have been answered once; the last has the newest trigger."""
+    """Return a schedule of five walls, each answered once; the last wall has the newest trigger."""
     made = AnswerSchedule(WaitingSources(50.0, 10), AnsweredSources(30.0, 40))
     for stamp in range(WALLS):
         here = over_the_wall(1, stamp_ns=stamp)
@@ -26,7 +26,7 @@ def schedule():
 
 
 def answer(schedule, count, changes=False):
-    """The stamps of the next triggers; changes : whether an area moves before each of them."""
+    """Answer the next `count` triggers; return their stamps. changes : whether an area moves before each answer."""
     stamps = []
     for _ in range(count):
         if changes:
@@ -39,7 +39,7 @@ def answer(schedule, count, changes=False):
 
 
 def test_all_walls_take_turns_while_an_area_moves_faster_than_they_are_answered(schedule):
-    """Formerly the first wall was answered again and again, and the newest trigger never."""
+    """Otherwise the first wall would be answered again and again, and the newest trigger never."""
     stamps = answer(schedule, 3 * WALLS, changes=True)
     assert all(set(stamps[first : first + WALLS]) == set(range(WALLS)) for first in range(2 * WALLS + 1))
 

@@ -1,4 +1,4 @@
-"""The thread that makes ground: what goes wrong never ends it, nor hides that the terrain lacks something."""
+"""Tests of the thread that builds terrain: no error ends it or hides that a part of the terrain is missing."""
 
 import itertools
 from functools import partial
@@ -26,12 +26,12 @@ from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
 from rpf3d_ros.messages.map_frame import rigid_transform
 
 PATIENCE = 120.0
-"""Seconds; what is waited for takes one, or thirty while everything is compiled."""
+"""Time limit (s) of a wait for something that takes 1 s, or 30 s while the loops are compiled."""
 wait = partial(wait_for, seconds=PATIENCE)
 
 
 class BuilderReports:
-    """Keeps what builder and flyer report."""
+    """Keeps what the builder and the flyer report."""
 
     def __init__(self):
         self.grounds, self.refused, self.errors = [], [], []
@@ -47,7 +47,7 @@ class BuilderReports:
 
 
 class FullStore:
-    """A store that cannot take anything."""
+    """A terrain store that raises MemoryError for each terrain."""
 
     def keep(self, ground, survey, is_patch=False):
         raise MemoryError
@@ -68,7 +68,10 @@ def arrival(survey, data=b""):
 
 @pytest.fixture
 def made(tmp_path):
-    """Makes builders with their flyers, and ends them."""
+    """Yield a function that starts a builder with its flyer; end all these threads after the test.
+
+    The function returns the queue of terrain, the flyer, and a `BuilderReports`.
+    """
     threads = []
 
     def make(store=None, in_use=SurveyInUse(), now_ns=100, replaced=()):  # noqa: B008
@@ -138,7 +141,7 @@ def test_the_same_mesh_again_is_made_ground_where_a_patch_has_failed_half_way(ma
 
 
 def test_a_mesh_that_is_the_terrain_already_makes_it_no_younger(made):
-    """As a latched one is received again after a restart that has taken the terrain from the store."""
+    """A latched mesh is received again after a restart that restored the terrain from the store."""
     waiting, flyer, reports = made()
     waiting.put_whole(Arrival(hill, 1, b"mesh"))
     wait(lambda: len(reports.grounds) == 1)

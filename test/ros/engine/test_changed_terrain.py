@@ -1,4 +1,4 @@
-"""Answers over the former terrain are a fault after the stated time: on a node without a network."""
+"""Tests that answers for the previous terrain are a fault after the stated time, with a node without a network."""
 
 import pytest
 
@@ -25,12 +25,12 @@ PLAN = Plan(
 )  # fmt: skip
 BEHIND_THE_BANK = pit.placed(10.0, 60.0, 31.0)
 OTHERS = 5
-"""Number of harmless walls; with the one behind the bank, more than the node answers again after a change."""
+"""Number of harmless walls; with the wall behind the bank, there are more than the node answers again."""
 
 
 @pytest.fixture
 def run(monkeypatch):
-    """A node that keeps the sources of four walls, over the pit with its bank, and watches the road behind the bank."""
+    """Yield a node that keeps the sources of four walls, has the pit with its bank, and watches the road behind it."""
     started = start_with(monkeypatch, PLAN, waiting_sources=1, region_size=5.0)
     started.deliver(Send(sent=0.1, at=0.1, topic="terrain/points", kind="grid", places=survey(TRUTH, 0.1)))
     road = pit.outline(pit.SHELTERED_ROAD)
@@ -40,7 +40,7 @@ def run(monkeypatch):
 
 
 def report(run, at, *places):
-    """Let the radar report each place in a message of its own."""
+    """Let the radar report each place (m) in a separate message, the first at the time `at` (s), one every 0.05 s."""
     for number, place in enumerate(places):
         sent = at + 0.05 * number
         run.deliver(Send(sent=sent, at=sent, topic=RADAR_A, kind="poses", places=place[None]))

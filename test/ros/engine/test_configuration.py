@@ -1,4 +1,4 @@
-"""What configuring makes ready."""
+"""Tests of what a node prepares when it is configured: restored terrain, limits, checks of the scene."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ areas:
 
 @pytest.fixture
 def restored(tmp_path):
-    """A function that returns what configuring restores from a store with a survey and two patches."""
+    """Yield a function that restores terrain from a store with a survey and two patches, for a given `map_origin`."""
     store, workshop = Store(tmp_path, map_origin=ORIGIN), Workshop(reference=True)
     ground = workshop.whole(grid(), stamp_ns=SECOND)
     store.keep(ground, grid())
@@ -73,7 +73,7 @@ def test_a_store_that_cannot_be_read_says_so_and_since_when(restored, tmp_path):
 
 
 def test_a_terrain_of_a_map_with_another_origin_is_not_restored(restored):
-    """Formerly the old terrain was used in the old map, and sources lay elsewhere in the new one."""
+    """Otherwise the terrain would be in coordinates of the old map, and the sources in coordinates of the new map."""
     standing, report, before = restored((482_000.0, 7_401_060.0, 0.0))
     assert standing is None and before.unreadable == report
     assert "with map_origin [482000.0, 7401000.0, 0.0], but map_origin is now [482000.0, 7401060.0" in report
@@ -100,7 +100,7 @@ def test_configuring_that_fails_leaves_the_store_free_for_the_next_time(tmp_path
 
 @pytest.fixture
 def configured(tmp_path, monkeypatch):
-    """A function that returns what configuring makes of a site file, without compiling; of no site file if not `site`.
+    """Return a function that configures a node without compiling; the node has no site file if not `site`.
 
     given : values of the scene, by name; parameters : of the node
     """
@@ -116,7 +116,7 @@ def configured(tmp_path, monkeypatch):
 
 
 def test_with_a_site_file_stamps_may_be_ahead_by_no_more_than_its_tolerance(configured):
-    """Formerly 10 s: the evidence of several regions has the oldest stamp, so a later one was no fault."""
+    """Evidence of several regions has their oldest stamp, so a stamp far ahead of the clock could hide a fault."""
     assert configured().most_ahead == 1.0
     assert configured(most_ahead=0.5).most_ahead == 0.5
     assert configured(site=False).most_ahead == 10.0
@@ -131,7 +131,7 @@ effects: {fragmentation: {least_ratio: 0.4, least_volume: 0.02, generations: 1}}
 
 
 def test_with_a_site_file_rocks_must_not_break_because_shares_of_fragments_are_no_shares_of_rocks(configured, tmp_path):
-    """Formerly 35,000 fragments of 200 rocks diluted the rocks that reached the area below each limit."""
+    """35,000 fragments of 200 rocks can dilute the share of rocks that reach the area until it is below each limit."""
     (tmp_path / "scene.yaml").write_text(FRAGMENTS)
     with pytest.raises(InputError, match=r"Leave fragmentation out of the live scene"):
         configured({"scene": str(tmp_path / "scene.yaml")})
@@ -164,7 +164,7 @@ DEGREES = SURVEYED.replace("[482000, 7401000], [482100, 7401000], [482100, 74011
 
 
 def test_an_area_that_is_a_speck_is_refused_because_its_corners_may_be_degrees(tmp_path):
-    """Formerly the area was watched at the origin of the map, where no rock came."""
+    """Otherwise the node would watch the area at the origin of the map, which no rock reaches."""
     scene = tmp_path / "scene.yaml"
     scene.write_text(DEGREES)
     with pytest.raises(InputError, match=r"'ramp' encloses only 5e-07 m2, .* or in degrees or kilometres\?"):
@@ -182,7 +182,7 @@ effects:
 
 
 def test_barriers_anywhere_in_the_map_do_not_keep_the_node_from_being_configured(tmp_path):
-    """Formerly the artificial slope on which the code is compiled had to lie below all barriers."""
+    """The artificial slope that is used to compile the loops needs no place below the barriers."""
     (tmp_path / "scene.yaml").write_text(FENCED)
     made = configuration_of(SimulatorParameters(), {"scene": str(tmp_path / "scene.yaml")}, 0)
     panel = made.scene.effects.barriers.panels[0]

@@ -1,4 +1,4 @@
-"""What the diagnostics say of the decision log."""
+"""Tests of what the diagnostics report about the decision log."""
 
 import pytest
 
@@ -10,7 +10,7 @@ from rpf3d_ros.messages.health import ERROR, OK, WARN
 
 
 class Health:
-    """Keeps the last report."""
+    """Keeps the level and the sentence of the last report."""
 
     last = (OK, "")
 
@@ -20,7 +20,7 @@ class Health:
 
 @pytest.fixture
 def reports():
-    """The reports of decisions, and the health that they set."""
+    """Yield a `DecisionReports` and the `Health` that it sets."""
     health, none = Health(), NoOutput()
     yield DecisionReports(Outlets(answers=none, alerts=none, health=health, logger=none, now=lambda: 0), "map"), health
 

@@ -1,4 +1,4 @@
-"""The thread that answers: what it does first, what ends a refinement, and what it reports."""
+"""Tests of the thread that answers triggers: what it does first, what ends a refinement, and what it reports."""
 
 import itertools
 import threading
@@ -22,7 +22,7 @@ from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.waiting_sources import WaitingSources
 
 PATIENCE = 120.0
-"""Seconds; what is waited for takes one, or thirty while everything is compiled."""
+"""Time limit (s) of a wait for something that takes 1 s, or 30 s while the loops are compiled."""
 wait = partial(wait_for, seconds=PATIENCE)
 ENDLESS = "target: {half_width: 1.0e-9, most_rocks: 100000000}"
 LONG = "target: {half_width: 1.0e-9, most_rocks: 50000}"
@@ -32,7 +32,7 @@ SHORT = "target: {half_width: 1.0e-9, most_rocks: 400}"
 class FlyerReports:
     """Keeps what the flyer reports.
 
-    stops_at : number of the answer at which the flyer's thread is held until `goes_on`, so that the test is in time
+    stops_at : number of the answer (from 1) at which the flyer's thread waits until the test sets `goes_on`
     """
 
     def __init__(self):
@@ -56,7 +56,10 @@ class FlyerReports:
 
 @pytest.fixture
 def made(tmp_path):
-    """Makes flyers over the pit, and ends them."""
+    """Yield a function that starts a flyer; end all flyers after the test.
+
+    The function returns the flyer, its `FlyerReports`, and the prepared terrain of the pit.
+    """
     flyers = []
 
     def make(more=SHORT, age_s=0.0):
@@ -76,10 +79,10 @@ def complete(reports, stamp):
 
 
 def at_rest(flyer, reports, stamp):
-    """Whether nothing is left to do, and the answer to a stamp came last and to its end."""
+    """Return a function that is true when the flyer is idle and its last answer is the complete one to `stamp`."""
 
     def rests():
-        with flyer._changed:  # its thread waits for work: it has taken none out of the queue that it has not begun yet
+        with flyer._changed:  # its thread waits for work, so it has not taken a trigger out of the queue
             waits = bool(flyer._changed._waiters) and not flyer._has_work()
         return waits and reports.answers and reports.answers[-1][0] == stamp and reports.answers[-1][3]
 

@@ -1,4 +1,4 @@
-"""What waits behind a disk that hangs, and what the desk remembers on disk: neither fills memory nor stops an alert."""
+"""Tests of the desk on a disk that hangs: requests that wait do not fill the memory, and alerts still come."""
 
 import threading
 import time
@@ -21,7 +21,7 @@ wait = partial(wait_for, seconds=PATIENCE, pause=0.002)
 
 
 class Reports:
-    """Keeps the alerts and the faults of a desk."""
+    """Keeps the alerts, faults and other reports of a desk."""
 
     def __init__(self):
         self.alerts, self.faults, self.unkept, self.ignored, self.hold = [], [], [], [], threading.Event()
@@ -42,7 +42,7 @@ class Reports:
 
 
 class HangingLog:
-    """A log on a disk that does not answer until the test lets it."""
+    """A decision log whose first write hangs until the test sets `answers`."""
 
     last_alert = None
 
@@ -50,7 +50,7 @@ class HangingLog:
         self.is_reached, self.answers = threading.Event(), threading.Event()
 
     def remember(self, received):
-        """Nothing has changed."""
+        """Do nothing: no received input has changed."""
 
     def decided(self, decision, thresholds):
         self.is_reached.set()
@@ -62,7 +62,7 @@ class HangingLog:
 
 @pytest.fixture
 def hanging():
-    """A desk whose first decision hangs, its log and its reports."""
+    """Yield a desk whose first decision hangs, its log, and its reports."""
     log, reports = HangingLog(), Reports()
     desk = AlertDesk(site(), log, lambda: NOW, reports)
     desk.decide_on("wall", evidence(area(0)), RADAR)
@@ -78,7 +78,7 @@ def test_changes_do_not_pile_up_behind_a_disk_that_hangs(hanging):
         desk.watch(lambda number=number: {"ramp": str(number)})
         desk.standing.report("inputs", f"message {number} was refused")
         desk.miss(RADAR, NOW - 1000 + number)
-    desk.miss(RADAR, NOW - S)  # of a thread that was slow: the newest loss counts
+    desk.miss(RADAR, NOW - S)  # from a slow thread: only the newest loss counts
     assert desk._requests.qsize() <= 2
     log.answers.set()
     wait(lambda: len(reports.alerts) >= 2)
@@ -98,7 +98,7 @@ def test_answers_beyond_the_most_that_may_wait_count_as_lost_messages(hanging, m
 
 
 class StepwiseLog:
-    """A log of which each call hangs until the test lets it go on; `last` is the name of the call that hangs."""
+    """A decision log whose calls hang until the test releases `go_on`; `last` is the name of the hanging call."""
 
     last_alert = None
 
@@ -116,7 +116,7 @@ class StepwiseLog:
 
 @pytest.fixture
 def stepwise(monkeypatch):
-    """A desk of which each write hangs, its log and its reports; a write of 0.05 s is too long."""
+    """Yield a desk whose writes all hang, its log, and its reports; a write longer than 0.05 s is reported."""
     monkeypatch.setattr(alert_desk, "LONGEST_WRITE", 0.05)
     log, reports = StepwiseLog(), Reports()
     desk = AlertDesk(site(), log, lambda: NOW, reports, unknown="the log is gone")
@@ -127,7 +127,7 @@ def stepwise(monkeypatch):
 
 
 def hang_in(log, name):
-    """Wait until the log hangs in a call; all calls before it go on at once."""
+    """Wait until the log hangs in the call `name`; release all calls before it at once."""
     while wait(lambda: log.last) != name:
         calls = log.calls
         log.go_on.release()
@@ -143,7 +143,7 @@ def test_a_disk_that_hangs_before_the_decision_is_told_of_too(stepwise):
 
 
 def test_the_writes_of_one_request_count_together(stepwise):
-    """Each of them is quick enough, but the alert waits for both."""
+    """Each write is quick enough, but the alert waits for both."""
     desk, log, reports = stepwise
     desk.standing.report("inputs", "a message was refused")
     hang_in(log, "remember")
@@ -212,7 +212,7 @@ def test_a_change_is_written_once_also_before_the_clock_runs_and_nothing_is_deci
 
 
 def test_a_fault_of_the_evidence_that_ended_since_makes_an_acknowledgement_void():
-    """The person sees stale sources; the next ones are waiting when the acknowledgement comes."""
+    """The person sees that sources are stale; new sources wait to be processed when the acknowledgement arrives."""
     reports, replies, now = Reports(), [], [NOW]
     desk = AlertDesk(site(), None, lambda: now[0], reports)
     desk.decide_on("wall", evidence(area(5000)), RADAR)

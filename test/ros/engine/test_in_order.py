@@ -1,4 +1,4 @@
-"""Messages that come while the queues are looked at are handed on in the order in which they were published."""
+"""Tests that messages that arrive while the queues are read are passed on in the order of their publication."""
 
 import itertools
 from collections import deque
@@ -14,7 +14,11 @@ QUEUES = 3
 
 
 class Stream:
-    """Messages that are published in turn, some of them each time that a queue is looked at."""
+    """Messages that arrive while queues are read.
+
+    queues : queue of each message, in the order of publication
+    paces : number of messages published after each reading of a queue; 1 after the last entry
+    """
 
     def __init__(self, queues, paces):
         self.queues = [deque() for _ in range(QUEUES)]
@@ -36,7 +40,7 @@ class Stream:
     st.lists(st.integers(0, QUEUES - 1), max_size=40),
     st.lists(st.integers(0, 4), max_size=60),
 )
-@example([0, 2], [0, 0, 2])  # both come after the first queue was looked at and before the last
+@example([0, 2], [0, 0, 2])  # both messages arrive after the first queue was read and before the last queue is read
 def test_what_comes_during_a_look_is_handed_on_in_order_and_once(queues, paces):
     stream = Stream(queues, paces)
     order = InOrder([lambda queue=queue: stream.take(queue) for queue in range(QUEUES)])
@@ -57,7 +61,7 @@ def test_a_message_is_not_kept_back_where_nothing_follows():
 
 @pytest.mark.parametrize("calls", [{0}, {1}, {0, 1}, range(100)])
 def test_what_a_queue_raises_is_told_and_keeps_nothing_of_another_back(calls):
-    """Whichever look it is raised in, and for ever."""
+    """The error may come in any call, or in every call."""
     stream, count = Stream([0, 2] * 5, [0] * 12 + [1] * 100), itertools.count()
     stream.publish(2)
 

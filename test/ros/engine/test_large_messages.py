@@ -1,4 +1,4 @@
-"""Large messages come byte for byte, on a thread of their own, and leave no memory behind."""
+"""Tests that large messages arrive byte for byte on a separate thread, and that their memory is freed."""
 
 import os
 import threading
@@ -21,18 +21,18 @@ from rpf3d_ros.interface.qos import LATCHED
 from rpf3d_ros.messages.terrain_messages import cdr_of_mesh, same_bytes
 
 MANY = 40
-"""Messages of 7 MB, which would be 280 MB if they stayed."""
+"""Number of messages of 7 MB each: 280 MB if their memory were not freed."""
 DEEP = QoSProfile(depth=1000)
 PATIENCE = 60.0
-"""Seconds until something is given up that takes milliseconds."""
+"""Time limit (s) of a wait for something that takes milliseconds."""
 ARRIVES = 1.0
-"""Seconds in which small messages arrive; if it takes longer, fewer are overwritten."""
+"""Time (s) within which small messages arrive; if they take longer, fewer of them are overwritten."""
 STAYS = 60.0
-"""MB that may stay after them: the middleware's own history and buffers."""
+"""Memory (MB) that may remain in use after the messages: history and buffers of the middleware."""
 
 
 def mesh(count, seed=0):
-    """The CDR of a mesh of n triangles."""
+    """Return the CDR bytes of a random mesh with `count` triangles."""
     random = np.random.default_rng(seed)
     return cdr_of_mesh(MeshSurvey(random.random((count, 3)), random.integers(0, count, (count, 3)).astype(np.int32)))
 
@@ -46,7 +46,7 @@ def wait(condition, turn=lambda: time.sleep(0.01)):
 
 @pytest.fixture
 def subscriber(node):
-    """What comes, and the threads that it comes on."""
+    """Yield a node with a large-message subscription; `received` and `threads` list the messages and their threads."""
     received, threads = [], []
 
     def take(data, published_ns):
@@ -144,7 +144,7 @@ def test_what_a_callback_raises_costs_no_message_that_came_with_it(node):
 
     def take(data, published_ns):
         received.append(published_ns)
-        time.sleep(0.2)  # so that the others come at once
+        time.sleep(0.2)  # so that the other messages are all waiting afterwards
         raise ValueError("none is wanted")
 
     node.received = received
@@ -190,7 +190,7 @@ def test_messages_of_several_topics_come_in_the_order_in_which_they_were_publish
     some = LargeMessages(node, topics, fail, fail)
     publishers = {name: node.create_publisher(Mesh, name, DEEP) for name in "abc"}
     wait(lambda: all(each.get_subscription_count() for each in publishers.values()))
-    for each in publishers.values():  # a reader that has not found its writer yet gets the first messages late
+    for each in publishers.values():  # subscribers that discover their publishers late receive the first messages late
         each.publish(mesh(10))
     wait(lambda: sorted(received) == list("abc"))
     received.clear()
@@ -241,7 +241,7 @@ def test_what_fails_while_an_error_is_reported_ends_no_thread(node, monkeypatch)
 
 def test_a_publisher_whose_durability_does_not_fit_is_warned_of(node, capfd):
     some = subscribed(node, fail)
-    publisher = node.create_publisher(Mesh, "mesh", QoSProfile(depth=1))  # volatile, where latched is asked for
+    publisher = node.create_publisher(Mesh, "mesh", QoSProfile(depth=1))  # volatile, but latched is required
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
     said = []
@@ -285,7 +285,7 @@ def test_messages_that_were_overwritten_are_counted_for_each_publisher_also_its_
     first.publish(mesh(10))
     wait(busy.is_set)
     for _ in range(20):
-        second.publish(mesh(20))  # its first messages: the node does not know how many there were
+        second.publish(mesh(20))  # its first messages: the node does not know how many were published before
     time.sleep(ARRIVES)
     free.set()
     wait(lambda: len(lost) == 2)

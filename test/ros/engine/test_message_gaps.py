@@ -1,4 +1,4 @@
-"""Messages that were lost before they could be read: gaps in the numbers of their publishers."""
+"""Tests that gaps in the message numbers of a publisher are counted as lost messages."""
 
 import pytest
 
@@ -11,7 +11,10 @@ NOW = 1_000
 
 
 def lost(gaps, *numbers, received=NOW, publisher="", there=1):
-    """How many messages were lost before each message, as the gaps report it; there : number of publishers."""
+    """Return, for each message number, how many messages `gaps` reports as lost before it.
+
+    received : time (ns) of arrival; publisher : identity, "" if unknown; there : number of publishers of the topic
+    """
     return [gaps.lost_before(Numbered(number, received, publisher), NOW, lambda: there) for number in numbers]
 
 
@@ -32,7 +35,7 @@ def test_publishers_are_counted_apart():
 
 
 def test_of_publishers_that_cannot_be_distinguished_each_counts_by_itself():
-    """As while a driver is started again, and the former one still publishes. Formerly each turn was a loss."""
+    """Such publishers exist while a driver is restarted and its old process still publishes."""
     gaps = MessageGaps(100)
     assert lost(gaps, 500) + lost(gaps, 1, 501, 2, 502, 3, 4, 503, there=2) == [0] * 8
     assert lost(gaps, 505, 7, 506, 8, there=2) == [1, 2, 0, 0], "a loss of either is noticed"
@@ -47,7 +50,7 @@ def test_a_loss_is_noticed_although_it_seems_to_continue_a_publisher_that_has_go
 
 
 def test_the_last_message_of_a_publisher_that_has_gone_counts_as_a_loss():
-    """It cannot be distinguished from a loss, see the test before."""
+    """Such a message cannot be distinguished from a loss: see the previous test."""
     gaps = MessageGaps(100)
     assert lost(gaps, 500) + lost(gaps, 1, there=2) + lost(gaps, 501) == [0, 0, 499]
 
@@ -59,7 +62,7 @@ def test_a_third_start_forgets_the_publisher_that_was_silent_for_longest():
 
 
 def test_a_first_message_behind_a_full_queue_has_lost_others_before_it():
-    """Its number alone does not show it: the node may have subscribed after the earlier messages were published."""
+    """The message number alone shows no loss, because the node may have subscribed after the earlier messages."""
     assert lost(MessageGaps(DEPTH), 9, 10, 11, 12) == [0, 0, 1, 0]
     assert lost(MessageGaps(DEPTH), 1, 2, 3, 4) == [0] * 4, "none was before it"
     gaps = MessageGaps(DEPTH)

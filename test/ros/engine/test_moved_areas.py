@@ -1,4 +1,4 @@
-"""An area that moves is a fault until every wall is answered for its new place: on a node without a network."""
+"""Tests that a moved area is a fault until every wall is answered for its new place, on a node without a network."""
 
 import pytest
 
@@ -22,7 +22,7 @@ BELOW_THE_FIRST = ((44.0, 2.0), (52.0, 2.0), (52.0, 8.0), (44.0, 8.0))
 """Corners (m) of the part of the road below the first wall only."""
 
 WALLS = 6
-"""Number of walls that the radar reports, one after the other; more than the node answers again after a change."""
+"""Number of walls that the radar reports one after the other: more than the node answers again after a change."""
 
 MOVED = 1.5
 """Time (s) at which the area is moved."""
@@ -30,7 +30,7 @@ MOVED = 1.5
 
 @pytest.fixture
 def run(monkeypatch):
-    """A node that keeps the sources of four walls, over the pit, with the road behind the bank as its area."""
+    """Yield a node that keeps the sources of four walls, has the terrain of the pit, and watches the sheltered road."""
     started = start_with(monkeypatch, PLAN, waiting_sources=1, region_size=5.0)
     started.deliver(Send(sent=0.1, at=0.1, topic="terrain/points", kind="grid", places=survey(TRUTH, 0.1)))
     move_area(started, 0.2, pit.SHELTERED_ROAD)
@@ -43,7 +43,7 @@ def move_area(run, at, corners):
 
 
 def report_walls(run, at):
-    """Let the radar report a source on each wall, the first of them above the first part of the road."""
+    """Let the radar report a source on each wall from the time `at` (s) on; the first wall is above BELOW_THE_FIRST."""
     for number in range(WALLS):
         place = pit.placed(10.0, 5.0 + 5.0 * number, 31.0)[None]
         sent = at + 0.05 * number

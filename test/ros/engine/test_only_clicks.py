@@ -1,4 +1,4 @@
-"""A click is no report of a sensor: where sensors are configured and none has reported, what else falls is unknown."""
+"""Tests that a click is not a sensor's report: if no configured sensor has reported, the level is `fault`."""
 
 import pytest
 
@@ -28,7 +28,7 @@ NOTHING = Send(sent=0.4, at=0.4, topic=RADAR_A, kind="poses", places=np.empty((0
 
 @pytest.fixture
 def started(monkeypatch):
-    """Starts a node with given topics of sensors."""
+    """Yield a function that starts a node with given parameters for sensor topics; close the last node afterwards."""
     runs = []
 
     def start(**topics):
@@ -40,7 +40,7 @@ def started(monkeypatch):
 
 
 def faults_after(run, *sends):
-    """The faults of the alert after some messages, once the click is answered."""
+    """Deliver messages to the node one by one; return the faults of its alert after the last."""
     for send in sends:
         run.deliver(send)
         run.node.tick()

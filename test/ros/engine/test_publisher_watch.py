@@ -1,4 +1,4 @@
-"""A publisher that is never received, or one too many, is found; and so is a clock that stands still."""
+"""Tests that mute publishers, too many publishers of a topic, and a clock that stands still are found."""
 
 import pytest
 
@@ -73,7 +73,7 @@ def test_two_publishers_are_a_warning_and_after_a_while_a_fault_that_names_both(
 
 
 def test_a_simulator_that_is_killed_again_and_again_is_no_second_one(watch):
-    """Each stays visible for 20 s after its end."""
+    """ROS still lists each killed process as a publisher for 20 s after its end."""
     starts = [(3.0 + 15.0 * n, 38.0 + 15.0 * n) for n in range(6)]
     for at in map(float, range(90)):
         visible = [OURS._replace(identity=n) for n, (begin, end) in enumerate(starts) if begin <= at < end]
@@ -153,7 +153,7 @@ def test_a_publisher_that_cannot_be_received_is_no_second_fault(sensors):
 
 
 def test_of_two_publishers_of_a_topic_one_that_is_heard_hides_the_mute_one(sensors):
-    """Messages have no sender: that two publish on one topic is a fault by itself."""
+    """Messages do not name their sender; two publishers on one topic are a separate fault."""
     two = (RADAR, RADAR._replace(node="/other"))
     sensors.understood("sources")
     assert [mute(sensors, at, *two) for at in (0.0, 100.0)] == [[], []]

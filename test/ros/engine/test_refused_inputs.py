@@ -1,4 +1,4 @@
-"""A message that was not understood is a fault until its speaker is understood, whatever the evidence says."""
+"""Tests that a refused message is a fault until its topic publishes a valid message, whatever the evidence shows."""
 
 from functools import partial
 
@@ -23,7 +23,7 @@ RADAR, OTHER, SILENCE = "sources", "source_cloud", 30.0
 
 
 class Reports:
-    """Keeps the alerts of a desk."""
+    """Keeps the alerts and other reports of a desk."""
 
     def __init__(self):
         self.alerts, self.ignored = [], []
@@ -37,7 +37,7 @@ class Reports:
 
 @pytest.fixture
 def refused():
-    """What was refused, and the faults that stand because of it."""
+    """Return a `RefusedInputs` and the standing faults that it reports."""
     faults = StandingFaults(lambda: None)
     return RefusedInputs(faults.report, SILENCE), faults
 
@@ -53,7 +53,7 @@ def test_a_refusal_stands_until_a_message_of_the_same_topic_is_understood(refuse
 
 
 def test_a_message_about_another_wall_does_not_make_good_a_refused_one(refused):
-    """A radar may report its walls in turn; the refused message may be the only one on a dangerous wall."""
+    """A radar may report one wall after another; the refused message may be the only one about a dangerous wall."""
     inputs, faults = refused
     for at in range(0, 60, 2):
         inputs.refused(RADAR, "pose 0 is not finite", at=at)

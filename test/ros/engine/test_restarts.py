@@ -1,4 +1,4 @@
-"""What a node knew before a kill and a restart, it knows after it, or the level is a fault."""
+"""Tests that a killed and restarted node still has what it knew before, or the level is a fault."""
 
 import fcntl
 import os
@@ -41,7 +41,7 @@ MACHINE = Send(sent=0.2, at=0.2, topic="areas/equipment", kind="poses", places=p
 
 
 class Mine:
-    """Starts nodes on one log, one after another, and sends them messages at rising times."""
+    """Starts nodes one after another with the same decision log, and sends them messages at increasing times."""
 
     def __init__(self, folder, thresholds):
         self.folder, self.thresholds = folder, thresholds
@@ -56,7 +56,7 @@ class Mine:
         return replace(made, log=log, log_fault=fault, thresholds=thresholds, before=before)
 
     def restart(self, has_survey=True):
-        """Kill the node, if there is one, and start it. As after a kill, nothing is decided between."""
+        """Stop the node, if one runs, without a further decision, as a kill does; then start a new node."""
         if self.run is not None:
             self.run.node.station.close()
             self.run.node._patches.close()
@@ -65,7 +65,7 @@ class Mine:
             self.send(WHOLE)
 
     def send(self, *sends):
-        """Send messages; return the last alert."""
+        """Send messages, one every 0.1 s; return the last alert."""
         for send in sends:
             self.at += 0.1
             self.run.deliver(send._replace(sent=self.at, at=self.at))
@@ -73,7 +73,7 @@ class Mine:
         return self.alert
 
     def stay_quiet(self, seconds):
-        """Let the radar see nothing for some seconds; return the last alert."""
+        """Let both radars see nothing for some seconds; return the last alert."""
         until = self.at + seconds
         while self.at < until:
             self.send(QUIET._replace(topic=RADAR_B), QUIET)
@@ -99,7 +99,7 @@ def mine(monkeypatch, tmp_path, request):
 
 
 def pattern_site():
-    """The site of the campaign, with areas by patterns as in site_example.yaml."""
+    """Return the site thresholds of the campaign, with areas named by patterns as in site_example.yaml."""
     values = combination.site_values("restrict", has_machines=True)
     return Thresholds.model_validate({**values, "areas": {f"{each}*": it for each, it in values["areas"].items()}})
 
@@ -218,7 +218,7 @@ def test_a_patch_that_no_store_has_is_missing_after_a_restart_until_the_next_who
     assert mine.send(ROAD, QUIET, PATCH, QUIET).faults == ()
     for _ in range(2):
         mine.restart(has_survey=False)
-        mine.run.deliver(WHOLE._replace(at=mine.at))  # latched, from before the patch
+        mine.run.deliver(WHOLE._replace(at=mine.at))  # a latched survey that was published before the patch
         faults = mine.send(ROAD, QUIET).faults
         assert len(faults) == 1 and "1 patches are not in the terrain" in faults[0]
     assert mine.send(WHOLE, QUIET).faults == ()
@@ -235,17 +235,17 @@ def test_the_number_of_missing_patches_does_not_grow_with_each_restart(mine):
 
 @pytest.mark.parametrize("mine", [pattern_site()], indirect=True)
 def test_what_is_received_while_nothing_is_decided_is_known_after_a_restart(mine):
-    """Before the first sources, and while the last decision is valid, neither a patch nor an area needs a decision."""
+    """A patch or an area needs no decision before the first sources or while the last decision is valid."""
     decided = mine.alert
     assert mine.send(MACHINE, PATCH) is decided
     mine.restart(has_survey=False)
-    mine.run.deliver(WHOLE._replace(at=mine.at))  # latched, from before the patch
+    mine.run.deliver(WHOLE._replace(at=mine.at))  # a latched survey that was published before the patch
     faults = " ".join(mine.send(ROAD, QUIET).faults)
     assert "1 patches are not in the terrain" in faults and "nothing has been received on areas/equipment" in faults
 
 
 def test_an_area_is_remembered_as_soon_as_the_thread_that_flies_rocks_watches_it(mine, monkeypatch):
-    """That thread may be the first to see the new area; then the desk is not asked again before a kill."""
+    """The simulating thread may see the new area before the desk does, and a kill may come before the desk acts."""
     station = mine.run.node.station
     set_areas, log = station.flyer.set_areas, station._configuration.log
 
@@ -261,7 +261,7 @@ def test_an_area_is_remembered_as_soon_as_the_thread_that_flies_rocks_watches_it
 
 
 def test_what_the_terrain_lacked_before_anything_was_decided_is_a_fault_after_a_restart(mine, monkeypatch):
-    """As before the first /clock: no decision has the fault, so the memory of the node must have it."""
+    """Before the first message on /clock no decision contains the fault, so the node's files must contain it."""
     monkeypatch.setattr(mine.run.node.station.desk, "_now", lambda: 0)
     monkeypatch.setattr(mine.run.node.station.desk, "_clock_ran", False)
     decided = mine.alert
@@ -273,7 +273,7 @@ def test_what_the_terrain_lacked_before_anything_was_decided_is_a_fault_after_a_
 
 @pytest.mark.parametrize("has_lacks", [True, False], ids=["this version", "a former version"])
 def test_what_the_terrain_lacked_is_known_before_the_desk_writes_or_decides(mine, monkeypatch, has_lacks):
-    """Formerly the desk's thread could overwrite it on disk, or decide without it, while the node was starting."""
+    """Otherwise the desk's thread could overwrite the record on disk, or decide without it, while the node starts."""
     mine.send(ROAD, QUIET, PATCH._replace(frame="drone"), WHOLE._replace(frame="drone"))
     faults = " ".join(mine.send(QUIET).faults)
     assert "1 patches are not in the terrain" in faults and "a survey was refused" in faults
@@ -298,7 +298,7 @@ def test_what_the_terrain_lacked_is_known_before_the_desk_writes_or_decides(mine
     monkeypatch.setattr(AreasBefore, "repeat", slow)
     mine.restart(has_survey=False)
     assert lacks[0][0] == 1 and "drone" in lacks[0][1]
-    mine.run.deliver(WHOLE._replace(at=mine.at))  # latched, from before the refused survey
+    mine.run.deliver(WHOLE._replace(at=mine.at))  # a latched survey that was published before the refused one
     faults = " ".join(mine.send(ROAD, QUIET).faults)
     assert "1 patches are not in the terrain" in faults and "a survey was refused" in faults
 
@@ -314,7 +314,7 @@ def test_lost_messages_are_a_fault_after_a_restart_too(mine):
 
 
 def test_an_acknowledgement_that_ends_a_refusal_lowers_no_level(mine):
-    """The person has seen a fault, not the level that follows it."""
+    """The person has seen a fault, not the level that follows the fault."""
     assert mine.send(ROAD, DANGER, QUIET, MACHINE._replace(frame="drone")).held == Level.RESTRICT
     assert "was refused" in mine.stay_quiet(MAX_AGE + 0.5).faults[0]
     alert = mine.acknowledge()

@@ -1,4 +1,4 @@
-"""Which stamps are refused."""
+"""Tests of which message stamps are refused."""
 
 import pytest
 
@@ -9,7 +9,7 @@ from rpf3d_ros.messages.refusals import MessageRefused
 from rpf3d_ros.messages.stamps import SECOND
 
 NOW, AHEAD = 1000 * SECOND, 2.0
-"""A time (ns), and how far stamps may be ahead of it (s)."""
+"""The present time (ns), and how far (s) stamps may be ahead of it."""
 
 
 def test_a_stamp_that_goes_back_is_refused_for_its_topic_alone_until_the_clock_is_set_back():

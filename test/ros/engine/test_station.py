@@ -1,4 +1,4 @@
-"""What a station does once in a while, and what it still says once it is closed."""
+"""Tests of a station's regular checks, and of what it still reports after it is closed."""
 
 from types import SimpleNamespace
 
@@ -17,7 +17,7 @@ from rpf3d_ros.engine.waiting_terrain import Moment, WaitingTerrain
 
 
 class Threads:
-    """What does not end when it should, or does."""
+    """Stands in for a thread that ends when it is closed if `ends` is true, or else keeps running."""
 
     def __init__(self, ends):
         self.ends, self.standing = ends, StandingFaults(lambda: None)
@@ -26,11 +26,11 @@ class Threads:
         return self.ends
 
     def lose(self, why):
-        """As the desk's."""
+        """Do nothing: stands in for the method of the desk."""
 
 
 class CalledNames:
-    """Keeps the names of what it is asked to do."""
+    """Keeps the names of the methods that are called on it."""
 
     def __init__(self):
         self.names = []
@@ -40,7 +40,10 @@ class CalledNames:
 
 
 def made(ends):
-    """A station of fakes, and what receives its messages."""
+    """Return a station made of stand-ins, and the `CalledNames` that receives its messages.
+
+    ends : whether the thread that simulates rocks ends when it is closed
+    """
     calls, station = CalledNames(), object.__new__(Station)
     station.terrain, station.flyer, station.builder = WaitingTerrain(1), Threads(ends), Threads(True)
     station.desk, station._configuration = Threads(True), SimpleNamespace(store=None)

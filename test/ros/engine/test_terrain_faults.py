@@ -1,4 +1,4 @@
-"""What a terrain lacks is a fault that neither a restart nor an unforeseen error hides."""
+"""Tests that a missing survey or patch is a fault that neither a restart nor an unforeseen error hides."""
 
 from collections import namedtuple
 from dataclasses import replace
@@ -42,17 +42,17 @@ def at(send, moment):
 
 
 def again(send, moment):
-    """The same message, published again at a later moment (s) with its former stamp."""
+    """Return the same message, published again at a later time `moment` (s) with its original stamp."""
     return send._replace(sent=moment, at=moment, offset=send.sent - moment)
 
 
 def published(sent):
-    """The time of publication (ns) of what is sent at a time (s), as in `Run.deliver`."""
+    """Return the publication time (ns) of a message that is sent at a time (s), as in `Run.deliver`."""
     return round((1e9 + sent) * 1e9)
 
 
 def faults_after(run, *sends):
-    """The faults of the alert after some messages."""
+    """Deliver messages to the node one by one; return the faults of its alert after the last."""
     for send in sends:
         run.deliver(send)
         run.node.tick()
@@ -61,7 +61,10 @@ def faults_after(run, *sends):
 
 @pytest.fixture
 def started(monkeypatch, tmp_path):
-    """Starts nodes that share a decision log, one after another, over a given terrain."""
+    """Yield a function that starts a node; all these nodes share a decision log.
+
+    standing : restored terrain, or None; before : what the log recorded about the terrain
+    """
     runs = []
 
     def start(standing=None, **before):
@@ -177,7 +180,7 @@ def test_an_unforeseen_error_in_the_intake_of_a_survey_is_a_fault_until_the_next
 
 
 def test_each_patch_whose_intake_raises_is_a_patch_that_the_terrain_lacks(started, monkeypatch):
-    """Also where the same error comes again; a survey that was published before the patches does not end it."""
+    """Each patch counts even if the error is the same; a survey published before the patches does not end the fault."""
     run = started()
     assert faults_after(run, WHOLE, AREA, NOTHING) == ()
     monkeypatch.setattr(inputs, "check_cloud", lambda *given: 1 / 0)
@@ -217,12 +220,12 @@ Restored = namedtuple("Restored", "digest patches whole_ns whole_digest", defaul
 
 
 @pytest.mark.parametrize(("restored", "unread", "lack"), [
-    (Restored("c", 5, 20), 0, TerrainLack()),  # the store wrote the terrain whole, and counts again
+    (Restored("c", 5, 20), 0, TerrainLack()),  # the store wrote the whole terrain and counts from 0 again
     (Restored("b", 69, 20), 0, TerrainLack(1)),
-    (Restored("b", 70, 20), 0, TerrainLack(1)),  # at least one, whatever the numbers say
+    (Restored("b", 70, 20), 0, TerrainLack(1)),  # at least one patch is missing, even if the counts agree
     (Restored("b", 4, 20), 0, TerrainLack(66)),
     (Restored("b", 5, 10), 0, TerrainLack(why_refused=NOT_STORED)),
-    (Restored("b", 69, 20), 1, TerrainLack()),  # reported as unread
+    (Restored("b", 69, 20), 1, TerrainLack()),  # already reported as unreadable
     (None, 0, TerrainLack(70)),
 ])  # fmt: skip
 def test_a_restored_terrain_is_compared_by_its_digest(restored, unread, lack):

@@ -1,4 +1,4 @@
-"""Which sources wait, in which order, and which are dropped."""
+"""Tests of which sources wait, in which order, and which are dropped."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros.engine.waiting_sources import WaitingSources
 
 SIZE = 50.0
-"""m, of a region."""
+"""Side (m) of a region."""
 
 
 def at(x, y, stamp):
@@ -102,7 +102,7 @@ def among(places, stamp):
 
 
 WIDE = [(-30.0, -40.0), (90.0, 50.0)]
-"""Sources in two squares; the middle of both lies in a third square."""
+"""Places (m) of sources in two squares; the point midway between them lies in a third square."""
 
 
 def test_a_message_replaces_no_source_in_a_square_that_it_has_no_source_in():
@@ -124,7 +124,7 @@ def test_a_message_replaces_all_messages_whose_squares_it_has_sources_in():
 
 
 def test_walls_take_turns_while_the_squares_of_a_flood_change():
-    """Each message of the flood has another set of squares, but none of its squares waits longer than the wall's."""
+    """Each message of the flood covers other squares, but none of them has waited longer than the wall's square."""
     waiting, answered = WaitingSources(SIZE, 10), []
     waiting.put(at(1000.0, 0.0, 0))
     waiting.put(at(0.0, 0.0, 1))

@@ -1,4 +1,4 @@
-"""Which surveys and patches wait, in which order, and which are lost."""
+"""Tests of which surveys and patches wait, in which order, and which are lost."""
 
 import threading
 
@@ -162,7 +162,7 @@ def test_patches_outlive_a_survey_that_is_dropped_untried():
         (Moment(1, 7), Moment(1), False),
         (Moment(1, 7), Moment(2), False),
         (Moment(2, 7), Moment(1, 7), True),
-        (Moment(2, 6), Moment(1, 7), False),  # surveyed before it, published after it
+        (Moment(2, 6), Moment(1, 7), False),  # surveyed before the survey, published after it
         (Moment(1, 8), Moment(2, 7), True),  # the survey was published late, or again
         (Moment(1, 7), Moment(2, 7), False),
     ],
@@ -172,7 +172,10 @@ def test_a_patch_follows_a_survey_with_an_older_stamp_or_without_one_that_was_pu
 
 
 def late(*patches, most=8):
-    """Patches that were received, published at 1, 2, ...; a survey comes now that was published before them."""
+    """Return a queue of terrain that has received and handed out patches published at 1, 2, ....
+
+    The tests then add a survey that was published before these patches. most : number of patches that are kept
+    """
     waiting = WaitingTerrain(most)
     for number, patch in enumerate(patches, start=1):
         waiting.put_patch(patch, Moment(number, 0))
@@ -181,7 +184,7 @@ def late(*patches, most=8):
 
 
 def laid(waiting):
-    """What is taken of a survey and its patches."""
+    """Take a survey and all patches out of the queue; return their contents in this order."""
     kind, survey = waiting.take()
     assert kind == "whole"
     waiting.accepted()

@@ -1,4 +1,4 @@
-"""A consumer of the alarm that requires a deadline and liveliness: its contact opens whatever is killed."""
+"""Tests that the contact of the alarm bridge opens, whichever program is stopped or killed."""
 
 import signal
 import socket
@@ -18,14 +18,14 @@ from rpf3d_ros.interface.qos import ALERTS, DEADLINE, HEARTBEAT, LEASE
 from rpf3d_ros.nodes.alarm_contacts import is_closed
 
 OPENS_WITHIN = LEASE + 2.0
-"""Seconds from the death of a program until the contact must be open."""
+"""Longest time (s) from the end of a program until the contact is open."""
 
 
 class Mine(LivePeer):
-    """Publishes what is needed to stay normal, on each turn."""
+    """A mine that publishes what the simulator needs for the level `normal`."""
 
     def keep_calm(self, condition, what, seconds=PATIENCE):
-        """Publish that nothing is seen again and again, until the condition holds."""
+        """Publish empty sources repeatedly until `condition()` is true; fail after `seconds`, naming `what`."""
         until, spoken = time.monotonic() + seconds, 0.0
         while not condition():
             assert time.monotonic() < until, what
@@ -38,7 +38,7 @@ class Mine(LivePeer):
 
 @pytest.fixture
 def scene(stage):
-    """The mine, the file of the contact, and the processes of simulator and bridge, with the contact closed."""
+    """Return mine, contact file, simulator process, bridge process and contact port, when the contact is closed."""
     contact = stage.folder / "contact"
     port = free_port()
     bridge = stage.node("alarm_bridge_node", contact_file=contact, contact_port=port)

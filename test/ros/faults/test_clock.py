@@ -1,4 +1,4 @@
-"""A clock that jumps back, as where a simulation or a bag begins again: nothing from before is believed afterwards."""
+"""Tests of a clock that jumps back, as when a simulation or bag restarts: earlier evidence no longer counts."""
 
 import pytest
 
@@ -42,7 +42,7 @@ def test_before_the_first_clock_the_alarm_is_on_without_a_decision_and_the_first
     said = peer.wait_for_sentence("no time on /clock yet")
     assert (said.part, said.level) == ("rpf3d_simulator: clock", ERROR)
     peer.wait(lambda: peer.alarms, "the alarm")
-    peer.wait_for_sentence("no time on /clock yet", len(peer.said))  # again, for who has come late
+    peer.wait_for_sentence("no time on /clock yet", len(peer.said))  # published again for late subscribers
     peer.stand_on_ramp(stamp_ns=LATE)
     peer.send("sources", poses([], LATE))
     peer.wait_for_answer(LATE)

@@ -1,8 +1,8 @@
-"""Damaged messages on every input of a living simulator: it refuses what it cannot use, keeps its memory, and answers.
+"""Tests with damaged messages on every input of a running simulator: it refuses them and still answers afterwards.
 
-Damage is drawn from a fixed seed, in the bytes of a sound message as they travel: anywhere (`mutated_files`) and, three
-times in four, a value that is none in the place of one, for most of the former is what the middleware cannot read, and
-never reaches the simulator. `test_damaged_messages` has the conversions alone.
+Damage is drawn from a fixed seed and applied to the serialised bytes of a valid message. In one message of four, bytes
+anywhere are damaged (`mutated_files`); most of these messages never reach the simulator, because the middleware cannot
+read them. In the others, one number is replaced by an invalid one. `test_damaged_messages` tests the conversions alone.
 """
 
 import math
@@ -26,35 +26,34 @@ from rpf3d_ros.messages.survey_mesh import grid_mesh
 from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
 
 QUICK = {"terrain/mesh", "sources"}
-"""Inputs that `make test` tries: what the rocks fall on, and where they fall from."""
+"""Input topics that `make test` tries: one of terrain, one of sources."""
 
 MUTATIONS = int(os.environ.get("RPF3D_MUTATIONS", "50"))
-"""For each of eight topics."""
+"""Least number of damaged messages per topic."""
 
 NO_BYTES = bytes(1)
-"""Sent in the place of nothing at all: a message of no bytes is not sent, because what followed one arrived late here,
-and why has not been looked for."""
+"""Sent instead of an empty message: messages after an empty one arrived late, for an unknown reason."""
 
 AHEAD = 0.5
-"""Seconds that a damaged stamp may be ahead, and shut its topic for what is stamped now."""
+"""Longest time (s) that a stamp may be ahead; so long, a damaged stamp can keep its topic from accepting messages."""
 
 NO_VALUES = (*(struct.pack("<d", value) for value in (math.nan, math.inf, -1e300)), b"\xff" * 4, bytes(4))
-"""What is put in the place of a number of as many bytes; doubles dominate, as they do in poses."""
+"""Bytes that replace a number of the same length; most are doubles, as in poses."""
 
 CDR_HEADER = 4
-"""Bytes before what numbers are aligned to."""
+"""Length (bytes) of the CDR header; numbers are aligned relative to its end."""
 
 REFUSED = 2
-"""How many different refusals must be reported at least: damage must reach the simulator, not the middleware alone."""
+"""Least number of different refusals: they show that damaged messages reach the simulator, not only the middleware."""
 
 MOST = 20
-"""Times as many messages at most: a busy machine drops most of those that overtake one another."""
+"""Largest number of messages, over MUTATIONS: on a busy machine most of them overwrite one another in the queue."""
 
 PACE = 0.03
-"""Seconds that a message may stay without a word before the next is sent, so that few overtake one another."""
+"""Longest time (s) to wait for a report on a message before the next is sent, so that few overwrite one another."""
 
 MEMORY = 300.0
-"""MB more than at the start: a message takes kilobytes. A few grounds that damage has made large may be in use."""
+"""Memory (MB) that the simulator may take in addition: a message takes kilobytes, but damage may enlarge a terrain."""
 
 
 def small(points):
@@ -62,7 +61,7 @@ def small(points):
 
 
 def sound(topic, stamp):
-    """A small sound message of a topic."""
+    """Return a small valid message of a topic, with a stamp (ns)."""
     flat = small(ramp()).reshape(-1, 3)
     places = [ON_THE_SLOPE] * 5
     columns = {name: flat[:, i] for i, name in enumerate("xyz")} | {"diameter": np.full(len(flat), 0.7)}
@@ -79,7 +78,7 @@ def sound(topic, stamp):
 
 
 def planted(message, rng):
-    """A message with one of its numbers exchanged."""
+    """Return the bytes of a message with one number replaced by an invalid value."""
     value = rng.choice(NO_VALUES)
     place = CDR_HEADER + len(value) * rng.randrange((len(message) - CDR_HEADER) // len(value))
     return message[:place] + value + message[place + len(value) :]
@@ -87,7 +86,7 @@ def planted(message, rng):
 
 @pytest.fixture(scope="module")
 def living(shared_stage):
-    """A simulator that has answered once, its peer, and the memory (MB) it took."""
+    """Yield the process of a simulator that has answered once, its peer, and its memory (MB)."""
     process = shared_stage.node("simulator_node", most_ahead=AHEAD, **FEW_ROCKS)
     peer = shared_stage.live_peer()
     peer.wait_for_simulator()
@@ -118,5 +117,5 @@ def test_damaged_messages_are_refused_and_the_simulator_lives_on(living, topic):
 
 
 def refusals(peer, after):
-    """The different refusals that the simulator has reported after n states."""
+    """Return the different refusals among the states that the simulator has reported since the first `after` states."""
     return {said.message for said in peer.said[after:] if "refused" in said.message}

@@ -1,4 +1,4 @@
-"""Situations that must not look normal: what was sent was not fresh, whole and unambiguous, so the level is a fault."""
+"""Tests that inputs that are not fresh, complete and unambiguous give the level `fault`, never `normal`."""
 
 import numpy as np
 import pytest
@@ -17,17 +17,20 @@ from rpf3d_ros.messages.survey_mesh import grid_mesh
 from rpf3d_ros.messages.terrain_messages import MeshSurvey, cdr_of_mesh
 
 OVERLAP = 1.0
-"""Seconds for which two publishers of a topic are a warning only."""
+"""Time (s) for which two publishers of one topic are only a warning."""
 
 HOUR = 3600 * SECOND
-"""Time (ns) that lies before the stamp of every message of this file, however long a message takes."""
+"""A duration (ns): a stamp this far in the past is older than all messages of this file."""
 
 RADAR_B = "radar_b/sources"
 LATE = 100_000 * SECOND
 
 
 def calm(peer):
-    """Bring the simulator to normal: whole terrain, an area, and nothing seen; number of alerts until then."""
+    """Bring the simulator to the level `normal`: publish terrain, an area and empty sources.
+
+    Return the number of alerts until then.
+    """
     before = len(peer.alerts)
     peer.stand_on_ramp()
     peer.watch_toe()
@@ -39,7 +42,7 @@ def calm(peer):
 
 @pytest.fixture(scope="module")
 def mine(shared_stage):
-    """A peer of one simulator for all tests of this file."""
+    """Yield a peer of one simulator for all tests of this file."""
     process = shared_stage.node(
         "simulator_node", publisher_overlap=OVERLAP, source_topics=f"[sources, {RADAR_B}]",
         optional_topics=f"[{RADAR_B}]",
@@ -53,7 +56,7 @@ def mine(shared_stage):
 
 
 def stand_on(peer, points):
-    """Publish a terrain and wait until the simulator answers over it, while nothing is seen."""
+    """Publish a terrain; wait until the simulator uses it for its answers to empty sources."""
     digest = peer.answered([])["terrain_digest"]
     peer.send("terrain/points", cloud(points, peer.now()))
     peer.wait(lambda: peer.answered([])["terrain_digest"] != digest, "the new terrain")
@@ -71,7 +74,7 @@ def upside_down():
 
 
 WALLS = [(10.0, 5.0 + 7.0 * number, 32.0) for number in range(6)]
-"""Sources on six walls of the slope, of which the first lies above the first metres of the toe."""
+"""Places (m) of sources on six walls of the slope; the first wall lies above the first metres of the toe."""
 
 MESSAGES = {
     "sources in a foreign frame": (
@@ -186,17 +189,17 @@ def test_nothing_seen_by_one_sensor_clears_nothing_that_another_saw_and_harmless
 
 
 def evident(peer):
-    """What the newest evidence of the area says by itself."""
+    """Return the alert level of the area by the newest evidence alone."""
     return value(peer, "evident")
 
 
 def value(peer, key):
-    """A value of the area in the newest alert."""
+    """Return the value of a key of the area in the newest alert."""
     return next(pair.value for pair in peer.alerts[-1].status[1].values if pair.key == key)
 
 
 def test_an_area_that_was_moved_is_a_fault_until_every_wall_is_answered_for_its_new_place(stage):
-    """The node keeps the sources of four walls: after the move it answers the last of the six, not the first."""
+    """The node keeps the sources of four walls: after the move it answers for the last of the six, not the first."""
     stage.node("simulator_node", waiting_sources=1, region_size=5.0, **with_alerts(stage.folder))
     peer = stage.live_peer()
     peer.wait_for_simulator()

@@ -1,4 +1,4 @@
-"""A thousand messages of sources a second: memory stays, the newest is answered, what is dropped is counted."""
+"""Tests with 1000 messages of sources per second: memory is bounded, the newest is answered, drops are counted."""
 
 import os
 import time
@@ -10,22 +10,22 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from live_peer import FEW_ROCKS, NODE, poses, resident
 
 SECONDS = float(os.environ.get("RPF3D_FLOOD", "5"))
-"""How long it lasts at its rate; a minute in `make soak`."""
+"""Duration (s) of the flood at its nominal rate; a minute in `make soak`."""
 
 SOON = 5.0
-"""Seconds until the newest message is answered on a machine that does little else."""
+"""Longest time (s) until the newest message is answered, on a machine that runs little else."""
 
 IN_TURN = 20.0
-"""Answers to a single message that may take as long as the answer to the newest of a flood of thousands."""
+"""On a slow machine: longest time until the answer to the newest message, over the time of an answer to one message."""
 
 RATE = 1000
-"""Messages a second; on a busy machine the flood has a lower rate and lasts longer, with the same messages."""
+"""Messages per second; on a busy machine the rate is lower, and the same number of messages takes longer."""
 
 RECEIVED_EVERY = 10
-"""Messages after which the peer looks whether it has received something, which takes longer than to publish."""
+"""Number of messages after which the peer looks for received messages, which takes longer than to publish one."""
 
 MEMORY = 100.0
-"""MB more than before: each message would take kilobytes if it were kept, and each answer more."""
+"""Memory (MB) that the simulator may take in addition: much less than if it kept every message and every answer."""
 
 
 def test_a_flood_of_sources_is_answered_with_the_newest_in_bounded_memory_and_drops_are_counted(stage):
@@ -51,13 +51,13 @@ def test_a_flood_of_sources_is_answered_with_the_newest_in_bounded_memory_and_dr
 
 
 def seconds_of(do):
-    """Seconds that something takes."""
+    """Call `do`, which must return a true value; return the time (s) that it took."""
     began = time.monotonic()
     assert do()
     return time.monotonic() - began
 
 
 def dropped(peer):
-    """How many messages of sources the simulator says that it has dropped."""
+    """Return the number of messages of sources that the simulator reports as dropped."""
     status = peer.health.get(f"{NODE}: queues")
     return int(next((pair.value for pair in status.values if pair.key == "sources_dropped"), 0)) if status else 0

@@ -1,4 +1,4 @@
-"""Terrain, patches, sources and areas that cannot be used: refused with the reason, and what was there before stays."""
+"""Tests that unusable terrain, patches, sources and areas are refused with a reason, and the previous input stays."""
 
 import numpy as np
 import pytest
@@ -12,18 +12,18 @@ from rpf3d_ros.messages.survey_mesh import grid_mesh
 from rpf3d_ros.messages.terrain_messages import LITTLE_ENDIAN_CDR, cdr_of_mesh
 
 MOST = 20_000
-"""Points that the simulator of these tests takes; 10 million by default."""
+"""Most points that the simulator of these tests accepts; the default is 10 million."""
 
 MANY = 50_000_000
 MEMORY = 100.0
-"""MB more than before a message that announces 50 million points, which would take 1,200."""
+"""Memory (MB) that a message that announces 50 million points may take: the points would take 1,200 MB."""
 
 HOUR = 3600 * SECOND
 
 
 @pytest.fixture(scope="module")
 def bare(shared_stage):
-    """A peer of a simulator that has no terrain yet, and the process; the tests below share it."""
+    """Return the peer and the process of a simulator that has no terrain yet."""
     process = shared_stage.node("simulator_node", most_points=MOST, **FEW_ROCKS)
     peer = shared_stage.live_peer()
     peer.wait_for_simulator()
@@ -32,7 +32,7 @@ def bare(shared_stage):
 
 @pytest.fixture(scope="module")
 def living(bare):
-    """The same, once it has answered over a ramp."""
+    """Yield the peer and the process of the simulator of `bare`, after it has answered with a ramp as its terrain."""
     peer, process = bare
     peer.stand_on_ramp()
     peer.answered()
@@ -50,7 +50,7 @@ def scattered(*points):
 
 
 def announcing(count):
-    """A cloud of two rows that announces more points than it holds."""
+    """Return a function of a stamp (ns) that returns a cloud which announces `count` points but contains fewer."""
 
     def made(stamp):
         message = cloud(ramp()[:2], stamp)

@@ -1,4 +1,4 @@
-"""Messages that come faster than the simulator reads them: none is overwritten without a fault."""
+"""Tests that a message that is overwritten before the simulator reads it is a fault."""
 
 import signal
 import time
@@ -15,21 +15,21 @@ from sensor_msgs.msg import PointCloud2
 from rpf3d_ros.messages.stamps import stamp_of
 
 DEEP = QoSProfile(depth=1000)
-"""Quality of service of a publisher that itself overwrites nothing in these tests, unless it must."""
+"""Quality of service of a publisher with a queue deep enough that it overwrites no message in most tests."""
 
 HARMLESS = (57.0, 55.0, 1.0)
-"""A source (m) on the floor, in another region than the slope."""
+"""Place (m) of a source on the floor, in another region than the slope."""
 
 OLDEST = 6
-"""Seconds after which sources are stale."""
+"""Age (s) from which on sources are stale."""
 
 EVERY = 0.3
-"""Seconds between two messages of a sensor that publishes regularly."""
+"""Time (s) between two messages of a sensor that publishes regularly."""
 
 
 @pytest.fixture
 def mine(stage):
-    """A peer of a simulator with the level normal; the simulator's process is `mine.process`."""
+    """Return a peer of a simulator whose level is `normal`; the simulator's process is `mine.process`."""
     peer = stage.live_peer()
     for topic, kind in (("sources", PoseArray), ("terrain/update", PointCloud2)):
         peer.node.destroy_publisher(peer.publishers[topic])
@@ -45,7 +45,7 @@ def mine(stage):
 
 
 def see_until(peer, found, what):
-    """Let the sensor see the harmless source again and again until something has happened."""
+    """Publish the harmless source repeatedly until `found()` is true; return this value. what : for a failure."""
     sent = [0.0]
 
     def look():
@@ -58,7 +58,7 @@ def see_until(peer, found, what):
 
 
 def newest(peer):
-    """The sentence of the newest alert."""
+    """Return the sentence of the newest alert, "" before the first alert."""
     return peer.alerts[-1].status[0].message if peer.alerts else ""
 
 

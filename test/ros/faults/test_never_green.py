@@ -1,4 +1,7 @@
-"""The campaign of the safety argument: harmed inputs never look too safe. `make never-green` runs many more."""
+"""Some combinations of the never-green campaign: with defective inputs the level is never too low.
+
+`make never-green` runs many more combinations.
+"""
 
 import pytest
 
@@ -28,7 +31,7 @@ FOUND = {
     "a click just after the clock went back is forgotten": (612, tuple(DEFECTS)[:-1]),
     "the mesh from before a patch is published again": (3, ("mesh after the patch",)),
 }
-"""Combinations, by seed and kinds of defects, in which the node once showed too low a level."""
+"""Name -> (seed, kinds of defects) of combinations for which the node once showed too low a level."""
 
 
 def test_ten_combinations_show_at_least_the_true_level_or_a_fault():

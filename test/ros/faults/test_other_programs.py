@@ -1,4 +1,4 @@
-"""Another node dies, or the disk is full: answers and alerts go on, and the fault is reported."""
+"""Tests that answers and alerts continue, and a fault is reported, if another node dies or the disk is full."""
 
 import resource
 import signal
@@ -22,7 +22,7 @@ RECORDER = "rpf3d_recorder"
 
 @pytest.fixture(scope="module")
 def living(shared_stage):
-    """A simulator that watches the toe of a ramp, and its peer."""
+    """Yield the process and the peer of a simulator that watches the toe of a ramp."""
     process = shared_stage.node("simulator_node", **with_alerts(shared_stage.folder))
     peer = shared_stage.live_peer()
     peer.wait_for_simulator()
@@ -32,7 +32,7 @@ def living(shared_stage):
 
 
 def audited(folder):
-    """Audit the log of a running simulator, in a moment in which no line is written."""
+    """Return the audit of the log of a running simulator; repeat the audit if the simulator wrote meanwhile."""
     while True:
         before = lengths(folder)
         audit = audit_log(folder)
@@ -41,19 +41,22 @@ def audited(folder):
 
 
 def lengths(folder):
-    """The size of each file in a folder."""
+    """Return the size (bytes) of each file in a folder, by name."""
     return {path.name: path.stat().st_size for path in folder.iterdir()}
 
 
 def decided(peer):
-    """Send sources; wait until they are answered, and until an alert is published, which may be a repeated one."""
+    """Send sources; wait for their answer and for one more alert, which may be a repetition; return the alert."""
     before = len(peer.alerts)
     peer.answered()
     return peer.wait_for_alert("evacuate", before)
 
 
 def wait_until_recorded(peer, topic, count, after):
-    """Wait until a recorder that has begun after n sentences says that it has recorded so much of a topic."""
+    """Wait until the recorder reports at least `count` recorded messages of a topic.
+
+    after : number of states that the peer had received when this recorder was started
+    """
 
     def found():
         status = peer.health.get(f"{RECORDER}: recording")
@@ -75,7 +78,7 @@ def test_a_recorder_that_is_killed_disturbs_nobody_and_a_new_one_gets_what_is_la
     decided(peer)
     peer.health.pop(f"{RECORDER}: recording")
     recorder, said = shared_stage.node("recorder_node", file=second), len(peer.said)
-    for topic in ("results", "trajectories"):  # in whatever order the recorder finds their publishers
+    for topic in ("results", "trajectories"):  # the recorder may discover their publishers in any order
         wait_until_recorded(peer, topic, 1, said)
     recorder.send_signal(signal.SIGTERM)
     assert recorder.wait(PATIENCE) == 0

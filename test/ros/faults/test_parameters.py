@@ -1,4 +1,4 @@
-"""Wrong parameters of a simulator that starts: it refuses with a sentence, and nothing half right runs."""
+"""Tests that a simulator with wrong parameters does not start, and prints the reason."""
 
 from pathlib import Path
 
@@ -16,12 +16,12 @@ REFUSED = {
     "a_scene_file_that_is_not_there": ({"scene": "nowhere.yaml"}, "nowhere.yaml"),
     "an_origin_that_is_no_place": ({"map_origin": "[1.0, 2.0]"}, "map_origin"),
 }
-"""Case -> parameters, and what the sentence must name."""
+"""Case -> (parameters, text that the printed reason must contain)."""
 
 
 @pytest.fixture(scope="module")
 def started(shared_stage):
-    """A simulator for each case, all at once: each has nothing to do but to end."""
+    """Start a simulator for each case, all at the same time; return case -> process."""
     return {case: shared_stage.named_node(case, "simulator_node", **given) for case, (given, _) in REFUSED.items()}
 
 

@@ -1,4 +1,4 @@
-"""rpf3d_recorder under faults, as a process: killed, without room, without a viewer, given what is no message."""
+"""Tests of the process rpf3d_recorder under faults: killed, disk full, no viewer, invalid messages."""
 
 import os
 import resource
@@ -25,21 +25,21 @@ from rpf3d_ros.recording.files import numbered_files
 
 NODE = "rpf3d_recorder"
 LONGEST_WAIT = 0.9
-"""Seconds that a message may take longer into the file while a viewer hangs; the feed waits for that viewer for two."""
+"""Longest additional time (s) until a message is in the file while a viewer hangs; the feed waits 2 s for a viewer."""
 
 LONGEST_END = 5.0
-"""Seconds that the recorder may take to end meanwhile."""
+"""Longest time (s) that the recorder takes to end while a viewer hangs."""
 
 TIMES = 4.0
-"""Times as long as a message takes on this machine while a viewer is fed, which the end may take too."""
+"""On a slow machine: longest time until the recorder ends, over the usual time of one message."""
 
 
 STYLE = 1
-"""Rows of a series or a lane that say what it looks like."""
+"""Number of rows with the style of a series or a lane."""
 
 
 def recorded(peer, topic, count):
-    """Wait until the recorder says that it has recorded n messages of a topic; the seconds that took."""
+    """Wait until the recorder has recorded at least `count` messages of a topic; return the time (s) of the wait."""
     began = time.monotonic()
     peer.wait(
         lambda: (health := peer.health.get(f"{NODE}: recording")) and int(health.values.get(topic, 0)) >= count,
@@ -49,7 +49,7 @@ def recorded(peer, topic, count):
 
 
 def impacts(second):
-    """Impacts that differ from second to second: equal ones are recorded once."""
+    """Return a message of impacts that differs from second to second, because equal messages are recorded once."""
     return made.answers(second, float(second))["impacts"]
 
 
@@ -65,7 +65,7 @@ def test_after_a_kill_everything_up_to_the_last_event_is_saved(stage):
         peer.send("impacts", impacts(second))
         peer.send("alerts", made.alerts(second, "watch"))
         recorded(peer, "alerts", second)
-    for topic in ("impacts", "sources"):  # in whatever order the topics arrive
+    for topic in ("impacts", "sources"):  # the topics may arrive in any order
         recorded(peer, topic, 5)
     process.send_signal(signal.SIGKILL)
     process.wait()
@@ -96,7 +96,7 @@ def test_without_room_the_node_says_so_lives_on_and_begins_a_new_file_when_there
     assert peer.wait_for_health(f"{NODE}: file", "could not be written").level == ERROR
     for second in range(2, 5):
         peer.send("alerts", made.alerts(second, "evacuate"))
-    for _ in range(3):  # the recorder has received them before there is room again
+    for _ in range(3):  # so the recorder receives the impacts before the disk has room again
         seen = peer.wait_for_health(f"{NODE}: recording", "could not be written")
         peer.wait(lambda seen=seen: peer.health[f"{NODE}: recording"] is not seen, "a repetition of the diagnostics")
     assert process.poll() is None

@@ -1,4 +1,4 @@
-"""A simulator that is killed: it comes back with the last good terrain and the level that it held, and says so."""
+"""Tests that a killed simulator starts again with the last complete terrain and the held level, and reports both."""
 
 import re
 import signal
@@ -12,7 +12,7 @@ from live_peer import cloud, ramp_of, with_alerts
 from rpf3d_core.alerts.audit import audit_log
 
 LARGE = 1200
-"""Points a side of a terrain that takes a second to become ground, and as long to be written."""
+"""Points along a side of a terrain that takes about 1 s to build, and as long to write."""
 
 
 def killed(process):
@@ -21,7 +21,7 @@ def killed(process):
 
 
 def back(stage, peer):
-    """Start the simulator again; what it says of its terrain, and its first alert."""
+    """Start the simulator again; return its process, its state of the terrain, and the first site status."""
     said, alerts = len(peer.said), len(peer.alerts)
     process = stage.node("simulator_node", **with_alerts(stage.folder))
     terrain = peer.wait_for_sentence(" old", said)
@@ -36,7 +36,7 @@ def test_a_simulator_killed_in_the_middle_of_an_update_comes_back_with_the_last_
     ramp_digest = peer.see_rocks_reach_the_toe()["terrain_digest"]
     peer.wait_for_sentence("is stored", len(peer.said))
     peer.send("terrain/points", cloud(ramp_of(LARGE), peer.now()))
-    peer.spin(0.4)  # it is being built
+    peer.spin(0.4)  # the terrain is being built
     killed(process)
     peer.spin(0.5)
     assert peer.answer_values()["terrain_digest"] == ramp_digest, "the update was over: make it larger"
@@ -47,7 +47,7 @@ def test_a_simulator_killed_in_the_middle_of_an_update_comes_back_with_the_last_
     assert peer.answered_again()["terrain_digest"] == ramp_digest
     peer.send("terrain/points", cloud(ramp_of(LARGE), peer.now()))
     large_digest = peer.wait(lambda: (d := peer.answered()["terrain_digest"]) != ramp_digest and d, "the new terrain")
-    killed(process)  # it is being written, or just has been
+    killed(process)  # the terrain is being written, or was just written
 
     process, _, alert = back(stage, peer)
     assert alert.message.startswith("evacuate")

@@ -1,4 +1,4 @@
-"""SIGTERM, whatever the simulator is doing: it ends soon with exit code 0, and leaves files that can be read."""
+"""Tests that the simulator ends soon on SIGTERM, whatever it does, with exit code 0 and readable files."""
 
 import pytest
 
@@ -11,7 +11,7 @@ from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.live.store import read_last
 
 BUILT_FOR_SECONDS = 1500
-"""Points a side of a grid that takes seconds to become ground."""
+"""Points along a side of a grid that takes seconds to become terrain."""
 
 
 def unconfigured(stage, peer):
@@ -50,12 +50,12 @@ def test_a_simulator_that_compiles_while_it_configures_ends_on_sigterm(stage, mo
 
 
 def flies(peer):
-    """The rocks of the last answer, which is refined for ever."""
+    """Wait until the simulator refines its answer; with the parameters of this test it never finishes."""
     peer.wait(lambda: int(peer.answer_values()["stage"]) > 1, "a refined answer")
 
 
 def builds(peer):
-    """A terrain that is built for seconds."""
+    """Publish a terrain that takes seconds to build; return while the simulator builds it."""
     peer.send("terrain/points", cloud(ramp_of(BUILT_FOR_SECONDS), peer.now()))
     peer.spin(0.5)
 

@@ -1,4 +1,4 @@
-"""One of two radars is silent while the other publishes: what it saw last, or never reported, must not go unseen."""
+"""Tests that the silence of one of two radars is a fault or a warning while the other publishes."""
 
 import time
 
@@ -12,17 +12,20 @@ from live_peer import ON_THE_SLOPE, cloud, long_ramp, polygon, poses, with_alert
 from rpf3d_ros.messages.health import ERROR, OK
 
 BESIDE = ((50.0, 2.0), (58.0, 2.0), (58.0, 8.0), (50.0, 8.0))
-"""Corners (m) of an area that no rock comes to."""
+"""Corners (m) of an area that no rock reaches."""
 
 OLDEST = 4
-"""Seconds after which sources are stale."""
+"""Age (s) from which on sources are stale."""
 
 EVERY = 0.3
-"""Seconds between two messages of the radar that publishes."""
+"""Time (s) between two messages of the radar that publishes."""
 
 
 def speak_until(peer, found, what, cloud_too=False):
-    """Send sources again and again until something has happened; cloud_too : the other radar sees nothing meanwhile."""
+    """Publish sources repeatedly until `found()` is true; return this value.
+
+    what : for the failure message; cloud_too : whether the other radar publishes empty sources meanwhile
+    """
     spoken = [0.0]
 
     def look():
@@ -42,7 +45,7 @@ def said_since(peer, after, words):
 
 @pytest.fixture
 def mine(stage):
-    """A peer of a simulator that watches an area to which no rock comes; the peer has a publisher of each topic."""
+    """Return a peer, with a publisher of each topic, of a simulator that watches an area that no rock reaches."""
     stage.node("simulator_node", **with_alerts(stage.folder, oldest=OLDEST))
     peer = stage.live_peer()
     peer.wait_for_simulator()
@@ -64,7 +67,7 @@ def test_a_radar_that_falls_silent_is_named_in_a_fault_until_it_speaks_while_ano
 
 
 def test_a_radar_that_is_connected_and_was_never_heard_is_named_in_a_fault_until_it_speaks(mine):
-    """No one expects the radar: `expected_topics` is empty."""
+    """The parameter `expected_topics` is empty."""
     mute = f"source_cloud has had a publisher (/mine) for more than {OLDEST} s, but no valid message"
     speak_until(mine, lambda: said_since(mine, 0, mute), "the mute radar to be told of")
     told = next(s for array in mine.alerts for s in array.status if mute in s.message)

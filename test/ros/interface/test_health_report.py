@@ -1,4 +1,4 @@
-"""The state of a node's parts, set from several threads."""
+"""Tests of the report of a node's health, whose parts several threads set."""
 
 import sys
 import threading
@@ -16,7 +16,7 @@ THREADS, PARTS = 4, 200
 
 
 class StubNode:
-    """What HealthReport asks of a node."""
+    """Stands in for a node: has what `HealthReport` needs, and keeps what is published and logged."""
 
     def __init__(self):
         self.arrays, self.logged = [], []
@@ -82,7 +82,7 @@ def test_a_part_logs_each_reason_and_repeats_none(monkeypatch):
 
 
 def test_a_reason_that_stays_true_is_logged_once(monkeypatch):
-    """Each decision reports it again, for a minute; after ten seconds without it, it is new."""
+    """Each decision repeats the reason, here for a minute; after 10 s without it, the reason counts as new."""
     node = StubNode()
     report, clock = HealthReport(node), iter([*range(60), 70.0])
     monkeypatch.setattr(health_report, "time", SimpleNamespace(monotonic=lambda: next(clock)))

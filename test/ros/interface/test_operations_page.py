@@ -1,4 +1,4 @@
-"""The pages on the live nodes and the files to bring rpf3d up say what the code does."""
+"""Tests that the pages on the live nodes and the files that start and show them agree with the code."""
 
 import ast
 import configparser
@@ -30,11 +30,11 @@ NOT_DRAWN_BY_RVIZ = {"terrain/mesh", "results", "alerts", "alarm", "/diagnostics
 NOT_DRAWN_IN_3D = {"terrain/mesh", "results", "alerts", "alarm", "/diagnostics"}
 ENDPOINTS = {"create_publisher", "create_lifecycle_publisher", "create_subscription", "_subscribe", "LargeTopic"}
 OF_EVERY_NODE = {"parameter_events", "rosout", "clock", "~/transition_event"}
-"""Topics that rclpy itself has."""
+"""Topics that rclpy itself adds to each node."""
 
 
 def documented(direction):
-    """Topic -> (type, quality of service) in one of the page's tables."""
+    """Return topic -> (type, quality of service) from the page's table of one direction."""
     table = TOPICS.partition(f"<!-- topics: {direction} -->")[2].partition("<!-- end -->")[0]
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.strip().splitlines()[2:]]
     return {row[0].strip("`"): (row[1], row[2]) for row in rows}
@@ -44,12 +44,12 @@ IN, OUT = documented("in"), documented("out")
 
 
 def name_of(function):
-    """What a call calls, without what it belongs to."""
+    """Return the last name of a called function's syntax tree: `g` of `f.g`; "" if it has none."""
     return getattr(function, "attr", getattr(function, "id", ""))
 
 
 def topics_in_code():
-    """(topic, name of the message class) of publishers and subscriptions whose names stand in the sources."""
+    """Yield (topic, name of the message class) of the publishers and subscriptions in the source files."""
     yield from ((topic, "PoseArray") for topic in SimulatorParameters().sensors.poses)
     yield from ((topic, "PointCloud2") for topic in SimulatorParameters().sensors.clouds)
     for path in SOURCES:
@@ -69,7 +69,7 @@ def test_the_tables_of_parameters_are_those_of_the_code():
 
 
 def test_every_topic_of_the_code_is_documented_with_its_type():
-    found = set(topics_in_code()) - {("/clock", "Clock")}  # the clock of ROS, which the player of bags may give
+    found = set(topics_in_code()) - {("/clock", "Clock")}  # the clock of ROS, which the bag player may publish
     assert len(found) > 8, "the sources must have been understood"
     for topic, kind in found:
         documented_kind, _ = (IN | OUT).get(topic, ("", ""))
@@ -94,7 +94,7 @@ def test_every_part_that_reports_its_health_is_documented():
 
 
 def policy():
-    """Node -> what it may publish, subscribe to and serve by SROS2."""
+    """Yield (node, rights) of the SROS2 policy; rights are publish, subscribe, reply, request -> set of names."""
     root = ElementTree.parse(ROOT / "config" / "sros2_policy.xml").getroot()
     for profile in root.iter("profile"):
         allowed = {"publish": set(), "subscribe": set(), "reply": set(), "request": set()}
@@ -131,7 +131,7 @@ def test_the_policy_allows_each_node_the_documented_topics_and_no_more():
 
 
 ONLY_WITH_SIMULATED_TIME = {"clock", "parameter_events"}
-"""Subscriptions that rclpy makes with `use_sim_time`, or not in every release."""
+"""Subscriptions that rclpy makes only with `use_sim_time`, or only in some releases."""
 SCENE_FILE = ROOT / "config" / "scenes" / "shift.yaml"
 NODES = {"simulator_node": {}, "recorder_node": {}, "scene_publisher_node": {"scene": SCENE_FILE}}
 
@@ -165,7 +165,7 @@ def test_the_policy_has_no_wildcards():
 
 
 def displays():
-    """Topic -> display of the RViz configuration."""
+    """Return topic -> display of the RViz configuration."""
     rviz = yaml.safe_load((ROOT / "config" / "rpf3d.rviz").read_text())["Visualization Manager"]
     assert rviz["Global Options"]["Fixed Frame"] == "map"
     return {display["Topic"]["Value"]: display for display in rviz["Displays"] if "Topic" in display}
@@ -184,7 +184,7 @@ def test_rviz_asks_for_what_is_offered():
 
 
 def panels(layout):
-    """Ids of the panels of a Foxglove layout, in order."""
+    """Return the ids of the panels of a Foxglove layout, in order."""
     return [layout] if isinstance(layout, str) else [*panels(layout["first"]), *panels(layout["second"])]
 
 
@@ -199,7 +199,7 @@ def test_the_foxglove_layout_has_a_configuration_for_each_panel_and_draws_every_
 
 
 def service_of(name):
-    """The [Service] of a systemd unit in config, and the unit's text."""
+    """Return the section [Service] of a systemd unit in `config/`, and the text of the unit."""
     unit = configparser.ConfigParser(strict=False, interpolation=None)
     unit.optionxform = str
     text = (ROOT / "config" / name).read_text()

@@ -1,4 +1,4 @@
-"""Parameters: declared once, from the dataclasses; wrong values are refused by name."""
+"""Tests that parameters are declared from the dataclasses, and that a refusal of a wrong value names the parameter."""
 
 from dataclasses import fields
 
@@ -24,7 +24,7 @@ KINDS = [SimulatorParameters, RecorderParameters, ScenePublisherParameters]
 
 @pytest.fixture
 def node_with():
-    """A function that makes a node with given parameter arguments, in a context of its own."""
+    """Yield a function that makes a node with the given parameters, in a separate context."""
     made = []
 
     def make(**values):

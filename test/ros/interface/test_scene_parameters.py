@@ -1,4 +1,4 @@
-"""A scene's fields as parameters of a node: declared from the model, judged by it, and fixed while configured."""
+"""Tests of scene fields as node parameters: declared from and checked by the scene model, fixed while configured."""
 
 import pytest
 
@@ -18,7 +18,7 @@ from rpf3d_ros.interface.scene_parameters import SceneParameters, descriptor_of
 
 @pytest.fixture
 def node_with():
-    """A function that makes a node of a class with given parameter arguments, in a context of its own."""
+    """Yield a function that makes a node of class `kind` with the given parameters, in a separate context."""
     made = []
 
     def make(given, kind=Node, **options):

@@ -1,4 +1,4 @@
-"""The adapter to tf2, tested with a stand-in of tf2_ros only: no wheel has the real one."""
+"""Tests of the adapter to tf2, with a stand-in for tf2_ros only, because no wheel contains tf2_ros."""
 
 import importlib
 import time
@@ -17,12 +17,12 @@ STAND_IN = Path(__file__).parents[2] / "support" / "stand_in_tf2"
 S = 1_000_000_000
 NOW = 1_000 * S
 QUICK = 20.0
-"""Seconds within which a lookup returns that waits for nothing; it takes milliseconds on an idle machine."""
+"""Longest time (s) of a lookup that does not wait; on an idle machine it takes milliseconds."""
 
 
 @pytest.fixture
 def tf2(monkeypatch):
-    """The stand-in, imported as tf2_ros."""
+    """Yield the stand-in module, imported as tf2_ros."""
     monkeypatch.syspath_prepend(str(STAND_IN))
     monkeypatch.delitem(importlib.sys.modules, "tf2_ros", raising=False)
     yield importlib.import_module("tf2_ros")

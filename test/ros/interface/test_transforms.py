@@ -1,4 +1,4 @@
-"""Inputs in other frames are transformed in double precision, and refused where no transform can be trusted."""
+"""Tests that inputs in other frames are transformed in double precision, and refused without a valid transform."""
 
 import numpy as np
 import pytest
@@ -22,14 +22,14 @@ LONGEST = 0.5
 MAP = MapFrame(survey="utm", origin=(5e5, 5e6, 100.0))
 HALF = float(np.sqrt(0.5))
 TO_NORTH = FoundTransform((0.0, 0.0, HALF, HALF), (100.0, 200.0, 50.0), None)
-"""The x axis of the radar points north, its y axis west."""
+"""Transform of a radar whose x axis points north and whose y axis points west; its origin is at (100, 200, 50) m."""
 
 ROUNDING = 4e-14
-"""Of a point at 100 m: a rotation has a dozen operations, each of which rounds to 1.4e-14 m or less."""
+"""Largest error (m) of a rotated point at 100 m: about a dozen operations, each with an error up to 1.4e-14 m."""
 
 
 class Given:
-    """A provider with one answer, that keeps what it was asked."""
+    """A provider of transforms that always gives the same answer and keeps the arguments of each lookup."""
 
     def __init__(self, answer):
         self.answer, self.asked = answer, []
@@ -125,7 +125,7 @@ def test_a_transform_that_is_no_rotation_is_refused(turn, shift, why):
 
 
 def test_a_rotation_keeps_lengths_and_hands_in_double_precision():
-    """The length of the quaternion and the entries of the matrix round to 8 times 2.2e-16 or less."""
+    """Rounding errors of the quaternion's length and of the matrix are at most 8 times 2.2e-16."""
     rng = np.random.default_rng(1)
     for turn in rng.normal(size=(200, 4)):
         turn *= rng.uniform(0.9991, 1.0009) / np.linalg.norm(turn)
@@ -135,7 +135,7 @@ def test_a_rotation_keeps_lengths_and_hands_in_double_precision():
 
 
 def test_large_coordinates_of_another_frame_keep_their_millimetres():
-    """A frame with the coordinates of a survey, turned by 90 degrees: 8 digits before the point are exact to 1e-9 m."""
+    """The frame has survey coordinates and is turned by 90 degrees; coordinates below 1e8 m are exact to 1e-9 m."""
     grid = frame_of(FoundTransform((0.0, 0.0, HALF, HALF), (5_400_000.0, -450_000.0, -100.0), None), "mine_grid")
     moved = grid.points(np.array([450_012.345, 5_399_000.001, 142.0]), "mine_grid")
     assert np.abs(moved - (1_000.0 - 0.001, 12.345, 42.0)).max() < 2e-9
@@ -184,7 +184,7 @@ def test_an_outline_without_heights_is_refused_in_a_tilted_frame_and_used_in_one
 
 
 def test_a_scanner_that_looks_down_gives_terrain_the_right_way_up_and_its_holes_stay():
-    """The z axis of the scanner points down: a turn by 180 degrees about its x axis."""
+    """The z axis of the scanner points down: the frame is turned by 180 degrees about its x axis."""
     scanner = frame_of(FoundTransform((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 30.0), None), "scanner")
     y, x = np.mgrid[0:3, 0:4].astype(float)
     points = np.stack([x, y, 20.0 + 0.0 * x], axis=-1)

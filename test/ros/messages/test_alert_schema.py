@@ -1,4 +1,4 @@
-"""Every alert agrees with the JSON Schema that consumers read, and a damaged one does not."""
+"""Tests that every alert is valid by the JSON Schema for subscribers, and a damaged alert is not."""
 
 import json
 from pathlib import Path
@@ -28,7 +28,7 @@ ANSWERS = {
 
 
 def as_json(alert, namespace="/"):
-    """Return the message of an alert as JSON content, as rosbridge gives it."""
+    """Return the message of an alert as JSON content, as rosbridge sends it."""
     message = of_unit(alerts_message(Header(), alert, 7, Publication(sequence=3, at_ns=NOW)), namespace)
     status = [
         {"level": each.level[0], "name": each.name, "message": each.message, "hardware_id": each.hardware_id,

@@ -1,4 +1,4 @@
-"""Areas of interest that come as messages."""
+"""Tests of areas of interest that are received as messages."""
 
 import math
 
@@ -19,7 +19,7 @@ MAP = MapFrame()
 SURVEY = MapFrame(survey="utm", origin=(1000.0, 2000.0, 0.0))
 RADIUS = 15.0
 ALMOST = 0.005
-"""Of the radius: how far a corner of a circle's polygon lies outside the circle."""
+"""How far at most a corner of a circle's polygon lies outside the circle, as a share of the radius."""
 
 
 def polygon(*corners, frame="map"):

@@ -1,4 +1,4 @@
-"""PointCloud2 <-> columns: round trips, and clouds that lie about themselves."""
+"""Tests of PointCloud2 <-> columns: round trips, and clouds whose header contradicts their data."""
 
 import numpy as np
 import pytest
@@ -17,13 +17,16 @@ from rpf3d_ros.messages.map_frame import FARTHEST
 from rpf3d_ros.messages.refusals import MessageRefused
 
 FLOAT32_STEP = 2.0**-23
-"""Relative step of float32: what a value may lose on its way through a cloud."""
+"""Relative step of float32: the largest relative error of a value that passes through a cloud."""
 
 BEYOND = 2.0 * FARTHEST
 
 
 def cloud(points, kind="<f4", dense=False, **changes):
-    """A cloud x, y, z of points (H, W, 3), with fields of the message changed."""
+    """Return a PointCloud2 of points (H, W, 3), with the columns x, y, z of type `kind`.
+
+    changes : fields of the message that are set afterwards
+    """
     layout = np.dtype([(name, kind) for name in "xyz"])
     data = np.zeros(points.shape[:2], layout)
     for i, name in enumerate("xyz"):
@@ -41,7 +44,7 @@ def cloud(points, kind="<f4", dense=False, **changes):
 
 
 def plane(height=3, width=4):
-    """Points (H, W, 3) of a tilted plane."""
+    """Return points (height, width, 3) of a tilted plane."""
     y, x = np.mgrid[0:height, 0:width].astype(float)
     return np.stack([x, y, 0.25 * x + 7.0], axis=-1)
 
@@ -100,7 +103,7 @@ def test_float32_survey_coordinates_are_refused_and_float64_ones_are_not():
 
 @pytest.mark.parametrize("kind", ["f4", "f8"])
 def test_bytes_in_the_wrong_order_are_refused_although_they_are_numbers(kind):
-    """Formerly such sources lay at the origin of the map: their coordinates were below 1e-30 m."""
+    """Otherwise such sources would have coordinates below 1e-30 m: they would lie at the origin of the map."""
     message = cloud(np.full((1, 1, 3), 30.0), f"<{kind}")
     message.is_bigendian = True
     with pytest.raises(MessageRefused, match="is its byte order as is_bigendian says"):

@@ -1,8 +1,8 @@
-"""Every conversion of a message on damaged ones: it converts or refuses with a sentence, in bounded time and memory.
+"""Tests that each conversion of a damaged message succeeds or refuses with a reason, in bounded time and memory.
 
-Damage is drawn from a fixed seed, in the bytes of a sound message as they travel. What rclpy itself cannot read never
-reaches a conversion. Each kind is tried in a process of its own with a limit on its memory, so that a crash, a hang or
-an allocation without bound is seen.
+Damage is drawn from a fixed seed and applied to the serialised bytes of a valid message. Messages that rclpy cannot
+read do not reach a conversion. Each kind is tried in a separate process with limited memory, so that a crash, a hang
+or an unbounded allocation is detected.
 """
 
 import os
@@ -17,9 +17,9 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 pytest.importorskip("rosbags", reason="rosbags is not installed")
 
 MUTATIONS = int(os.environ.get("RPF3D_MUTATIONS", "300"))
-LONGEST = 240.0 * max(1.0, MUTATIONS / 1000)  # s; the slowest takes 2 s where nothing else runs
+LONGEST = 240.0 * max(1.0, MUTATIONS / 1000)  # time limit (s); the slowest kind takes 2 s on an idle machine
 MEMORY = 500_000_000
-"""Bytes of address space more than the process has once everything is imported: the sound messages take kilobytes."""
+"""Address space (bytes) that the process may take after all imports; valid messages take kilobytes."""
 FOLDERS = [str(Path(__file__).parents[2] / "support"), str(Path(__file__).parents[3])]
 
 CHILD = """
@@ -62,7 +62,7 @@ print(unread, refused, converted)
 """
 
 QUICK = {"terrain mesh", "sources", "equipment"}
-"""Kinds that `make test` tries: of terrain, of sources, and of what is watched."""
+"""Kinds that `make test` tries: one of terrain, one of sources, one of areas."""
 
 KINDS = [
     "terrain grid", "terrain cloud", "terrain mesh", "positions", "columns", "sources", "clicked point", "source cloud",

@@ -1,4 +1,4 @@
-"""Hazard maps -> OccupancyGrid and PointCloud2."""
+"""Tests of hazard maps -> OccupancyGrid and PointCloud2."""
 
 import time
 
@@ -22,14 +22,14 @@ from rpf3d_ros.messages.hazard_messages import hazard_points, occupancy_grid, pe
 HEADER = Header(frame_id="map", stamp=Time(sec=3))
 FRAME = Frame(origin=(100.0, 200.0, 50.0))
 RASTER = Raster(-2.0, 4.0, 0.5, 3, 2)
-"""Two rows of three cells."""
+"""A raster of two rows with three cells each."""
 COVERED = np.array([True, True, False, True, True, True])
 CELLS = TerrainCells(COVERED, np.array([1.0, 2.0, np.nan, 4.0, 5.0, 6.0], dtype=np.float32))
 
 LARGE = 2000
-"""TerrainCells along a side of a raster of a mine."""
+"""Number of cells along a side of the raster of a large mine."""
 QUICK = 0.1
-"""CPU seconds that its message may take; iterated over it takes a second."""
+"""Longest CPU time (s) to make the message; a Python loop over the cells takes a second."""
 
 
 def spread(values):

@@ -1,4 +1,4 @@
-"""Markers laid out as bytes are the markers that rclpy itself would have made of objects."""
+"""Tests that markers written directly as bytes equal the markers that rclpy serialises from objects."""
 
 import time
 
@@ -22,13 +22,13 @@ from rpf3d_ros.messages.marker_layout import CLEARING, NO_POINTS, Layout, cdr_of
 from rpf3d_ros.messages.marker_messages import trajectory_markers, zone_markers
 
 BURST = 0.020
-"""CPU seconds that all markers of a burst of sources may take: a fifth of what its answer may."""
+"""Longest CPU time (s) for all markers of a burst of sources: a fifth of the limit of the burst's answer."""
 
 TEXT = st.text(st.characters(exclude_characters="\0", codec="utf-8"), max_size=9)
 
 
 def built(header, markers):
-    """The array of objects, for comparison."""
+    """Return the MarkerArray of objects to compare with."""
     return MarkerArray(markers=[_built(header, marker) for marker in markers])
 
 
@@ -43,7 +43,7 @@ def _built(header, layout):
 
 
 def as_rclpy_reads(message):
-    """What a subscriber gets of a message: its 32-bit numbers rounded."""
+    """Return the message that a subscriber receives: 32-bit numbers are rounded."""
     return deserialize_message(serialize_message(message), type(message))
 
 

@@ -1,4 +1,4 @@
-"""Trajectories and hazard zones <-> MarkerArray."""
+"""Tests of trajectories and hazard zones <-> MarkerArray."""
 
 import numpy as np
 import pytest
@@ -24,20 +24,20 @@ SURVEY = MapFrame(survey="utm", origin=(5e5, 4.5e6, 100.0))
 
 
 def columns(rocks=3, points=5):
-    """Columns of `rocks` rocks with `points` points each."""
+    """Return trajectory columns, name -> (rocks * points,), for rocks with the same number of points each."""
     rock = np.repeat(np.arange(rocks), points)
     along = np.tile(np.arange(points, dtype=float), rocks)
     return {"x": along, "y": rock.astype(float), "z": -along, "rock": rock, "speed": along}
 
 
 def sent(data):
-    """The array that the middleware makes of its bytes, or of itself on its way."""
+    """Return the MarkerArray that a subscriber receives if `data`, bytes or a message, is published."""
     whole = data if isinstance(data, bytes) else serialize_message(data)
     return deserialize_message(whole, MarkerArray)
 
 
 def zone(name="0.1", facets=2, edges=0):
-    """A zone with n facets and edges, all different."""
+    """Return a zone with n facets and n edges whose coordinates all differ."""
     corners = np.arange(9.0 * facets).reshape(facets, 3, 3)
     return ShownZone(name, corners, 100.0 + np.arange(6.0 * edges).reshape(edges, 2, 3))
 

@@ -1,4 +1,4 @@
-"""Where published rocks are at even moments."""
+"""Tests of the positions of published rocks at evenly spaced times."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from rpf3d_ros.messages.moving_rocks import FRAME, MOST_FRAMES, MOST_ROCKS, moti
 
 
 def along(*tracks):
-    """Points, times and rocks of tracks [(t, x), ...] along the x axis."""
+    """Return points (N, 3), times (N,) and rock numbers (N,) of tracks [(t, x), ...] along the x axis, one per rock."""
     rows = [(t, x, rock) for rock, track in enumerate(tracks) for t, x in track]
     t, x, rock = (np.array(column) for column in zip(*rows, strict=True))
     return np.stack([x, 0 * x, 0 * x], axis=-1).astype(float), t.astype(float), rock.astype(np.uint32)

@@ -1,4 +1,4 @@
-"""Results and alerts as messages."""
+"""Tests of results and alerts as messages."""
 
 from dataclasses import replace
 from types import SimpleNamespace

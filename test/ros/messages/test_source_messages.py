@@ -1,4 +1,4 @@
-"""PoseArray <-> sources."""
+"""Tests of PoseArray, PointCloud2 and PointStamped -> sources."""
 
 import math
 
@@ -28,7 +28,7 @@ from rpf3d_ros.messages.source_messages import (
 
 MAP = MapFrame()
 ROUNDING = 1e-12
-"""Of a direction turned into a quaternion and back: a dozen operations on numbers up to 1."""
+"""Largest error of a direction that is converted to a quaternion and back: a dozen operations on numbers up to 1."""
 
 COMPONENT = st.integers(-50_000_000, 50_000_000).map(lambda micrometres: 1e-6 * micrometres)
 
@@ -223,7 +223,7 @@ def test_a_cloud_that_announces_no_points_but_has_data_is_not_nothing_seen():
 
 @pytest.mark.parametrize("axes", ["x", "y", "z", "xy", "yz"])
 def test_a_point_with_a_position_in_part_is_a_source_at_an_unknown_place(axes):
-    """Dropped without a word, a dangerous source next to a harmless one would be no source."""
+    """If the point were dropped silently, a dangerous source next to a harmless one would be lost."""
     points = {name: [1.0, np.nan if name in axes else 2.0] for name in "xyz"}
     with pytest.raises(MessageRefused, match="point 1 has a NaN in only a part"):
         sources_of_cloud(cloud(**points), MAP)

@@ -1,4 +1,4 @@
-"""A received survey as terrain."""
+"""Tests of the mesh that is made of a received survey."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from rpf3d_ros.messages.terrain_messages import GridSurvey, MeshSurvey
 
 WELD = 1e-4
 ROUNDING = 1e-9
-"""m; coordinates of 1e4 m less a local origin and plus it again: a float64 step is 2e-12 m there."""
+"""Largest error (m) of coordinates of 1e4 m after a local origin is subtracted and added; a float64 step is 2e-12 m."""
 
 
 def grid(height=4, width=5, at=0.0):

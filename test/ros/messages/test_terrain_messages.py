@@ -1,4 +1,4 @@
-"""Terrain messages <-> surveys: round trips against rclpy's own serialisation, and hostile bytes."""
+"""Tests of terrain messages <-> surveys: round trips compared with rclpy's serialisation, and malformed bytes."""
 
 import struct
 import tracemalloc
@@ -33,7 +33,7 @@ from rpf3d_ros.messages.terrain_messages import (
 )
 
 A_FEW_OBJECTS = 100_000
-"""Bytes that a refusal may take: its sentence, and what is imported for it."""
+"""Most memory (bytes) that a refusal may take: its sentence, and modules imported for it."""
 
 MAP, HEADER = MapFrame(), Header(frame_id="map")
 SURVEY = MapFrame(survey="utm", origin=(500_000.0, 4_500_000.0, 0.0))
@@ -49,7 +49,7 @@ def mesh_message(survey):
 
 
 def strip(count):
-    """A strip of `count` triangles, so that the padding between the arrays takes both its values."""
+    """Return a strip of `count` triangles; odd and even counts give the two paddings between the message's arrays."""
     vertices = np.array([[i, i % 2, 0.125 * i] for i in range(count + 2)], dtype=float)
     return MeshSurvey(vertices, np.array([[i, i + 1, i + 2] for i in range(count)], dtype=np.int32))
 
@@ -176,7 +176,7 @@ def test_a_cloud_of_holes_only_is_refused():
 
 
 def scattered(points, dense=True, kind="f4"):
-    """An unorganised cloud of points (N, 3)."""
+    """Return an unorganised PointCloud2 of points (N, 3). kind : "f4" for float32, "f8" for float64."""
     cloud = cloud_of_columns(HEADER, {name: points[:, i] for i, name in enumerate("xyz")})
     if kind == "f8":
         cloud.fields = [PointField(name=n, offset=8 * i, datatype=8, count=1) for i, n in enumerate("xyz")]
@@ -221,7 +221,7 @@ def test_a_cloud_of_less_than_a_triangle_is_refused(points):
 
 
 def announced(height, width):
-    """A cloud that says it holds n points and holds none."""
+    """Return a cloud that announces height x width points but contains no data."""
     fields = [PointField(name=name, offset=4 * i, datatype=7, count=1) for i, name in enumerate("xyz")]
     return PointCloud2(header=HEADER, height=height, width=width, fields=fields, point_step=12, row_step=12 * width)
 

@@ -1,4 +1,4 @@
-"""A machine's clock that is set back, which ROS does not report."""
+"""Tests of a machine's clock that is set back, which ROS does not report."""
 
 import time
 from types import SimpleNamespace
@@ -26,7 +26,7 @@ def test_a_clock_that_is_set_back_is_noticed_once():
 
 
 def test_it_looks_at_the_clock_also_while_that_lies_behind_what_it_was(stage, monkeypatch):
-    """As after a step back of the machine's clock, in which timers of ROS time wait until it has caught up."""
+    """After a step back of the machine's clock, timers of ROS time wait until the clock has caught up."""
     monkeypatch.setattr(simulator, "TICK", 0.02)
     rclpy.init(args=["--ros-args", "-p", "autostart:=false"])
     try:

@@ -1,4 +1,4 @@
-"""Only the thread of the surveys waits for the first transforms; the executor's thread, which receives them, never."""
+"""Tests that only the survey thread waits for the first transforms, not the thread that receives them."""
 
 import threading
 import time
@@ -15,11 +15,11 @@ from rpf3d_ros.nodes.frames_on_arrival import FramesOnArrival
 
 NOW = 10**18
 QUICK = 20.0
-"""Seconds within which a thread goes on that waits no longer; a busy machine needs a second."""
+"""Longest time (s) until a thread that no longer has to wait continues; a busy machine needs a second."""
 
 
 class Late:
-    """A provider that knows no transform until it is given one."""
+    """A provider of transforms that knows no transform until the test sets `found`."""
 
     found = "it is unknown"
 
@@ -32,7 +32,10 @@ class Late:
 
 
 def on_a_thread(frames):
-    """Ask for the frame of a drone on another thread; return the thread and what it finds."""
+    """Look up the frame of a drone on another thread.
+
+    Return the thread, and a list that receives the name of the frame or the reason of the refusal.
+    """
     found = []
 
     def ask():

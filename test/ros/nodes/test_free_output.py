@@ -1,4 +1,4 @@
-"""A program goes on whatever its output leads to: a closed descriptor, a reader that has gone, or one without room."""
+"""Tests that a program continues if its output is a closed descriptor, or a pipe that is full or has no reader."""
 
 import os
 import subprocess
@@ -75,7 +75,7 @@ def test_a_reader_that_has_gone_leaves_no_full_pipe_behind(tmp_path):
 
 
 def test_a_reader_that_had_no_room_for_a_while_reads_what_comes_later(tmp_path):
-    """A terminal or pipe that someone else made non-blocking. Formerly the first full pipe ended all output."""
+    """Another program may have made the terminal or pipe non-blocking; a full pipe must not end all output."""
     went = tmp_path / "went"
     reading, writing = os.pipe()
     os.set_blocking(writing, False)

@@ -1,4 +1,4 @@
-"""What a node has freed is freed, although the collector leaves alone what was there before."""
+"""Tests that a node's objects are freed, although the garbage collector ignores the objects from its start."""
 
 import gc
 import weakref
@@ -21,7 +21,7 @@ DONE = TransitionCallbackReturn.SUCCESS
 
 @pytest.fixture
 def node(stage, monkeypatch):
-    monkeypatch.setattr(configuration, "warm", lambda scene, parameters: 0.0)  # nothing flies
+    monkeypatch.setattr(configuration, "warm", lambda scene, parameters: 0.0)  # compiles nothing
     rclpy.init(args=["--ros-args", "-p", "autostart:=false"])
     made = simulator.SimulatorNode()
     yield made

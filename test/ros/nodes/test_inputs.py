@@ -1,4 +1,4 @@
-"""What an input does with a message before and after it is understood, without a network."""
+"""Tests of what an input does before and after it converts a message, without a network."""
 
 from types import SimpleNamespace
 from unittest.mock import MagicMock
@@ -27,7 +27,7 @@ NOW = 1_000 * S
 
 
 class Truck:
-    """A provider whose only transform moves; it notes lookups and the calls of `clear`."""
+    """A provider whose only transform is that of a moving frame; it notes the calls of `lookup` and `clear`."""
 
     def __init__(self):
         self.calls = []
@@ -41,7 +41,7 @@ class Truck:
 
 
 class DryInputs(Inputs):
-    """The inputs of a node without subscriptions, with what they report."""
+    """The inputs of a node without subscriptions; keeps the refusals, and the topics whose messages were accepted."""
 
     def __init__(self, truck, now_ns=NOW):
         self.refusals, self.understood = [], []

@@ -1,4 +1,4 @@
-"""A mesh that takes long on its way: what was published after it is laid upon it, although it was received before."""
+"""Tests that patches published after a mesh are applied to the mesh even if they are received before it."""
 
 import pytest
 
@@ -10,10 +10,10 @@ from rpf3d_ros.messages.survey_mesh import grid_mesh
 from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
 
 SIDE = 600
-"""Points a side of a mesh whose 15 MB come in many fragments."""
+"""Points along a side of a mesh whose 15 MB arrive in many fragments of the network."""
 
 WHOLE = 2 * (SIDE - 1) ** 2
-"""Its triangles."""
+"""Number of triangles of this mesh."""
 
 
 def test_a_patch_that_overtakes_the_mesh_it_follows_is_in_the_terrain(stage):

@@ -1,4 +1,4 @@
-"""Launch and parameter files: launch itself cannot be installed by pip, so stubs of it stand in."""
+"""Tests of launch and parameter files, with stubs for the package launch, which pip cannot install."""
 
 import ast
 import sys
@@ -30,11 +30,11 @@ PARAMETERS = {
 }
 
 IN_ANY_NAMESPACE = "/**/"
-"""What precedes the name of a node in a parameter file, so that the section counts in every namespace."""
+"""Prefix of a node's name in a parameter file: the section applies in every namespace."""
 
 
 def known_to(node):
-    """Parameter -> a value of its type, of a node or of all of them."""
+    """Return parameter -> a value of its type, for all parameters of a node."""
     node = node.removeprefix(IN_ANY_NAMESPACE)
     known = {field.name: field.default for field in fields(PARAMETERS[node])} | {"use_sim_time": False}
     if node == simulator.NAME:
@@ -43,7 +43,7 @@ def known_to(node):
 
 
 def flat(section, above=""):
-    """Parameter -> value of a nested section of a parameter file."""
+    """Yield (parameter, value) of a nested section of a parameter file; `above` precedes the names."""
     for name, value in section.items():
         if isinstance(value, dict):
             yield from flat(value, f"{above}{name}.")
@@ -62,13 +62,13 @@ def test_a_launch_file_compiles_and_describes_a_launch(path):
 
 
 class Made:
-    """Anything of launch: remembers the arguments it was made with."""
+    """Stands in for any class of launch; keeps the arguments with which it was made."""
 
     def __init__(self, *arguments, **named):
         self.arguments, self.named = arguments, named
 
     def perform(self, context):
-        """What an argument of the launch file is: its name is all that a LaunchConfiguration has."""
+        """Return the value in `context` of the launch argument that this LaunchConfiguration names."""
         return context[self.arguments[0]]
 
 
@@ -86,7 +86,7 @@ STUBS = {
 
 @pytest.fixture
 def described(request, monkeypatch):
-    """The entities that a launch file describes, by the name of their class."""
+    """Return the entities that a launch file describes: class name -> list of entities."""
     for name, classes in STUBS.items():
         module = ModuleType(name)
         vars(module).update({each: type(each, (Made,), {}) for each in classes})
@@ -101,7 +101,7 @@ def described(request, monkeypatch):
 
 
 def launched(described, **given):
-    """Program -> (parameter file, its own parameters) of what is launched with arguments given."""
+    """Return program -> (parameter file, further parameters) of the nodes launched with the arguments `given`."""
     found = {}
     for program, node in nodes_of(described, **given).items():
         if program == "rviz2":
@@ -113,7 +113,7 @@ def launched(described, **given):
 
 
 def nodes_of(described, **given):
-    """Program -> the keywords of each Node that is launched with arguments given."""
+    """Return program -> keyword arguments of each Node that is launched with the arguments `given`."""
     defaults = {each.arguments[0]: each.named["default_value"] for each in described["DeclareLaunchArgument"]}
     assert set(given) <= set(defaults)
     (function,) = described["OpaqueFunction"]
@@ -121,7 +121,7 @@ def nodes_of(described, **given):
 
 
 def resolved(path):
-    """The file of this source tree that a PathJoinSubstitution in the package's share names."""
+    """Return the file in this source tree for a PathJoinSubstitution in the package's share folder."""
     ((share, *parts),) = path.arguments
     assert (type(share).__name__, share.arguments) == ("FindPackageShare", ("rpf3d",))
     return ROOT.joinpath(*parts)
@@ -176,7 +176,7 @@ def test_every_argument_of_the_launch_file_reaches_a_node_as_a_parameter_that_it
 
 
 def set_by(file):
-    """Node -> parameter -> value of a parameter file."""
+    """Return node -> parameter -> value of a parameter file in `config/`."""
     content = yaml.safe_load((ROOT / "config" / file).read_text())
     return {node: dict(flat(section["ros__parameters"])) for node, section in content.items()}
 

@@ -1,4 +1,4 @@
-"""A program that a signal ends says so by its exit code, wherever that strikes."""
+"""Tests that a program that a signal ends has the exit code of this signal, whenever the signal arrives."""
 
 import subprocess
 import sys
@@ -30,7 +30,7 @@ print(code, signal.getsignal(signal.SIGTERM) == signal.SIG_DFL)
         ("pass", 7),
         ("os.kill(os.getpid(), signal.SIGTERM)", 143),
         ("os.kill(os.getpid(), signal.SIGINT)", 130),
-        ("Struck()", 143),  # the exception is dropped there
+        ("Struck()", 143),  # Python ignores an exception there
         ("try:\n        os.kill(os.getpid(), signal.SIGINT)\n    except BaseException:\n        raise OSError", 130),
     ],
 )

@@ -1,4 +1,4 @@
-"""rpf3d_simulator through its states, over its services, as a process."""
+"""Tests of the process rpf3d_simulator in each lifecycle state, over its services."""
 
 import time
 
@@ -27,7 +27,7 @@ QUIET = {
     "target.most_rocks": 1, "position_spread": 0.0, "velocity_spread": 0.0,
 }  # fmt: skip
 COMPUTING, WALL = 4.0, 8.0
-"""Most seconds of computing and of wall time until a node has ended that is given time for its last flight."""
+"""Longest CPU time (s) and wall time (s) until a node ends that may finish the rocks that are flying."""
 
 
 def cloud():
@@ -93,7 +93,7 @@ def test_a_node_goes_through_its_states_and_answers_in_one_of_them_only(stage, t
     peer.wait_for_subscribers()
     again = poses(4)
     peer.send("sources", again)
-    answered(peer, again)  # over the ground that it still has
+    answered(peer, again)  # with the terrain that it still has
     assert not any(message.header.stamp.sec == 3 for message in peer.received["results"])
     assert change(peer, Transition.TRANSITION_DEACTIVATE)
     assert change(peer, Transition.TRANSITION_CLEANUP) and state(peer) == "unconfigured"
@@ -156,7 +156,7 @@ def test_a_signal_ends_the_node_at_once_whatever_state_it_is_in(stage, where):
 
 
 def test_a_signal_ends_a_node_that_is_being_configured(stage, tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "nothing compiled"))  # so that it takes ten seconds and more
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "nothing compiled"))  # so that configuring takes at least 10 s
     process = stage.node("simulator_node", **{**QUIET, "autostart": "true", "engine": "auto", "effects.drag": "true"})
     stage.peer().wait_for_health(f"{NODE}: lifecycle", "configuring")
     assert_ends(process, stage)

@@ -1,4 +1,4 @@
-"""Alerts of rpf3d_simulator as a process: up by evidence, down by acknowledgement, a fault where nothing is known."""
+"""Tests of the alerts of the process rpf3d_simulator: evidence raises levels, only acknowledgements lower them."""
 
 import json
 import subprocess
@@ -72,7 +72,7 @@ def level(peer):
 
 
 def evident(peer):
-    """The level that the newest evidence shows by itself."""
+    """Return the alert level by the newest evidence alone."""
     return newest_value(peer, "evident")
 
 
@@ -82,12 +82,12 @@ def newest_value(peer, key):
 
 
 def wait_for_alarm(peer, sounds):
-    """Spin until the alarm is on, or off; it is a topic of its own, so it may come after the alert."""
+    """Spin until the newest `alarm` is `sounds`; the alarm is a separate topic, so it may come after the alert."""
     peer.wait(lambda: peer.received["alarm"] and peer.received["alarm"][-1].data is sounds, f"the alarm to be {sounds}")
 
 
 def acknowledge_by_program(*words, meanwhile=lambda until: until()):
-    """What a person does at a terminal: the exit code, and what was printed.
+    """Acknowledge as a person at a terminal does; return the exit code and the output of the program.
 
     meanwhile : called with a condition that is true as soon as the program has ended
     """
@@ -102,7 +102,7 @@ def acknowledge_by_program(*words, meanwhile=lambda until: until()):
 
 
 def keep_saying(peer, message, condition, what):
-    """Publish sources again and again, as a radar does, until something is received."""
+    """Publish the sources `message()` repeatedly, as a radar does, until `condition()` is true; return this value."""
     said = [0.0]
 
     def found():
@@ -148,7 +148,7 @@ def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reprodu
     peer.wait(lambda: level(peer) == "fault", "a fault, for the sources are stale")
     assert stage.clear() == [0], stage.output("simulator_node")
     for array in peer.received["alerts"]:
-        site, area = alerts_of(array)  # the only area decides alone
+        site, area = alerts_of(array)  # the only area determines the level of the site
         assert (site.area, area.area) == (None, "live_area")
         assert (area.state, area.health.level) == (site.state, site.health.level)
     audit = audit_log(log)
@@ -181,7 +181,7 @@ def test_a_node_that_is_no_longer_active_leaves_the_alarm_on_for_who_comes_later
 def test_there_is_always_a_decision_that_is_valid(stage, tmp_path):
     (tmp_path / "site.yaml").write_text(SITE)
     stage.node("simulator_node", site_file=str(tmp_path / "site.yaml"), **FLIGHT)
-    peer = stage.live_peer()  # its queue holds many alerts, so that it misses none
+    peer = stage.live_peer()  # the peer's queue is deep, so that the peer misses no alert
     numbers = lambda: {int(of["decided_at_ns"]) for of in map(values_of, peer.alerts)}  # noqa: E731
     peer.wait(lambda: len(numbers()) >= 4, "decisions that follow each other without any news")
     late = lambda: {p.key: float(p.value) for p in peer.health[f"{NODE}: executor"].values}["longest_gap_ms"]  # noqa: E731
@@ -191,7 +191,7 @@ def test_there_is_always_a_decision_that_is_valid(stage, tmp_path):
 
 
 def values_of(array):
-    """The values of the site in a message of alerts."""
+    """Return key -> value of the site in a message of alerts."""
     return {pair.key: pair.value for pair in array.status[0].values}
 
 
@@ -208,7 +208,7 @@ def test_without_a_site_file_there_are_no_alerts_and_acknowledging_says_so(stage
 
 
 def test_who_acknowledges_nobody_or_nothing_is_told_so_with_exit_code_2(stage):
-    stage.peer()  # nothing but a domain of the test's own
+    stage.peer()  # the domain of this test contains no simulator
     code, said = acknowledge_by_program("A. Foreman", "inspected", "--patience", "0.5")
     assert code == 2 and "/rpf3d_simulator does not answer" in said and "Traceback" not in said
     for words, sentence in ((("A. Foreman", " "), "empty"), (("A: Foreman", "inspected"), "colon"), ((), "required")):

@@ -1,4 +1,4 @@
-"""Two pits side by side in one domain: each node works in its namespace, with the shipped parameter file."""
+"""Tests of two pits in one domain: each node works in its own namespace, with the shipped parameter file."""
 
 import subprocess
 import sys
@@ -23,7 +23,10 @@ OF_THE_DOMAIN = {"/diagnostics", "/rosout", "/parameter_events", "/clock"}
 
 
 def in_pit(pit, folder, **parameters):
-    """Start a simulator in a namespace with the shipped parameter file; its files are in a folder of its own."""
+    """Start a simulator in the namespace of a pit with the shipped parameter file; return its process.
+
+    Its files are in `folder`/`pit`, a new folder.
+    """
     own = folder / pit
     own.mkdir()
     parameters = {**with_alerts(own), **parameters, "ground": "none", "engine": "reference"}
@@ -33,7 +36,7 @@ def in_pit(pit, folder, **parameters):
 
 @pytest.fixture(scope="module")
 def peer(shared_stage):
-    """A peer of two active simulators."""
+    """Return a peer of two active simulators."""
     shared_stage.processes += [in_pit(pit, shared_stage.folder) for pit in PITS]
     peer = shared_stage.peer()
     for pit in PITS:
@@ -42,7 +45,7 @@ def peer(shared_stage):
 
 
 def acknowledged(*words):
-    """Run rpf3d_acknowledge; its exit code and what it printed."""
+    """Run rpf3d_acknowledge with further arguments; return its exit code and its output."""
     command = [sys.executable, "-m", "rpf3d_ros.nodes.acknowledge", "A. Foreman", "inspected", *words]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
     return done.returncode, done.stdout + done.stderr
@@ -74,7 +77,7 @@ def test_diagnostics_tell_the_pits_apart_by_name_and_by_hardware_id(shared_stage
 
 
 def test_an_acknowledgement_goes_to_the_pit_that_is_named_and_to_no_other(peer):
-    code, said = acknowledged("--patience", "10")  # time to find the others, too
+    code, said = acknowledged("--patience", "10")  # enough time to find the other simulator, too
     assert code == 2
     assert "/rpf3d_simulator does not answer" in said
     assert "with --node: " in said

@@ -1,4 +1,4 @@
-"""A node's process from its first import to its exit code."""
+"""Tests of a node's process, from its first import to its exit code."""
 
 import os
 import subprocess
@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[3]
 NODES = ("simulator_node", "recorder_node", "scene_publisher_node")
 IMPORTED_EARLY = ("rclpy", "rclpy.executors", "rpf3d_ros.interface.parameters", "rpf3d_ros.interface.health_report")
 ENDS_WITHIN = 60.0
-"""Seconds, on a busy machine."""
+"""Longest time (s) until a process ends, on a busy machine."""
 
 INTERRUPTED_IN_AN_IMPORT = """
 import os, signal, sys

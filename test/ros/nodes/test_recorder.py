@@ -1,4 +1,4 @@
-"""What rpf3d_recorder does where its file cannot be written, and how it listens."""
+"""Tests of rpf3d_recorder without ROS: a file that cannot be written, and subscriptions."""
 
 from collections import Counter
 
@@ -21,7 +21,7 @@ from rpf3d_ros.recording.message_log import Reading
 
 
 class Stub(RecorderNode):
-    """A recorder without ROS, whose file takes nothing while there is a `fault`."""
+    """A recorder without ROS whose file cannot be written while `fault` is set."""
 
     def __init__(self, fault=None):
         self.recorded, self.health, self.feed, self.log = Counter(), self, None, self

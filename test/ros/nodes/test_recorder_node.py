@@ -1,4 +1,4 @@
-"""rpf3d_recorder as a process, over DDS; what it wrote is read back."""
+"""Tests of the process rpf3d_recorder, over DDS; the tests read its recordings."""
 
 import math
 
@@ -53,7 +53,7 @@ def pose(z):
 
 
 def event(second):
-    """Every message of an event, by topic, in the order in which they are sent; no two events are equal."""
+    """Return topic -> message of an event, in the order of sending; events of different seconds differ."""
     cloud = cloud_of_columns(header(second), columns() | {"energy": np.full(8, float(second))})
     corners = np.full((1, 3, 3), float(second))
     return {
@@ -67,7 +67,7 @@ def event(second):
 
 
 def recorded(peer, counts):
-    """Wait until the recorder says that it has recorded these numbers of messages by topic."""
+    """Wait until the recorder reports at least these numbers of recorded messages (topic -> number)."""
     peer.wait(
         lambda: (
             (health := peer.health.get(f"{NODE}: recording"))
@@ -97,7 +97,7 @@ def test_everything_that_is_published_is_in_a_recording_that_verifies(stage):
     peer.wait_for_health(f"{NODE}: impacts", "refused")
     peer.send("terrain/mesh", mesh)
     recorded(peer, {"terrain/mesh": 3})
-    for _ in range(2):  # the recorder receives its own messages too, in its own time
+    for _ in range(2):  # the recorder may count the messages some time after they were sent
         seen = peer.health[f"{NODE}: impacts"]
         peer.wait(lambda seen=seen: peer.health[f"{NODE}: impacts"] is not seen, "a repetition of the diagnostics")
     assert stage.clear() == [0]
@@ -143,7 +143,7 @@ BAD = {
 
 @pytest.fixture(scope="module")
 def running(shared_stage):
-    """A recorder and a peer, shared by all the tests that send it something bad."""
+    """Yield a peer of a recorder, for all tests that send invalid messages."""
     process = shared_stage.node("recorder_node", file=shared_stage.folder / "live.rrd")
     peer = shared_stage.peer(publishes=EVERYTHING)
     peer.wait_for_subscribers()

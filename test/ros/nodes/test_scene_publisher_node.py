@@ -1,4 +1,4 @@
-"""rpf3d_scene_publisher as a process, over DDS."""
+"""Tests of the process rpf3d_scene_publisher, over DDS."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ MAP = MapFrame()
 
 @pytest.fixture
 def scene(tmp_path):
-    """A slope of 27 degrees with four rocks above it."""
+    """Return the path of a scene with a slope of 27 degrees and four rocks above it."""
     (tmp_path / "slope.obj").write_text(SLOPE)
     path = tmp_path / "slope.yaml"
     path.write_text(SCENE)
@@ -43,7 +43,7 @@ def scene(tmp_path):
 
 @pytest.fixture
 def far_scene(tmp_path, scene):
-    """The same slope in survey coordinates."""
+    """Return the path of the same scene in survey coordinates."""
     lines = [line.split() for line in SLOPE.split("\n") if line.startswith("v")]
     moved = "\n".join(f"v {500_000 + float(x)} {4_500_000 + float(y)} {z}" for _, x, y, z in lines)
     (tmp_path / "slope.obj").write_text(moved + "\nf 1 2 3\nf 1 3 4\n")

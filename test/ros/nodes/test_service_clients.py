@@ -1,4 +1,4 @@
-"""The decision log names who has called a service, also if the middleware reports that node a moment later."""
+"""Tests that the caller of a service is found for the decision log, even if the middleware lists it with a delay."""
 
 import pytest
 
@@ -11,7 +11,7 @@ SERVICE = "/rpf3d_simulator/acknowledge"
 
 
 class Graph:
-    """A node that knows a caller only from its `known`-th look on."""
+    """Stands in for a node that lists the caller of a service only from the `known`-th query on."""
 
     def __init__(self, known):
         self.looks, self.known = 0, known

@@ -1,4 +1,4 @@
-"""rpf3d_simulator as a process, over DDS."""
+"""Tests of the process rpf3d_simulator, over DDS."""
 
 import math
 import signal
@@ -31,13 +31,13 @@ NODE = "rpf3d_simulator"
 MAP = MapFrame()
 RESULTS = tuple(TOPICS)
 FLOAT32 = 1e-5
-"""Results travel as float32, of numbers up to 100: steps of 1e-5 at most."""
+"""Largest rounding error of results, which are published as float32 and are at most 100."""
 
 COMPUTING, WALL = 6.0, 8.0
-"""Most seconds of computing and of wall time until a node has ended that gives its run 2 s; the run takes a minute."""
+"""Longest CPU time (s) and wall time (s) until a node ends that gives its run 2 s; the whole run takes a minute."""
 
 ONE_EACH = {"first_rocks": 1, "target.most_rocks": 1, "position_spread": 0.0, "velocity_spread": 0.0}
-"""One rock a source, and it starts where the source was seen."""
+"""Parameters for one rock per source, which starts exactly at the source."""
 
 QUIET_PARAMETERS = {
     "engine": "reference", "rebound": "constant", "ground": "sliding", "materials.default.normal_restitution": 0.5,
@@ -47,7 +47,7 @@ STAMPS = iter(range(1, 1000))
 
 
 def floor():
-    """A level floor at z = 0, x and y from 0 to 20."""
+    """Return the survey of a level floor at z = 0 m, with x and y from 0 to 20 m."""
     y, x = np.mgrid[0 : SIDE + 1, 0 : SIDE + 1].astype(float)
     return GridSurvey(np.stack([x, y, np.zeros_like(x)], axis=-1))
 
@@ -62,13 +62,13 @@ def floor_mesh(**changes):
 
 
 def poses(*places, frame="map"):
-    """Sources at places, with a stamp that no other message has."""
+    """Return a message of sources at places (m), with a stamp that no other message has."""
     each = [Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(w=1.0)) for x, y, z in places]
     return PoseArray(header=Header(frame_id=frame, stamp=Time(sec=next(STAMPS))), poses=each)
 
 
 def answers(peer, sent):
-    """Wait for the results of a message of sources; the last message of each result topic."""
+    """Wait for the results of the message `sent`; return the last message of each result topic, by topic."""
 
     def complete():
         last = {topic: messages[-1] for topic, messages in peer.received.items() if messages}
@@ -168,7 +168,7 @@ def test_rocks_that_leave_make_an_empty_cloud_of_deposits(stage):
 
 
 def busy(stage, rocks, normal_restitution):
-    """A peer of a node that is flying many rocks of many bounces, slowly, and the message that set it going."""
+    """Return a peer of a node that takes long to simulate rocks with many bounces, and the message of their sources."""
     ground = {"normal_restitution": normal_restitution, "tangential_restitution": 1.0}
     material = {f"materials.default.{name}": value for name, value in ground.items()}
     stage.node("simulator_node", engine="reference", **material, **ONE_EACH)
@@ -200,7 +200,7 @@ def test_the_node_hears_bad_input_while_a_long_run_is_under_way(stage):
 
 @pytest.fixture(scope="module")
 def running(shared_stage):
-    """A simulator that has a terrain, and a peer; shared by all the tests that send it something bad."""
+    """Yield a peer of a simulator that has a terrain, for all tests that send invalid messages."""
     process = shared_stage.node("simulator_node", **QUIET_PARAMETERS)
     peer = shared_stage.peer(publishes=("terrain/points", "terrain/mesh", "sources"), subscribes=RESULTS)
     peer.wait_for_subscribers()

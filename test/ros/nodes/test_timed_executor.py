@@ -1,4 +1,4 @@
-"""How long the executor is busy: measured round by round, and reported once a second."""
+"""Tests that the busy time of the executor is measured for each round and reported once per second."""
 
 import time
 
@@ -13,13 +13,13 @@ from rpf3d_ros.nodes.executor_delay import ExecutorDelay
 from rpf3d_ros.nodes.timed_executor import TimedExecutor
 
 ROUNDING = 0.1
-"""ms, of which the report has one decimal."""
+"""Rounding (ms) of the report, which has one decimal."""
 
 
 def sleeps_once(node: Node, executor: SingleThreadedExecutor, *seconds: float) -> float:
-    """Let the node's executor be busy once for some times (s) in one round, and finish this round.
+    """Let callbacks keep the node's executor busy, one for each time (s) of `seconds`, all in one round.
 
-    Return the time (s) that this took, which is longer on a busy machine.
+    Return the time (s) until this round was finished, which is longer on a busy machine.
     """
     done: list[float] = []
     began = time.monotonic()
@@ -54,7 +54,7 @@ def test_waiting_for_messages_is_no_round(node):
 
 
 class Told:
-    """Stands in for the node's health report, and keeps the last state of the executor."""
+    """Stands in for the node's health report and keeps the last state of the executor."""
 
     def set(self, part: str, level: int, message: str, values: dict[str, str]) -> None:
         assert part == "executor"
@@ -95,7 +95,7 @@ def test_the_node_reports_it_in_diagnostics(node):
 
 
 def test_a_node_at_rest_is_woken_a_few_times_a_second(node):
-    """A timer of 10 ms, by which the delay was measured before, took a sixth of a core."""
+    """A timer of 10 ms that measures the delay would take a sixth of a core."""
     executor = TimedExecutor(context=node.context)
     executor.add_node(node)
     ExecutorDelay(node, HealthReport(node))

@@ -1,4 +1,4 @@
-"""Simulator processes whose inputs are in frames of their own, with a stand-in of tf2_ros: no wheel has it."""
+"""Tests of simulator processes whose inputs are in other frames, with a stand-in for tf2_ros: no wheel contains it."""
 
 import importlib.util
 import os
@@ -36,20 +36,23 @@ LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def transform(child, turn, shift, stamp_ns=0):
-    """Return a transform from a frame into the map frame."""
+    """Return a TransformStamped from the frame `child` into the map frame.
+
+    turn : quaternion x, y, z, w; shift : origin (m) of `child` in the map frame
+    """
     (x, y, z, w), (e, n, h) = turn, np.asarray(shift).tolist()
     parts = Transform(rotation=Quaternion(x=x, y=y, z=z, w=w), translation=Vector3(x=e, y=n, z=h))
     return TransformStamped(header=header(stamp_ns), child_frame_id=child, transform=parts)
 
 
 def seen_by_radar(place, shift=SHIFT):
-    """Return a place of the map frame in the frame of the radar."""
+    """Return the coordinates (m) in the radar's frame of a place (m) in the map frame; shift : the radar's origin."""
     east, north, up = np.subtract(place, shift).tolist()
     return north, -east, up
 
 
 class Surveyor:
-    """Publishes transforms."""
+    """Publishes transforms for a peer."""
 
     def __init__(self, peer):
         self.peer = peer
@@ -117,7 +120,7 @@ def wait_for_fault(peer, reason):
 
 
 def see_until_fault(peer, frame, reason):
-    """Publish sources in a frame until a fault has a reason, because a transform may arrive after the sources."""
+    """Publish sources in a frame until a fault names `reason`: repeatedly, because a transform may arrive later."""
 
     def is_told():
         see(peer, frame, (0.0, 0.0, 0.0))
@@ -128,7 +131,7 @@ def see_until_fault(peer, frame, reason):
 
 
 def seen_until_received(peer, frame, *places, before_each=lambda: None):
-    """Publish sources in a frame until they are answered, because transforms take time; return the answer's values."""
+    """Publish sources in a frame repeatedly until they are answered; return the values of the answer."""
     before = len(peer.results)
 
     def are_answered():
@@ -145,7 +148,7 @@ def test_sources_in_the_frame_of_a_radar_are_answered_over_a_survey_in_the_frame
     peer, _ = mine
     before = len(peer.alerts)
     assert seen_until_received(peer, "radar", seen_by_radar(HARMLESS))["sources"] == "1"
-    peer.acknowledge_refusals(before)  # the first message may have come before its transform
+    peer.acknowledge_refusals(before)  # the first message may have arrived before its transform
     wait_for_level(peer, "normal")
 
 
@@ -196,13 +199,13 @@ def test_areas_patches_and_machines_in_other_frames_are_used(mine):
 
 
 def area_topic(peer):
-    """Return the topic of the last area, by the diagnostics; None before the first area."""
+    """Return the topic of the last area according to the diagnostics; None before the first area."""
     status = peer.health.get("rpf3d_simulator: areas")
     return {pair.key: pair.value for pair in status.values}.get("topic") if status else None
 
 
 def test_danger_that_a_radar_reports_in_its_own_frame_raises_the_level_at_its_place(mine):
-    """The last of these tests: it needs the area of the test before, and the level is held."""
+    """This test must be the last: it needs the area of the previous test, and the level stays held."""
     peer, _ = mine
     see(peer, "radar", seen_by_radar(ON_THE_SLOPE))
     wait_for_level(peer, "evacuate")
@@ -215,7 +218,7 @@ def test_a_latched_survey_that_arrives_before_its_transform_is_used(stage, with_
     latched = stage.peer(publishes=("terrain/points",))
     now = round(time.time() * SECOND)
     latched.send("terrain/points", cloud(ramp(), now, "drone"))
-    surveyor = Surveyor(latched)  # found by the node while it compiles: later the survey waits for some seconds only
+    surveyor = Surveyor(latched)  # found while the node compiles: later a survey waits only some seconds
     stage.node("simulator_node", use_tf=True, terrain_durability="transient_local", **with_alerts(stage.folder))
     surveyor.wait_until_received()
     lifecycle = lambda: latched.health.get("rpf3d_simulator: lifecycle")  # noqa: E731

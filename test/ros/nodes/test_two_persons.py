@@ -1,4 +1,4 @@
-"""A site that demands two persons: what each of them sees at a terminal, on `alerts`, and in the decision log."""
+"""Tests of a site that requires two persons: what the terminal, `alerts` and the decision log show."""
 
 import subprocess
 import sys
@@ -19,19 +19,19 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 def acknowledge(by):
-    """What a person does at a terminal: the exit code, and what was printed."""
+    """Acknowledge at a terminal as the person `by`; return the exit code and the output."""
     command = [sys.executable, "-m", "rpf3d_ros.nodes.acknowledge", by, "the slope was inspected", "--patience", "60"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, timeout=PATIENCE)
     return done.returncode, done.stdout + done.stderr
 
 
 def waits(code, told):
-    """Whether the answer to a person is that another must acknowledge, too."""
+    """Return whether the program answered that another person must acknowledge, too, or only to look at the alerts."""
     return (code == NOT_ALONE and ANOTHER_PERSON in told) or is_taken_up(code, told)
 
 
 def is_taken_up(code, told):
-    """Whether the answer is to look at the alerts, because the node must answer before a busy machine decides."""
+    """Return whether the program answered to look at the alerts, because a busy machine has not decided yet."""
     return (code, told) == (NOT_YET, f"{TAKEN_UP}\n")
 
 

@@ -1,4 +1,4 @@
-"""rpf3d_simulator as a process with a scene whose ground is not known: its alerts use predictive intervals."""
+"""Tests of the process rpf3d_simulator with unknowns of the ground: its alerts use predictive intervals."""
 
 from dataclasses import replace
 
@@ -41,7 +41,7 @@ areas:
   live_area: {evacuate: {reach_probability: 0.995}}
 """
 FAR = ((54.0, 2.0), (59.0, 2.0), (59.0, 58.0), (54.0, 58.0))
-"""Corners (m) of an area that all rocks reach on hard ground, and not all on soft ground."""
+"""Corners (m) of an area that all rocks reach on hard ground, but not all rocks on soft ground."""
 
 
 @pytest.mark.parametrize(("interval", "level", "words"), [
@@ -75,7 +75,7 @@ AWAY = "away from the place where the sample was calibrated"
 
 @pytest.mark.parametrize(("origin", "is_away"), [([EAST, NORTH, 0.0], False), ([0.0, 0.0, 0.0], True)])
 def test_a_sample_of_another_slope_is_a_warning_and_a_reason_of_the_alert_but_no_fault(stage, origin, is_away):
-    """The map's origin decides: the sources are at the place of the calibration, or 4,500 km from it."""
+    """Depending on the origin of the map, the sources are at the place of the calibration or 4,500 km from it."""
     parameters = with_alerts(stage.folder)
     (stage.folder / "site.yaml").write_text(SITE.replace("INTERVAL", "predictive"))
     known = SCENE.replace("{prior: {min: 0.2, max: 0.7}}", "0.4")

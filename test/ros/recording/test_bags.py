@@ -1,4 +1,4 @@
-"""A bag becomes the recording that the live recorder writes, without ROS; and it replays into the nodes."""
+"""Tests that a bag converted without ROS gives the recording of the live recorder, and that nodes can replay it."""
 
 import os
 import signal
@@ -49,7 +49,7 @@ def bag(tmp_path_factory):
 
 
 def without_ros(*arguments):
-    """The command line where no part of ROS can be imported."""
+    """Run the command line in a process that cannot import ROS; return the completed process."""
     return subprocess.run(
         [sys.executable, "-c", NO_ROS, *map(str, arguments)],
         capture_output=True, text=True, check=False, cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)},

@@ -1,4 +1,4 @@
-"""Which event a message is recorded under, what is published again, and what is refused."""
+"""Tests of the event under which a message is recorded, of repeated messages, and of refused messages."""
 
 import math
 
@@ -29,7 +29,7 @@ header = made.header
 
 
 class Rows:
-    """Stands for a recording: the names of the methods that were called on it, with what they were given."""
+    """Stands in for a recording; keeps the name and the arguments of each method call in `calls`."""
 
     def __init__(self):
         self.calls = []
@@ -39,7 +39,7 @@ class Rows:
 
 
 def rows(entries):
-    """(method, second, event) of entries."""
+    """Return [(method, second of the stamp, event)] of all rows that entries draw."""
     found = []
     for entry in entries:
         drawn = Rows()
@@ -65,7 +65,7 @@ def sources(log, second):
 
 
 def results(log, second):
-    """Rows of an answer, but for where areas lie, which holds from when it is received."""
+    """Return the rows of an answer, except those of the areas' outlines, whose time is that of their receipt."""
     answers = {topic: message for topic, message in made.answers(second).items() if topic != "areas/outlines"}
     return [row for topic, message in answers.items() for row in rows(log.entries(topic, message))]
 
@@ -295,7 +295,7 @@ def test_trajectories_without_rocks_are_recorded(log):
 
 
 class Drone:
-    """A provider of transforms that knows the frame of a drone, turned by 180 degrees about the vertical."""
+    """A provider of transforms that knows only the frame of a drone, turned by 180 degrees about the vertical."""
 
     height, stamp_ns = 10.0, None
 

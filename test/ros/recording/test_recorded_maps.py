@@ -1,4 +1,4 @@
-"""The map of reach probability in a recording: one byte a cell, with a colour and a label for each percentage."""
+"""Tests of the recorded map of reach probability: one byte per cell, a colour and a label for each percentage."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from rpf3d_ros.recording.stream import UNKNOWN, file_recording
 
 MAP = "/plan/reach_probability"
 PERCENT = np.arange(-1, 101, dtype=np.int8)
-"""Every value that a cell may have."""
+"""All values (%) that a cell may have; -1 is unknown."""
 
 
 def recorded(tmp_path, *maps):
@@ -26,7 +26,7 @@ def recorded(tmp_path, *maps):
 
 
 def column(file, entity, component):
-    """The values of a component of an entity, in the order of the rows."""
+    """Return the values of an entity's component in a recording file, in the order of the rows."""
     chunks = import_rerun().chunk.RrdReader(str(file)).stream().to_chunks()
     batches = [chunk.to_record_batch() for chunk in chunks if str(chunk.entity_path) == entity]
     found = [(batch, name) for batch in batches for name in batch.schema.names if name.endswith(component)]

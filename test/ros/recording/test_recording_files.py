@@ -1,4 +1,4 @@
-"""Files of a recording: when the next one begins, with what, and what happens where it cannot be written."""
+"""Tests of the files of a recording: when the next file begins, with which content, and faults in writing."""
 
 import pytest
 
@@ -18,11 +18,11 @@ STANDING = (
     "/terrain", "/terrain/updates/0", "/sources", "/areas/live_area", "/areas/haul_ramp/outline", "/alert_level",
     "/alert_state/area/haul_ramp",
 )  # fmt: skip
-"""What every file begins with once it was there."""
+"""Entities with which each file begins after they were recorded once."""
 
 
 class Clock:
-    """Seconds that pass when a test says so."""
+    """A clock (s) that shows `now`, which the test sets."""
 
     def __init__(self):
         self.now = 100.0
@@ -111,7 +111,7 @@ def test_without_rotation_there_is_one_file_of_the_given_name(tmp_path, log):
 
 
 class Broken:
-    """A recording on a disk without room, but for the first rows."""
+    """Stands in for a recording on a full disk: accepts rows, but raises RuntimeError in `flush` and `close`."""
 
     def __getattr__(self, kind):
         return lambda *about: None

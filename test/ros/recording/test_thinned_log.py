@@ -1,4 +1,4 @@
-"""What a recorder leaves out of a shift and what never: rocks, hazard maps, repetitions."""
+"""Tests of what a recorder leaves out of a shift (rocks, hazard maps, repetitions) and what it always records."""
 
 import numpy as np
 import pytest
@@ -20,11 +20,11 @@ from rpf3d_ros.recording.thinning import POINTS_A_ROCK, WHOLE, Thinning
 SECOND = made.SECOND
 ROCKS, MOST = 40, 10
 AREA = (30.0, 34.0)
-"""Northings of the haul ramp of `made.areas`, which lies at 5 to 35 m east."""
+"""Northings (m) between which the haul ramp of `made.areas` lies; its eastings are 5 to 35 m."""
 
 
 class Rows:
-    """Stands for a recording: keeps what was drawn."""
+    """Stands in for a recording; keeps the name and the arguments of each method call in `calls`."""
 
     def __init__(self):
         self.calls = []
@@ -34,7 +34,7 @@ class Rows:
 
 
 class Recorder:
-    """A log with a clock; what it draws, in order, and the entries."""
+    """A thinned log with a clock `now_s` (s); keeps the drawn rows in order, and the entries in `kept`."""
 
     def __init__(self, thinning):
         self.now_s, self.rows, self.kept = 0.0, Rows(), []
@@ -44,7 +44,7 @@ class Recorder:
         return self.draw(self.log.received(topic, lambda: message))
 
     def draw(self, readings):
-        """Draw what is to be recorded; what was drawn."""
+        """Draw the entries of readings; return the calls [(method, *arguments)] that drew them."""
         before = len(self.rows.calls)
         for reading in readings:
             for entry in reading.entries():
@@ -58,7 +58,7 @@ def recorder(most=MOST, every=10.0):
 
 
 def falling(reaching, rocks=ROCKS, points=80, second=1):
-    """Trajectories of rocks, of which those with the given numbers reach the haul ramp."""
+    """Return trajectory columns of rocks, of which those with the numbers in `reaching` reach the haul ramp."""
     rock = np.repeat(np.arange(rocks), points)
     along = np.tile(np.linspace(0.0, 1.0, points), rocks)
     columns = {"x": 6.0 + 28.0 * rock / rocks, "y": 29.0 * along, "z": 20.0 - along, "t": 4.0 * along, "rock": rock}
@@ -155,7 +155,7 @@ def test_published_lines_that_come_after_their_points_are_not_recorded_twice():
 
 
 def an_answer(node, second, **changes):
-    """Let the recorder take an answer; the kinds of rows that it draws."""
+    """Let the recorder take an answer; return the names of the methods that draw its rows."""
     return [call[0] for topic, message in {**made.answers(second), **changes}.items()
             for call in node.take(topic, message)]  # fmt: skip
 
@@ -216,7 +216,7 @@ def test_what_is_refused_once_is_refused_again():
 
 
 def zones(number):
-    """Hazard zones that differ from number to number, each with a stamp of its own."""
+    """Return a message of hazard zones whose shape and stamp depend on `number`."""
     return made.hazard(made.header(number), {"0.1": np.full((1, 3, 3), float(number))})
 
 
@@ -249,7 +249,7 @@ def test_at_a_change_of_level_the_maps_before_and_after_it_are_recorded():
         node.now_s = float(second)
         found.append(numbers_of(node.take("hazard/zones", zones(second))))
         found[-1] += numbers_of(node.take("alerts", made.alerts(second, level)))
-    # The first alert is a change, too.
+    # The first alert counts as a change, too.
     assert found == [[0], [1], [], [3], [4], []]
 
 

@@ -1,4 +1,4 @@
-"""Messages that wait before they are recorded: at most one of each interval, and always the newest."""
+"""Tests of messages that wait to be recorded: at most one per interval passes, and always the newest."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -9,7 +9,10 @@ INTERVAL = 10
 
 
 def passed(paced, moments, looks=()):
-    """The numbers of the messages that pass, and when: one message at each moment, `due` called at each look."""
+    """Return the numbers of the messages that pass, in this order.
+
+    moments : times at which messages 0, 1, ... arrive; looks : times at which `due` is called
+    """
     found = []
     for at, number in sorted([*((at, None) for at in looks), *((at, n) for n, at in enumerate(moments))], key=str_last):
         reads = paced.due(at)
@@ -20,7 +23,7 @@ def passed(paced, moments, looks=()):
 
 
 def str_last(item):
-    """Looks come before messages of the same time."""
+    """Return the sort key of (time, number or None): looks come before messages of the same time."""
     return item[0], item[1] is not None, item[1] or 0
 
 
