@@ -239,6 +239,6 @@ def _too_few(fewest: int, limit: float, where: str) -> str:
     needed = math.floor(NORMAL_QUANTILE_95**2 * (1.0 / limit - 1.0)) + 1
     return (
         f"is {fewest}; if none of {fewest} rocks reaches the area, the interval of the share still ends at "
-        f"{100 * wilson_interval(0, fewest)[1]:.3g} %, and the limit of `{where}` is {100 * limit:.3g} %: give at least "
-        f"{needed}"
+        f"{100 * wilson_interval(0, fewest)[1]:.3g} %, and the limit of `{where}` is {100 * limit:.3g} %: give at "
+        f"least {needed}"
     )
