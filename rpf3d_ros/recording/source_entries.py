@@ -70,8 +70,10 @@ class SourceEntries:
         yield self._entry(cloud, points, frame.directions(directions, cloud.header.frame_id), sensor)
 
     def _entry(self, message: Any, positions: FloatArray, directions: FloatArray, sensor: str = "") -> RecordingEntry:
-        state = f"sources/{sensor}" if sensor else "sources"
-        return self._times.of_message(message, lambda r: r.sources(positions, directions, sensor), state)
+        named = (sensor,) if sensor else ()
+        return self._times.of_message(
+            message, lambda r: r.sources(positions, directions, *named), "/".join(("sources", *named))
+        )
 
 
 def _sensor_of(topic: str) -> str:
