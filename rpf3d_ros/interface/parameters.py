@@ -19,12 +19,16 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.live.plausible import STEEP, TALLEST_FACE
 from rpf3d_core.live.survey import MOST_POINTS
 from rpf3d_core.scene.releases import FASTEST
+from rpf3d_ros.interface.recorded_topics import CLOUD_SOURCES, POSE_SOURCES, RecordedSensors
 from rpf3d_ros.messages.map_frame import MapFrame
 
 ROS_OWN = ("use_sim_time", "start_type_description_service", "qos_overrides")
 """Parameters that rclpy declares by itself."""
 
 SENSOR_PARAMETERS = "source_topics, source_cloud_topics, expected_topics and optional_topics"
+
+SHARED = ("source_topics", "source_cloud_topics")
+"""Parameters that a file sets for all nodes (`/**`), so that they agree; a node without them does not warn."""
 
 SIM_TIME = "use_sim_time"
 """Parameter of rclpy that chooses the clock; with another clock, stamps and ages mean something else."""
@@ -88,6 +92,25 @@ class InputParameters(FrameParameters):
     )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class SourceParameters(InputParameters):
+    """The topics of sources: parameters of the simulator, and of the recorder, which must record the same topics."""
+
+    source_topics: tuple[str, ...] = parameter(
+        (POSE_SOURCES,), "topics of sources as poses, one for each sensor, each with one publisher"
+    )
+    source_cloud_topics: tuple[str, ...] = parameter(
+        (CLOUD_SOURCES,), "topics of sources as clouds, one for each sensor, each with one publisher"
+    )
+
+    @property
+    def recorded_sensors(self) -> RecordedSensors:
+        """The topics of sources. Raises InputError if a topic is given twice, or cannot have sources of a sensor."""
+        sensors = RecordedSensors(poses=_not_empty(self.source_topics), clouds=_not_empty(self.source_cloud_topics))
+        sensors.check()
+        return sensors
+
+
 class SensorTopics(NamedTuple):
     """The topics of sources, one for each sensor.
 
@@ -100,7 +123,7 @@ class SensorTopics(NamedTuple):
 
 
 @dataclass(frozen=True)
-class SimulatorParameters(InputParameters):
+class SimulatorParameters(SourceParameters):
     """Parameters of `rpf3d_simulator` except the fields of the scene (`scene_parameters`)."""
 
     autostart: bool = parameter(True, "whether the node configures and activates itself when it starts")
@@ -130,12 +153,6 @@ class SimulatorParameters(InputParameters):
         "the waiting message lie in squares with sources of the new message",
         1.0, 1e5,
     )  # fmt: skip
-    source_topics: tuple[str, ...] = parameter(
-        ("sources",), "topics of sources as poses, one for each sensor, each with one publisher"
-    )
-    source_cloud_topics: tuple[str, ...] = parameter(
-        ("source_cloud",), "topics of sources as clouds, one for each sensor, each with one publisher"
-    )
     expected_topics: tuple[str, ...] = parameter(
         ("",),
         "topics of sources that must publish; the level is fault until they do. Empty: all topics of source_topics and "
@@ -193,16 +210,16 @@ class SimulatorParameters(InputParameters):
     def sensors(self) -> SensorTopics:
         """The topics of sources.
 
-        Raises InputError if a topic is given twice, is expected or optional but not subscribed to, or is both.
+        Raises InputError as `recorded_sensors`, and if a topic is expected or optional but not subscribed to, or both.
         """
-        poses, clouds, expected, optional = (
-            tuple(name for name in names if name)
-            for names in (self.source_topics, self.source_cloud_topics, self.expected_topics, self.optional_topics)
-        )
-        given = (*poses, *clouds)
-        for name in (*given, *expected, *optional):
-            if given.count(name) != 1 or (name in expected and name in optional):
-                raise InputError(f"{name} {_why_wrong(name, given, expected, optional)}: see {SENSOR_PARAMETERS}")
+        poses, clouds = self.recorded_sensors
+        expected, optional = _not_empty(self.expected_topics), _not_empty(self.optional_topics)
+        for name in (*expected, *optional):
+            if name not in (*poses, *clouds):
+                given_in = "expected_topics" if name in expected else "optional_topics"
+                raise InputError(f"{name} is in {given_in}, but is not a topic of sources: see {SENSOR_PARAMETERS}")
+            if name in expected and name in optional:
+                raise InputError(f"{name} is in expected_topics and in optional_topics: see {SENSOR_PARAMETERS}")
         must = expected or (*self._named("source_topics"), *self._named("source_cloud_topics"))
         return SensorTopics(poses=poses, clouds=clouds, expected=tuple(name for name in must if name not in optional))
 
@@ -210,18 +227,16 @@ class SimulatorParameters(InputParameters):
         """Return the topics of a list parameter; () if the list has its default, whose topics need not exist."""
         default = next(each.default for each in fields(self) if each.name == parameter_name)
         value = tuple(getattr(self, parameter_name))
-        return () if value == default else tuple(name for name in value if name)
+        return () if value == default else _not_empty(value)
 
 
-def _why_wrong(name: str, given: Sequence[str], expected: Sequence[str], optional: Sequence[str]) -> str:
-    """Return what is wrong with the name of a topic in the parameters of sources."""
-    if name not in given:
-        return f"is in {'expected_topics' if name in expected else 'optional_topics'}, but is not a topic of sources"
-    return "is given twice" if given.count(name) > 1 else "is in expected_topics and in optional_topics"
+def _not_empty(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names without empty ones: a ROS parameter for no names is a list with an empty name."""
+    return tuple(name for name in names if name)
 
 
 @dataclass(frozen=True)
-class RecorderParameters(InputParameters):
+class RecorderParameters(SourceParameters):
     """Parameters of `rpf3d_recorder`."""
 
     file: str = parameter(
@@ -377,7 +392,7 @@ def _as_ros(default: Any) -> Any:
 def _warn_of_unknown(node: Node, known: list[str]) -> None:
     given = getattr(node, "_parameter_overrides", {})  # rclpy has no public name for the given parameters
     for name in given:
-        if name not in known and not _is_ros_own(name):
+        if name not in (*known, *SHARED) and not _is_ros_own(name):
             near = get_close_matches(name, known, n=1)
             hint = f"; did you mean {near[0]}?" if near else ""
             node.get_logger().warning(f"this node has no parameter {name}, so its value has no effect{hint}")

@@ -1,24 +1,26 @@
 """Publish from any thread, even while a signal shuts the context down; make publishers for the simulator's inputs."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
 from rpf3d_ros.interface.qos import given_qos
-from rpf3d_ros.interface.recorded_topics import TOPICS
+from rpf3d_ros.interface.recorded_topics import TOPICS, RecordedTopic
 
 
-def publishers_of(node: Node, topics: Iterable[str]) -> dict[str, Publisher]:
+def publishers_of(
+    node: Node, topics: Iterable[str], known: Mapping[str, RecordedTopic] = TOPICS
+) -> dict[str, Publisher]:
     """Return a publisher for each given input topic of the simulator, by the topic's name.
 
     This is for programs that publish in place of a sensor.
 
-    topics : keys of `recorded_topics.TOPICS`
+    topics : keys of `known`; known : type and kind of the topics
     """
     return {
-        name: node.create_publisher(TOPICS[name].message_class, name, given_qos(TOPICS[name].offered))
+        name: node.create_publisher(known[name].message_class, name, given_qos(known[name].offered))
         for name in topics
     }
 

@@ -1,7 +1,10 @@
 """The recorded topics and their message types, for the live recorder, the bag writer and both readers of bags."""
 
+from collections.abc import Mapping
 from importlib import import_module
 from typing import Any, NamedTuple
+
+from rpf3d_core.errors import InputError
 
 CLOUD, MARKERS, DIAGNOSTICS = (
     "sensor_msgs/msg/PointCloud2",
@@ -65,16 +68,51 @@ A topic with a leading slash is outside every namespace.
 """
 
 
-def topic_called(name: str, namespace: str = "") -> str | None:
-    """Return the key in TOPICS for the full name of a topic, as in a bag; None if the topic is not recorded.
+POSE_SOURCES, CLOUD_SOURCES = "sources", "source_cloud"
+"""The topics of TOPICS on which sensors publish sources, if a site does not name other topics."""
+
+
+class RecordedSensors(NamedTuple):
+    """The recorded topics of sources, one for each sensor, as in the parameters of the nodes.
+
+    poses, clouds : topics with messages of type POSES, and of type CLOUD
+    """
+
+    poses: tuple[str, ...] = (POSE_SOURCES,)
+    clouds: tuple[str, ...] = (CLOUD_SOURCES,)
+
+    def check(self) -> None:
+        """Raise InputError if a topic is given twice, or is a topic of rpf3d with other content."""
+        given = (*self.poses, *self.clouds)
+        for name in given:
+            if given.count(name) > 1:
+                raise InputError(f"{name} is given twice: see {IN_PARAMETERS}")
+            if name in TOPICS and name not in (POSE_SOURCES, CLOUD_SOURCES):
+                raise InputError(f"{name} is a topic of rpf3d that has no sources of a sensor: see {IN_PARAMETERS}")
+
+
+DEFAULT_SENSORS = RecordedSensors()
+
+IN_PARAMETERS = "source_topics and source_cloud_topics"
+"""The parameters of the nodes that name the topics of sources."""
+
+
+def topics_with(sensors: RecordedSensors) -> dict[str, RecordedTopic]:
+    """Return TOPICS with the topics of these sensors in place of `sources` and `source_cloud`, in the same order."""
+    replaced = {POSE_SOURCES: sensors.poses, CLOUD_SOURCES: sensors.clouds}
+    return {name: topic for key, topic in TOPICS.items() for name in replaced.get(key, (key,))}
+
+
+def topic_called(name: str, namespace: str = "", topics: Mapping[str, RecordedTopic] = TOPICS) -> str | None:
+    """Return the key in `topics` for the full name of a topic, as in a bag; None if the topic is not recorded.
 
     namespace : namespace of the nodes, with or without slashes; "" for none
 
     >>> topic_called("/mine/terrain/mesh", "/mine"), topic_called("/diagnostics", "/mine"), topic_called("/odom")
     ('terrain/mesh', '/diagnostics', None)
     """
-    if name in TOPICS:
+    if name in topics:
         return name
     root = "/" + namespace.strip("/")
     inside = name.removeprefix(root.rstrip("/") + "/")
-    return inside if inside != name and inside in TOPICS else None
+    return inside if inside != name and inside in topics else None

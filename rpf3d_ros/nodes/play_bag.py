@@ -15,11 +15,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rpf3d_core.errors import InputError
-from rpf3d_ros.interface.recorded_topics import TOPICS
+from rpf3d_ros.interface.recorded_topics import RecordedSensors, RecordedTopic
 from rpf3d_ros.nodes.leaving import unless_signalled
 from rpf3d_ros.nodes.node_process import arguments_of_program
+from rpf3d_ros.recording.bag_sensors import HELP
 from rpf3d_ros.recording.entries import SECOND
-from rpf3d_ros.recording.from_bag import Raw, messages_of, topics_of
+from rpf3d_ros.recording.from_bag import Raw, messages_of, sensors_of, topics_of, unread_of
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -41,13 +42,17 @@ def main(args: Sequence[str] | None = None) -> int:
     return unless_signalled(lambda: _played(options, words))
 
 
-def inputs_of(bag: Path, namespace: str) -> list[str]:
-    """Return the topics in a bag that are inputs of the simulator. Raises InputError if there are none."""
-    given = [topic for topic in topics_of(bag, namespace) if TOPICS[topic].given]
+def inputs_of(bag: Path, namespace: str, sensors: RecordedSensors | None = None) -> dict[str, RecordedTopic]:
+    """Return the topics in a bag that are inputs of the simulator; arguments as of `topics_of`.
+
+    Raises InputError if there are none.
+    """
+    given = {name: topic for name, topic in topics_of(bag, namespace, sensors).items() if topic.given}
     if not given:
         where = f" in the namespace {namespace}" if namespace else ""
         raise InputError(
-            f"{bag}: has no input of the simulator{where}: give the namespace of its topics (--namespace)"
+            f"{bag}: has no input of the simulator{where}: give the namespace of its topics (--namespace), or its "
+            "topics of sources (--source-topics, --source-cloud-topics)"
         )
     return given
 
@@ -70,6 +75,8 @@ def _options(args: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("bag", type=Path, help="folder of a rosbag2 bag, or its .mcap or .db3 file")
     parser.add_argument("--rate", type=_positive, default=1.0, help="speed relative to the recording")
     parser.add_argument("--namespace", default="", help="namespace of the topics in the bag")
+    parser.add_argument("--source-topics", help=HELP.format("poses"))
+    parser.add_argument("--source-cloud-topics", help=HELP.format("clouds"))
     parser.add_argument("--clock", action="store_true", help="publish /clock, for nodes with use_sim_time:=true")
     parser.add_argument(
         "--subscribers",
@@ -99,7 +106,11 @@ def _played(options: argparse.Namespace, words: list[str]) -> int:
 
 def _play(options: argparse.Namespace, words: list[str]) -> None:
     """Publish every input at its time, and print the played topics; words : command-line words for ROS."""
-    played = dict.fromkeys(inputs_of(options.bag, options.namespace), 0)
+    sensors = sensors_of(options.bag, options.source_topics, options.source_cloud_topics)
+    inputs = inputs_of(options.bag, options.namespace, sensors)
+    played = dict.fromkeys(inputs, 0)
+    for sentence in unread_of(options.bag, options.namespace, sensors):
+        print(f"rpf3d: {sentence}", file=sys.stderr)
     import rclpy
     from rclpy.node import Node
     from rclpy.signals import SignalHandlerOptions
@@ -109,8 +120,9 @@ def _play(options: argparse.Namespace, words: list[str]) -> None:
     rclpy.init(args=words, signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = Node("rpf3d_play_bag", start_parameter_services=False)
-        publishers = publishers_of(node, played)
-        given = (raw for raw in messages_of(options.bag, options.namespace) if raw.topic in publishers)
+        publishers = publishers_of(node, inputs, inputs)
+        messages = messages_of(options.bag, options.namespace, sensors)
+        given = (raw for raw in messages if raw.topic in publishers)
         timed, begin_ns = with_times(given)
         with _clock(node, begin_ns) if options.clock else nullcontext() as clock:
             _wait_for_subscribers(publishers, options)

@@ -13,7 +13,7 @@ from rpf3d_core.errors import InputError
 from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.interface.parameters import RecorderParameters, declare
 from rpf3d_ros.interface.qos import OVERRIDABLE, recorded_qos
-from rpf3d_ros.interface.recorded_topics import TOPICS
+from rpf3d_ros.interface.recorded_topics import topics_with
 from rpf3d_ros.interface.tf_buffer import TfTransforms
 from rpf3d_ros.interface.transforms import InputFrames
 from rpf3d_ros.messages.health import ERROR, OK, WARN
@@ -54,8 +54,9 @@ class RecorderNode(Node):
         self.now_ns = self._now_ns()
         thinning = Thinning(rocks=parameters.rocks_per_answer, maps_every=parameters.maps_every)
         frames = self._frames(parameters)
-        self.log = MessageLog(parameters.frame, parameters.mesh_frame, lambda: self.now_ns, thinning, frames)
-        self.bag = IncidentBag(parameters.bag)
+        sensors = parameters.recorded_sensors
+        self.log = MessageLog(parameters.frame, parameters.mesh_frame, lambda: self.now_ns, thinning, frames, sensors)
+        self.bag = IncidentBag(parameters.bag, sensors)
         viewer = Viewer(kind=parameters.viewer, bind=parameters.viewer_bind, port=parameters.viewer_port)
         viewer.check()
         self.files = _opened(parameters, self.bag)
@@ -66,7 +67,7 @@ class RecorderNode(Node):
         self._record(Reading(topic=FILE, entries=self.log.begin))
         self._report_recorded()
         self.get_logger().info(f"recording into {self.files.path}")
-        for topic, recorded in TOPICS.items():
+        for topic, recorded in topics_with(sensors).items():
             qos = recorded_qos(recorded.offered, parameters.terrain_durability)
             self._subscribe(topic, recorded.message_class, qos)
         self.create_timer(LOOK_AFTER, self._look_after, clock=Clock(clock_type=ClockType.STEADY_TIME))

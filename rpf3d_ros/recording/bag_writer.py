@@ -4,7 +4,10 @@ from pathlib import Path
 from typing import Any
 
 from rpf3d_core.errors import InputError
-from rpf3d_ros.interface.recorded_topics import TOPICS
+from rpf3d_ros.interface.recorded_topics import DEFAULT_SENSORS, RecordedSensors, topics_with
+
+POSES_KEY, CLOUDS_KEY = "rpf3d_source_topics", "rpf3d_source_cloud_topics"
+"""Keys of a bag's custom data with the topics of sources, so that no option is needed to read the bag."""
 
 VERSION = 9
 """Version of rosbag2's metadata format that ROS 2 Jazzy writes."""
@@ -37,8 +40,8 @@ class BagWriter:
     recover`.
     """
 
-    def __init__(self, folder: Path) -> None:
-        """Create the bag's folder.
+    def __init__(self, folder: Path, sensors: RecordedSensors = DEFAULT_SENSORS) -> None:
+        """Create the bag's folder; sensors : topics of sources, which are noted in the bag.
 
         Raises OSError if the folder exists or cannot be created, InputError if rosbags is missing.
         """
@@ -47,8 +50,11 @@ class BagWriter:
             raise FileNotFoundError(f"there is no folder {folder.parent} to write the bag into")
         self.folder, self._types = folder, typestore()
         self._connections: dict[str, Any] = {}
+        self._topics = topics_with(sensors)
         try:
             self._writer = rosbag2.Writer(folder, version=VERSION, storage_plugin=rosbag2.StoragePlugin.MCAP)
+            self._writer.set_custom_data(POSES_KEY, ",".join(sensors.poses))
+            self._writer.set_custom_data(CLOUDS_KEY, ",".join(sensors.clouds))
             self._writer.open()
         except rosbag2.WriterError as error:
             raise FileExistsError(str(error)) from error
@@ -56,13 +62,13 @@ class BagWriter:
     def write(self, topic: str, name: str, stamp_ns: int, data: bytes) -> None:
         """Add a received message.
 
-        topic : key in `recorded_topics.TOPICS`; name : full name of the topic; stamp_ns : time of reception (ns)
-        data : CDR bytes of the message
+        topic : key in `recorded_topics.topics_with(sensors)`; name : full name of the topic
+        stamp_ns : time of reception (ns); data : CDR bytes of the message
 
         Raises OSError if the bag cannot be written.
         """
         if name not in self._connections:
-            self._connections[name] = self._writer.add_connection(name, TOPICS[topic].kind, typestore=self._types)
+            self._connections[name] = self._writer.add_connection(name, self._topics[topic].kind, typestore=self._types)
         self._writer.write(self._connections[name], stamp_ns, data)
 
     def close(self) -> None:

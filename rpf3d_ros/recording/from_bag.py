@@ -2,7 +2,7 @@
 
 import struct
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
 from os import SEEK_END
@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rpf3d_core.errors import InputError
-from rpf3d_ros.interface.recorded_topics import TOPICS, topic_called
+from rpf3d_ros.interface.recorded_topics import RecordedSensors, RecordedTopic, topic_called, topics_with
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.refusals import MessageRefused
+from rpf3d_ros.recording.bag_sensors import sensors_in, unread_topics
 from rpf3d_ros.recording.bag_writer import import_rosbags, typestore
 from rpf3d_ros.recording.files import RecordingFiles, Rotation
 from rpf3d_ros.recording.message_log import MessageLog, Reading
@@ -36,7 +37,7 @@ UNREADABLE = (ValueError, IndexError, KeyError, TypeError, MemoryError, Arithmet
 class Raw(NamedTuple):
     """A message of a bag.
 
-    topic : key in TOPICS
+    topic : key in `topics_with(sensors)`
     name : full name of the topic in the bag
     stamp_ns : time of reception (ns)
     data : CDR bytes of the message
@@ -59,31 +60,56 @@ class Converted(NamedTuple):
     refused: list[str]
 
 
-def topics_of(bag: Path, namespace: str = "") -> list[str]:
+def sensors_of(bag: Path, source_topics: str | None = None, source_cloud_topics: str | None = None) -> RecordedSensors:
+    """Return the topics of sources in a bag.
+
+    source_topics, source_cloud_topics : names between commas; None: the names that the recorder has noted in the bag,
+        or the default topic if none are noted
+
+    Raises InputError if the bag cannot be read or is incomplete, or the names are wrong.
+    """
+    with _reading(bag) as reader:
+        return sensors_in(reader, source_topics, source_cloud_topics)
+
+
+def unread_of(bag: Path, namespace: str, sensors: RecordedSensors) -> list[str]:
+    """Return a sentence for each topic of a bag that may have sources and is not read, because it is not named.
+
+    namespace : namespace of the topics in the bag; sensors : topics of sources that are read
+
+    Raises InputError if the bag cannot be read or is incomplete.
+    """
+    with _reading(bag) as reader:
+        return unread_topics(reader, namespace, sensors)
+
+
+def topics_of(bag: Path, namespace: str = "", sensors: RecordedSensors | None = None) -> dict[str, RecordedTopic]:
     """Return the recorded topics that have messages in a bag, in the order of TOPICS.
 
-    namespace : namespace of the topics in the bag
+    namespace : namespace of the topics in the bag; sensors : topics of sources; None: as `sensors_of`
 
     Raises InputError if the bag cannot be read or is incomplete.
     """
     with _reading(bag) as reader:
-        held = {topic_called(c.topic, namespace) for c in _chosen(reader, namespace) if c.msgcount}
-    return [topic for topic in TOPICS if topic in held]
+        topics = topics_with(sensors or sensors_in(reader))
+        held = {topic_called(c.topic, namespace, topics) for c in _chosen(reader, namespace, topics) if c.msgcount}
+    return {name: topic for name, topic in topics.items() if name in held}
 
 
-def messages_of(bag: Path, namespace: str = "") -> Iterator[Raw]:
+def messages_of(bag: Path, namespace: str = "", sensors: RecordedSensors | None = None) -> Iterator[Raw]:
     """Yield the messages of the recorded topics in a bag, in order of time.
 
-    namespace : namespace of the topics in the bag
+    namespace : namespace of the topics in the bag; sensors : topics of sources; None: as `sensors_of`
 
     Raises InputError if the bag cannot be read or is incomplete.
     """
     with _reading(bag) as reader:
-        chosen = _chosen(reader, namespace)
+        topics = topics_with(sensors or sensors_in(reader))
+        chosen = _chosen(reader, namespace, topics)
         if not chosen:
             return  # rosbags reads all topics if the list is empty
         for connection, stamp_ns, data in reader.messages(connections=chosen):
-            topic = topic_called(connection.topic, namespace)
+            topic = topic_called(connection.topic, namespace, topics)
             yield Raw(topic=str(topic), name=connection.topic, stamp_ns=stamp_ns, data=bytes(data))
 
 
@@ -103,9 +129,10 @@ def _reading(bag: Path) -> Iterator[Any]:
         raise InputError(f"{bag}: cannot be read as a rosbag2 bag (MCAP or sqlite3): {lacks}") from error
 
 
-def _chosen(reader: Any, namespace: str) -> list[Any]:
+def _chosen(reader: Any, namespace: str, topics: Mapping[str, RecordedTopic]) -> list[Any]:
     """Return the connections of a bag that belong to recorded topics, to read only their messages."""
-    return [c for c in reader.connections if _kind(c.topic, namespace) == c.msgtype]
+    named = ((connection, topic_called(connection.topic, namespace, topics)) for connection in reader.connections)
+    return [connection for connection, topic in named if topic and topics[topic].kind == connection.msgtype]
 
 
 def _is_cut_off(bag: Path) -> bool:
@@ -128,30 +155,34 @@ def _begins_only(file: Path) -> bool:
 
 
 def convert(
-    bag: Path, out: Path, frame: MapFrame, mesh_frame: str, namespace: str = "", thinning: Thinning = WHOLE
-) -> Converted:
+    bag: Path, out: Path, frame: MapFrame, mesh_frame: str, namespace: str = "", thinning: Thinning = WHOLE,
+    sensors: RecordedSensors | None = None,
+) -> Converted:  # fmt: skip
     """Convert a bag into a recording file; return the numbers of recorded messages, and why others were refused.
 
     out : path of the recording; frame : the map frame and survey frame of the messages
     mesh_frame : name of the frame of terrain/mesh; namespace : namespace of the topics in the bag
-    thinning : what the recording leaves out
+    thinning : what the recording leaves out; sensors : topics of sources; None: as `sensors_of`
 
     Raises InputError if the bag cannot be read or has none of the topics, OSError if the recording cannot be written.
     """
     types, now = typestore(), [0]
-    log = MessageLog(frame, mesh_frame, lambda: now[0], thinning)
+    sensors = sensors or sensors_of(bag)
+    topics = topics_with(sensors)
+    log = MessageLog(frame, mesh_frame, lambda: now[0], thinning, sensors=sensors)
     done = Converted(Counter(), [])
     files = None
-    for raw in messages_of(bag, namespace):
+    for raw in messages_of(bag, namespace, sensors):
         now[0] = raw.stamp_ns
         if files is None:
             files = RecordingFiles(out, Rotation())
             _write(files, log.begin(), out)
         done.messages[raw.topic] += 1
-        _record(log.received(raw.topic, partial(_message, types, raw)), files, out, now, done)
+        _record(log.received(raw.topic, partial(_message, types, topics[raw.topic].kind, raw)), files, out, now, done)
     if files is None:
         raise InputError(
-            f"{bag}: has none of the topics {', '.join(TOPICS)}: give the namespace of its topics (--namespace)"
+            f"{bag}: has none of the topics {', '.join(topics)}: give the namespace of its topics (--namespace), or "
+            "its topics of sources (--source-topics, --source-cloud-topics)"
         )
     _record(log.rest(), files, out, now, done)
     files.close()
@@ -181,16 +212,10 @@ def _write(files: RecordingFiles, entries: list[Any], out: Path) -> None:
         raise OSError(f"{out}: the recording could not be written: {error}") from error
 
 
-def _message(types: Any, raw: Raw) -> Any:
+def _message(types: Any, kind: str, raw: Raw) -> Any:
     if raw.topic == MESH:
         return raw.data
-    kind = TOPICS[raw.topic].kind
     try:
         return types.deserialize_cdr(raw.data, kind)
     except import_rosbags().serde.SerdeError as error:
         raise MessageRefused(f"it is not a valid {kind}: {error}") from error
-
-
-def _kind(name: str, namespace: str) -> str | None:
-    topic = topic_called(name, namespace)
-    return TOPICS[topic].kind if topic else None

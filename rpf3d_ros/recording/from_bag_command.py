@@ -10,6 +10,7 @@ import typer
 
 from rpf3d_core.commands.screen import complaints, screen
 from rpf3d_core.errors import InputError
+from rpf3d_ros.recording.bag_sensors import HELP
 
 SHOWN = 10
 """Number of refused messages that are printed one by one."""
@@ -25,16 +26,21 @@ def from_bag(
         tuple[float, float, float], typer.Option(help="Survey coordinates E, N, H of the map's origin (m).")
     ] = (0.0, 0.0, 0.0),
     mesh_frame: Annotated[str, typer.Option(help="Frame of terrain/mesh.")] = "map",
+    source_topics: Annotated[str | None, typer.Option(help=HELP.format("poses"))] = None,
+    source_cloud_topics: Annotated[str | None, typer.Option(help=HELP.format("clouds"))] = None,
     whole: Annotated[bool, typer.Option("--whole", help="Leave out no rock and no hazard map.")] = False,
 ) -> None:
     """Write the recording that the live recorder would have written from a bag's messages."""
-    from rpf3d_ros.recording.from_bag import WHOLE, MapFrame, Thinning, convert
+    from rpf3d_ros.recording.from_bag import WHOLE, MapFrame, Thinning, convert, sensors_of, unread_of
 
     frame = MapFrame(name=map_frame, survey=survey_frame, origin=map_origin)
+    sensors = sensors_of(bag, source_topics, source_cloud_topics)
     try:
-        done = convert(bag, out, frame, mesh_frame, namespace, WHOLE if whole else Thinning())
+        done = convert(bag, out, frame, mesh_frame, namespace, WHOLE if whole else Thinning(), sensors)
     except OSError as error:
         raise InputError(str(error)) from error
+    for sentence in unread_of(bag, namespace, sensors):
+        complaints.print(sentence, markup=False)
     for sentence in done.refused[:SHOWN]:
         complaints.print(f"refused: {sentence}", markup=False)
     if len(done.refused) > SHOWN:

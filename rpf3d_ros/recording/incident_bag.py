@@ -6,6 +6,7 @@ Each bag can be replayed without the others.
 from collections import deque
 from pathlib import Path
 
+from rpf3d_ros.interface.recorded_topics import DEFAULT_SENSORS, RecordedSensors
 from rpf3d_ros.recording.bag_writer import BagWriter
 
 WHOLE, PATCH = ("terrain/points", "terrain/mesh"), "terrain/update"
@@ -27,8 +28,12 @@ class IncidentBag:
     A bag that cannot be written is abandoned; the next file of the recording begins another bag.
     """
 
-    def __init__(self, prefix: str) -> None:
-        """Write nothing yet; prefix : beginning of the paths of all bags, "" if no bag is wanted."""
+    def __init__(self, prefix: str, sensors: RecordedSensors = DEFAULT_SENSORS) -> None:
+        """Write nothing yet.
+
+        prefix : beginning of the paths of all bags, "" if no bag is wanted; sensors : topics of sources
+        """
+        self._sensors = sensors
         self._prefix = Path(prefix) if prefix else None
         self._writer: BagWriter | None = None
         self._survey: list[Message] = []
@@ -49,7 +54,7 @@ class IncidentBag:
         self.folder = self._folder_of(recording)
         try:
             self.close()
-            self._writer, self._is_new, self.fault = BagWriter(self.folder), True, ""
+            self._writer, self._is_new, self.fault = BagWriter(self.folder, self._sensors), True, ""
         except OSError as error:
             self.fault = f"{self.folder} cannot be written: {error}"
             if first:

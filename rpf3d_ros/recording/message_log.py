@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any, NamedTuple
 
+from rpf3d_ros.interface.recorded_topics import DEFAULT_SENSORS, RecordedSensors
 from rpf3d_ros.interface.transforms import InputFrames
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.recording.alert_entries import AlertEntries
@@ -16,7 +17,7 @@ from rpf3d_ros.recording.entries import SECOND, EntryMaker, EntryTimes, LastCont
 from rpf3d_ros.recording.rock_entries import LINES, RockEntries
 from rpf3d_ros.recording.source_entries import SourceEntries
 from rpf3d_ros.recording.terrain_entries import TerrainEntries
-from rpf3d_ros.recording.thinning import WHOLE, Thinning
+from rpf3d_ros.recording.thinning import WHOLE, Thinning, text_of
 from rpf3d_ros.recording.waiting import HeldLines, PacedMessages, Read
 
 MAPS = ("hazard/grid", "hazard/zones", "hazard/points")
@@ -41,7 +42,7 @@ class MessageLog:
 
     def __init__(
         self, frame: MapFrame, mesh_frame: str, now: Callable[[], int], thinning: Thinning = WHOLE,
-        frames: InputFrames | None = None,
+        frames: InputFrames | None = None, sensors: RecordedSensors = DEFAULT_SENSORS,
     ) -> None:  # fmt: skip
         """Begin without terrain, areas or alerts.
 
@@ -49,14 +50,15 @@ class MessageLog:
         now : returns the time (ns since the epoch) at which the current message was received
         thinning : what the recording leaves out
         frames : finds the frames of the inputs; None to accept the map frame and the survey frame only
+        sensors : topics of sources
         """
         frames = frames or InputFrames(frame)
-        self._now, self._thinning, times = now, thinning, EntryTimes(now)
+        self._now, self._about, times = now, thinning.text + text_of(sensors), EntryTimes(now)
         self._times, areas, self._alerts = times, AreaEntries(frame, frames, times), AlertEntries(times)
         answers = AnswerEntries(frame, times, None if thinning.is_whole else LastContents())
         self._makers: dict[str, EntryMaker] = {
             **TerrainEntries(frames, mesh_frame, times).makers(),
-            **SourceEntries(frames, times).makers(),
+            **SourceEntries(frames, times, sensors).makers(),
             **areas.makers(),
             **answers.makers(),
             **self._alerts.makers(),
@@ -71,14 +73,14 @@ class MessageLog:
 
     def begin(self) -> list[RecordingEntry]:
         """Return the entries that a recording begins with: the text that states what is left out."""
-        return [self._times.at(self._now(), lambda r: r.about(self._thinning.text), "about")]
+        return [self._times.at(self._now(), lambda r: r.about(self._about), "about")]
 
     def received(self, topic: str, read: Read) -> Iterator[Reading]:
         """Note a received message, and yield the messages to record now; record each before asking for the next.
 
         The yielded messages may include the received message and messages that have waited, or there may be none.
 
-        topic : a key of TOPICS; read : deserializes the message, but returns CDR bytes for terrain/mesh
+        topic : a key of `topics_with(sensors)`; read : deserializes the message, but returns CDR bytes for terrain/mesh
         """
         yield from self.due()
         waiting, changes = self._waiting.get(topic), self._alerts.changes
@@ -101,7 +103,7 @@ class MessageLog:
 
         Messages that have waited may be among them. Raises MessageRefused if one of the messages is refused.
 
-        topic : a key of TOPICS; message : the deserialized message, CDR bytes for terrain/mesh
+        topic : a key of `topics_with(sensors)`; message : the deserialized message, CDR bytes for terrain/mesh
         """
         return [entry for reading in self.received(topic, lambda: message) for entry in reading.entries()]
 

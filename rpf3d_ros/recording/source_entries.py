@@ -1,11 +1,13 @@
 """Convert messages of sources to recording entries: release points and directions of throw."""
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_ros.interface.recorded_topics import CLOUD_SOURCES, POSE_SOURCES, RecordedSensors
 from rpf3d_ros.interface.transforms import InputFrames
 from rpf3d_ros.messages.source_reading import placed
 from rpf3d_ros.recording.entries import (
@@ -20,19 +22,26 @@ from rpf3d_ros.recording.entries import (
 
 
 class SourceEntries:
-    """Converts messages of sources to entries of a recording; each new stamp begins an event."""
+    """Converts messages of sources to entries of a recording; each new stamp begins an event.
 
-    def __init__(self, frames: InputFrames, times: EntryTimes) -> None:
-        self._frames, self._times = frames, times
+    A sensor with a topic of its own has rows of its own, because its messages say nothing about other sensors.
+    """
+
+    def __init__(self, frames: InputFrames, times: EntryTimes, sensors: RecordedSensors) -> None:
+        self._frames, self._times, self._sensors = frames, times, sensors
 
     def makers(self) -> Mapping[str, EntryMaker]:
         """Return the methods that convert messages to entries, by the topic of the messages."""
-        return {"sources": self.poses, "clicked_point": self.click, "source_cloud": self.cloud}
+        return {
+            "clicked_point": self.click,
+            **{topic: partial(self.poses, sensor=_sensor_of(topic)) for topic in self._sensors.poses},
+            **{topic: partial(self.cloud, sensor=_sensor_of(topic)) for topic in self._sensors.clouds},
+        }
 
-    def poses(self, poses: Any) -> Iterator[RecordingEntry]:
-        """Yield the entry of the sources in a PoseArray."""
+    def poses(self, poses: Any, sensor: str) -> Iterator[RecordingEntry]:
+        """Yield the entry of the sources in a PoseArray; sensor : as in `Recording.sources`."""
         positions, directions = placed(poses, frame_of(poses, self._frames))
-        yield self._entry(poses, positions, directions)
+        yield self._entry(poses, positions, directions, sensor)
 
     def click(self, point: Any) -> Iterator[RecordingEntry]:
         """Yield the entry of the single source at a clicked point."""
@@ -40,12 +49,15 @@ class SourceEntries:
         frame = frame_of(point, self._frames)
         yield self._entry(point, finite_points(at, point.header.frame_id, frame), np.zeros((1, 3)))
 
-    def cloud(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield the entry of the sources in a cloud; a cloud without points means that no rock is moving."""
+    def cloud(self, cloud: Any, sensor: str) -> Iterator[RecordingEntry]:
+        """Yield the entry of the sources in a cloud; a cloud without points means that no rock is moving.
+
+        sensor : as in `Recording.sources`
+        """
         frame = frame_of(cloud, self._frames)
         if cloud.width * cloud.height == 0:
             frame.check(cloud.header.frame_id)
-            yield self._entry(cloud, np.empty((0, 3)), np.empty((0, 3)))
+            yield self._entry(cloud, np.empty((0, 3)), np.empty((0, 3)), sensor)
             return
         points = finite_positions(cloud, frame)
         names = [field.name for field in cloud.fields]
@@ -55,7 +67,15 @@ class SourceEntries:
             with np.errstate(over="ignore"):
                 speed = np.linalg.norm(velocity, axis=1, keepdims=True)
             directions = np.divide(velocity, speed, out=directions, where=(speed > 0.0) & np.isfinite(speed))
-        yield self._entry(cloud, points, frame.directions(directions, cloud.header.frame_id))
+        yield self._entry(cloud, points, frame.directions(directions, cloud.header.frame_id), sensor)
 
-    def _entry(self, message: Any, positions: FloatArray, directions: FloatArray) -> RecordingEntry:
-        return self._times.of_message(message, lambda r: r.sources(positions, directions), "sources")
+    def _entry(self, message: Any, positions: FloatArray, directions: FloatArray, sensor: str = "") -> RecordingEntry:
+        named = (sensor,) if sensor else ()
+        return self._times.of_message(
+            message, lambda r: r.sources(positions, directions, *named), "/".join(("sources", *named))
+        )
+
+
+def _sensor_of(topic: str) -> str:
+    """Return the name of a topic's sensor in a recording: "" for the default topics, which share rows with clicks."""
+    return "" if topic in (POSE_SOURCES, CLOUD_SOURCES) else topic

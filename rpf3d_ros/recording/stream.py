@@ -96,11 +96,15 @@ class Recording:
         """Add a patch of the terrain as points (N, 3) m; patches with other numbers stay."""
         self._log(f"terrain/updates/{number}", self._points(points, UPDATE_COLOUR, POINT_PIXELS))
 
-    def sources(self, positions: FloatArray, directions: FloatArray) -> None:
-        """Add sources: release points (R, 3) m and directions (R, 3); R = 0 means that no rock is moving."""
-        self._log("sources", self._points(positions, SOURCE_COLOUR, DEPOSIT_PIXELS))
+    def sources(self, positions: FloatArray, directions: FloatArray, sensor: str = "") -> None:
+        """Add sources: release points (R, 3) m and directions (R, 3); R = 0 means that no rock is moving.
+
+        sensor : topic of the sensor with these sources; "" for the default topics and clicks
+        """
+        entity = _under("sources", sensor)
+        self._log(entity, self._points(positions, SOURCE_COLOUR, DEPOSIT_PIXELS))
         arrows = self._rerun.Arrows3D(origins=positions, vectors=ARROW_LENGTH * directions, colors=SOURCE_COLOUR)
-        self._log("sources/direction", arrows)
+        self._log(f"{entity}/direction", arrows)
 
     def area(self, name: str, corners: FloatArray) -> None:
         """Add the outline of an area of interest; corners : (N, 3) m, N = 1 draws a point, N = 0 no outline."""

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from rpf3d_ros.interface.recorded_topics import RecordedSensors
+
 
 class Thinning(NamedTuple):
     """How much of the answers is recorded; inputs, alerts and the figures of answers are always recorded.
@@ -57,3 +59,9 @@ ALWAYS = (
     "- The evidence of each alert is in the simulator's decision log, which is never thinned (`rpf3d audit`). A bag of "
     "the recorder has every message.\n"
 )
+
+
+def text_of(sensors: RecordedSensors) -> str:
+    """Return the line for `Thinning.text` that names the recorded topics of sources, as Markdown."""
+    topics = (*sensors.poses, *sensors.clouds, "clicked_point")
+    return f"- Sources are recorded of these topics: {', '.join(f'`{topic}`' for topic in topics)}.\n"

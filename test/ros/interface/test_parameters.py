@@ -18,6 +18,7 @@ from rpf3d_ros.interface.parameters import (
     declare,
     descriptor,
 )
+from rpf3d_ros.interface.recorded_topics import RecordedSensors
 
 KINDS = [SimulatorParameters, RecorderParameters, ScenePublisherParameters]
 
@@ -114,11 +115,33 @@ def test_a_topic_that_the_site_names_must_publish_unless_it_says_otherwise(given
     assert SimulatorParameters(**given).sensors.expected == expected
 
 
+@pytest.mark.parametrize("kind", [SimulatorParameters, RecorderParameters])
+def test_simulator_and_recorder_have_the_same_topics_of_sources(kind, node_with):
+    node = node_with(source_topics="[radar_n, radar_s]", source_cloud_topics="['']")
+    assert declare(node, kind).recorded_sensors == RecordedSensors(poses=("radar_n", "radar_s"), clouds=())
+
+
+@pytest.mark.parametrize("kind", [SimulatorParameters, RecorderParameters])
+@pytest.mark.parametrize(("given", "sentence"), [
+    ({"source_cloud_topics": ("sources",)}, "sources is given twice"),
+    ({"source_topics": ("alerts",)}, "alerts is a topic of rpf3d that has no sources of a sensor"),
+    ({"source_topics": ("areas/equipment",)}, "areas/equipment is a topic of rpf3d"),
+])  # fmt: skip
+def test_topics_that_cannot_be_those_of_sensors_are_refused_by_simulator_and_recorder(kind, given, sentence):
+    with pytest.raises(InputError, match=f"{sentence}.*: see source_topics and source_cloud_topics"):
+        getattr(kind(**given), "sensors" if kind is SimulatorParameters else "recorded_sensors")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_topics_of_sources_that_a_file_sets_for_all_nodes_cause_no_warning(kind, node_with, capfd):
+    declare(node_with(source_topics="[radar_n]", source_cloud_topics="['']"), kind)
+    assert "no parameter" not in capfd.readouterr().err
+
+
 @pytest.mark.parametrize(("given", "sentence"), [
     ({"optional_topics": ("radar",)}, "radar is in optional_topics, but is not a topic of sources"),
     ({"expected_topics": ("radar",)}, "radar is in expected_topics, but is not a topic of sources"),
     ({"expected_topics": ("sources",), "optional_topics": ("sources",)}, "sources is in expected_topics and in"),
-    ({"source_cloud_topics": ("sources",)}, "sources is given twice"),
 ])  # fmt: skip
 def test_topics_that_contradict_each_other_are_refused(given, sentence):
     with pytest.raises(InputError, match=sentence):

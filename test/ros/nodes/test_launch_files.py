@@ -13,6 +13,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from rpf3d_core.live.scene import SCENE, live_parameters
 from rpf3d_ros.interface.parameters import (
+    SHARED,
     FrameParameters,
     RecorderParameters,
     ScenePublisherParameters,
@@ -37,6 +38,8 @@ def known_to(node):
     """Return parameter -> a value of its type, for all parameters of a node."""
     node = node.removeprefix(IN_ANY_NAMESPACE)
     known = {field.name: field.default for field in fields(PARAMETERS[node])} | {"use_sim_time": False}
+    if node == "/**":
+        known |= {name: known_to(recorder.NAME)[name] for name in SHARED}
     if node == simulator.NAME:
         known |= {field.key: field.kind() for field in live_parameters()} | {SCENE: ""}
     return known
