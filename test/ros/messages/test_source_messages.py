@@ -1,6 +1,7 @@
 """PoseArray <-> sources."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -188,6 +189,51 @@ def test_a_cloud_without_points_says_that_nothing_is_seen():
 def test_sizes_and_velocities_that_no_rock_has_are_refused(columns, saying):
     with pytest.raises(MessageRefused, match=saying):
         sources_of_cloud(cloud(**XYZ, **columns), MAP)
+
+
+def named(names):
+    return cloud(**XYZ, **{name: [6.0, 4.0] for name in names})
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("VX", "VY", "VZ"), ("v_x", "v_y", "v_z"), ("velocity_x", "velocity_y", "velocity_z"), ("velocity",),
+        ("speedX", "speedY", "speedZ"), ("vx_mps", "vy_mps", "vz_mps"), ("x_velocity", "y_velocity", "z_velocity"),
+        ("vel.x", "vel.y", "vel.z"), ("linear_velocity_x",), ("v_east", "v_north", "v_up"), ("speed [km/h]",),
+    ],
+)  # fmt: skip
+def test_a_velocity_in_a_field_that_is_not_read_is_refused_because_the_rock_would_start_at_rest(names):
+    with pytest.raises(MessageRefused, match=f"field '{re.escape(names[0])}' looks like a velocity.*'vx', 'vy' and"):
+        sources_of_cloud(named(names), MAP)
+    assert sources_of_cloud(named((*names, "vx", "vy", "vz")), MAP).velocities[0].tolist() == [6.0, 6.0, 6.0]
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["size", "Diameter", "diameter_m", "diameter_mm", "DIAMETER", "radius", "d50", "mass", "Mass_kg", "rock_size",
+     "block_volume_m3", "weight", "diam"],
+)  # fmt: skip
+def test_a_size_in_a_field_that_is_not_read_is_refused_because_the_rock_would_have_another_size(name):
+    with pytest.raises(MessageRefused, match=f"field '{name}' looks like the size of a rock.*the field 'diameter'"):
+        sources_of_cloud(named([name]), MAP)
+    assert sources_of_cloud(named([name, "diameter"]), MAP).diameters.tolist() == [6.0, 4.0]
+
+
+def test_other_fields_of_a_cloud_are_ignored():
+    names = (
+        "intensity", "rgb", "rgba", "ring", "t", "time", "timestamp", "id", "confidence", "range", "azimuth",
+        "elevation", "normal_x", "nx", "curvature", "label", "reflectivity", "u", "v", "w", "vx_std", "speed_std",
+        "temperature", "track_id", "cluster",
+    )  # fmt: skip
+    sources = sources_of_cloud(named(names), MAP)
+    assert sources.diameters is None
+    assert not sources.velocities.any()
+
+
+def test_an_empty_cloud_with_a_misnamed_field_is_refused_so_that_the_name_is_noticed_before_the_first_rock():
+    with pytest.raises(MessageRefused, match="'V_X' looks like a velocity"):
+        sources_of_cloud(cloud(x=[], y=[], z=[], V_X=[]), MAP)
 
 
 def test_a_cloud_of_too_many_sources_is_refused_before_it_is_looked_at():
