@@ -133,13 +133,12 @@ def _check_rows(cloud: PointCloud2) -> None:
 def _known_points(unknown: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return flags (N,), True for points of a cloud with a position; unknown : (N, 3), True where x, y or z is NaN.
 
-    Raises MessageRefused if only a part of x, y, z of a point is NaN, and if no point has a position.
+    Raises MessageRefused if a point has no position: it may be a dangerous source whose place the sensor does not know.
     """
-    there = ~unknown.all(axis=1)
-    half = np.flatnonzero(there & unknown.any(axis=1))
-    if len(half):
-        raise MessageRefused(f"point {half[0]} has a NaN in only a part of x, y, z: a source at an unknown place; "
-                             "set all three to NaN if there is no point")  # fmt: skip
+    there = ~unknown.any(axis=1)
+    if bool(there.any()) and not bool(there.all()):
+        raise MessageRefused(f"point {np.argmin(there)} has a NaN in x, y or z: a source at an unknown place; if there "
+                             "is no source, leave such points out of the cloud")  # fmt: skip
     if not bool(there.any()):
         raise MessageRefused(f"all its {len(unknown):,} points are NaN, so the places of sources are unknown; "
                              "publish a cloud without points if the sensor sees no sources")  # fmt: skip
