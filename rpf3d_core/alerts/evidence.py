@@ -34,7 +34,8 @@ class AreaEvidence(NamedTuple):
     largest_energy : J; first_arrival_s : s, shortest time from the release of a rock to its arrival in the area; both
         None if no rock reached the area
     left : number of the flown rocks that left the terrain and might still have reached the area (`live.leaving`)
-    uncovered : share (-) of the area in plan that has no terrain below it
+    uncovered : share (-) of the area in plan that has no terrain below it, or of the outline of the area that lacks
+        most of its terrain (`live.coverage`)
     clusters : number of clusters of sources; each figure is from the cluster with the worst figure; 0 if the sources
         were not divided into clusters
     pooled_flown, pooled_reached : numbers of rocks of all clusters together, for display only

@@ -163,8 +163,9 @@ def _unknown_faults(area: AreaEvidence, thresholds: Thresholds) -> Iterator[str]
         return
     if area.uncovered > terms.most_uncovered:
         yield (
-            f"{100 * area.uncovered:.3g} % of the area has no terrain (at most {100 * terms.most_uncovered:.3g} %"
-            " is allowed): publish a survey that covers the area"
+            f"{100 * area.uncovered:.3g} % of the area, or of one of its outlines, has no terrain (at most "
+            f"{100 * terms.most_uncovered:.3g} % is allowed): publish a survey that covers the area, or correct the "
+            "coordinates of its outlines or machines"
         )
     hidden = hidden_level(area, thresholds)
     is_hidden = hidden is not None and hidden > level_of(area, thresholds)

@@ -121,7 +121,8 @@ def _surface_of(rings: Iterable[shapely.Polygon]) -> shapely.Geometry:
 class AreaGround(NamedTuple):
     """The terrain below an area of interest (`live.coverage`).
 
-    uncovered : share (-) of the area in plan that has no terrain below it
+    uncovered : share (-) of the area in plan that has no terrain below it; if one outline of the area (a polygon, or
+        the circle of a machine) has no terrain below more than half of it, at least the share of this outline
     lowest : (m, local frame) estimate on the safe side of the lowest height of the ground in the area; -infinite if it
         is not known
     """

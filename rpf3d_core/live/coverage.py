@@ -1,21 +1,35 @@
 """Find which share of an area of interest has no terrain below it, and how low the ground in the area is.
 
-A part of an area has no terrain below it if this part lies beyond the survey or over a hole of the survey.
+If one outline of the area is mostly off the terrain, its share counts instead of that of the area, if it is larger. A
+part of an area has no terrain below it if this part lies beyond the survey or over a hole of the survey.
 """
 
 import math
 
 import numpy as np
+import shapely
+from numpy.typing import NDArray
 
-from rpf3d_core.live.areas import AreaGround, AreaOutline, outlines_for_places
+from rpf3d_core.live.areas import AreaGround, AreaOutline, Indices, outlines_for_places
 from rpf3d_core.live.standing import Outlines, PreparedTerrain
 from rpf3d_core.terrain.frame import FloatArray
+
+Objects = NDArray[np.object_]
 
 PROBES = 400
 """Approximate number of evenly spread places in an area that are tested for terrain."""
 
 MOST_PLACES = 40_000
 """Largest number of places that are spread over the box around an area; the places inside the area are tested."""
+
+MOSTLY = 0.5
+"""Share of one outline without terrain above which its area lacks this outline, however large the area is."""
+
+LATTICE_PLACES = 4_000
+"""Approximate number of places that are spread over the boxes around all outlines of an area."""
+
+FEWEST_ROWS, MOST_ROWS = 5, 20
+"""Bounds of the number of rows and columns of places that are spread over the box around one outline."""
 
 
 def grounds_of(standing: PreparedTerrain, areas: Outlines) -> dict[str, AreaGround]:
@@ -46,7 +60,49 @@ def _ground_of(standing: PreparedTerrain, area: AreaOutline) -> AreaGround:
     uncovered = float(np.mean(~standing.has_ground(probes)))
     heights = standing.lowest_ground(np.concatenate([probes, area.corners]))
     lowest = float(heights.min()) - step if np.isfinite(heights).all() else -math.inf
-    return AreaGround(uncovered=uncovered, lowest=lowest)
+    return AreaGround(uncovered=max(uncovered, _worst_outline(standing, area)), lowest=lowest)
+
+
+def _worst_outline(standing: PreparedTerrain, area: AreaOutline) -> float:
+    """Return the largest share (-) of one outline of an area without terrain below it; 0 if none exceeds `MOSTLY`.
+
+    One machine or road segment with wrong coordinates is lost, although its share of a large area is small.
+    """
+    outlines = _outlines(area)
+    if len(outlines) < 2:
+        return 0.0
+    places, number = _spread(outlines)
+    bare = np.bincount(number, ~standing.has_ground(places), len(outlines)) / np.bincount(number)
+    worst = float(bare.max())
+    return worst if worst > MOSTLY else 0.0
+
+
+def _outlines(area: AreaOutline) -> Objects:
+    """Return each outline of an area as a polygon without its holes; a hole is a ring in an odd number of others."""
+    rings = shapely.make_valid(np.array(area.rings, dtype=object))
+    inner, outer = shapely.STRtree(rings).query(rings, predicate="within")
+    inner, outer = inner[inner != outer], outer[inner != outer]
+    for ring in np.unique(outer):
+        inside = [area.rings[other] for other in inner[outer == ring]]
+        rings[ring] = shapely.difference(rings[ring], shapely.union_all(shapely.make_valid(inside)))
+    is_outline = np.bincount(inner, minlength=len(rings)) % 2 == 0
+    outlines: Objects = rings[is_outline & ~shapely.is_empty(rings)]
+    return outlines
+
+
+def _spread(outlines: Objects) -> tuple[FloatArray, Indices]:
+    """Return places (N, 2) m that are evenly spread over each outline, at least one, and their outlines (N,).
+
+    The places of an outline are the middles of the cells of its box that lie inside, and a further place inside.
+    """
+    rows = int(np.clip(math.sqrt(LATTICE_PLACES / len(outlines)), FEWEST_ROWS, MOST_ROWS))
+    low, high = np.split(shapely.bounds(outlines), 2, axis=1)
+    cells = (np.stack(np.meshgrid(*[np.arange(rows)] * 2), axis=-1).reshape(-1, 2) + 0.5) / rows
+    lattice = low[:, None] + cells * (high - low)[:, None]
+    shapely.prepare(outlines)
+    inside = shapely.contains_xy(outlines[:, None], lattice[..., 0], lattice[..., 1])
+    within = shapely.get_coordinates(shapely.point_on_surface(outlines))
+    return np.concatenate([lattice[inside], within]), np.append(np.nonzero(inside)[0], np.arange(len(outlines)))
 
 
 def _probes(area: AreaOutline) -> tuple[FloatArray, float]:

@@ -126,8 +126,8 @@ class Workshop:
     most_points : int
         Largest number of points in a survey.
     longest_edge : float, optional
-        m; triangles of a scattered cloud with a longer side are left out. None for `terrain.cloud.GAP` times the median
-        of the triangles' longest sides.
+        m; triangles of a cloud or grid with a longer side in plan are left out. None for `terrain.cloud.GAP` times the
+        median of the longest sides of a scattered cloud's triangles, and for no limit in a grid.
     reference : bool
         True to use the reference engine, which is slow.
     must_face_up : bool
@@ -254,7 +254,7 @@ class Workshop:
 
     def _mesh(self, survey: Survey, room: Room) -> Mesh:
         if isinstance(survey, GridSurvey):
-            return grid_mesh(survey.points, room.memory, self._share)
+            return grid_mesh(survey.points, room.memory, self._share, longest_edge=self._longest)
         if isinstance(survey, MeshSurvey):
             return ready_mesh(
                 survey.vertices, survey.triangles, ZONE, self._weld, room.memory, self._share, self._must_face_up
@@ -263,7 +263,7 @@ class Workshop:
 
     def _patch_mesh(self, patch: CloudSurvey | GridSurvey, origin: tuple[float, float, float]) -> Mesh:
         if isinstance(patch, GridSurvey):
-            return grid_mesh(patch.points, origin=origin)
+            return grid_mesh(patch.points, origin=origin, longest_edge=self._longest)
         return cloud_mesh(patch.points, self._longest, origin)
 
     def _terrain(self, mesh: Mesh, room: Room) -> Terrain:

@@ -1,23 +1,25 @@
 """Make a mesh from a survey given as a grid of points, row by row; the mesh needs no welding or repair.
 
 Four neighbouring points make a square of two triangles; all squares are cut along the same diagonal, as in
-`grid_triangles.py`. A square with a missing point at a corner is a hole. Rows may run in any direction: if most of the
-area in plan would face down, all facets are turned over.
+`grid_triangles.py`. A square with a missing point at a corner is a hole, and so is a triangle with a side longer than a
+given length. Rows may run in any direction: if most of the area in plan would face down, all facets are turned over.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rpf3d_core.errors import TerrainError
-from rpf3d_core.jit.dispatch import loop
+from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.jit.memory import Memory, Share, fresh, halves, one_by_one
 from rpf3d_core.terrain.facets import IntArray
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Vec
 
 NO_SQUARE = "the grid has no square of four points without a hole; the terrain needs at least one"
+TOO_LONG = "every triangle of the grid has a side longer than allowed in plan (longest_edge)"
 NOT_FINITE = "the terrain has a vertex that is NaN or infinite; every coordinate must be a finite number"
 
 
@@ -34,7 +36,7 @@ class Mesh(NamedTuple):
 
 def grid_mesh(
     points: FloatArray, memory: Memory = fresh, share: Share = one_by_one,
-    origin: tuple[float, float, float] | None = None,
+    origin: tuple[float, float, float] | None = None, longest_edge: float | None = None,
 ) -> Mesh:  # fmt: skip
     """Return the mesh of a survey given as a grid of points (H, W, 3) m in rows and columns.
 
@@ -42,8 +44,10 @@ def grid_mesh(
 
     memory : allocates the arrays; share : runs functions in parallel (`jit.memory`)
     origin : of the local frame (m); None for the middle of the points
+    longest_edge : m, longest allowed side of a triangle in plan; None for no limit, because the points of a scanner's
+        grid are farther apart at a larger distance
 
-    Raises TerrainError if no square has four points, or if a point is infinite.
+    Raises TerrainError if no square has four points, if every triangle has too long a side, or if a point is infinite.
     """
     points = np.ascontiguousarray(points, dtype=np.float64)
     rows, columns = points.shape[:2]
@@ -57,14 +61,15 @@ def grid_mesh(
     vertices = memory("vertices", 3 * int(before[-1]), np.float64).reshape(-1, 3)
     number = memory("number", rows * columns, np.int32).reshape(rows, columns)
     _in_halves(share, rows, lambda half, a, b: _place(points, a, b, origin, before, vertices, number))
-    squares, plan = np.zeros(rows - 1, np.int64), np.zeros(rows - 1)
-    _in_halves(share, rows - 1, lambda half, a, b: _count_squares(number, vertices, a, b, squares, plan))
-    first = np.concatenate([[0], np.cumsum(squares)])
+    longest = math.inf if longest_edge is None else float(longest_edge)
+    kept, plan, whole = np.zeros(rows - 1, np.int64), np.zeros(rows - 1), np.zeros(rows - 1, np.int64)
+    _in_halves(share, rows - 1, lambda half, a, b: _count(number, vertices, longest, a, b, whole, kept, plan))
+    first = np.concatenate([[0], np.cumsum(kept)])
     if first[-1] == 0:
-        raise TerrainError(NO_SQUARE)
-    triangles = memory("triangles", 6 * int(first[-1]), np.int32).reshape(-1, 3)
+        raise TerrainError(TOO_LONG if whole.any() else NO_SQUARE)
+    triangles = memory("triangles", 3 * int(first[-1]), np.int32).reshape(-1, 3)
     turned = bool(plan.sum() < 0.0)
-    _in_halves(share, rows - 1, lambda half, a, b: _cut(number, a, b, turned, first, triangles))
+    _in_halves(share, rows - 1, lambda half, a, b: _cut(number, vertices, longest, a, b, turned, first, triangles))
     return Mesh(vertices=vertices, triangles=triangles, origin=origin)
 
 
@@ -121,38 +126,65 @@ def _place(points: Any, begin: int, end: int, origin: Vec, before: Any, vertices
                 n += 1
 
 
-@loop
-def _count_squares(number: Any, vertices: Any, begin: int, end: int, squares: Any, plan: Any) -> None:
-    """Write the number of squares with four points in each row of squares, and twice their area in plan.
+@kernel
+def _is_short(vertices: Any, a: int, b: int, c: int, longest: float) -> bool:
+    """True if no side in plan of the triangle with the corners a, b, c is longer than `longest` (m)."""
+    if longest == np.inf:
+        return True
+    most = 0.0
+    for p, q in ((a, b), (b, c), (c, a)):
+        x, y = vertices[q, 0] - vertices[p, 0], vertices[q, 1] - vertices[p, 1]
+        most = max(most, x * x + y * y)
+    return most <= longest * longest
 
-    The area is positive if the squares face up. Only the rows of squares from `begin` to `end` - 1 are counted.
+
+@loop
+def _count(
+    number: Any, vertices: Any, longest: float, begin: int, end: int, whole: Any, kept: Any, plan: Any
+) -> None:  # fmt: skip
+    """Write the numbers of squares and triangles in each row of squares, and twice the area in plan.
+
+    The area is that of the squares with a triangle that is kept, positive if the squares face up. Only the rows of
+    squares from `begin` to `end` - 1 are counted.
 
     number : (H, W) vertex number of each point, -1 for a missing point; vertices : (V, 3) m
-    squares : (H - 1,) receives the numbers; plan : (H - 1,) receives the areas, m^2; both 0 before the call
+    longest : m, longest allowed side of a triangle in plan
+    whole : (H - 1,) receives the numbers of squares with four points; kept : (H - 1,) receives the numbers of their
+        triangles without a longer side; plan : (H - 1,) receives the areas, m^2; all 0 before the call
     """
     for r in range(begin, end):
         for c in range(number.shape[1] - 1):
             a, b, d, e = number[r, c], number[r, c + 1], number[r + 1, c], number[r + 1, c + 1]
-            if min(a, b, d, e) >= 0:
-                squares[r] += 1
+            if min(a, b, d, e) < 0:
+                continue
+            whole[r] += 1
+            count = int(_is_short(vertices, a, b, e, longest)) + int(_is_short(vertices, a, e, d, longest))
+            kept[r] += count
+            if count:
                 plan[r] += (vertices[e, 0] - vertices[a, 0]) * (vertices[d, 1] - vertices[b, 1]) \
                     - (vertices[e, 1] - vertices[a, 1]) * (vertices[d, 0] - vertices[b, 0])  # fmt: skip
 
 
 @loop
-def _cut(number: Any, begin: int, end: int, turned: bool, first: Any, triangles: Any) -> None:
-    """Write the two triangles of each square with four points, for the rows of squares from `begin` to `end` - 1.
+def _cut(
+    number: Any, vertices: Any, longest: float, begin: int, end: int, turned: bool, first: Any, triangles: Any
+) -> None:  # fmt: skip
+    """Write the kept triangles of each square with four points, for the rows of squares from `begin` to `end` - 1.
 
-    number : as in `_count_squares`; turned : true to make the triangles face the other side
-    first : (H,) for each row of squares, the number of squares with four points in all earlier rows
+    number, vertices, longest : as in `_count`; turned : true to make the triangles face the other side
+    first : (H,) for each row of squares, the number of triangles in all earlier rows
     triangles : (F, 3), receives the triangles
     """
     one, two = (2, 1) if turned else (1, 2)
     for r in range(begin, end):
-        f = 2 * first[r]
+        f = first[r]
         for c in range(number.shape[1] - 1):
             a, b, d, e = number[r, c], number[r, c + 1], number[r + 1, c], number[r + 1, c + 1]
-            if min(a, b, d, e) >= 0:
+            if min(a, b, d, e) < 0:
+                continue
+            if _is_short(vertices, a, b, e, longest):
                 triangles[f, 0], triangles[f, one], triangles[f, two] = a, b, e
-                triangles[f + 1, 0], triangles[f + 1, one], triangles[f + 1, two] = a, e, d
-                f += 2
+                f += 1
+            if _is_short(vertices, a, e, d, longest):
+                triangles[f, 0], triangles[f, one], triangles[f, two] = a, e, d
+                f += 1

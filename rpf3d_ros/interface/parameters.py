@@ -185,8 +185,8 @@ class SimulatorParameters(SourceParameters):
     most_points: int = parameter(MOST_POINTS, "largest number of points or vertices of a terrain", 4, LARGEST_COUNT)
     longest_edge: float = parameter(
         0.0,
-        "longest side in plan (m) of a triangle between scattered points; longer triangles are gaps without ground. "
-        "0: 10 times the median of the triangles' longest sides",
+        "longest side in plan (m) of a triangle between points of a survey or patch; longer triangles are gaps without "
+        "ground. 0: for scattered points 10 times the median of the triangles' longest sides, for grids no limit",
         0.0, 1e6,
     )  # fmt: skip
     tallest_face: float = parameter(

@@ -18,6 +18,7 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.messages.cloud_reading import columns_of_cloud, positions_of_cloud
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.refusals import MessageRefused
+from rpf3d_ros.messages.source_fields import DIAMETER, VELOCITY, check_names
 from rpf3d_ros.messages.source_reading import placed
 from rpf3d_ros.messages.stamps import nanoseconds
 
@@ -32,8 +33,6 @@ SMALLEST_DIAMETER, LARGEST_DIAMETER = 1.0e-3, 100.0
 
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
 """Quaternion x, y, z, w without rotation, which is the default of many programs."""
-
-VELOCITY = ("vx", "vy", "vz")
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,16 +101,17 @@ def sources_of_point(point: PointStamped, frame: MapFrame) -> Sources:
 def sources_of_cloud(cloud: PointCloud2, frame: MapFrame) -> Sources:
     """Return the sources in a point cloud: x, y, z (m), with optional fields diameter (m) and vx, vy, vz (m/s).
 
-    A point whose x, y and z are all NaN is not a source; a cloud that is not dense may have such points. A NaN in
-    diameter means that the diameter is unknown. A cloud without points gives no sources.
+    Without vx, vy, vz all sources are at rest. A NaN in diameter means that the diameter is unknown. A cloud without
+    points gives no sources.
 
-    Raises MessageRefused in the cases of `positions_of_cloud` and `columns_of_cloud`. Also refused are a cloud in a
-    foreign frame, too many points, a point of which only a part of x, y, z is NaN, a cloud in which all points are NaN,
-    a cloud that states 0 points but contains data, rows with room for further points (they may be sources that the
-    publisher forgot to announce), and an impossible diameter or velocity.
+    Raises MessageRefused in the cases of `positions_of_cloud`, `columns_of_cloud` and `check_names`. Also refused are a
+    cloud in a foreign frame, too many points, a point with a NaN in x, y or z, a cloud that states 0 points but
+    contains data, rows with room for further points (they may be sources that the publisher forgot to announce), and an
+    impossible diameter or velocity.
     """
     frame.check(cloud.header.frame_id)
     _check_number(cloud.height * cloud.width)
+    check_names([field.name for field in cloud.fields])
     if cloud.height * cloud.width == 0:
         _check_no_data(cloud)
         return _sources(cloud.header, frame, np.empty((0, 3)), np.empty((0, 3)))
@@ -133,13 +133,12 @@ def _check_rows(cloud: PointCloud2) -> None:
 def _known_points(unknown: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return flags (N,), True for points of a cloud with a position; unknown : (N, 3), True where x, y or z is NaN.
 
-    Raises MessageRefused if only a part of x, y, z of a point is NaN, and if no point has a position.
+    Raises MessageRefused if a point has no position: it may be a dangerous source whose place the sensor does not know.
     """
-    there = ~unknown.all(axis=1)
-    half = np.flatnonzero(there & unknown.any(axis=1))
-    if len(half):
-        raise MessageRefused(f"point {half[0]} has a NaN in only a part of x, y, z: a source at an unknown place; "
-                             "set all three to NaN if there is no point")  # fmt: skip
+    there = ~unknown.any(axis=1)
+    if bool(there.any()) and not bool(there.all()):
+        raise MessageRefused(f"point {np.argmin(there)} has a NaN in x, y or z: a source at an unknown place; if there "
+                             "is no source, leave such points out of the cloud")  # fmt: skip
     if not bool(there.any()):
         raise MessageRefused(f"all its {len(unknown):,} points are NaN, so the places of sources are unknown; "
                              "publish a cloud without points if the sensor sees no sources")  # fmt: skip
@@ -216,9 +215,9 @@ def _checked_velocities(velocities: FloatArray) -> FloatArray:
 
 def _diameters(cloud: PointCloud2) -> FloatArray | None:
     """Return the diameters (N,) m of a cloud; None if the cloud has no field diameter."""
-    if not any(field.name == "diameter" for field in cloud.fields):
+    if not any(field.name == DIAMETER for field in cloud.fields):
         return None
-    return np.asarray(columns_of_cloud(cloud, ("diameter",))["diameter"].astype(np.float64).ravel())
+    return np.asarray(columns_of_cloud(cloud, (DIAMETER,))[DIAMETER].astype(np.float64).ravel())
 
 
 def _checked_diameters(diameters: FloatArray) -> FloatArray:

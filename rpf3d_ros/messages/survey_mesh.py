@@ -12,8 +12,8 @@ from rpf3d_core.terrain.grid_triangles import grid_triangles
 def ground_mesh(survey: Survey) -> MeshSurvey:
     """Return a received survey as a mesh, for drawing or recording; points are joined to triangles.
 
-    Scattered points are joined with the default longest side of `terrain.cloud.cloud_mesh`, so the triangles differ
-    from the simulator's terrain if its parameter `longest_edge` is set.
+    Scattered points are joined with the default longest side of `terrain.cloud.cloud_mesh`, and grids without a limit,
+    so the triangles differ from the simulator's terrain if its parameter `longest_edge` is set.
 
     Raises TerrainError for a grid without a complete square, and for scattered points without a triangle.
     """

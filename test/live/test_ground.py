@@ -117,6 +117,57 @@ def test_a_cloud_is_cut_in_plan_and_a_gap_of_the_survey_is_a_hole():
     assert (ground.facets.normals[:, 2] > 0.0).all()
 
 
+def without_rows(first=12, last=26):
+    """A grid of 40 rows whose rows without returns were left out by its scanner, and the middle of this gap."""
+    points = grid().points
+    gap = points[first:last].reshape(-1, 3).mean(axis=0)
+    return GridSurvey(np.delete(points, slice(first, last), axis=0)), gap
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_rows_that_were_left_out_of_a_grid_are_a_gap_if_the_user_limits_the_edges(turned):
+    survey, (x, y, _) = without_rows()
+    if turned:
+        survey = GridSurvey(survey.points[::-1].swapaxes(0, 1))
+    default, cut = Workshop().whole(survey), Workshop(longest_edge=4.0).whole(survey)
+    over_the_gap = np.array([[x, y, 1e3]]) - (*default.terrain.frame.origin[:2], 0.0)
+    assert cut.engine.ground_below(over_the_gap)[0, 1] < 0 <= default.engine.ground_below(over_the_gap)[0, 1]
+    assert len(cut.facets.zone) == len(default.facets.zone) - 2 * (grid().points.shape[1] - 1)
+    assert (cut.facets.normals[:, 2] > 0.0).all()
+
+
+def test_a_limit_of_edges_that_no_edge_of_a_grid_exceeds_changes_no_bit():
+    one, other = Workshop().whole(holed(grid())), Workshop(longest_edge=4.0).whole(holed(grid()))
+    assert np.array_equal(one.facets.geometry, other.facets.geometry)
+
+
+def test_a_single_triangle_of_a_grid_with_a_long_edge_is_left_out():
+    y, x = np.mgrid[0:3, 0:3].astype(float)
+    x[0, 0] = -1.5
+    points = np.stack([x, y, np.zeros((3, 3))], axis=-1)
+    assert len(Workshop(longest_edge=2.0).whole(GridSurvey(points)).facets.zone) == 6, "both have the diagonal"
+    x[0, 0], x[0, 1] = 0.0, 2.5
+    points = np.stack([x, y, np.zeros((3, 3))], axis=-1)
+    assert len(Workshop(longest_edge=2.0).whole(GridSurvey(points)).facets.zone) == 7
+
+
+def test_a_patch_with_a_gap_leaves_the_ground_in_the_gap_as_it_was():
+    patch, (x, y, _) = without_rows()
+    raised = GridSurvey(patch.points[4:-4, 8:-8] + (0.0, 0.0, 1.0))
+    for longest, expected in ((None, 1.0), (4.0, 0.0)):
+        workshop = Workshop(longest_edge=longest)
+        ground = workshop.whole(grid())
+        over_the_gap = np.array([[x, y, 1e3]]) - (*ground.terrain.frame.origin[:2], 0.0)
+        before = ground.engine.ground_below(over_the_gap)[0, 0]
+        after = workshop.patched(ground, raised).engine.ground_below(over_the_gap)[0, 0]
+        assert (before - after > 0.2) == bool(expected)
+
+
+def test_a_grid_whose_edges_are_all_too_long_is_refused():
+    with pytest.raises(TerrainError, match="longest_edge"):
+        Workshop(longest_edge=0.1).whole(grid())
+
+
 def test_a_cloud_with_doubles_and_holes_is_the_cloud_without():
     points = cloud(500, 0.0, 0.0, 20.0).points
     more = np.concatenate([points, points[:50] + np.array([0.0, 0.0, 3.0]), np.full((5, 3), np.nan)])

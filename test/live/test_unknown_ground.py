@@ -8,7 +8,7 @@ from watched_road import ON_THE_SLOPE, ROAD, decided_on, last_answer, road_site,
 
 from rpf3d_core.alerts.levels import Level
 from rpf3d_core.ensemble.batch import Batch
-from rpf3d_core.live.areas import outlines_for_places
+from rpf3d_core.live.areas import circles_around, outlines_for_places
 from rpf3d_core.live.coverage import grounds_of
 from rpf3d_core.live.leaving import LeavingTally
 from rpf3d_core.values import Outcome
@@ -180,3 +180,40 @@ def test_the_share_of_an_area_without_ground_is_that_of_its_surface_and_follows_
     assert shares["road"] == pytest.approx(6.0 / 8.0, abs=0.06)
     assert shares["ring"] == pytest.approx((6.0 * 156.0 - 5.0 * 40.0) / (8.0 * 156.0 - 6.0 * 40.0), abs=0.06)
     assert shares["thin"] == 1.0
+
+
+MACHINES = [(float(x), float(y)) for x in (50, 60, 70) for y in range(10, 160, 20)]
+
+
+def shares_of(standing, **areas):
+    """Return the share without terrain of each area; areas : rings of the areas."""
+    return {name: ground.uncovered for name, ground in grounds_of(standing, standing.areas_with(areas)).items()}
+
+
+def box(west, south, east, north):
+    return np.array([[west, south], [east, south], [east, north], [west, north]], dtype=float)
+
+
+def test_one_machine_off_the_terrain_among_many_is_a_fault():
+    standing = standing_over(slope())
+    assert shares_of(standing, equipment=circles_around(np.array(MACHINES), 4.0)) == {"equipment": 0.0}
+    lost = circles_around(np.array([*MACHINES, (-100.0, -100.0)]), 4.0)
+    assert shares_of(standing, equipment=lost) == {"equipment": 1.0}
+    alert = decided_on(last_answer(standing, [], rings=lost))
+    assert alert.level == Level.FAULT
+    assert any("or of one of its outlines, has no terrain" in fault for fault in alert.faults), alert.faults
+
+
+def test_a_segment_of_a_road_counts_by_itself_once_most_of_it_has_no_terrain():
+    standing = standing_over(slope()[:, :73])
+    segments = [box(44.0, 2.0 + 7.0 * number, 52.0, 8.0 + 7.0 * number) for number in range(22)]
+    assert shares_of(standing, road=[*segments, box(70.0, 2.0, 73.0, 8.0)])["road"] < 0.02, "a third of it"
+    assert shares_of(standing, road=[*segments, box(69.0, 2.0, 77.0, 8.0)])["road"] == pytest.approx(0.62, abs=0.08)
+
+
+def test_a_hole_of_an_area_needs_no_terrain_and_an_island_in_the_hole_does():
+    points = slope()
+    points[31:129, 46:70] = np.nan
+    standing, loop, hole = standing_over(points), box(42.0, 10.0, 78.0, 150.0), box(45.0, 30.0, 71.0, 130.0)
+    shares = shares_of(standing, loop=[loop, hole], island=[loop, hole, box(50.0, 70.0, 53.0, 73.0)])
+    assert shares == {"loop": 0.0, "island": 1.0}

@@ -58,16 +58,16 @@ def standing_over(points, **fields):
     return stand_on(Workshop().whole(GridSurvey(points)), scene)
 
 
-def last_answer(standing, places, cluster=5.0, road=ROAD):
+def last_answer(standing, places, cluster=5.0, road=ROAD, rings=None):
     """Return the last stage of the answer to sources.
 
     standing : prepared terrain; places : (x, y, z) m of the sources; cluster : side of the squares of clusters (m)
-    road : corners (P, 2) m of the area
+    road : corners (P, 2) m of the area; rings : rings (P, 2) m of an area with several outlines, instead of `road`
     """
     at = np.array(places, dtype=float).reshape(-1, 3)
     trigger = trigger_of(at, np.zeros_like(at), None, NOW - S)
     size, spread = EnsembleSize(100, least=WANTED, cluster=cluster), ReleaseSpread(position=1.0, velocity=0.5)
-    *_, answer = answers(standing, trigger, spread, {"road": [road]}, size, lambda stage: False, count(1))
+    *_, answer = answers(standing, trigger, spread, {"road": rings or [road]}, size, lambda stage: False, count(1))
     return answer
 
 

@@ -1,6 +1,7 @@
 """Tests of PoseArray, PointCloud2 and PointStamped -> sources."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -160,14 +161,6 @@ def test_a_cloud_tells_size_and_velocity_where_it_has_them():
     assert sources.velocities.tolist() == [[1.0, 0.0, 0.0], [0.0, -2.0, 0.5]]
 
 
-def test_a_point_of_a_cloud_that_is_missing_is_no_source():
-    holed = {name: [np.nan, values[1]] for name, values in XYZ.items()}
-    sources = sources_of_cloud(cloud(**holed, diameter=[1.0, 2.0], vx=[9.0, 1.0], vy=[0.0, 0.0], vz=[0.0, 0.0]), MAP)
-    assert sources.positions.tolist() == [[2.0, 4.0, 6.0]]
-    assert sources.diameters.tolist() == [2.0]
-    assert sources.velocities.tolist() == [[1.0, 0.0, 0.0]]
-
-
 def test_a_cloud_without_points_says_that_nothing_is_seen():
     assert len(sources_of_cloud(cloud(x=[], y=[], z=[]), MAP).positions) == 0
 
@@ -190,6 +183,51 @@ def test_sizes_and_velocities_that_no_rock_has_are_refused(columns, saying):
         sources_of_cloud(cloud(**XYZ, **columns), MAP)
 
 
+def named(names):
+    return cloud(**XYZ, **{name: [6.0, 4.0] for name in names})
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("VX", "VY", "VZ"), ("v_x", "v_y", "v_z"), ("velocity_x", "velocity_y", "velocity_z"), ("velocity",),
+        ("speedX", "speedY", "speedZ"), ("vx_mps", "vy_mps", "vz_mps"), ("x_velocity", "y_velocity", "z_velocity"),
+        ("vel.x", "vel.y", "vel.z"), ("linear_velocity_x",), ("v_east", "v_north", "v_up"), ("speed [km/h]",),
+    ],
+)  # fmt: skip
+def test_a_velocity_in_a_field_that_is_not_read_is_refused_because_the_rock_would_start_at_rest(names):
+    with pytest.raises(MessageRefused, match=f"field '{re.escape(names[0])}' looks like a velocity.*'vx', 'vy' and"):
+        sources_of_cloud(named(names), MAP)
+    assert sources_of_cloud(named((*names, "vx", "vy", "vz")), MAP).velocities[0].tolist() == [6.0, 6.0, 6.0]
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["size", "Diameter", "diameter_m", "diameter_mm", "DIAMETER", "radius", "d50", "mass", "Mass_kg", "rock_size",
+     "block_volume_m3", "weight", "diam"],
+)  # fmt: skip
+def test_a_size_in_a_field_that_is_not_read_is_refused_because_the_rock_would_have_another_size(name):
+    with pytest.raises(MessageRefused, match=f"field '{name}' looks like the size of a rock.*the field 'diameter'"):
+        sources_of_cloud(named([name]), MAP)
+    assert sources_of_cloud(named([name, "diameter"]), MAP).diameters.tolist() == [6.0, 4.0]
+
+
+def test_other_fields_of_a_cloud_are_ignored():
+    names = (
+        "intensity", "rgb", "rgba", "ring", "t", "time", "timestamp", "id", "confidence", "range", "azimuth",
+        "elevation", "normal_x", "nx", "curvature", "label", "reflectivity", "u", "v", "w", "vx_std", "speed_std",
+        "temperature", "track_id", "cluster",
+    )  # fmt: skip
+    sources = sources_of_cloud(named(names), MAP)
+    assert sources.diameters is None
+    assert not sources.velocities.any()
+
+
+def test_an_empty_cloud_with_a_misnamed_field_is_refused_so_that_the_name_is_noticed_before_the_first_rock():
+    with pytest.raises(MessageRefused, match="'V_X' looks like a velocity"):
+        sources_of_cloud(cloud(x=[], y=[], z=[], V_X=[]), MAP)
+
+
 def test_a_cloud_of_too_many_sources_is_refused_before_it_is_looked_at():
     fields = [PointField(name=name, offset=4 * i, datatype=7, count=1) for i, name in enumerate("xyz")]
     huge = PointCloud2(header=Header(frame_id="map"), height=1, width=2**31, fields=fields, point_step=12)
@@ -202,14 +240,10 @@ def test_a_cloud_in_a_foreign_frame_is_refused():
         sources_of_cloud(cloud("radar", **XYZ), MAP)
 
 
-def test_a_cloud_whose_points_are_all_nan_says_nothing_and_one_valid_point_is_a_source():
+def test_a_cloud_whose_points_are_all_nan_is_not_nothing_seen():
     points = {name: np.full(20, np.nan) for name in "xyz"}
     with pytest.raises(MessageRefused, match="all its 20 points are NaN"):
         sources_of_cloud(cloud_of_columns(Header(frame_id="map"), points), MAP)
-    for name in "xyz":
-        points[name][7] = 1.0
-    found = sources_of_cloud(cloud_of_columns(Header(frame_id="map"), points), MAP)
-    assert found.positions.tolist() == [[1.0, 1.0, 1.0]]
 
 
 def test_a_cloud_that_announces_no_points_but_has_data_is_not_nothing_seen():
@@ -221,11 +255,11 @@ def test_a_cloud_that_announces_no_points_but_has_data_is_not_nothing_seen():
     assert len(sources_of_cloud(nothing, MAP).positions) == 0
 
 
-@pytest.mark.parametrize("axes", ["x", "y", "z", "xy", "yz"])
-def test_a_point_with_a_position_in_part_is_a_source_at_an_unknown_place(axes):
+@pytest.mark.parametrize("axes", ["x", "y", "z", "xy", "yz", "xyz"])
+def test_a_point_with_a_nan_is_a_source_at_an_unknown_place_and_its_cloud_is_refused(axes):
     """If the point were dropped silently, a dangerous source next to a harmless one would be lost."""
     points = {name: [1.0, np.nan if name in axes else 2.0] for name in "xyz"}
-    with pytest.raises(MessageRefused, match="point 1 has a NaN in only a part"):
+    with pytest.raises(MessageRefused, match=r"point 1 has a NaN in x, y or z.*leave such points out"):
         sources_of_cloud(cloud(**points), MAP)
 
 
