@@ -130,7 +130,7 @@ def fly_on(physics: Physics, locator: Any, state: State, rock: RockContext, reco
     if t == flown.loss.t and t < flown.left:
         return ended(after, flown.loss.outcome)
     lands = flown.contact.t <= t and t < flown.left
-    if t == flown.longest and t < flown.left and not lands:
+    if t == flown.longest and t < flown.left and t < flown.end and not lands:
         on = State(
             motion=motion, left=_mid_air(state.left), stands=False, tally=tally, outcome=MOVING, passed=state.passed
         )
