@@ -13,7 +13,14 @@ from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import ZERO, Motion, Vec
-from rpf3d_core.vectors import add, dot, scale, without
+from rpf3d_core.vectors import add, dot, norm, scale, without
+
+LEVEL = 1e-9
+"""Ratio (-) of the speed off a facet to the whole speed, up to which a rock without restitution stays on the facet.
+
+Without restitution, this ratio is about 1e-16: a rounding error of either sign, which must not decide about a bounce.
+Larger ratios come from a tilted normal that the rebound felt.
+"""
 
 
 class ConstantRestitution(NamedTuple):
@@ -103,10 +110,13 @@ def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -
     the facet, u_{k+1} = R_t (u_k + g_t T_k). The displacement by all bounces is
     x = u_0 T_0 / (1 - R_n R_t) + g_t T_0^2 [R_n R_t / ((1 - R_n R_t)(1 - R_n^2)) + 1 / (2 (1 - R_n^2))].
     This form also holds for R_t = R_n, unlike the form with R_t - R_n in the denominator. At R_n = 0 there is no
-    further bounce: the rock keeps its present speed along the facet.
+    further bounce: the rock keeps its present speed along the facet. But if the rebound felt a tilted normal, so that
+    the rock leaves the facet, there is one more bounce: x = u_0 T_0 + g_t T_0^2 / 2, and u_1 = R_t (u_0 + g_t T_0).
     """
     if r >= 1.0:
         return endless(motion)
+    if r == 0.0 and dot(motion.v, n) <= LEVEL * norm(motion.v):
+        return at_once(motion, n)
     g_n = gravity * n[2]
     g_t = gravity_along(n, gravity)
     u = without(motion.v, n)
@@ -115,7 +125,7 @@ def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -
         return RemainingBounces(along=ZERO, down=ZERO, v=u, t=0.0, ends=True)
     weight = (r * q / (1.0 - r * q) + 0.5) / (1.0 - r * r)
     t = T / (1.0 - r)
-    v = add(u, scale(t, g_t)) if q == 1.0 else ZERO
+    v = scale(q, add(u, scale(t, g_t))) if q == 1.0 or r == 0.0 else ZERO
     return RemainingBounces(along=scale(T / (1.0 - r * q), u), down=scale(weight * T * T, g_t), v=v, t=t, ends=True)
 
 

@@ -22,7 +22,7 @@ from rpf3d_core.simulation.state import (
     with_meeting,
     with_piece,
 )
-from rpf3d_core.simulation.sustained import carry_on
+from rpf3d_core.simulation.sustained import UNRESOLVED, carry_on
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Mode, Motion, Outcome
 
@@ -66,6 +66,20 @@ def as_released(model: object, locator: Any, facets: Facets, motion: Motion) -> 
     return motion
 
 
+@model_function
+def has_room(model: object, locator: Any, facets: Facets, motion: Motion) -> bool:
+    """Return True if a rock does not overlap the ground where it is set down; one rule per rebound model.
+
+    motion : at the release, from `set_down`
+    """
+
+
+@has_room.otherwise
+def point_has_room(model: object, locator: Any, facets: Facets, motion: Motion) -> bool:
+    """Return True, because a point has no size."""
+    return True
+
+
 @kernel
 def follow(physics: Physics, locator: Any, motion: Motion, rock: RockContext, record: Record) -> State:
     """Simulate one rock from its release to its outcome; return its last state.
@@ -74,6 +88,8 @@ def follow(physics: Physics, locator: Any, motion: Motion, rock: RockContext, re
     record : receives the rows of impacts and path segments
     """
     state = checked(released(motion), released(motion))
+    if not has_room(physics.rebound, locator, physics.facets, motion):
+        state = ended(state, UNRESOLVED)
     while state.outcome == MOVING:
         state = checked(state, next_event(physics, locator, state, rock, record))
     note_piece(record, state.tally, state.motion, state.motion.v, END)
@@ -130,7 +146,7 @@ def fly_on(physics: Physics, locator: Any, state: State, rock: RockContext, reco
     if t == flown.loss.t and t < flown.left:
         return ended(after, flown.loss.outcome)
     lands = flown.contact.t <= t and t < flown.left
-    if t == flown.longest and t < flown.left and not lands:
+    if t == flown.longest and t < flown.left and t < flown.end and not lands:
         on = State(
             motion=motion, left=_mid_air(state.left), stands=False, tally=tally, outcome=MOVING, passed=state.passed
         )

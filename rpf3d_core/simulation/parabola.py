@@ -30,7 +30,7 @@ class FlightSegment(NamedTuple):
 
     start : motion at the beginning; longest : planned duration of the segment, for which the parabola may replace the
         flight through the air (s); inf if no effect acts in the air
-    left : time from the beginning until max_time (s)
+    end : time when the parabola leaves the terrain's box, as in `flight_end` (s); left : time until max_time (s)
     contact, meeting, loss : first contact, first obstacle and first passage through a cap; no such event is earlier
         than t, and the event at t ends the parabola
     """
@@ -38,6 +38,7 @@ class FlightSegment(NamedTuple):
     start: Motion
     t: float
     longest: float
+    end: float
     left: float
     contact: Contact
     meeting: Meeting
@@ -67,7 +68,7 @@ def next_parabola(physics: Physics, locator: Any, state: State, rock: RockContex
         t = min(t, meeting.t)
         if longest == math.inf or not t < 0.5 * longest:  # `checked` handles a time that is NaN
             return FlightSegment(
-                start=start, t=t, longest=longest, left=left, contact=contact, meeting=meeting, loss=loss
+                start=start, t=t, longest=longest, end=end, left=left, contact=contact, meeting=meeting, loss=loss
             )
         longest = AGAIN * t
 

@@ -59,7 +59,7 @@ def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Re
     Smaller bounces are summed up if all these conditions hold:
 
     - The sum of the bounces is known, and the bounces end before max_time.
-    - The bounces stay on the facet, and meet neither an obstacle nor another separate part of the terrain.
+    - The bounces stay on the facet, with no obstacle next to them, and meet no other separate part of the terrain.
 
     If a condition fails, the rock flies on. There is one exception: if the bounces rise by less than SETTLED times
     smallest_bounce, they are left out, and the rock stays on the facet where it is. If the ground properties are drawn
@@ -79,7 +79,7 @@ def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Re
     way = add(rest.along, rest.down)
     x = add(motion.x, way)
     in_time = rest.ends and motion.t + rest.t <= settings.max_time
-    clear = no_obstacle_on(physics.effects, motion.x, way, state.passed, rock_at(rock, state))
+    clear = no_obstacle_near(physics.effects, motion.x, rest.along, rest.down, state.passed, rock_at(rock, state))
     stays = in_time and clear and _stays_on(facets, f, motion.x, rest.along, rest.down)
     if stays and contact_on_way(physics.pieces, facets, motion.x, way, state.left).t == math.inf:
         end = Motion(t=motion.t + rest.t, x=x, v=rest.v, w=motion.w)
@@ -130,11 +130,29 @@ def _rising2(physics: Physics, state: State, n: Vec, rock: RockContext) -> float
 
 
 @kernel
-def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockContext) -> bool:
-    """Return True if no obstacle lies on the straight line from x (3,) m to x + way (3,) m, along which a rock bounces.
+def no_obstacle_near(effects: Any, x: Vec, along: Vec, down: Vec, passed: int, rock: RockContext) -> bool:
+    """Return True if no obstacle lies on any side of the triangle that contains all remaining bounces of a rock.
 
+    The corners of the triangle are x, x + along and x + along + down. The path leads from the first corner to the last:
+    the speed and its losses act along the first side, gravity bends the path only towards the second side. An obstacle
+    on the path crosses a side of the triangle, unless the whole obstacle is inside the triangle.
+
+    x : (3,) m, start of the bounces; along, down : (3,) m, their two total displacements, as in `RemainingBounces`
     passed : number of the obstacle that the rock has just passed, which does not count
     effects : parameters of all effects of the scene
+    """
+    return (
+        _no_obstacle_on(effects, x, add(along, down), passed, rock)
+        and _no_obstacle_on(effects, x, along, passed, rock)
+        and _no_obstacle_on(effects, add(x, along), down, passed, rock)
+    )
+
+
+@kernel
+def _no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockContext) -> bool:
+    """Return True if no obstacle lies on the straight line from x (3,) m to x + way (3,) m.
+
+    effects : parameters of all effects of the scene; passed : as in `no_obstacle_near`
     """
     return first_obstacle(effects, Arc(x=x, v=way, gravity=0.0), passed, 1.0, rock).t == math.inf  # type: ignore[no-any-return]
 

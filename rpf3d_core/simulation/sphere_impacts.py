@@ -12,7 +12,7 @@ from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.coulomb_sphere import CoulombSphere
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.landing import FRAGMENTED, land, rebounded
-from rpf3d_core.simulation.march import locator_for, set_down
+from rpf3d_core.simulation.march import has_room, locator_for, set_down
 from rpf3d_core.simulation.physics import Physics, ground_of, rock_at
 from rpf3d_core.simulation.record import Record, note_impact
 from rpf3d_core.simulation.state import State, ended, with_ground, with_impact
@@ -48,7 +48,7 @@ def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion
     Each step lifts the sphere until it just touches the ground point that was nearest before the step. A step never
     lifts the sphere too far, so the steps approach the right position from below. A sphere at a wall, or under an
     overhang, is moved away from the nearest ground point instead. In a narrow place there may be no position without
-    overlap; the sphere is then released where the last step ends.
+    overlap; the sphere is then released where the last step ends, and `sphere_has_room` is False there.
     """
     x, radius = motion.x, locator.radius
     for _ in range(LIFTS):
@@ -60,6 +60,16 @@ def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion
         else:
             x = x[0], x[1], x[2] + _lift_off(touch, radius)
     return Motion(t=motion.t, x=x, v=motion.v, w=motion.w)
+
+
+@has_room.rule(CoulombSphere)
+def sphere_has_room(model: CoulombSphere, locator: Swept, facets: Facets, motion: Motion) -> bool:
+    """Return True if a sphere does not overlap the ground where it is set down, except by a rounding error.
+
+    In a slot that is narrower than the sphere, the sphere would otherwise stay inside the rock and count as stopped.
+    """
+    touch = nearest_to(locator.locator, facets, motion.x, locator.radius)
+    return not touch.t < locator.radius - SURE * facets.crack
 
 
 @kernel

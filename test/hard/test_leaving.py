@@ -4,9 +4,23 @@ import math
 
 import numpy as np
 import pytest
+from obstacles_made import with_effects
 from on_both_engines import BOTH, MODELS, NEAR, G
-from scenes_of_facets import box, engine_over, flight, floor, fly, joined, strip, surface, without_facets
+from scenes_of_facets import (
+    box,
+    down_the_slope,
+    engine_over,
+    flight,
+    floor,
+    fly,
+    incline,
+    joined,
+    strip,
+    surface,
+    without_facets,
+)
 
+from rpf3d_core.effects.drag import Drag
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import DEPOSITED, Outcome
@@ -75,6 +89,19 @@ def test_a_rock_at_the_very_edge_leaves_if_it_moves_outwards_and_stays_if_it_doe
         end = fly(over, flight(surface()), (*spot, up), (direction, -0.1, 0.0)).deposits
         assert end.outcome[0] == outcome
         assert abs(end.x[0, 2]) < NEAR or not slide
+
+
+@BOTH
+@pytest.mark.parametrize("aside", [1e-9, 1e-8, 1e-7, 1e-5, 1e-3])
+def test_a_rock_that_slides_out_along_the_rim_leaves_with_air_drag_as_without(engine, aside):
+    """The rock on the rim is outside the terrain's box by a rounding error, so its flight through the air is over."""
+    over, (descent, _) = engine_over(engine, incline(35.0, cells=(6, 4))), down_the_slope(35.0)
+    physics = flight(surface(0.3, 0.8, 20.0, 0.0))
+    x, v = np.add(descent, (0.0, 8.0, 0.0)), np.add(2.0 * descent, (0.0, aside, 0.0))
+    for each in (physics, with_effects(physics, Drag(0.5, 1.2, 0.01, G))):
+        end = fly(over, each, x, v).deposits
+        assert end.outcome[0] == Outcome.LEFT_TERRAIN
+        assert end.x[0, 1] == pytest.approx(8.0, abs=NEAR)
 
 
 @BOTH
