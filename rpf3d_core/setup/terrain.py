@@ -16,7 +16,7 @@ from rpf3d_core.formats.units import LENGTHS, METRE
 from rpf3d_core.formats.whole_file import read_whole
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.terrain import TerrainFile, TerrainSpec
-from rpf3d_core.setup.berms import with_berms, with_zones_of_berms
+from rpf3d_core.setup.berms import berm_warnings, with_berms, with_zones_of_berms
 from rpf3d_core.setup.overlapping_files import duplicate_warnings, overlap_warnings, shared_window
 from rpf3d_core.setup.split_zones import split_zones
 from rpf3d_core.terrain.benches.slope import benches_terrain
@@ -53,7 +53,9 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
         the message names the file.
     """
     raw, files, remarks = _raw_terrain(scene.terrain)
-    raw = with_berms(raw, scene)
+    bare, raw = raw, with_berms(raw, scene)
+    remarks = (*remarks, *berm_warnings(bare, scene))
+    del bare
     edges = edges_of(raw.triangles, len(raw.vertices))
     winding = repair_winding(raw.vertices, raw.triangles, edges)
     terrain = with_zones_of_berms(_with_drawn_zones(replace(raw, triangles=winding.triangles), scene), raw, scene)
