@@ -405,3 +405,17 @@ def test_a_scene_without_a_column_keeps_its_digest(tmp_path: Path) -> None:
     (tmp_path / "blocks.txt").write_text("250\n400\n")
     scene = read_scene(written(tmp_path, "mass: {measured: blocks.txt}"))
     assert "column" not in scene.model_dump()["rock"]["mass"]
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("Durchmesser [m]\n0,6\n", "line 2: must be one plain, finite number, but is '0,6'; write 0.6"),
+        ("Nr;Durchmesser [m]\n1;0.6\n", "name one of the columns Nr, Durchmesser [m] as `column`"),
+    ],
+)
+def test_a_refusal_names_no_column_that_the_scene_does_not_name(tmp_path: Path, content: str, sentence: str) -> None:
+    (tmp_path / "blocks.csv").write_text(content)
+    with pytest.raises(InputError) as caught:
+        read_scene(written(tmp_path, "diameter: {measured: blocks.csv}"))
+    assert "`rock.diameter` is refused: " in str(caught.value) and sentence in str(caught.value)
