@@ -90,7 +90,8 @@ def _number(path: Path, row: Row, header: list[str]) -> float:
     if len(cells) != 1 or not NUMBER.fullmatch(cells[0]) or not math.isfinite(float(cells[0])):
         found = f"{len(cells)} cells ({', '.join(cells)})" if len(cells) != 1 else repr(cells[0])
         named = [name for name in header if name]
-        advice = f"; name one of the columns {', '.join(named)} as `column`" if len(named) > 1 else ""
+        several = len(named) > 1 and len(cells) != 1  # a header of one column may have blanks, such as `diameter [m]`
+        advice = f"; name one of the columns {', '.join(named)} as `column`" if several else ""
         advice = advice or (decimal_comma(cells[0]) if len(cells) == 1 else "")
         raise InputError(f"{path}, line {row.line}: must be one plain, finite number, but is {found[:60]}{advice}")
     return float(cells[0])

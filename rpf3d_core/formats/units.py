@@ -52,8 +52,18 @@ _GERMAN_WORDS = {
     "volume": ("volumen",),
 }
 """German words like those of `_WORDS`; a longer word may end with one, such as `Blockmasse`."""
-_RADIUS = ("radius", "radii", "radien", "halbmesser")
-"""Words in the names of columns that state a radius."""
+_RADIUS = ("radius", "radii", "radien", "halbmesser", "rayon", "rayons", "radio", "radios", "raio", "raios")
+"""Words in the names of columns that state a radius: English, German, French, Spanish and Portuguese."""
+_CIRCUMFERENCE = ("circumference", "perimeter", "girth", "umfang")
+"""Words in the names of columns that state a circumference."""
+_NO_DIAMETER = {
+    ("kante", "kanten", "kantenlänge", "kantenlaenge", "edge", "edges"): "an edge length, but its "
+    "numbers are read as diameters; a cube of 1 m has the volume of a sphere 1.24 m in diameter: give the cubes of the "
+    "numbers to the key `volume`",
+    ("querschnitt", "querschnitte", "section", "querschnittsfläche"): "a cross section, "
+    "which may be an area, but its numbers are read as diameters; if they are, name the column a diameter",
+}
+"""What a word in the name of a column states instead of a diameter, and what to do."""
 _PERHAPS_TONNES = re.compile(r"\btonnage\b|\st$")
 """Names of columns without a unit whose numbers may be in tonnes, in small letters."""
 _UNIT_OF_A_COORDINATE = re.compile(
@@ -119,11 +129,35 @@ def other_quantity_named(header: str, quantity: str) -> str | None:
     return None if not named or quantity in named else named[0]
 
 
-def states_radius(header: str) -> bool:
-    """Return True if the name of a column states a radius, but no diameter."""
+def other_length_named(header: str) -> str:
+    """Return the length that the name of a column states instead of a diameter, and what to do; "" if it states none.
+
+    The name `r (m)` states a radius, too.
+    """
+    words = _words_of(header) - {""}
+    if _states_diameter(words):
+        return ""
+    if _ends_with(words, _RADIUS) or words - {*LENGTHS} == {"r"}:
+        return "a radius; double its numbers, name the column a diameter, and give it to the key `diameter`"
+    if _ends_with(words, _CIRCUMFERENCE):
+        return (
+            "a circumference; divide its numbers by pi, name the column a diameter, and give it to the key `diameter`"
+        )
+    return ""
+
+
+def _states_diameter(words: set[str]) -> bool:
+    """Return True if words of the name of a column state a diameter."""
+    return bool(words & {"diameter", "dia"}) or _ends_with(words, ("durchmesser",))
+
+
+def _doubt_on_diameter(header: str) -> str:
+    """Return a warning if the name of a column states a length that is not quite a diameter; "" without doubt."""
     words = _words_of(header)
-    is_diameter = bool(words & {"diameter", "dia"}) or _ends_with(words, ("durchmesser",))
-    return not is_diameter and _ends_with(words, _RADIUS)
+    found = next((text for ends, text in _NO_DIAMETER.items() if _ends_with(words, ends)), None)
+    if found is None or _states_diameter(words):
+        return ""
+    return f"the name of the column {header!r} states {found}"
 
 
 def _words_of(header: str) -> set[str]:
@@ -161,6 +195,8 @@ def doubt_on_unit(header: str, quantity: str) -> str:
     header : name of the column; quantity : key of `SI`, the quantity of the numbers in the column
     """
     unit, wanted, bracket = unit_of_column(header, quantity), SI[quantity], _parts_of(header)[1]
+    if quantity == "length" and (doubt := _doubt_on_diameter(header)):
+        return doubt
     if unit is None and len(bracket) > 1:
         return (f"the name of the column {header!r} has no known unit in brackets: its numbers are read in {wanted}; "
                 f"give them in {wanted} or another unit of {quantity}")  # fmt: skip

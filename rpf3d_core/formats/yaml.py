@@ -17,6 +17,8 @@ from rpf3d_core.errors import SceneError
 
 KeyPath = tuple[str | int, ...]
 
+UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+"""First bytes of a text in UTF-16."""
 WORDS = {"": None, "~": None, "null": None, "true": True, "false": False}
 INTEGER = re.compile(r"[-+]?[0-9]+")
 NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
@@ -234,7 +236,11 @@ def _text(path: Path, kind: str) -> str:
     except OSError as error:
         raise SceneError(f"{path}: cannot be read as a {kind} file: {error.strerror}") from None
     except UnicodeDecodeError as error:
-        raise SceneError(f"{path}: byte {error.start} is not UTF-8 text, so this is no {kind} file") from None
+        if b"\0" in error.object and not error.object.startswith(UTF_16):
+            raise SceneError(f"{path}: is not a text file, so this is no {kind} file") from None
+        raise SceneError(
+            f"{path}: byte {error.start} is not UTF-8 text; if this is a {kind} file, save it as UTF-8 in a text editor"
+        ) from None
 
 
 def _yaml_sentence(path: Path, error: yaml.YAMLError) -> str:

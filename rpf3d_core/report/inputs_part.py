@@ -145,8 +145,14 @@ def _source(run: RunFiles, number: int, source: dict[str, Any]) -> Iterator[tupl
 
 
 def _coefficients(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:
-    """Yield a row (material, coefficient, value or range, origin of the value) for each coefficient of a material."""
+    """Yield a row (material, coefficient, value or range, origin of the value) for each coefficient of a material.
+
+    Materials that no zone has are left out.
+    """
+    unused = run.inputs.get("unused_materials", ())  # earlier versions did not write it
     for name, material in run.inputs["scene"]["materials"].items():
+        if name in unused:
+            continue
         body = material["friction"] is not None or material["slip_friction"] is not None
         for key, value in material.items():
             if key not in (*IDLE, *(POINT_KEYS if body else BODY_KEYS)) and value is not None:

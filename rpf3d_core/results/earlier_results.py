@@ -17,6 +17,15 @@ PARTS = ("scene", "rocks", "rocks_planned", "partial", "benches", "areas_of_inte
 """Keys that summary.json must have, so that the run can be compared with other runs."""
 
 
+def _why_no_result(folder: Path) -> str:
+    """Return why a folder without a summary has no result, as the end of a message."""
+    if not folder.exists():
+        return "does not exist; give a folder that `rpf3d run` wrote"
+    if cells := sorted(each.parent.name for each in folder.glob(f"cells/*/{SUMMARY}")):
+        return f"is a sweep: give one of its cells, such as {folder / 'cells' / cells[0]}; sweep.csv has their values"
+    return f"has no {SUMMARY}; give a folder that `rpf3d run` wrote"
+
+
 def read_summary(folder: str | Path) -> dict[str, Any]:
     """Return the content of summary.json in the result folder of a run, for example to compare two runs.
 
@@ -32,7 +41,7 @@ def read_summary(folder: str | Path) -> dict[str, Any]:
     except (FileNotFoundError, NotADirectoryError):
         if is_calibration(Path(folder)):
             raise InputError(f"{folder}: {words_on_calibration(Path(folder))}") from None
-        raise InputError(f"{folder}: has no {SUMMARY}; give a folder that `rpf3d run` wrote") from None
+        raise InputError(f"{folder}: {_why_no_result(Path(folder))}") from None
     except OSError as fault:
         raise InputError(f"{path}: cannot be read ({fault.strerror or fault})") from fault
     except ValueError as fault:

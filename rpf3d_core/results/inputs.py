@@ -17,7 +17,9 @@ from rpf3d_core.scene.key_paths import given_keys
 from rpf3d_core.scene.measured import MeasuredList
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.releases import SIZES
+from rpf3d_core.scene.zone_materials import unused_materials
 from rpf3d_core.setup.areas import plan_rings
+from rpf3d_core.terrain.zones import zones_with_facets
 
 if TYPE_CHECKING:
     from rpf3d_core.scene.library_entries import Range
@@ -52,6 +54,7 @@ def inputs_section(run: Run) -> dict[str, Any]:
         "ground": _ground(run),
         "sampled": _sampled(run.scene),
         "library": _library(run.scene),
+        "unused_materials": list(unused_materials(run.scene, zones_with_facets(run.terrain))),
         "warnings": doubts_of_run(run),
         "notes": notes_of_run(run),
         "outlines": {

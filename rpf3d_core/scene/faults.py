@@ -100,7 +100,8 @@ def _fault(path: KeyPath, detail: ErrorDetails, document: Document, root: Root) 
         path = (*path, *context["at"])
         sentence = context["sentence"]
     elif kind == "value_error":
-        path = _told_in(str(context["error"]), path, root)
+        told = _told_in(str(context["error"]), path, root)
+        path = told if told in document.lines or not document.lines else path  # not a key that the file does not have
         sentence = f"is refused: {context['error']}"
     else:
         # A missing list item has no value to show: the list is too short.

@@ -156,7 +156,7 @@ def _walk(scene: Scene, part: Any, rest: str, path: str, before: Steps) -> Itera
         return
     fitting = [key for key in keys if rest == key or rest.startswith(f"{key}.")]
     if not fitting:
-        raise SceneError(f"{scene.path}: {_refusal(part, first, path, keys)}")
+        raise SceneError(f"{scene.path}: {_refusal(part, first, path, keys)}{_on_terrain(scene, path)}")
     key = max(fitting, key=len)  # names of zones may have dots
     step, inner = keys[key]
     yield from _walk(scene, inner, rest[len(key) + 1 :], path, (*before, step))
@@ -189,6 +189,14 @@ def _refusal(part: Any, key: str, path: str, keys: Mapping[str, Any]) -> str:
     near = nearest_key(key, list(keys))
     advice = f"; did you mean `{near}`?" if near else ""
     return f"the key path `{path}` leads to no value: `{key}` is not one of {', '.join(keys)}{advice}"
+
+
+def _on_terrain(scene: Scene, path: str) -> str:
+    """Return the end of a message on a key path of a terrain that the scene does not have; "" for other key paths."""
+    section = ".".join(path.split(".")[:2])
+    if scene.terrain.files is None or section not in ("terrain.benches", "terrain.pit"):
+        return ""
+    return f"; the terrain is read from files, and this key needs `{section}`"
 
 
 def _put(changes: Any, steps: Steps, value: Any) -> bool:

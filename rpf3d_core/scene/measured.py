@@ -12,9 +12,9 @@ from rpf3d_core.formats.units import (
     SI,
     doubt_on_unit,
     key_of_sizes,
+    other_length_named,
     other_quantity,
     other_quantity_named,
-    states_radius,
 )
 from rpf3d_core.materials.distributions import Distribution, Measured
 from rpf3d_core.scene.draws import MEASURED, Draw, distribution_of, drawn
@@ -90,11 +90,9 @@ class MeasuredList(StrictModel):
         """Refuse a column whose name states another quantity than the key of the sizes, by its unit or by a word."""
         found, quantity = self._column(file, measure), _quantity(measure)
         name = found.name or ""
-        if states_radius(name):
-            raise refuse(
-                f"needs diameters, masses or volumes, but the name of the column {name!r} states a radius; double its "
-                "numbers, name the column a diameter, and give it to the key `diameter`", measure,
-            )  # fmt: skip
+        if length := other_length_named(name):
+            raise refuse(f"needs diameters, masses or volumes, but the name of the column {name!r} states {length}",
+                         measure)  # fmt: skip
         if found.unit is not None and found.unit.quantity != quantity:
             raise refuse(f"has sizes {other_quantity(name, found.unit, quantity)}", measure)
         other = other_quantity_named(name, quantity) if found.unit is None else None

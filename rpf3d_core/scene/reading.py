@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import shlex
 from collections.abc import Mapping, Sized
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,9 @@ from rpf3d_core.scene.models.sphere import COULOMB_SPHERE
 from rpf3d_core.scene.releases import OPTIONAL, SourceSpec, source_points
 from rpf3d_core.scene.unknowns import ROOTS
 from rpf3d_core.scene.values import MISSING_FILE
+
+MAYBE_SCENES = (".yaml", ".yml", ".txt", ".csv", "")
+"""Extensions of files that may be scenes, although some of them may also be terrain."""
 
 
 def read_scene(path: str | Path) -> Scene:
@@ -43,7 +47,23 @@ def read_scene(path: str | Path) -> Scene:
     InputError
         A file of points is damaged and the number of its points sets the number of rocks.
     """
+    _refuse_terrain(Path(path))
     return _checked(Path(path), read_yaml(Path(path)))
+
+
+def _refuse_terrain(path: Path) -> None:
+    """Raise a SceneError with the command that writes a scene if the path is that of a terrain file."""
+    suffix = path.suffix.lower()
+    if suffix in MAYBE_SCENES or not path.is_file():
+        return
+    from rpf3d_core.formats.grids import DEM_EXTENSIONS  # imported only for files that are no scenes
+    from rpf3d_core.formats.meshes import EXPORTS, MESH_READERS
+
+    if suffix in (*MESH_READERS, *DEM_EXTENSIONS, *EXPORTS):
+        raise SceneError(
+            f"{path}: is a terrain file, not a scene file; write a scene for it first: rpf3d new FOLDER --terrain "
+            f"{shlex.quote(str(path))}"
+        )
 
 
 def scene_of_text(text: str, path: Path) -> Scene:

@@ -182,7 +182,7 @@ class SourceSpec(StrictModel):
         return next((name for name in SIZES if getattr(self, name) is not None), None)
 
     @property
-    def _fastest(self) -> float:
+    def fastest(self) -> float:
         """Upper bound of the release speed of the source (m/s), for the check against FASTEST."""
         speed = 0.0 if self.speed is None else distribution_of(self.speed).high
         return speed + math.hypot(*self.velocity) + math.hypot(*self.velocity_spread)
@@ -193,9 +193,9 @@ class SourceSpec(StrictModel):
             raise refuse("must have velocity or speed, but has both")
         if self.speed is not None and self.azimuth_deg is None:
             raise refuse("has a speed and no `azimuth_deg`; it must say where to, in degrees clockwise from north")
-        if self._fastest > FASTEST:
+        if self.fastest > FASTEST:
             key = "velocity" if self.speed is None else "speed"
-            raise refuse(f"lets a rock start at {self._fastest:g} m/s, but {FASTEST:g} m/s is the most", key)
+            raise refuse(f"lets a rock start at {self.fastest:g} m/s, but {FASTEST:g} m/s is the most", key)
         for name in ("azimuth_deg", "elevation_deg", "spread_deg"):
             if self.speed is None and getattr(self, name) is not None:
                 raise refuse("is the direction of a `speed`, and there is none", name)

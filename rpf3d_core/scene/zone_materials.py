@@ -1,7 +1,7 @@
 """Find the material of each zone of the terrain: by the zone's name, by a pattern, or by default."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
 
@@ -12,6 +12,8 @@ from rpf3d_core.scene.model import Scene
 
 BEGIN = re.compile(r"([^\W\d_]+)_?")
 """Pattern of the first word of the name of a zone (letters only), with the underscore that follows it."""
+WILD = frozenset("*?[")
+"""Characters that make the name of a material a pattern of zones."""
 MOST_NAMED = 12
 """Largest number of zones that a message lists, because a pit has dozens of zones."""
 
@@ -95,6 +97,42 @@ def words_on_friction(materials: Sequence[str]) -> str:
     """Return a warning about materials that use the default friction angle."""
     default = Material.model_fields["friction_angle_deg"].default
     return f"`friction_angle_deg` is not given for {', '.join(materials)}: the default of {default:g} degrees is used"
+
+
+def unused_materials(scene: Scene, zones: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Return the materials that no zone of a terrain has, each with the materials that its zones have instead.
+
+    zones : names of the zones that have facets; if a material fits none of them, its tuple is empty
+
+    Raises
+    ------
+    SceneError
+        No name or pattern in the scene's materials fits a zone.
+    """
+    chosen = {zone: name_of_material(scene, zone) for zone in zones}
+    idle = [name for name in scene.materials if name not in chosen.values()]
+    return {name: tuple(dict.fromkeys(chosen[zone] for zone in zones if _fits(scene, zone, name))) for name in idle}
+
+
+def _fits(scene: Scene, zone: str, name: str) -> bool:
+    """Return True if a zone, or the zone of which it is a part, fits the name or pattern of a material."""
+    return any(fnmatchcase(each, name) or each == name for each in (zone, _whole(scene, zone)))
+
+
+def words_on_unused(scene: Scene, zones: Sequence[str]) -> Iterator[str]:
+    """Yield a warning for each material other than `default` that no zone has; zones : as in `unused_materials`."""
+    for name, hiding in unused_materials(scene, zones).items():
+        if name == "default":
+            continue
+        patterns = [each for each in hiding if not WILD.isdisjoint(each)]
+        shown = ", ".join(f"`{each}`" for each in (patterns or hiding)[:MOST_NAMED])
+        if not hiding:
+            why = "no triangle is in a zone that it fits; remove it"
+        elif patterns:
+            why = f"its zones have the material of {shown}, the first pattern that fits; write {name!r} before {shown}"
+        else:
+            why = f"each of its zones has a material of its own name ({shown}); remove it"
+        yield f"`materials.{name}` is not used: {why}"
 
 
 def zone_meant(name: str, zones: Sequence[str]) -> str | None:

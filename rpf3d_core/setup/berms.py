@@ -1,6 +1,9 @@
 """Raise the terrain of a scene along the lines of its berms."""
 
+import math
 from itertools import pairwise
+
+import numpy as np
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.polygons import local_plan
@@ -9,14 +12,20 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.terrain import BermSpec
 from rpf3d_core.setup.coverage import extents
 from rpf3d_core.terrain.berms import raised
-from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.facets import Terrain, area_vectors
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_core.terrain.ridge import ridge_along
-from rpf3d_core.terrain.sections import section_of
+from rpf3d_core.terrain.ridge import Ridge, ridge_along
+from rpf3d_core.terrain.sections import ground_at, section_of
 from rpf3d_core.terrain.zones import with_zone
 
 ZONE = "berm_"
 """Prefix of the zone names that berms get, followed by the name of the berm."""
+STEEP_SIDE, STEEP_GROUND = 45.0, 35.0
+"""Slopes (degrees) of a berm's sides, and of the ground at its foot, above which a berm is suspicious."""
+LEAST_SHARE = 0.02
+"""Share (-) of a berm's foot that may lie on steep ground without a warning."""
+STEP, MOST_PLACES = 1.0, 100
+"""Distance (m) between the places along a foot where the ground is compared, and their largest number for a side."""
 
 
 def with_berms(terrain: Terrain, scene: Scene) -> Terrain:
@@ -39,6 +48,49 @@ def with_berms(terrain: Terrain, scene: Scene) -> Terrain:
                 raise InputError(f"{key} of {spec.name!r} leaves the terrain: {extents(terrain, line)}")
             terrain = raised(terrain, ridge, ZONE + spec.name)
     return terrain
+
+
+def berm_warnings(terrain: Terrain, scene: Scene) -> tuple[str, ...]:
+    """Return warnings on berms that no loose rock can form: steep sides, or a foot on a bench face.
+
+    terrain : the terrain before its berms are added; errors are as in `with_berms`
+    """
+    found = []
+    for number, spec in enumerate(scene.terrain.berms):
+        key = f"{scene.path}: `terrain.berms[{number}].along`"
+        place = f"`terrain.berms[{number}]` {spec.name!r}"
+        steepness = math.degrees(math.atan2(spec.height, 0.5 * (spec.width - spec.crest)))
+        if steepness > STEEP_SIDE:
+            found.append(
+                f"{place} has sides of {steepness:.0f} degrees on level ground, and loose rock stands at 35 to 40 "
+                "degrees: are `height` and `width` right, and in metres? The width is that of the foot, both sides "
+                "together"
+            )
+        ridges = (
+            ridge_along(local_plan(terrain.frame, line), spec.height, spec.width, spec.crest)
+            for line in _lines(key, spec)
+        )
+        slopes = np.concatenate([_slopes_at_foot(terrain, ridge) for ridge in ridges if ridge is not None])
+        if len(slopes) and (share := float((slopes > STEEP_GROUND).mean())) > LEAST_SHARE:
+            found.append(
+                f"{100.0 * share:.0f} % of the foot of {place} lie on ground steeper than {STEEP_GROUND:.0f} degrees, "
+                f"up to {slopes.max():.0f} degrees: does a berm {spec.width:g} m wide reach a face? Check `width`, "
+                "`height` and the line"
+            )
+    return tuple(found)
+
+
+def _slopes_at_foot(terrain: Terrain, ridge: Ridge) -> FloatArray:
+    """Return the slopes (N,) of the ground (degrees) at places along the foot of a berm; (0,) if it has no ground."""
+    places = []
+    for corners, heights in zip(ridge.corners, ridge.heights, strict=True):
+        low = (heights == 0.0) & (np.roll(heights, -1) == 0.0)
+        for begin, end in zip(corners[low], np.roll(corners, -1, axis=0)[low], strict=True):
+            count = min(MOST_PLACES, max(1, round(float(np.hypot(*(end - begin)) / STEP))))
+            places.append(begin + (np.arange(count)[:, None] + 0.5) / count * (end - begin))
+    facets = ground_at(terrain, np.concatenate(places))[1]
+    areas = area_vectors(terrain.vertices, terrain.triangles[facets[facets >= 0]])
+    return np.asarray(np.degrees(np.arctan2(np.hypot(areas[:, 0], areas[:, 1]), np.abs(areas[:, 2]))))
 
 
 def with_zones_of_berms(terrain: Terrain, berms: Terrain, scene: Scene) -> Terrain:

@@ -12,6 +12,7 @@ from rpf3d_core.formats.transformation import transformed_places
 from rpf3d_core.formats.units import LENGTHS
 from rpf3d_core.formats.words import either
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.beyond_utm import beyond_utm
 from rpf3d_core.setup.coverage import plain
 from rpf3d_core.setup.extents import TERRAIN, Extent, terrain_extent
 from rpf3d_core.terrain.frame import FloatArray
@@ -161,6 +162,8 @@ def _terrain_hints(terrain: Extent, crs: str | None, up: str) -> Iterator[str]:
         )
     if up == "z" and _is_northing_first((low, high)):
         yield "x of the terrain looks like a northing and y like an easting: are x and y swapped?"
+    elif not _is_too_large(terrain, up) and not _is_on_its_side(terrain, up):
+        yield from beyond_utm(low, high, crs)
     if crs is None and terrain.file is not None and max(abs(low).max(), abs(high).max()) > SURVEY:
         yield "the terrain states no coordinate reference system; name it as `terrain.crs`, such as EPSG:32719"
 

@@ -1,13 +1,11 @@
-"""Warn about lines of sources along which the user may not expect rocks: closing segments, and further layers."""
+"""Warn about lines of sources with closing segments, along which the user may not expect rocks."""
 
-import shlex
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 
 from rpf3d_core.ensemble.outward import three_figures
-from rpf3d_core.formats.polylines import layers_of_lines, without_repeats
+from rpf3d_core.formats.polylines import without_repeats
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.coverage import plain
 from rpf3d_core.setup.line_order import lines_in_plan
@@ -20,12 +18,10 @@ A crest around a whole pit closes with a segment like the others.
 """
 FEW_POINTS = 5
 """Number of points up to which every closed line is suspicious."""
-MOST_LAYERS = 8
-"""Largest number of layers that a warning names."""
 
 
 def warnings_of_source_lines(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each source with a line that closes with a long segment, or with lines of several layers."""
+    """Yield a warning for each source with a line that closes with a long segment."""
     for number, spec in enumerate(scene.sources):
         if spec.line is None:
             continue
@@ -33,8 +29,6 @@ def warnings_of_source_lines(scene: Scene) -> Iterator[str]:
         for line in map(without_repeats, lines_in_plan(spec.line, scene.terrain.up)):
             if _closes_suspiciously(line):
                 yield f"{place} {_closing_in_words(line)}"
-        if isinstance(spec.line, Path) and len(layers := layers_of_lines(spec.line)) > 1:
-            yield f"{place} {_layers_in_words(spec.line, layers)}"
 
 
 def _closes_suspiciously(line: FloatArray) -> bool:
@@ -52,15 +46,4 @@ def _closing_in_words(line: FloatArray) -> str:
     return (
         f"is closed: rocks start along its closing segment, too, {length} m from {begin} to {end}; if this segment is "
         "no crest, open the line"
-    )
-
-
-def _layers_in_words(path: Path, layers: dict[str, int]) -> str:
-    """Return the end of a warning on the lines of several layers of a file; layers : number of lines, by layer."""
-    named = [f"{layer} ({lines:,})" for layer, lines in list(layers.items())[:MOST_LAYERS]]
-    more = f" and {len(layers) - len(named):,} more" if len(layers) > len(named) else ""
-    return (
-        f"uses all {sum(layers.values()):,} lines of its file, on {len(layers):,} layers: {', '.join(named)}{more}; if "
-        "some are no crests, write the layer of the crests to a file of its own: "
-        f"rpf3d import layer {shlex.quote(path.name)} --kind line --layer LAYER --out crests.geojson"
     )

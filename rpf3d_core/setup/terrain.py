@@ -16,7 +16,8 @@ from rpf3d_core.formats.units import LENGTHS, METRE
 from rpf3d_core.formats.whole_file import read_whole
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.terrain import TerrainFile, TerrainSpec
-from rpf3d_core.setup.berms import with_berms, with_zones_of_berms
+from rpf3d_core.setup.berms import berm_warnings, with_berms, with_zones_of_berms
+from rpf3d_core.setup.overlapping_files import duplicate_warnings, overlap_warnings, shared_window
 from rpf3d_core.setup.split_zones import split_zones
 from rpf3d_core.terrain.benches.slope import benches_terrain
 from rpf3d_core.terrain.facets import IntArray, Terrain
@@ -52,12 +53,15 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
         the message names the file.
     """
     raw, files, remarks = _raw_terrain(scene.terrain)
-    raw = with_berms(raw, scene)
+    bare, raw = raw, with_berms(raw, scene)
+    remarks = (*remarks, *berm_warnings(bare, scene))
+    del bare
     edges = edges_of(raw.triangles, len(raw.vertices))
     winding = repair_winding(raw.vertices, raw.triangles, edges)
     terrain = with_zones_of_berms(_with_drawn_zones(replace(raw, triangles=winding.triangles), scene), raw, scene)
     terrain, notes = split_zones(terrain, scene, edges)
-    report = replace(fault_report(terrain, winding, edges, files), remarks=(*remarks, *notes))
+    report = fault_report(terrain, winding, edges, files)
+    report = replace(report, remarks=(*remarks, *duplicate_warnings(report), *notes))
     if report.zero_area_facets == report.triangles:
         raise TerrainError(f"{', '.join(str(file.path) for file in scene.terrain.files or ())}: {NO_AREA_AT_ALL}")
     return terrain, report
@@ -122,12 +126,14 @@ def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...], tuple[str,
     surfaces = [_in_metres(file, surface) for file, surface in zip(files, surfaces, strict=True)]
     zone, zones = _zones(files, surfaces)
     points, frame = _local_points([surface.points for surface in surfaces], spec.up)
-    corners = _corners(surfaces)
+    corners, facets = _corners(surfaces), [facet_count(surface) for surface in surfaces]
+    shared = shared_window(points[:, :2], [len(surface.points) for surface in surfaces])
     del surfaces
     vertices, index = weld(points, spec.weld)
     triangles = (index if corners is None else index[corners]).reshape(-1, 3)
     terrain = Terrain(vertices=vertices, triangles=triangles, zone=zone, zones=zones, frame=frame)
-    return terrain, tuple(file.path.name for file in files), remarks
+    overlaps = overlap_warnings(terrain, facets, [file.path for file in files], shared)
+    return terrain, tuple(file.path.name for file in files), (*remarks, *overlaps)
 
 
 def surfaces_in_metres(spec: TerrainSpec) -> list[FileMesh]:

@@ -13,6 +13,7 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.models.sphere import SPHERE_GROUND
 from rpf3d_core.scene.releases import SIZES, RockSpec, SourceSpec
 from rpf3d_core.setup.line_order import warnings_of_lines
+from rpf3d_core.setup.scales import warnings_of_scales, words_on_low_density
 from rpf3d_core.setup.shapes import rock_of_scene
 from rpf3d_core.setup.source_lines import warnings_of_source_lines
 
@@ -59,11 +60,12 @@ A slower rock needs half a minute for a layer of 30 m.
 def warnings_of(scene: Scene) -> Iterator[str]:
     """Yield a warning for each probable mistake in a scene: a wrong unit, a key without effect, a poor choice."""
     if scene.rock.density < LEAST_DENSITY:
-        yield f"`rock.density` is {scene.rock.density:g} kg/m3; is it in t/m3?"
+        yield words_on_low_density(scene.rock.density)
     else:
         yield from _pounds(scene.rock.density)
         yield from _sizes(scene)
     yield from _doubtful_units(scene)
+    yield from warnings_of_scales(scene)
     yield from warnings_of_lines(scene)
     yield from warnings_of_source_lines(scene)
     for name, material in scene.materials.items():

@@ -64,15 +64,28 @@ def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
     shape = (max(1, round(window.height / size)), max(1, round(window.width / size)))
     facet = np.full(shape[0] * shape[1], -1, dtype=np.int32)
     highest = np.full(len(facet), -np.inf)
+    for near, pixel, height in surfaces_at(terrain, window, shape):
+        before = highest[pixel]
+        np.maximum.at(highest, pixel, height)
+        top = (height > before) & (height == highest[pixel])
+        facet[pixel[top]] = near[top]  # of several candidates with the same height, the last one assigned stays
+    return PlanView(facet.reshape(shape), window)
+
+
+def surfaces_at(
+    terrain: Terrain, window: Window, shape: tuple[int, int]
+) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]]:
+    """Yield all facets over or under the centres of the pixels of a window, in chunks: facet, pixel, height (m), (N,).
+
+    The height is that of the facet at the centre of the pixel. A vertical facet covers no pixel.
+
+    window : of width and height > 0; shape : rows and columns of pixels, whose numbers go row by row from the bottom
+    """
     scale = np.array([shape[1] / window.width, shape[0] / window.height])
     in_pixels = terrain.vertices * (*scale, 1.0) - (*(np.array([window.left, window.bottom]) * scale + 0.5), 0.0)
     near = facets_near(terrain, window)
     for chunk, pixel, height in _candidates(in_pixels, terrain.triangles[near], shape):
-        before = highest[pixel]
-        np.maximum.at(highest, pixel, height)
-        top = (height > before) & (height == highest[pixel])
-        facet[pixel[top]] = near[chunk[top]]  # of several candidates with the same height, the last one assigned stays
-    return PlanView(facet.reshape(shape), window)
+        yield near[chunk], pixel, height
 
 
 def facets_near(terrain: Terrain, window: Window) -> NDArray[np.int64]:

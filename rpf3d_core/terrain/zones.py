@@ -44,3 +44,9 @@ def with_zone(terrain: Terrain, zone: str, facets: Flags) -> Terrain:
     zones = terrain.zones if zone in terrain.zones else (*terrain.zones, zone)
     numbers: IntArray = np.where(facets, np.int32(zones.index(zone)), terrain.zone).astype(np.int32)
     return replace(terrain, zone=numbers, zones=zones)
+
+
+def zones_with_facets(terrain: Terrain) -> tuple[str, ...]:
+    """Return the names of the zones that have facets, in order; polygons may have taken all facets of a zone."""
+    counts = np.bincount(terrain.zone, minlength=len(terrain.zones))
+    return tuple(zone for zone, count in zip(terrain.zones, counts.tolist(), strict=True) if count)

@@ -86,7 +86,8 @@ def test_a_site_without_limits_of_the_reach_probability_needs_some_rocks_too(tmp
 
 
 @pytest.mark.parametrize(("content", "sentence"), [
-    (None, "there is no such site file"), (b"- 1\n", "must hold a mapping of keys"), (b"\xff", "this is no site file"),
+    (None, "there is no such site file"), (b"- 1\n", "must hold a mapping of keys"),
+    (b"\xff", "if this is a site file, save it as UTF-8"),
 ])  # fmt: skip
 def test_a_file_that_is_no_site_is_refused(tmp_path: Path, content: bytes | None, sentence: str) -> None:
     if content is not None:

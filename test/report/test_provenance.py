@@ -138,3 +138,13 @@ def test_measured_sizes_have_their_number_and_range(tmp_path: Path) -> None:
     found = next(element for element in inputs_part(run) if isinstance(element, Table))
     size = next(row[1] for row in found.rows if row[0] == "rock size")
     assert size == "diameter measured blocks.csv, column Length (mm): 3 values from 0.4 to 1.5 m"
+
+
+def test_a_material_that_no_zone_has_is_not_listed_as_ground(tmp_path: Path) -> None:
+    """The report listed R_n 0.2 as ground, although `*` comes first and no triangle has the material of `ro*`."""
+    material = "{normal_restitution: 0.5, tangential_restitution: 0.8}"
+    others = "'*': {normal_restitution: 0.3, tangential_restitution: 0.7}, 'ro*': {normal_restitution: 0.2, "
+    run = flown(tmp_path, f"{material}, {others}tangential_restitution: 0.6}}")
+    (found,) = [element for element in inputs_part(run) if isinstance(element, Table)][1:]
+    assert {row[0] for row in found.rows} == {"*"}
+    assert any("`materials.ro*` is not used" in sentence for sentence in run.inputs["warnings"])

@@ -373,3 +373,23 @@ def test_the_extent_of_the_terrain_is_that_of_its_vertices_and_in_metres(folder)
     write_landxml(folder / "feet.xml", feet, TRIANGLES)
     shown, hints, refusal, _ = seen(folder, "feet.xml, unit: ft", [*MIDDLE, 0])
     assert shown["terrain"].startswith("x 457000 .. 457020  y 7654000 .. 7654016") and (hints, refusal) == ([], "")
+
+
+@pytest.mark.parametrize(
+    ("place", "crs", "told"),
+    [
+        ((1_569_283.0, 24_319_733.0), None, "7412655): give its file `unit: ft`"),
+        ((1_569_283.0, 24_319_733.0), "EPSG:32719", "7412655): give its file `unit: ft`"),
+        ((478_318.0, 40_000_000.0), None, "below 10,000,000 m: are they in another system?"),
+        ((478_318.0, 7_412_654.0), None, None),
+        ((2_600_000.0, 1_200_000.0), None, None),
+        ((5_412_000.0, 5_700_000.0), "EPSG:31469", None),
+        ((60.0, 40.0), None, None),
+    ],
+)
+def test_coordinates_outside_every_zone_of_utm_are_noticed_and_feet_are_named(place, crs, told):
+    middle = np.array([*place, 1500.0])
+    extent = Extent("terrain", middle - 200.0, middle + 200.0, Path("pit.dxf"))
+    found = [hint for hint in placing_hints([extent], crs, "z") if "UTM zone" in hint]
+    assert len(found) == (told is not None)
+    assert told is None or told in found[0]

@@ -10,7 +10,7 @@ import rpf3d_core as rpf3d
 from rpf3d_core.ensemble.statistics import share_of
 from rpf3d_core.ensemble.two_shares import newcombe_interval
 from rpf3d_core.errors import InputError
-from rpf3d_core.results.earlier_results import stops_by_zone
+from rpf3d_core.results.earlier_results import read_summary, stops_by_zone
 from rpf3d_core.results.summary import summary
 from rpf3d_core.runs.compare import Counted, compare_runs, compare_summaries, comparison_section
 from rpf3d_core.runs.compare_tables import decimals_for, lines_of, markdown_of, percent, points, share_rows
@@ -234,3 +234,12 @@ def test_a_damaged_table_of_deposits_is_refused(tmp_path):
         list(stops_by_zone(tmp_path))
     with pytest.raises(InputError, match="cannot be read"):
         list(stops_by_zone(tmp_path / "nowhere"))
+
+
+def test_a_folder_that_does_not_exist_and_one_of_a_sweep_are_named_as_such(tmp_path):
+    with pytest.raises(InputError, match="nix: does not exist; give a folder that `rpf3d run` wrote"):
+        read_summary(tmp_path / "nix")
+    (tmp_path / "out" / "cells").mkdir(parents=True)
+    result(tmp_path / "out" / "cells" / "5ee914f6", told())
+    with pytest.raises(InputError, match=r"out: is a sweep: give one of its cells, such as .*5ee914f6; sweep"):
+        read_summary(tmp_path / "out")

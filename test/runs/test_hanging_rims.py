@@ -5,7 +5,10 @@ import pytest
 from on_both_engines import BOTH
 from scenes_of_facets import engine_over, flight, floor, fly, joined, rough_grid, surface, terrain_of
 
+from rpf3d_core.jit.dispatch import HAS_NUMBA
+from rpf3d_core.setup import hanging_rims as hanging_rims_module
 from rpf3d_core.setup.hanging_rims import hanging_rim, hanging_rims
+from rpf3d_core.simulation.engines import Reference
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import Outcome
 
@@ -54,3 +57,17 @@ def test_under_such_a_rim_a_rock_flies_and_hits_the_heap_from_behind(engine):
     behind = flights.impacts.normal[:, 2] < 0.0
     assert behind.any() and np.abs(flights.impacts.x[behind, :2]).max() < 3.0
     assert Outcome.FELL_THROUGH not in flights.deposits.outcome
+
+
+@pytest.mark.parametrize("has_numba", [True, False])
+def test_a_long_rim_is_not_searched_side_by_side_with_the_slow_engine(monkeypatch, has_numba):
+    """A rim of 800 sides, of which half hang: the reference engine would take a minute for rims of real surveys."""
+    level, upper = floor(10.0, cells=100), floor(5.0, 2.0, cells=100)
+    asked = []
+    search = Reference.ground_below
+    monkeypatch.setattr(Reference, "ground_below", lambda engine, x: asked.append(len(x)) or search(engine, x))
+    monkeypatch.setattr(hanging_rims_module, "HAS_NUMBA", has_numba and HAS_NUMBA)
+    found = hanging_rim(joined(level, upper), engine_over("reference", joined(level, upper)))
+    assert sum(asked) <= 100
+    assert found.length == pytest.approx(40.0, abs=2.0) and found.whole == pytest.approx(120.0)
+    assert found.height == pytest.approx(2.0)

@@ -119,3 +119,11 @@ def test_a_refusal_names_the_path(points: Scene, values: dict[str, float], messa
         with_values(points, values)
     assert message in str(caught.value)
     assert str(points.path) in str(caught.value)
+
+
+def test_a_key_of_a_designed_terrain_needs_it(tmp_path: Path) -> None:
+    (tmp_path / "pit.stl").write_bytes(b"")
+    text = BODIES[BODIES.index("materials:"):]
+    scene = scene_of(tmp_path, "terrain: {files: [{path: pit.stl}]}\n" + text)
+    with pytest.raises(SceneError, match="the terrain is read from files, and this key needs"):
+        with_values(scene, {"terrain.benches.berm": 6})

@@ -228,11 +228,19 @@ def test_a_density_in_pounds_per_cubic_foot_is_asked_for(tmp_path: Path, density
 
 
 @pytest.mark.parametrize("measure", ["diameter", "mass"])
-@pytest.mark.parametrize("header", ["Radius (m)", "radius", "Blockradius", "mean radius_cm"])
+@pytest.mark.parametrize("header", ["Radius (m)", "radius", "Blockradius", "mean radius_cm", "rayon (m)",
+                                    "radio (m)", "raio (cm)", "r (m)", "r_mm", "r"])  # fmt: skip
 def test_a_column_of_radii_is_refused(tmp_path: Path, measure: str, header: str) -> None:
     (tmp_path / "blocks.csv").write_text(f"{header}\n0.5\n")
     with pytest.raises(InputError, match=rf"`rock\.{measure}` .*states a radius; double its numbers"):
         read_scene(written(tmp_path, f"{measure}: {{measured: blocks.csv}}"))
+
+
+@pytest.mark.parametrize("header", ["Umfang (m)", "circumference (m)", "Blockumfang", "perimeter_m"])
+def test_a_column_of_circumferences_is_refused(tmp_path: Path, header: str) -> None:
+    (tmp_path / "blocks.csv").write_text(f"{header}\n1.9\n")
+    with pytest.raises(InputError, match=r"`rock\.diameter` .*states a circumference; divide its numbers by pi"):
+        read_scene(written(tmp_path, "diameter: {measured: blocks.csv}"))
 
 
 @pytest.mark.parametrize(
@@ -254,6 +262,9 @@ def test_german_names_of_columns_state_their_quantity(tmp_path: Path, measure: s
      ("mass", "mass (ton)", "converted from t to kg;"), ("mass", "t", "converted from t to kg;"),
      ("mass", "mass (stone)", "has no known unit in brackets: its numbers are read in kg;"),
      ("mass", "mass (mg)", "has no known unit in brackets"), ("mass", "mass (t)", None), ("diameter", "d_mm", None),
+     ("diameter", "Kantenlänge (m)", "states an edge length"), ("diameter", "edge (mm)", "states an edge length"),
+     ("diameter", "Querschnitt (m)", "states a cross section"), ("volume", "Kantenvolumen", None),
+     ("diameter", "Durchmesser im Querschnitt (m)", None), ("diameter", "r_n diameter", None),
      ("diameter", "d_m", None), ("diameter", "axis (a)", None), ("mass", "mass (tonne)", None)],
 )  # fmt: skip
 def test_a_unit_that_the_name_of_a_column_may_not_mean_is_warned_of(
@@ -394,3 +405,17 @@ def test_a_scene_without_a_column_keeps_its_digest(tmp_path: Path) -> None:
     (tmp_path / "blocks.txt").write_text("250\n400\n")
     scene = read_scene(written(tmp_path, "mass: {measured: blocks.txt}"))
     assert "column" not in scene.model_dump()["rock"]["mass"]
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("Durchmesser [m]\n0,6\n", "line 2: must be one plain, finite number, but is '0,6'; write 0.6"),
+        ("Nr;Durchmesser [m]\n1;0.6\n", "name one of the columns Nr, Durchmesser [m] as `column`"),
+    ],
+)
+def test_a_refusal_names_no_column_that_the_scene_does_not_name(tmp_path: Path, content: str, sentence: str) -> None:
+    (tmp_path / "blocks.csv").write_text(content)
+    with pytest.raises(InputError) as caught:
+        read_scene(written(tmp_path, "diameter: {measured: blocks.csv}"))
+    assert "`rock.diameter` is refused: " in str(caught.value) and sentence in str(caught.value)

@@ -456,3 +456,18 @@ def test_a_material_is_shown_with_the_keys_of_its_kind_of_rocks() -> None:
     body = str(Material.model_validate({"restitution": 0.1, "friction": 0.6}))
     assert "restitution=0.1" in body and "friction=0.6" in body
     assert "normal_restitution" not in body and "friction_angle_deg" not in body and "None" not in body
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "sentence"),
+    [
+        ("scene.yaml", "rock: {}  # Größe".encode("utf-16"), "byte 0 is not UTF-8 text; if this is a scene file"),
+        ("scene.yaml", "rock: {}  # Größe".encode("cp1252"), "if this is a scene file, save it as UTF-8"),
+        ("scene.yaml", b"PK\x03\x04\x00\x00\xff", "is not a text file, so this is no scene file"),
+        ("my pit.dxf", b"0\nSECTION\n", "is a terrain file, .*: rpf3d new FOLDER --terrain '.*my pit"),
+    ],
+)
+def test_a_file_that_is_no_scene_in_utf_8_is_refused_with_what_to_do(tmp_path, name, content, sentence):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(SceneError, match=sentence):
+        read_scene(tmp_path / name)

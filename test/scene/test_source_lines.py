@@ -13,6 +13,7 @@ from rpf3d_core.formats.mine.dxf_lines import read_dxf_lines
 from rpf3d_core.formats.polylines import read_lines
 from rpf3d_core.imports.layer import import_layer
 from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.layers import warnings_of_layers
 from rpf3d_core.setup.warnings import warnings_of
 
 SCENE = """\
@@ -27,7 +28,9 @@ RING = np.column_stack([60.0 * np.cos(TURN), 60.0 * np.sin(TURN)]).round(3).toli
 
 def warned(folder: Path, line: object, up: str = "z") -> list[str]:
     (folder / "scene.yaml").write_text(SCENE.format(line=json.dumps(line), up=up))
-    found = [each for each in warnings_of(read_scene(folder / "scene.yaml")) if each.startswith("`sources[0].line`")]
+    scene = read_scene(folder / "scene.yaml")
+    sentences = (*warnings_of(scene), *warnings_of_layers(scene))
+    found = [each for each in sentences if each.startswith("`sources[0].line`")]
     return [each for each in found if "turns back" not in each]
 
 
@@ -100,3 +103,32 @@ def test_a_dxf_that_was_changed_is_read_again_and_one_that_was_not_is_not(tmp_pa
         path.write_text(dxf(*lines))
         assert [len(read_dxf_lines(path)) for _ in range(3)] == [len(lines)] * 3
     assert read == [path, path]
+
+
+ALL_KEYS = """\
+terrain: {pit: {triangles: 6000}, berms: [{name: windrow, along: lines.dxf, height: 1, width: 4}]}
+zones: [{zone: road, polygons: rings.dxf}]
+materials: {default: {normal_restitution: 0.4, tangential_restitution: 0.8}}
+sources: [{name: blast, above_ground: 0.5, polygon: rings.dxf}]
+areas_of_interest: [{name: haul road, polygons: rings.dxf}]
+effects: {barriers: {panels: [{name: net, along: lines.dxf, height: 3, capacity_kj: 500}]}}
+"""
+
+
+def test_areas_zones_berms_and_barriers_with_several_layers_are_warned_of_too(tmp_path: Path) -> None:
+    """An area of a road and of the pit limit gave 100 % instead of 75 %."""
+    (tmp_path / "scene.yaml").write_text(ALL_KEYS)
+    (tmp_path / "rings.dxf").write_text(dxf(("ROAD", True, RING), ("PIT_LIMIT", True, RING)))
+    (tmp_path / "lines.dxf").write_text(dxf(("FENCE", False, CREST), ("CREST", False, CREST)))
+    found = {each.split("`")[1]: each for each in warnings_of_layers(read_scene(tmp_path / "scene.yaml"))}
+    assert list(found) == [
+        "sources[0].polygon", "areas_of_interest[0].polygons", "zones[0].polygons", "terrain.berms[0].along",
+        "effects.barriers.panels[0].along",
+    ]  # fmt: skip
+    area = found["areas_of_interest[0].polygons"]
+    assert "uses all 2 polygons of its file, on 2 layers: ROAD (1), PIT_LIMIT (1); if some are no polygons of" in area
+    assert "rpf3d import layer rings.dxf --kind polygon --layer LAYER --out haul_road.geojson" in area
+    assert import_layer(tmp_path / "rings.dxf", tmp_path / "haul_road.geojson", "polygon", "ROAD") == 1
+    for name in ("rings.dxf", "lines.dxf"):
+        (tmp_path / name).write_text(dxf(("ONE", True, RING), ("ONE", True, RING)))
+    assert not list(warnings_of_layers(read_scene(tmp_path / "scene.yaml")))

@@ -171,3 +171,22 @@ def test_a_berm_that_cannot_be_is_refused_with_its_key(tmp_path, given, key, wor
     with pytest.raises(InputError) as refusal:
         read_terrain(read_scene(with_berm(tmp_path, **given)))
     assert f"`{key}`" in str(refusal.value) and words in str(refusal.value)
+
+
+def told(folder, **given) -> list[str]:
+    return [each for each in read_terrain(read_scene(with_berm(folder, **given)))[1].remarks if "berms[0]" in each]
+
+
+def test_a_berm_that_loose_rock_can_form_on_level_ground_has_no_warning(tmp_path):
+    assert told(tmp_path) == []
+
+
+def test_steep_sides_of_a_berm_are_warned_of(tmp_path):
+    (found,) = told(tmp_path, width=2, crest=1)
+    assert found.startswith("`terrain.berms[0]` 'south' has sides of 76 degrees on level ground")
+
+
+def test_a_berm_whose_foot_reaches_a_face_is_warned_of(tmp_path):
+    """Height and width in feet gave a windrow 18 m wide, on a berm 8 m wide, without a word."""
+    (found,) = told(tmp_path, along="[[-20, -110], [20, -110]]", height=4, width=40)
+    assert "% of the foot of `terrain.berms[0]` 'south' lie on ground steeper than 35 degrees, up to" in found
