@@ -10,6 +10,7 @@ from rpf3d_core.hazard.benches import CAUGHT_COUNT, in_percent
 from rpf3d_core.hazard.filled_cells import ReachedCells, filling_cell, rocks_that_fill, share_of_cells
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.changed_inputs import changed_inputs
+from rpf3d_core.report.draped_map import CAPTION
 from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
 from rpf3d_core.report.fences_part import fences_part, too_few_toes
 from rpf3d_core.report.inputs_part import inputs_part
@@ -217,7 +218,7 @@ def _pictures(run: RunFiles, section: CriticalSection | None) -> Iterator[Elemen
     looking = along / max(float(np.linalg.norm(along)), 1e-9)
     small = f", reduced from {seen.of:,} triangles to {len(seen.triangles):,}" if seen.of > MOST_TRIANGLES else ""
     caption = (f"Terrain around the rocks{small}. Drag to turn, scroll to zoom; a click on the legend shows or hides "
-               "maps and paths.")  # fmt: skip
+               f"maps and paths. {CAPTION}")  # fmt: skip
     yield Heading("Terrain, paths and hazard")
     view = view_html(run, seen, looking, None if section is None else section.key)
     yield View(view, caption, "The rotatable 3D view is in the HTML file of this report.")

@@ -311,7 +311,7 @@ def test_one_path_for_both_reports_is_refused(unknown_ground, tmp_path) -> None:
         write_report(unknown_ground, both, both)
 
 
-def test_the_draped_map_has_the_values_of_its_cells(known_ground) -> None:
+def test_the_draped_map_has_at_least_the_values_of_its_cells(known_ground) -> None:
     run = read_run(known_ground)
     grid = read_hazard(run, "reach_probability")
     assert grid is not None
@@ -320,8 +320,8 @@ def test_the_draped_map_has_the_values_of_its_cells(known_ground) -> None:
     middle = corners.mean(axis=1)
     summary = run.summary["hazard"]["reach_probability"]
     assert values.max() == pytest.approx(summary["max"])
-    same = np.isclose(grid.at(middle[:, :2]), values)
-    assert same.mean() > 0.9, "raising a map moves few triangles into the next cell"
+    below = values < np.nan_to_num(grid.at(middle[:, :2])) - 1e-9
+    assert below.mean() < 0.05, "raising a map moves few triangles into the next cell"
     releases = grid.at(run.ends.release[:, :2])
     assert np.isfinite(releases).all() and releases.min() > 0.0, "rocks reach the cells where they start"
 
