@@ -326,6 +326,15 @@ def test_the_draped_map_has_at_least_the_values_of_its_cells(known_ground) -> No
     assert np.isfinite(releases).all() and releases.min() > 0.0, "rocks reach the cells where they start"
 
 
+@pytest.mark.parametrize("name", ["B 1.pdf", "B 1.PDF"])
+def test_a_report_as_html_is_not_written_over_a_pdf(unknown_ground, tmp_path, name: str) -> None:
+    (tmp_path / name).write_bytes(b"%PDF")
+    done = CliRunner().invoke(app, ["report", str(unknown_ground), "--out", str(tmp_path / name)])
+    assert done.exit_code != 0 and (tmp_path / name).read_bytes() == b"%PDF"
+    with pytest.raises(InputError, match=r"give the name of an HTML file.+ with --pdf"):
+        write_report(unknown_ground, tmp_path / name)
+
+
 SCENE = """\
 terrain: {files: [{path: bench.obj}], up: y}
 materials: {default: {normal_restitution: 0.3, tangential_restitution: 0.7}}
