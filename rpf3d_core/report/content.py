@@ -249,6 +249,8 @@ def _cells_without_energy(run: RunFiles) -> str:
 def _filling(run: RunFiles, reached: HazardGrid) -> str:
     """Return a sentence with a number of rocks, and a cell size, that would give half of the reached cells an energy.
 
+    The number of rocks is a lower bound, because more rocks also reach more cells.
+
     reached : the map of the reach probability
     """
     flown = int(run.summary["rocks"])
@@ -256,8 +258,9 @@ def _filling(run: RunFiles, reached: HazardGrid) -> str:
     rocks = np.rint(reached.values[row, column] * flown).astype(np.int64)
     cells = ReachedCells(column, row, rocks, cell=reached.cell, widest=reached.cell * max(reached.values.shape))
     size = filling_cell(cells, share_of_cells)
-    larger = "a larger cell would not" if size is None else f"so would `hazard.cell: {size:g}`"
-    return f" About {rocks_that_fill(cells, flown):,} rocks would fill half of them; {larger}."
+    larger = "no larger cell fills half of them" if size is None else f"`hazard.cell: {size:g}` fills half of them"
+    return (f" More than {rocks_that_fill(cells, flown):,} rocks are needed to fill half of them, because more rocks "
+            f"also reach more cells; {larger}.")  # fmt: skip
 
 
 def _trimmed(path: Path) -> bytes:
