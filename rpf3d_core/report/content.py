@@ -123,12 +123,15 @@ def _run_facts(run: RunFiles, site: str) -> Table:
 def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
     """Yield the warnings at the top of the report: first changed inputs, last the notes on the run's files.
 
-    Between them: an interruption of the run, the warnings of the run, the reasons why results look too certain, and the
-    numbers of rocks without a face below their release and of rocks that did not stop.
+    Between them: an interruption of the run, missing hazard maps, the warnings of the run, the reasons why results look
+    too certain, and the numbers of rocks without a face below their release and of rocks that did not stop.
     """
     yield from changed_inputs(run)
     if run.summary["partial"]:
         yield f"The run was interrupted: {run.summary['rocks']:,} of {run.summary['rocks_planned']:,} rocks have flown."
+    if not (run.folder / "hazard" / "reach_probability.tif").is_file():
+        yield ("The result folder has no hazard maps (`hazard/`): the 3D view does not show which ground rocks "
+               "reached. Copy the whole folder, or run the scene again.")  # fmt: skip
     yield from (_as_sentence(warning) for warning in run.inputs["warnings"])
     for sentence in run.inputs["surer_than_it_may_be"]:
         yield f"Surer than it may be: {sentence}."

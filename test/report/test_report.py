@@ -101,6 +101,16 @@ def test_warnings_of_the_run_are_in_the_report(unknown_ground, tmp_path) -> None
     assert any("A rock reaches 900 m/s." in element.sentences for element in elements if isinstance(element, Warnings))
 
 
+def test_missing_hazard_maps_are_named_first(unknown_ground, tmp_path) -> None:
+    """Without its maps, the 3D view shows all ground as if no rock reached it."""
+    folder = shutil.copytree(unknown_ground, tmp_path / "run")
+    expected = "has no hazard maps (`hazard/`)"
+    for has_maps in (True, False):
+        warnings = next(each for each in report_elements(read_run(folder), "site") if isinstance(each, Warnings))
+        assert any(expected in sentence for sentence in warnings.sentences) != has_maps
+        shutil.rmtree(folder / "hazard", ignore_errors=True)
+
+
 def test_notes_that_concern_files_only_stand_after_all_warnings(unknown_ground, tmp_path) -> None:
     folder = shutil.copytree(unknown_ground, tmp_path / "run")
     inputs = json.loads((folder / "inputs.json").read_text())
