@@ -11,7 +11,7 @@ from rpf3d_core.report.passing import FencePlace
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.section_fences import footings_of_barriers
 from rpf3d_core.report.segments import IMPACTS, KEPT, Segments
-from rpf3d_core.report.toe import BeyondToe
+from rpf3d_core.report.toe import STEP, BeyondToe
 from rpf3d_core.report.words import (
     UNKNOWN,
     figure_cells,
@@ -79,6 +79,7 @@ def _fence_tables(run: RunFiles, places: list[FencePlace], segments: Segments) -
     notes = {IMPACTS: SLIDES, KEPT: FROM_PATHS if segments.rocks < run.summary["rocks"] else ""}
     yield Text(f"Energies (translational) and heights (of the centre) at the first passage, from {segments.source}: "
                f"{segments.rocks:,} of {run.summary['rocks']:,} rocks. Not known for fewer than 20 rocks. "
+               f"At an impact within {STEP:g} m of a place, the larger of the energies before and after it counts. "
                f"{notes[segments.source]}".rstrip(), quiet=True)  # fmt: skip
     if run.moves is not None:
         yield Text(HEIGHTS_LEAVE_OUT, quiet=True)

@@ -9,8 +9,8 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.footing import Footing, footing_at
 from rpf3d_core.report.run_files import RunFiles
-from rpf3d_core.report.segments import Segments, first_passages
-from rpf3d_core.report.toe import BEYOND, FAR, BeyondToe, Figure, SetValues, percentile_of
+from rpf3d_core.report.segments import Segments, first_passages, largest_speeds_at_impacts
+from rpf3d_core.report.toe import BEYOND, FAR, STEP, BeyondToe, Figure, SetValues, percentile_of
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.height_image import height_image, heights_at
 from rpf3d_core.unknowns.predictive import holding, shares_of_site
@@ -141,14 +141,19 @@ def passing(
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
     """Return the rocks that pass a distance (m) beyond the toe: row in `Ends` (N,), energy (N,) J and height (N,) m.
 
-    Each rock counts at its first passage. Energy is translational. Height is measured from the ground to the centre of
+    Each rock counts at its first passage. Energy is translational. If the rock strikes the ground within STEP (0.25 m)
+    of the distance, the larger of its energies just before and after the impact counts, because the place of the toe is
+    not known more accurately. Height is measured from the ground to the centre of
     the rock. An unknown height is BEYOND, so that percentiles count an unknown height as larger than all known heights.
     """
     reach, along = np.full(len(run.ends.runout), np.nan), np.full((len(run.ends.runout), 2), np.nan)
     reach[beyond.rows], along[beyond.rows] = np.maximum(beyond.toe + distance, NEAREST), beyond.along
-    found = first_passages(segments, run.ends.release[:, :2], along, reach)
+    start = run.ends.release[:, :2]
+    found = first_passages(segments, start, along, reach)
     if len(found.row) == 0:
         return found.row, np.empty(0), np.empty(0)
     ground = heights_at(height_image(run.terrain, found.x[:, :2], 1.0), found.x[:, :2])
     height = np.nan_to_num(np.maximum(found.x[:, 2] - ground, 0.0), nan=BEYOND)
-    return found.row, 0.5 * run.ends.mass[found.row] * found.speed**2, height
+    struck = largest_speeds_at_impacts(segments, start, along, reach, STEP)[found.row]
+    speed = np.maximum(found.speed, struck)
+    return found.row, 0.5 * run.ends.mass[found.row] * speed**2, height

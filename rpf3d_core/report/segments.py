@@ -158,6 +158,26 @@ def first_passages(segments: Segments, origin: FloatArray, along: FloatArray, di
     return FirstPassage(row=row[some], speed=_speed_at(segments, some, part), x=_place_at(segments, some, part))
 
 
+def largest_speeds_at_impacts(
+    segments: Segments, origin: FloatArray, along: FloatArray, distance: FloatArray, within: float
+) -> FloatArray:
+    """Return the largest speed (R,) m/s of each rock just before and after its impacts near a distance; 0 without one.
+
+    Between two segments from the table of impacts lies an impact. A kept path has two points at the place of an impact.
+
+    origin, along, distance : as in `first_passages`; within : largest distance (m) of an impact from `distance`
+    """
+    at = np.arange(len(segments.row))
+    if segments.source == KEPT:
+        at = np.flatnonzero((segments.begin == segments.end).all(axis=1))
+    found, row = np.zeros(len(distance)), segments.row[at]
+    for place, speed in zip((segments.begin[at], segments.end[at]), segments.speed[at].T, strict=True):
+        away = ((place[:, :2] - origin[row]) * along[row]).sum(axis=1) - distance[row]
+        near = np.abs(away) <= within
+        np.maximum.at(found, row[near], speed[near])
+    return found
+
+
 def _place_at(segments: Segments, some: IntArray, part: FloatArray) -> FloatArray:
     """Return points (N, 3) m within segments, such as the place of a passage; z is NaN if it is not known.
 
