@@ -380,7 +380,7 @@ def test_names_of_sources_are_text(tmp_path, names) -> None:
     run_scene(read_scene(tmp_path / "scene.yaml"), tmp_path / "out", None, "reference")
     run = read_run(tmp_path / "out")
     assert [source for source, _, _ in run.ends.key] == [names[0]] * 2 + [names[1]] * 2
-    assert segments_of(run).rocks == 4 and read_impacts(run) is not None
+    assert segments_of(run)[0].rocks == 4 and read_impacts(run) is not None
 
 
 def test_a_result_of_another_version_is_refused(unknown_ground, tmp_path) -> None:

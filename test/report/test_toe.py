@@ -153,7 +153,7 @@ def test_shares_beyond_count_the_rocks() -> None:
 
 def test_energy_and_height_at_a_fence_are_those_of_the_path() -> None:
     run = thrown(fallen(np.full(40, 60.0)), speed=12.0, height=2.5)
-    segments, beyond = segments_of(run), beyond_toe(run)
+    (segments,), beyond = segments_of(run), beyond_toe(run)
     assert (segments.source, segments.rocks) == (KEPT, 40)
     rows, energy, height = passing(run, beyond, segments, 20.0)
     assert rows.tolist() == list(range(40))
@@ -173,7 +173,7 @@ def test_an_impact_at_the_toe_counts_with_the_larger_energy(before: float) -> No
         key=run.ends.key, starts=4 * np.arange(41), x=points.reshape(-1, 3), speed=np.tile([20.0, 20.0, 5.0, 5.0], 40)
     )
     run = run._replace(paths=paths)
-    segments, beyond = segments_of(run), beyond_toe(run)
+    (segments,), beyond = segments_of(run), beyond_toe(run)
     beyond = beyond._replace(toe=np.full(40, TOE))
     for distance, speed in ((0.0, 20.0), (0.6, 5.0)):
         _, energy, _ = passing(run, beyond, segments, distance)
