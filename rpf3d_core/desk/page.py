@@ -224,6 +224,10 @@ def _view(html: Any, window: Any, actions: Actions) -> Any:
             with html.Div(classes="ends"):
                 html.Span("0")
                 html.Span("{{ legend.largest }}")
+            with html.Div(v_if="legend.few"):
+                html.Span(classes="few")
+                html.Span("{{ legend.few }}")
+            html.Div("{{ legend.caption }}", classes="quiet")
     return view
 
 

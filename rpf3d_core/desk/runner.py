@@ -211,12 +211,13 @@ class Runner:
 
     def _report(self, written: Written, path: Path) -> None:
         """Write the report of the last run; refuse it if the scene or one of its files has changed since the run."""
-        from rpf3d_core.report.report import write_report
+        from rpf3d_core.report.report import check_is_html, write_report
         from rpf3d_core.results.folder import SUMMARY, write_findings
         from rpf3d_core.runs.critical_path import with_critical_path
 
         if self._flown is None or self._flown[0].written != written or self._folder is None:
             raise InputError("the rocks of this scene have not flown; press Run, then Report")
+        check_is_html(path)
         ready, run = self._flown
         scene, summary = ready.prepared.scene, self._folder / SUMMARY
         check_unchanged(scene, ready.stamp)

@@ -12,6 +12,7 @@ from rpf3d_core.ensemble.fly import spread_over
 from rpf3d_core.ensemble.paths import displayed_rows, sample_paths
 from rpf3d_core.ensemble.releases import Source
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, reach_probability
+from rpf3d_core.hazard.scales import FEW_COLOUR
 from rpf3d_core.report.run_files import HazardGrid
 from rpf3d_core.report.view import LIGHT, MOST_TRIANGLES, Seen, draped, raised_by
 from rpf3d_core.results.findings import Run
@@ -61,8 +62,9 @@ NO_LINES = Lines(points=np.empty((0, 3)), starts=np.zeros(1, dtype=np.int64))
 class DrapedMap(NamedTuple):
     """A hazard map over the terrain.
 
-    title, unit : for the legend; largest : value of the last colour, in `unit`; mesh : None if no cell has a value
+    title, unit : for the legend; largest : value of the last colour, in `unit`; mesh : None if no rock reached a cell
     raised : distance (m) of the map from the ground
+    has_few : True if ground has the colour FEW_COLOUR, because too few rocks for a value reached it
     """
 
     title: str
@@ -70,6 +72,7 @@ class DrapedMap(NamedTuple):
     largest: float
     mesh: Mesh | None
     raised: float = 0.0
+    has_few: bool = False
 
 
 def ground_seen(terrain: Terrain) -> Seen:
@@ -104,25 +107,25 @@ def hazard_map(seen: Seen, maps: HazardMaps, kind: str) -> DrapedMap:
         title, unit, values = "reach probability", "%", 100.0 * reach_probability(maps.cells, maps.flown)
     else:
         title, unit, values = f"p95 energy, cells with {FEWEST_ROCKS} rocks or more", "kJ", maps.cells.energy.p95 / 1e3
-    laid_out = maps.cells.everywhere(np.asarray(values, dtype=float), np.nan)
-    if not (laid_out > 0.0).any():
+    known = np.where(values > 0.0, values, 0.0)  # 0: reached by too few rocks for a value
+    laid_out = maps.cells.everywhere(np.where(maps.cells.rocks > 0, known, np.nan), np.nan)
+    if np.isnan(laid_out).all():
         return DrapedMap(title=title, unit=unit, largest=0.0, mesh=None)
     grid = _grid(maps, laid_out)
     near = _near(seen, grid)
     corners, drawn = draped(near, grid)
     largest = float(np.nanmax(laid_out))
     triangles = np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)
-    mesh = Mesh(vertices=corners.reshape(-1, 3), triangles=triangles, colours=ramp_colours(drawn / largest))
-    return DrapedMap(title, unit, largest, mesh if len(corners) else None, raised=raised_by(near))
+    few = drawn == 0.0
+    colours = np.where(few[:, None], np.array(FEW_COLOUR, dtype=np.uint8), ramp_colours(drawn / (largest or 1.0)))
+    mesh = Mesh(vertices=corners.reshape(-1, 3), triangles=triangles, colours=colours)
+    return DrapedMap(title, unit, largest, mesh if len(corners) else None, raised_by(near), has_few=bool(few.any()))
 
 
 def _grid(maps: HazardMaps, laid_out: FloatArray) -> HazardGrid:
-    """Return a hazard map as a grid; NaN in cells whose value is unknown or 0.
-
-    laid_out : (C,) values of all cells of the map's raster
-    """
+    """Return a hazard map as a grid; laid_out : (C,) values of all cells of the map's raster."""
     raster = maps.raster
-    values = np.where(laid_out > 0.0, laid_out, np.nan).reshape(raster.ny, raster.nx)
+    values = laid_out.reshape(raster.ny, raster.nx)
     return HazardGrid(values=values, x=raster.x, y=raster.y, dx=raster.cell, dy=raster.cell)
 
 

@@ -24,6 +24,8 @@ from rpf3d_core.desk.shapes import (
 )
 from rpf3d_core.desk.window import AREAS, BARRIERS, CRESTS, DRAWN, GROUND, MAP, PATHS, RELEASES, THIN, Window
 from rpf3d_core.ensemble.outward import three_figures
+from rpf3d_core.hazard.scales import FEW_WORDS
+from rpf3d_core.report.draped_map import CAPTION
 from rpf3d_core.report.view import ABOVE_MAPS, Seen
 from rpf3d_core.results.findings import Run
 from rpf3d_core.setup.prepared import Prepared
@@ -88,7 +90,8 @@ class SceneView:
     def drape(self, kind: str) -> dict[str, Any]:
         """Show a hazard map of the results over the terrain, and return its legend, or {} if there is no such map.
 
-        The keys of the legend are `title`, `unit` and `largest` (the largest value, as text).
+        The keys of the legend are `title`, `unit`, `largest` (the largest value, as text), `few` (words for the ground
+        that too few rocks for a value reached; "" without such ground) and `caption`.
 
         kind : REACH, ENERGY, or "" to show no map
         """
@@ -97,8 +100,11 @@ class SceneView:
         self._show_areas(0.0 if found is None else found.raised)
         if found is None:
             return {}
-        empty = "" if found.mesh is not None else ": no values yet"
-        return {"title": found.title + empty, "unit": found.unit, "largest": three_figures(found.largest)}
+        empty = "" if found.largest > 0.0 else ": no values yet"
+        return {
+            "title": found.title + empty, "unit": found.unit, "largest": three_figures(found.largest),
+            "few": FEW_WORDS if found.has_few else "", "caption": CAPTION,
+        }  # fmt: skip
 
     def _show_areas(self, map_raised: float) -> None:
         """Show the outlines of areas above the ground and the map.

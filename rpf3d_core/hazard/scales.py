@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.terrain.frame import FloatArray
 
 COLOURS = np.array(
@@ -18,6 +19,12 @@ COLOURS = np.array(
 """Colours of a hazard map from low to high, sRGB (6, 3), evenly spaced.
 
 The colours become steadily darker, so that a map can be read in greyscale and by colour-blind readers.
+"""
+
+FEW_COLOUR, FEW_WORDS = (125, 143, 179), f"reached by fewer than {FEWEST_ROCKS} rocks"
+"""Colour (red, green, blue) of ground that rocks reached, but too few rocks for a value, and its words in a legend.
+
+The colour is a blue that COLOURS does not have.
 """
 
 LEAST_REACH = 1e-5

@@ -15,7 +15,16 @@ from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.hazard.benches import bench_table, lost_in_words, notes_of, text_header, text_rows
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, reach_probability
 from rpf3d_core.hazard.raster import typical_size
-from rpf3d_core.hazard.scales import Scale, Values, colours_at, places, reach_scale, scale_of_energy, value_at
+from rpf3d_core.hazard.scales import (
+    FEW_COLOUR,
+    Scale,
+    Values,
+    colours_at,
+    places,
+    reach_scale,
+    scale_of_energy,
+    value_at,
+)
 from rpf3d_core.recordings.shapes import ColouredMesh, parted_mesh
 from rpf3d_core.terrain.facets import Terrain
 
@@ -25,9 +34,6 @@ REACH, ENERGY = f"{HAZARD}/reach_probability", f"{HAZARD}/energy_p95"
 
 STEPS = 24
 """Number of colours of a hazard map: neighbouring colours look alike, and most facets can still share vertices."""
-
-FEW_COLOUR = (125, 143, 179)
-"""Colour of facets that too few rocks reached for a percentile."""
 
 LIFT = 2e-4
 """Height of a hazard map above the terrain (-), as a share of the terrain's diagonal: 0.4 m on a pit of 2 km.

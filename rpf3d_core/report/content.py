@@ -10,6 +10,7 @@ from rpf3d_core.hazard.benches import CAUGHT_COUNT, in_percent
 from rpf3d_core.hazard.filled_cells import ReachedCells, filling_cell, rocks_that_fill, share_of_cells
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.changed_inputs import changed_inputs
+from rpf3d_core.report.draped_map import CAPTION
 from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
 from rpf3d_core.report.fences_part import fences_part, too_few_toes
 from rpf3d_core.report.inputs_part import inputs_part
@@ -122,12 +123,15 @@ def _run_facts(run: RunFiles, site: str) -> Table:
 def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
     """Yield the warnings at the top of the report: first changed inputs, last the notes on the run's files.
 
-    Between them: an interruption of the run, the warnings of the run, the reasons why results look too certain, and the
-    numbers of rocks without a face below their release and of rocks that did not stop.
+    Between them: an interruption of the run, missing hazard maps, the warnings of the run, the reasons why results look
+    too certain, and the numbers of rocks without a face below their release and of rocks that did not stop.
     """
     yield from changed_inputs(run)
     if run.summary["partial"]:
         yield f"The run was interrupted: {run.summary['rocks']:,} of {run.summary['rocks_planned']:,} rocks have flown."
+    if not (run.folder / "hazard" / "reach_probability.tif").is_file():
+        yield ("The result folder has no hazard maps (`hazard/`): the 3D view does not show which ground rocks "
+               "reached. Copy the whole folder, or run the scene again.")  # fmt: skip
     yield from (_as_sentence(warning) for warning in run.inputs["warnings"])
     for sentence in run.inputs["surer_than_it_may_be"]:
         yield f"Surer than it may be: {sentence}."
@@ -217,7 +221,7 @@ def _pictures(run: RunFiles, section: CriticalSection | None) -> Iterator[Elemen
     looking = along / max(float(np.linalg.norm(along)), 1e-9)
     small = f", reduced from {seen.of:,} triangles to {len(seen.triangles):,}" if seen.of > MOST_TRIANGLES else ""
     caption = (f"Terrain around the rocks{small}. Drag to turn, scroll to zoom; a click on the legend shows or hides "
-               "maps and paths.")  # fmt: skip
+               f"maps and paths. {CAPTION}")  # fmt: skip
     yield Heading("Terrain, paths and hazard")
     view = view_html(run, seen, looking, None if section is None else section.key)
     yield View(view, caption, "The rotatable 3D view is in the HTML file of this report.")
@@ -248,6 +252,8 @@ def _cells_without_energy(run: RunFiles) -> str:
 def _filling(run: RunFiles, reached: HazardGrid) -> str:
     """Return a sentence with a number of rocks, and a cell size, that would give half of the reached cells an energy.
 
+    The number of rocks is a lower bound, because more rocks also reach more cells.
+
     reached : the map of the reach probability
     """
     flown = int(run.summary["rocks"])
@@ -255,8 +261,9 @@ def _filling(run: RunFiles, reached: HazardGrid) -> str:
     rocks = np.rint(reached.values[row, column] * flown).astype(np.int64)
     cells = ReachedCells(column, row, rocks, cell=reached.cell, widest=reached.cell * max(reached.values.shape))
     size = filling_cell(cells, share_of_cells)
-    larger = "a larger cell would not" if size is None else f"so would `hazard.cell: {size:g}`"
-    return f" About {rocks_that_fill(cells, flown):,} rocks would fill half of them; {larger}."
+    larger = "no larger cell fills half of them" if size is None else f"`hazard.cell: {size:g}` fills half of them"
+    return (f" More than {rocks_that_fill(cells, flown):,} rocks are needed to fill half of them, because more rocks "
+            f"also reach more cells; {larger}.")  # fmt: skip
 
 
 def _trimmed(path: Path) -> bytes:

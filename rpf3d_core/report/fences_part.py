@@ -10,8 +10,8 @@ from rpf3d_core.report.footing import BUILDABLE, Footing
 from rpf3d_core.report.passing import FencePlace
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.section_fences import footings_of_barriers
-from rpf3d_core.report.segments import IMPACTS, KEPT, Segments
-from rpf3d_core.report.toe import BeyondToe
+from rpf3d_core.report.segments import IMPACTS, KEPT, MOSTLY, Segments
+from rpf3d_core.report.toe import STEP, BeyondToe
 from rpf3d_core.report.words import (
     UNKNOWN,
     figure_cells,
@@ -30,9 +30,12 @@ HEIGHTS_LEAVE_OUT = (
     "The predictive intervals of heights leave out the misfit of the model; those of rocks that pass and of energies "
     "hold it."
 )
-FROM_PATHS = (
-    "Fewer than all: `outputs.impacts` gives all rocks, unless air slows them; `outputs.trajectories` keeps more."
+NO_IMPACTS = "Fewer than all, because the result has no impacts (`outputs.impacts`)."
+FEW_FLIGHTS = (
+    f"Kept paths are used where fewer than {in_percent(MOSTLY, 0)} % of the passages are flights between two impacts, "
+    "because rocks slide or roll or air slows them: impacts do not show energies and heights there."
 )
+KEEP_MORE = "`outputs.trajectories` keeps more paths."
 SLIGHT = 0.05
 """Smallest share (-) of a fence's line on steep ground that a report states."""
 
@@ -44,26 +47,28 @@ def too_few_toes(beyond: BeyondToe) -> str:
     return f"Not known: only {len(beyond.rows):,} of {beyond.of:,} rocks have a face below their release."
 
 
-def fences_part(run: RunFiles, places: list[FencePlace], segments: Segments, beyond: BeyondToe) -> Iterator[Element]:
+def fences_part(
+    run: RunFiles, places: list[FencePlace], choices: list[Segments], beyond: BeyondToe
+) -> Iterator[Element]:
     """Yield the elements of the report for the design of fences.
 
     These are tables of the rocks that pass places beyond the toe, tables of the barriers, and notes on steep ground.
 
-    places : the places beyond the toe; empty if too few rocks have a toe; segments : of the paths behind the figures
+    places : the places beyond the toe; empty if too few rocks have a toe; choices : as from `segments_of`
     beyond : the rocks' distances beyond the toe
     """
     yield Heading("Where a fence would stand")
     if not places:
         yield Text(too_few_toes(beyond))
     else:
-        yield from _fence_tables(run, places, segments)
+        yield from _fence_tables(run, places, choices)
     if run.summary.get("barriers"):
         yield from barriers_part(run.summary["barriers"])
     if steep := _on_faces(footings_of_barriers(run)):
         yield Text(f"No fence can be built where the ground is steeper than {BUILDABLE:g} degrees: {'; '.join(steep)}.")
 
 
-def _fence_tables(run: RunFiles, places: list[FencePlace], segments: Segments) -> Iterator[Element]:
+def _fence_tables(run: RunFiles, places: list[FencePlace], choices: list[Segments]) -> Iterator[Element]:
     yield Table(("beyond the toe", "ground there", "rocks that pass", *BOTH), [
         [metres(place.distance), _ground(place.footing), share(place.passed.value),
          share_interval(place.passed.predictive), share_interval(place.passed.sampling)] for place in places
@@ -76,12 +81,28 @@ def _fence_tables(run: RunFiles, places: list[FencePlace], segments: Segments) -
         [_place(place), f"{place.crossed:,}", *figure_cells(place.energy, kilojoules),
          *figure_cells(place.height, height)] for place in places
     ])  # fmt: skip
-    notes = {IMPACTS: SLIDES, KEPT: FROM_PATHS if segments.rocks < run.summary["rocks"] else ""}
-    yield Text(f"Energies (translational) and heights (of the centre) at the first passage, from {segments.source}: "
-               f"{segments.rocks:,} of {run.summary['rocks']:,} rocks. Not known for fewer than 20 rocks. "
-               f"{notes[segments.source]}".rstrip(), quiet=True)  # fmt: skip
+    yield Text(f"Energies (translational) and heights (of the centre) at the first passage, "
+               f"{_from(run, places, choices)} Not known for fewer than 20 rocks. At an impact within {STEP:g} m of a "
+               f"place, the larger of the energies before and after it counts.", quiet=True)  # fmt: skip
     if run.moves is not None:
         yield Text(HEIGHTS_LEAVE_OUT, quiet=True)
+
+
+def _from(run: RunFiles, places: list[FencePlace], choices: list[Segments]) -> str:
+    """Return where energies and heights are from, as the end of a sentence with further sentences, and why.
+
+    choices : as from `segments_of`
+    """
+    rocks, used = run.summary["rocks"], {place.source for place in places}
+    count = {each.source: f"{each.rocks:,} of {rocks:,} rocks" for each in choices}
+    kept = ", ".join(metres(place.distance) for place in places if place.source == KEPT)
+    if len(used) > 1:
+        return (f"from {IMPACTS} ({count[IMPACTS]}), and for {kept} from {KEPT} ({count[KEPT]}). {SLIDES} "
+                f"{FEW_FLIGHTS} {KEEP_MORE}")  # fmt: skip
+    if used == {IMPACTS}:
+        return f"from {IMPACTS}: {count[IMPACTS]}. {SLIDES}"
+    why = f" {FEW_FLIGHTS if len(choices) > 1 else NO_IMPACTS} {KEEP_MORE}"
+    return f"from {KEPT}: {count[KEPT]}.{why if choices[-1].rocks < rocks else ''}"
 
 
 def _place(place: FencePlace) -> str:

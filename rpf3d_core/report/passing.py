@@ -1,5 +1,6 @@
 """Compute how many rocks pass places beyond the toe, with which energies and heights, for the design of fences."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,8 +10,8 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.footing import Footing, footing_at
 from rpf3d_core.report.run_files import RunFiles
-from rpf3d_core.report.segments import Segments, first_passages
-from rpf3d_core.report.toe import BEYOND, FAR, BeyondToe, Figure, SetValues, percentile_of
+from rpf3d_core.report.segments import MOSTLY, FirstPassage, Segments, first_passages, largest_speeds_at_impacts
+from rpf3d_core.report.toe import BEYOND, FAR, STEP, BeyondToe, Figure, SetValues, percentile_of
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.height_image import height_image, heights_at
 from rpf3d_core.unknowns.predictive import holding, shares_of_site
@@ -30,6 +31,7 @@ class FencePlace(NamedTuple):
     footing : slope of the ground on the lines of all rocks, at this distance from the toe
     energy, height : 95th percentiles (J, m) over the rocks that pass
     crossed : number of rocks from which energy and height are computed: those whose known paths pass the place
+    source : IMPACTS or KEPT, where energy and height are from
     """
 
     distance: float
@@ -38,6 +40,7 @@ class FencePlace(NamedTuple):
     energy: Figure
     height: Figure
     crossed: int
+    source: str
 
 
 def shares_beyond(beyond: BeyondToe, sets: int, distance: FloatArray) -> list[Figure]:
@@ -85,13 +88,32 @@ def places_for(beyond: BeyondToe) -> FloatArray:
     return np.arange(0.0, last + 1e-9, step)[:MOST_PLACES]
 
 
-def places_beyond(run: RunFiles, beyond: BeyondToe, segments: Segments) -> list[FencePlace]:
-    """Return a `FencePlace` (share, energies and heights of the rocks that pass) for each distance of `places_for`."""
-    distances = places_for(beyond)
-    passed = shares_beyond(beyond, run.sets, distances)
+def places_beyond(run: RunFiles, beyond: BeyondToe, choices: Sequence[Segments]) -> list[FencePlace]:
+    """Return a `FencePlace` (share, energies and heights of the rocks that pass) for each distance of `places_for`.
+
+    choices : as from `segments_of`
+    """
+    distances = places_for(beyond).tolist()
+    passed = shares_beyond(beyond, run.sets, np.array(distances))
     return [
-        _place(run, beyond, segments, float(distance), share) for distance, share in zip(distances, passed, strict=True)
+        _place(run, beyond, segments_at(run, beyond, choices, distance), distance, share)
+        for distance, share in zip(distances, passed, strict=True)
     ]
+
+
+def segments_at(run: RunFiles, beyond: BeyondToe, choices: Sequence[Segments], distance: float) -> Segments:
+    """Return the segments for the figures at a distance (m) beyond the toe: the first of `choices` that shows them.
+
+    Segments from impacts show energies and heights if most segments of the run, or most passages of this place, are
+    flights. The last of `choices` is used otherwise.
+    """
+    for segments in choices[:-1]:
+        if segments.flights >= MOSTLY:
+            return segments
+        flies = _passages(run, beyond, segments, distance).flies
+        if len(flies) and flies.mean() >= MOSTLY:
+            return segments
+    return choices[-1]
 
 
 def _place(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float, passed: Figure) -> FencePlace:
@@ -105,7 +127,8 @@ def _place(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float
     unknown = Figure(value=None, sampling=None, predictive=None)
     enough = len(rows) >= FEWEST_ROCKS
     return FencePlace(
-        distance=distance, passed=passed, crossed=len(rows), footing=_footing(run, beyond, distance),
+        distance=distance, passed=passed, crossed=len(rows), source=segments.source,
+        footing=_footing(run, beyond, distance),
         energy=percentile_of(energy, P95, _displaced(run, beyond, segments, distance)) if enough else unknown,
         height=percentile_of(height, P95, _with_sets(run, rows, height)) if enough else unknown,
     )  # fmt: skip
@@ -141,14 +164,36 @@ def passing(
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
     """Return the rocks that pass a distance (m) beyond the toe: row in `Ends` (N,), energy (N,) J and height (N,) m.
 
-    Each rock counts at its first passage. Energy is translational. Height is measured from the ground to the centre of
+    Each rock counts at its first passage. Energy is translational. If the rock strikes the ground within STEP (0.25 m)
+    of the distance, the larger of its energies just before and after the impact counts, because the place of the toe is
+    not known more accurately. Height is measured from the ground to the centre of
     the rock. An unknown height is BEYOND, so that percentiles count an unknown height as larger than all known heights.
     """
-    reach, along = np.full(len(run.ends.runout), np.nan), np.full((len(run.ends.runout), 2), np.nan)
-    reach[beyond.rows], along[beyond.rows] = np.maximum(beyond.toe + distance, NEAREST), beyond.along
-    found = first_passages(segments, run.ends.release[:, :2], along, reach)
+    reach, along = _reach(run, beyond, distance)
+    start = run.ends.release[:, :2]
+    found = first_passages(segments, start, along, reach)
     if len(found.row) == 0:
         return found.row, np.empty(0), np.empty(0)
     ground = heights_at(height_image(run.terrain, found.x[:, :2], 1.0), found.x[:, :2])
     height = np.nan_to_num(np.maximum(found.x[:, 2] - ground, 0.0), nan=BEYOND)
-    return found.row, 0.5 * run.ends.mass[found.row] * found.speed**2, height
+    struck = largest_speeds_at_impacts(segments, start, along, reach, STEP)[found.row]
+    speed = np.maximum(found.speed, struck)
+    return found.row, 0.5 * run.ends.mass[found.row] * speed**2, height
+
+
+def _passages(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float) -> FirstPassage:
+    """Return the first passage of each rock at a distance (m) beyond its toe."""
+    reach, along = _reach(run, beyond, distance)
+    return first_passages(segments, run.ends.release[:, :2], along, reach)
+
+
+def _reach(run: RunFiles, beyond: BeyondToe, distance: float) -> tuple[FloatArray, FloatArray]:
+    """Return the distance (R,) m of a place from each release, and the direction (R, 2) of each rock.
+
+    Both are NaN for rocks without a toe.
+
+    distance : m beyond the toe
+    """
+    reach, along = np.full(len(run.ends.runout), np.nan), np.full((len(run.ends.runout), 2), np.nan)
+    reach[beyond.rows], along[beyond.rows] = np.maximum(beyond.toe + distance, NEAREST), beyond.along
+    return reach, along

@@ -19,11 +19,12 @@ def write_report(folder: Path, out: Path, pdf: Path | None = None, site: str = "
     Raises
     ------
     InputError
-        HTML and PDF have the same path; the folder contains no result, or a result of another version of rpf3d;
-        plotly or typst is not installed; or a file cannot be written.
+        HTML and PDF have the same path, or the name of the HTML ends in .pdf; the folder contains no result, or a
+        result of another version of rpf3d; plotly or typst is not installed; or a file cannot be written.
     """
     if pdf is not None and pdf.resolve() == out.resolve():
         raise InputError(f"{out}: is named for both the HTML report and the PDF; give --pdf another file")
+    check_is_html(out)
     for path in filter(None, (out, pdf)):
         _check_writable(path)
     run = read_run(folder)
@@ -35,6 +36,13 @@ def write_report(folder: Path, out: Path, pdf: Path | None = None, site: str = "
         raise InputError(f"{out}: could not be written ({fault.strerror or fault})") from fault
     if pdf is not None:
         write_pdf(pdf, title, elements)
+
+
+def check_is_html(path: Path) -> None:
+    """Refuse a path for the HTML report that names a PDF, because the HTML would replace the PDF."""
+    if path.suffix.lower() == ".pdf":
+        raise InputError(f"{path}: is the name of a PDF, but the report is written there as HTML; give the name of an "
+                         "HTML file. `rpf3d report` writes a PDF as well, with --pdf")  # fmt: skip
 
 
 def _check_writable(path: Path) -> None:

@@ -21,7 +21,8 @@ AGREES = 0.01
 SLOW = 0.05
 """Difference of speeds (m/s) that is allowed in addition to the relative difference AGREES."""
 MOSTLY = 0.9
-"""Smallest share (-) of flights among the segments between impacts; below this share, the kept paths are used."""
+"""Smallest share (-) of flights among all segments between impacts, or among the passages of a place, for which the
+place's figures are from impacts; else they are from kept paths."""
 IMPACTS, KEPT = "impacts of all rocks", "kept paths"
 
 
@@ -32,6 +33,7 @@ class Segments(NamedTuple):
     time : (M,) s, duration of a flight; 0 on the ground and between points of kept paths; NaN for other motion
     speed : (M, 2) m/s at begin and end; gravity : m/s^2; rocks : number of rocks that have segments
     source : IMPACTS if the segments are from the impacts of all rocks, KEPT if from the kept paths
+    flights : share (-) of flights among the segments between impacts; 1 for kept paths
     """
 
     row: IntArray
@@ -42,22 +44,23 @@ class Segments(NamedTuple):
     gravity: float
     rocks: int
     source: str
+    flights: float = 1.0
 
 
-def segments_of(run: RunFiles) -> Segments:
-    """Return the segments of the kept paths if the run kept the paths of all rocks, else segments from all impacts.
+def segments_of(run: RunFiles) -> list[Segments]:
+    """Return the possible segments of a run, the best first: from the impacts of all rocks, and from the kept paths.
 
-    Kept paths are also used if impacts were not written, or if too few segments between impacts are parabolas, such as
-    with rocks that air slows.
+    The segments from impacts are left out if the run kept the paths of all rocks, or did not write impacts.
+    `passing.segments_at` chooses between the possible segments.
     """
     found = _from_impacts(run) if len(run.paths.key) < len(run.ends.key) else None
-    return _from_paths(run) if found is None else found
+    return [*([] if found is None else [found]), _from_paths(run)]
 
 
 def _from_impacts(run: RunFiles) -> Segments | None:
     """Return the path segments between release, impacts and end of each rock, from the table of impacts.
 
-    None if the run has no table of impacts, or if the share of flights is below MOSTLY.
+    None if the run has no table of impacts.
     """
     found = read_impacts(run)
     if found is None:
@@ -69,14 +72,13 @@ def _from_impacts(run: RunFiles) -> Segments | None:
     launched = np.where(first, np.nan, np.roll(out, 1))
     gravity = float(run.summary["scene"]["gravity"])
     time, speed = _flights(begin, x, time, launched, into, gravity)
-    if not first.all() and (time[~first] > 0.0).mean() < MOSTLY:
-        return None
     ends = _to_the_ends(run.ends, found, gravity)
     order = np.argsort(np.concatenate([row, ends.row]), kind="stable")  # the segment to the end is a rock's last one
     return ends._replace(
         row=np.concatenate([row, ends.row])[order], begin=np.concatenate([begin, ends.begin])[order],
         end=np.concatenate([x, ends.end])[order], time=np.concatenate([time, ends.time])[order],
         speed=np.concatenate([speed, ends.speed])[order],
+        flights=1.0 if first.all() else float((time[~first] > 0.0).mean()),
     )  # fmt: skip
 
 
@@ -134,11 +136,13 @@ class FirstPassage(NamedTuple):
     """The first passage of each of N rocks past a given distance; row : (N,) row of the rock in `Ends`.
 
     speed : (N,) m/s, at the passage; x : (N, 3) m, place of the passage; z is NaN if the height is not known
+    flies : (N,) True for a passage in a flight that follows from two impacts
     """
 
     row: IntArray
     speed: FloatArray
     x: FloatArray
+    flies: NDArray[np.bool_]
 
 
 def first_passages(segments: Segments, origin: FloatArray, along: FloatArray, distance: FloatArray) -> FirstPassage:
@@ -155,7 +159,28 @@ def first_passages(segments: Segments, origin: FloatArray, along: FloatArray, di
     _, first = np.unique(row[over], return_index=True)
     some = over[first]
     part = -start[some] / (stop[some] - start[some])
-    return FirstPassage(row=row[some], speed=_speed_at(segments, some, part), x=_place_at(segments, some, part))
+    return FirstPassage(row=row[some], speed=_speed_at(segments, some, part), x=_place_at(segments, some, part),
+                        flies=segments.time[some] > 0.0)  # fmt: skip
+
+
+def largest_speeds_at_impacts(
+    segments: Segments, origin: FloatArray, along: FloatArray, distance: FloatArray, within: float
+) -> FloatArray:
+    """Return the largest speed (R,) m/s of each rock just before and after its impacts near a distance; 0 without one.
+
+    Between two segments from the table of impacts lies an impact. A kept path has two points at the place of an impact.
+
+    origin, along, distance : as in `first_passages`; within : largest distance (m) of an impact from `distance`
+    """
+    at = np.arange(len(segments.row))
+    if segments.source == KEPT:
+        at = np.flatnonzero((segments.begin == segments.end).all(axis=1))
+    found, row = np.zeros(len(distance)), segments.row[at]
+    for place, speed in zip((segments.begin[at], segments.end[at]), segments.speed[at].T, strict=True):
+        away = ((place[:, :2] - origin[row]) * along[row]).sum(axis=1) - distance[row]
+        near = np.abs(away) <= within
+        np.maximum.at(found, row[near], speed[near])
+    return found
 
 
 def _place_at(segments: Segments, some: IntArray, part: FloatArray) -> FloatArray:

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.accuracy.decimated import decimated_mesh
+from rpf3d_core.hazard.scales import FEW_COLOUR, FEW_WORDS
+from rpf3d_core.report.draped_map import draped_facets
 from rpf3d_core.report.need import needed
 from rpf3d_core.report.run_files import HazardGrid, RunFiles, read_hazard
 from rpf3d_core.report.section_fences import barrier_lines, height_of, panels_of
@@ -32,10 +34,6 @@ GROUND_SCALE = [[0.0, "#4c4437"], [0.5, "#9c8f76"], [1.0, "#e6dfd0"]]
 LIGHT = np.array([-0.5, 0.5, 0.7071])
 """Direction (3,) to the light: unit vector, local frame."""
 UNLIT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0}
-PARTS, FINEST, MOST_DRAPED = (0.5, 1.0, 2.0), 0.5, 40_000
-"""Largest edge of the triangles of a draped map, as shares (-) of a cell's side; smallest such edge (m); and largest
-number of triangles. The first of the shares that gives at most MOST_DRAPED triangles is used.
-"""
 ABOVE_MAPS = 1.3
 """Height of the outlines of areas above the ground, as a multiple of the distance of the hazard maps."""
 PATH, AREA, BARRIER, CRITICAL = "#10203a", "#0059bf", "#008577", "#d1480f"
@@ -124,85 +122,67 @@ def _terrain(go: Any, seen: Seen) -> Any:
 
 def _hazard(go: Any, run: RunFiles, seen: Seen) -> list[Any]:
     """Return the hazard maps draped over the terrain; only the first is shown until the reader chooses another."""
-    found = [(each, grid) for each in MAPS if (grid := read_hazard(run, each[0], each[1])) is not None]
-    return [_map(go, seen, grid, each, shown=i == 0) for i, (each, grid) in enumerate(found)]
+    found = [(each, grid) for each in MAPS if (grid := with_few(run, each[0], each[1])) is not None]
+    return [trace for i, (each, grid) in enumerate(found) for trace in _map(go, seen, grid, each, shown=i == 0)]
 
 
-def _map(go: Any, seen: Seen, grid: HazardGrid, what: Any, shown: bool) -> Any:
-    """Return a hazard map as a plotly mesh just above the terrain; what : entry of MAPS; shown : False to hide it."""
-    _, _, title, factor, unit = what
+def with_few(run: RunFiles, name: str, band: str | None = None) -> HazardGrid | None:
+    """Return a hazard map with the value 0 in cells that rocks reached, but too few rocks for a value.
+
+    None if the run did not write the map, or no rock reached a cell.
+
+    name, band : as for `read_hazard`
+    """
+    if not (run.folder / "hazard" / f"{name}.tif").is_file():
+        return None
+    grid, reached = read_hazard(run, name, band), read_hazard(run, "reach_probability")
+    if reached is None or (grid is not None and reached.values.shape != grid.values.shape):
+        return grid
+    values = np.full(reached.values.shape, np.nan) if grid is None else grid.values
+    return reached._replace(values=np.where(np.isnan(values) & (reached.values > 0.0), 0.0, values))
+
+
+def _map(go: Any, seen: Seen, grid: HazardGrid, what: Any, shown: bool) -> Iterator[Any]:
+    """Yield a hazard map as a plotly mesh just above the terrain, and a second mesh for cells with too few rocks.
+
+    grid : as from `with_few`; what : entry of MAPS; shown : False to hide the map
+    """
+    name, _, title, factor, unit = what
     corners, values = draped(seen, grid)
-    points = corners.reshape(-1, 3).astype(np.float32)
+    style = {"legendgroup": name, "visible": True if shown else "legendonly", "hoverinfo": "skip", "lighting": UNLIT,
+             "opacity": 0.8, "showlegend": True}  # fmt: skip
+    few = values == 0.0
+    if not few.all():
+        yield go.Mesh3d(
+            **_mesh(corners[~few]), intensity=(factor * values[~few]).astype(np.float32), intensitymode="cell",
+            colorscale="YlOrRd", cmin=0.0, name=f"{title} ({unit})",
+            colorbar={"title": {"text": unit}, "len": 0.6, "thickness": 14}, **style,
+        )  # fmt: skip
+    if few.any():
+        yield go.Mesh3d(**_mesh(corners[few]), color=f"rgb{FEW_COLOUR}", name=f"{title}: {FEW_WORDS}", **style)
+
+
+def _mesh(corners: FloatArray) -> dict[str, Any]:
+    """Return triangles (N, 3, 3) m as the arguments x, y, z, i, j and k of a plotly mesh."""
+    x, y, z = corners.reshape(-1, 3).astype(np.float32).T
     first = 3 * np.arange(len(corners), dtype=np.int32)
-    return go.Mesh3d(
-        x=points[:, 0], y=points[:, 1], z=points[:, 2], i=first, j=first + 1, k=first + 2,
-        intensity=(factor * values).astype(np.float32), intensitymode="cell", colorscale="YlOrRd", cmin=0.0,
-        name=f"{title} ({unit})", showlegend=True, visible=True if shown else "legendonly", hoverinfo="skip",
-        lighting=UNLIT, opacity=0.8, colorbar={"title": {"text": unit}, "len": 0.6, "thickness": 14},
-    )  # fmt: skip
+    return {"x": x, "y": y, "z": z, "i": first, "j": first + 1, "k": first + 2}
 
 
 def draped(seen: Seen, grid: HazardGrid) -> tuple[FloatArray, FloatArray]:
     """Return a hazard map draped over the terrain: corners (N, 3, 3) m and values (N,) of triangles.
 
-    The triangles of the terrain are cut into triangles of about the size of a cell or less, and lifted a little. Each
-    small triangle has the value of the cell at its middle. With very many cells the triangles are not cut.
+    The triangles are lifted a little. Each triangle has the largest value of the cells that it touches.
     """
-    corners = seen.vertices[seen.triangles]
-    corners = corners[_near_values(grid, corners)]
-    tries = (_cut(grid, corners, part, MOST_DRAPED) for part in PARTS)
-    fine = next((each for each in tries if each is not None), corners)
-    values = grid.at(fine.mean(axis=1)[:, :2])
-    known = ~np.isnan(values)
+    fine, values = draped_facets(grid, seen.vertices[seen.triangles])
     normal = np.cross(fine[:, 1] - fine[:, 0], fine[:, 2] - fine[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    return (fine + raised_by(seen) * normal[:, None, :])[known], values[known]
+    return fine + raised_by(seen) * normal[:, None, :], values
 
 
 def raised_by(seen: Seen) -> float:
     """Return the height (m) above the ground at which hazard maps are drawn, so that the terrain does not hide them."""
     return max(LEAST_RAISED, RAISED * float(np.ptp(seen.vertices[:, :2], axis=0).max()))
-
-
-def _cut(grid: HazardGrid, corners: FloatArray, part: float, most: int | None = None) -> FloatArray | None:
-    """Cut triangles (N, 3, 3) m near cells with a value into smaller triangles (M, 3, 3) m.
-
-    Small triangles that touch no cell with a value are left out.
-
-    part : largest edge of a small triangle, as a share (-) of a cell
-    most : largest allowed number of triangles, None for no limit; the result is None if more would be needed
-    """
-    longest = max(part * grid.cell, FINEST)
-    while (coarse := _longest_edge(corners) > longest).any():
-        if most is not None and len(corners) > most:
-            return None
-        smaller = _quartered(corners[coarse])
-        corners = np.concatenate([corners[~coarse], smaller[_near_values(grid, smaller)]])
-    return corners
-
-
-def _near_values(grid: HazardGrid, corners: FloatArray) -> NDArray[np.bool_]:
-    """Return flags (N,): True for a triangle (N, 3, 3) m whose box in plan overlaps a cell with a value."""
-    known = np.pad(np.cumsum(np.cumsum(~np.isnan(grid.values), axis=0), axis=1), ((1, 0), (1, 0)))
-    rows, columns = grid.values.shape
-    column = np.floor((corners[:, :, 0] - grid.x) / grid.dx)
-    row = np.floor((corners[:, :, 1] - grid.y) / grid.dy)
-    left, right = (np.clip(end, 0, columns).astype(np.int64) for end in (column.min(axis=1), column.max(axis=1) + 1))
-    first, last = (np.clip(end, 0, rows).astype(np.int64) for end in (row.min(axis=1), row.max(axis=1) + 1))
-    count = known[last, right] - known[first, right] - known[last, left] + known[first, left]
-    return np.asarray(count > 0)
-
-
-def _longest_edge(corners: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1))
-
-
-def _quartered(corners: FloatArray) -> FloatArray:
-    """Return four triangles (4 N, 3, 3) for each triangle (N, 3, 3), cut at the middles of its edges."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
-    parts = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
-    return np.concatenate([np.stack(part, axis=1) for part in parts])
 
 
 def _paths(go: Any, run: RunFiles) -> Any:

@@ -27,6 +27,7 @@ from rpf3d_core.desk.tables import bench_section, progress_words
 from rpf3d_core.desk.whole_files import whole_file
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.benches import Bench, bench_table, text_rows
+from rpf3d_core.hazard.scales import FEW_COLOUR
 from rpf3d_core.report.view import Seen
 from rpf3d_core.results.findings import Run
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
@@ -87,6 +88,9 @@ def test_results_grow_until_they_are_those_of_a_run(tmp_path: Path) -> None:
     seen = ground_seen(run.terrain)
     reach, energy = (hazard_map(seen, run.maps, kind) for kind in (REACH, ENERGY))
     assert reach.mesh is not None and 0.0 < reach.largest <= 100.0 and energy.unit == "kJ"
+    assert energy.mesh is not None and energy.has_few and not reach.has_few
+    few = (energy.mesh.colours == FEW_COLOUR).all(axis=1)
+    assert few.any() and len(few) == len(reach.mesh.colours), "both maps colour all ground that rocks reached"
 
 
 def test_a_stop_leaves_a_partial_result_and_the_next_run_reads_no_terrain(tmp_path: Path) -> None:

@@ -7,12 +7,11 @@ from hazard_layers import Points, lines_of_rocks, maps_of
 
 from rpf3d_core.hazard.benches import bench_table, text_rows
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
-from rpf3d_core.hazard.scales import COLOURS
+from rpf3d_core.hazard.scales import COLOURS, FEW_COLOUR
 from rpf3d_core.recordings.blueprint import LAYERS
 from rpf3d_core.recordings.hazard import (
     BENCHES,
     ENERGY,
-    FEW_COLOUR,
     LIFT,
     REACH,
     STEPS,

@@ -169,5 +169,6 @@ def test_the_energy_map_says_how_many_cells_are_empty(two_benches: RunFiles) -> 
     assert energy is None or np.isfinite(energy.values).sum() == (rocks > 19.5).sum()
     (caption,) = [element.caption for element in report_elements(two_benches, "wall")
                   if isinstance(element, Picture) and "95th percentile of the energy" in element.caption]  # fmt: skip
-    assert re.search(r"About [\d,]+ rocks would fill half of them; (a larger cell would not|so would `haz)", caption)
+    assert re.search(r"More than [\d,]+ rocks are needed to fill half of them, because .+ cells; ", caption)
+    assert re.search(r"; (no larger cell fills|`hazard.cell: [\d.]+` fills) half of them\.", caption)
     assert f"{few:,} of the {int((rocks > 0.5).sum()):,} cells that rocks reached have no value" in caption

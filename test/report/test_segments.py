@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 from benches_fallen_from import fallen
 
-from rpf3d_core.report.passing import passing
-from rpf3d_core.report.run_files import ImpactRows, read_run
+from rpf3d_core.report.elements import Text
+from rpf3d_core.report.fences_part import fences_part
+from rpf3d_core.report.passing import passing, places_beyond, segments_at
+from rpf3d_core.report.run_files import ImpactRows, RunFiles, read_run
 from rpf3d_core.report.segments import (
     IMPACTS,
+    KEPT,
+    MOSTLY,
     Segments,
     _flights,
     _from_impacts,
@@ -57,7 +61,8 @@ def test_impacts_of_all_rocks_give_what_their_paths_give(one_friction: Path) -> 
         arc = over - over_path
         assert arc[flies].min() > -0.001 and arc[flies].max() < 0.04
         rest = on_path - STANDARD_GRAVITY * run.ends.mass[rows] * arc
-        assert energy[flies & ~slides] == pytest.approx(rest[flies & ~slides], rel=0.01, abs=60.0)
+        same_energy = np.isclose(energy, rest, rtol=0.01, atol=60.0)[flies & ~slides]
+        assert same_energy.mean() > 0.95, "an impact near the place that ends a slide has the slide's larger speed"
         assert (energy >= 0.98 * np.where(flies, rest, on_path) - 60.0).all(), "a slide is never slower than it was"
         compared += int((flies & ~slides).sum())
     assert compared > 100
@@ -65,9 +70,48 @@ def test_impacts_of_all_rocks_give_what_their_paths_give(one_friction: Path) -> 
 
 def test_all_kept_paths_are_preferred_and_impacts_stand_in_for_missing_ones(unknown_ground) -> None:
     run = read_run(unknown_ground)
-    assert segments_of(run).source != IMPACTS
-    few = run.paths._replace(key=run.paths.key[:10], starts=run.paths.starts[:11])
-    assert segments_of(run._replace(paths=few)).source == IMPACTS
+    assert [each.source for each in segments_of(run)] == [KEPT]
+    assert [each.source for each in segments_of(with_few_paths(run))] == [IMPACTS, KEPT]
+
+
+def with_few_paths(run: RunFiles) -> RunFiles:
+    """Return the result files with the paths of the first 25 rocks only."""
+    starts = run.paths.starts[:26]
+    return run._replace(paths=run.paths._replace(
+        key=run.paths.key[:25], starts=starts, x=run.paths.x[: starts[-1]], speed=run.paths.speed[: starts[-1]],
+    ))  # fmt: skip
+
+
+def test_impacts_show_a_place_where_rocks_fly_although_they_slide_elsewhere(unknown_ground: Path) -> None:
+    run = with_few_paths(read_run(unknown_ground))
+    beyond = beyond_toe(run)
+    impacts, kept = segments_of(run)
+    slides = impacts._replace(flights=0.5)
+    assert segments_at(run, beyond, [slides, kept], -10.0).source == IMPACTS, "before the toe, all rocks fly"
+    nowhere = slides._replace(time=np.full(len(slides.row), np.nan))
+    assert segments_at(run, beyond, [nowhere, kept], -10.0).source == KEPT
+    assert segments_at(run, beyond, [nowhere._replace(flights=MOSTLY), kept], -10.0).source == IMPACTS
+    assert segments_at(run, beyond, [kept], -10.0).source == KEPT
+
+
+def test_a_report_gives_the_true_reason_for_figures_from_kept_paths(unknown_ground: Path) -> None:
+    run = with_few_paths(read_run(unknown_ground))
+    beyond = beyond_toe(run)
+    impacts, kept = segments_of(run)
+    slides = impacts._replace(flights=0.5, time=np.full(len(impacts.row), np.nan))
+
+    def note(choices: list[Segments]) -> str:
+        places = places_beyond(run, beyond, choices)
+        found = [each.text for each in fences_part(run, places, choices, beyond) if isinstance(each, Text)]
+        return next(text for text in found if text.startswith("Energies"))
+
+    assert "from kept paths: 25 of 128 rocks. Kept paths are used where fewer than 90 %" in note([slides, kept])
+    assert "result has no impacts (`outputs.impacts`)" in note([kept])
+    assert "outputs" not in note([impacts, kept]) and "from impacts of all rocks: 128 of 128" in note([impacts, kept])
+    away = np.linalg.norm((impacts.end - run.ends.release[impacts.row])[:, :2], axis=1)
+    mixed = slides._replace(time=np.where(away < np.median(away), impacts.time, np.nan))
+    assert {place.source for place in places_beyond(run, beyond, [mixed, kept])} == {IMPACTS, KEPT}
+    assert "rocks), and for " in note([mixed, kept])
 
 
 def test_a_flight_is_exact_between_its_ends() -> None:

@@ -9,7 +9,7 @@ from benches_fallen_from import HEIGHT, TOE, fallen, thrown
 
 from rpf3d_core.report import toe
 from rpf3d_core.report.passing import passing, places_beyond, places_for, shares_beyond
-from rpf3d_core.report.run_files import _sets
+from rpf3d_core.report.run_files import KeptPaths, _sets
 from rpf3d_core.report.section import critical_section
 from rpf3d_core.report.segments import KEPT, segments_of
 from rpf3d_core.report.toe import BEYOND, FAR, beyond_toe, held_beyond
@@ -153,13 +153,31 @@ def test_shares_beyond_count_the_rocks() -> None:
 
 def test_energy_and_height_at_a_fence_are_those_of_the_path() -> None:
     run = thrown(fallen(np.full(40, 60.0)), speed=12.0, height=2.5)
-    segments, beyond = segments_of(run), beyond_toe(run)
+    (segments,), beyond = segments_of(run), beyond_toe(run)
     assert (segments.source, segments.rocks) == (KEPT, 40)
     rows, energy, height = passing(run, beyond, segments, 20.0)
     assert rows.tolist() == list(range(40))
     assert energy == pytest.approx(np.full(40, 0.5 * 1000.0 * 12.0**2))
     assert height == pytest.approx(np.full(40, 2.5))
     assert len(passing(run, beyond, segments, 90.0)[0]) == 0, "no rock comes there"
+
+
+@pytest.mark.parametrize("before", [0.2, -0.2])
+def test_an_impact_at_the_toe_counts_with_the_larger_energy(before: float) -> None:
+    """The place of the toe is accurate to 0.25 m, and most of the energy is lost in the impact."""
+    run = fallen(np.full(40, 60.0))
+    start, end = run.ends.release[:, None], run.ends.end[:, None]
+    struck = start + (TOE - before) / 60.0 * (end - start)
+    points = np.concatenate([start, struck, struck, end], axis=1)
+    paths = KeptPaths(
+        key=run.ends.key, starts=4 * np.arange(41), x=points.reshape(-1, 3), speed=np.tile([20.0, 20.0, 5.0, 5.0], 40)
+    )
+    run = run._replace(paths=paths)
+    (segments,), beyond = segments_of(run), beyond_toe(run)
+    beyond = beyond._replace(toe=np.full(40, TOE))
+    for distance, speed in ((0.0, 20.0), (0.6, 5.0)):
+        _, energy, _ = passing(run, beyond, segments, distance)
+        assert energy == pytest.approx(0.5 * run.ends.mass * speed**2)
 
 
 def test_a_fence_that_few_rocks_reach_has_no_figures() -> None:

@@ -114,6 +114,19 @@ def test_terrain_below_a_point_is_the_first_one_down_from_it():
     np.testing.assert_allclose(terrain_below(stairs(), points), [3.0, 0.0, 0.0, 3.0, np.nan], atol=ROUNDING)
 
 
+def test_terrain_below_a_point_on_an_edge_is_known():
+    """Without a tolerance, rounding makes some lines pass between both facets of an edge."""
+    rng = np.random.default_rng(1)
+    terrain = floor(cells=20)
+    vertices = terrain.vertices + rng.uniform(-0.2, 0.2, terrain.vertices.shape)
+    terrain = Terrain(vertices, terrain.triangles, terrain.zone, terrain.zones)
+    a, b = vertices[terrain.triangles[:, 0]], vertices[terrain.triangles[:, 1]]
+    share = rng.random((len(a), 1))
+    points = np.concatenate([a, share * a + (1.0 - share) * b])
+    found = terrain_below(terrain, np.add(points, (0.0, 0.0, 1.0)))
+    np.testing.assert_allclose(found, points[:, 2], atol=ROUNDING)
+
+
 def test_typical_rows_are_the_shortest_median_and_longest_runout_of_those_at_rest():
     deposits = thrown(floor(), 6).deposits
     deposits.outcome[5] = Outcome.LEFT_TERRAIN

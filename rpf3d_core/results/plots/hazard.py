@@ -19,9 +19,11 @@ from matplotlib.patches import Patch
 from matplotlib.text import Text
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, Raster, reach_probability
+from rpf3d_core.hazard.maps import HazardMaps, Raster, reach_probability
 from rpf3d_core.hazard.passages import passage_per_metre
 from rpf3d_core.hazard.scales import (
+    FEW_COLOUR,
+    FEW_WORDS,
     Scale,
     Values,
     colours_at,
@@ -49,7 +51,7 @@ from rpf3d_core.results.plots.sheet import (
     whole_window,
     window_with_areas,
 )
-from rpf3d_core.results.plots.style import save
+from rpf3d_core.results.plots.style import hex_colour, save
 from rpf3d_core.results.shown import MapContent
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
@@ -58,8 +60,8 @@ from rpf3d_core.terrain.plan_view import Window
 OPACITY = 0.82
 """Opacity (-) of the hazard colours: the terrain shows through, and colours can still be compared with the scale."""
 
-FEW = "#7d8fb3"
-"""Colour of cells that too few rocks reached for a value: a blue that the scale does not have."""
+FEW = hex_colour(FEW_COLOUR)
+"""Colour of cells that too few rocks reached for a value."""
 
 RELEASE: dict[str, Any] = {"marker": "o", "color": "#1450d2", "markersize": 4.5, "markeredgecolor": "white"}
 MANY_RELEASES = 100
@@ -370,7 +372,7 @@ def _draw_legend(page: HazardPage, raster: Raster, few: bool) -> Legend:
     which = f"releases ({releases} drawn)" if releases == MOST_RELEASES else "releases"
     entries: list[Any] = [Line2D([], [], linestyle="none", label=which, **point)]
     if few:
-        entries.append(Patch(facecolor=FEW, alpha=OPACITY, label=f"reached by fewer than {FEWEST_ROCKS} rocks"))
+        entries.append(Patch(facecolor=FEW, alpha=OPACITY, label=FEW_WORDS))
     entries += [Line2D([], [], color="black", linestyle="--", label=f"area: {name}") for name in page.areas]
     return page.side.legend(handles=entries, title=f"cells of {raster.cell:g} m", title_fontsize=9, alignment="left",
                 loc="upper left", bbox_to_anchor=(-0.03, 0.79), frameon=False, fontsize=9)  # fmt: skip

@@ -19,6 +19,11 @@ ABOVE_CONTACT = 0.05
 
 Rounding may put a contact point just below the terrain.
 """
+ON_EDGE = 1e-6
+"""Distance (m) from a facet up to which a line hits the facet.
+
+Without it, rounding makes lines pass between neighbouring facets at their common edge.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +77,8 @@ def terrain_below(terrain: Terrain, points: FloatArray) -> FloatArray:
     locator.BuildLocator()
     fraction, sub, cell, hit, place = mutable(0.0), mutable(0), mutable(0), [0.0] * 3, [0.0] * 3
     for i, (x, y, z) in enumerate(points.tolist()):
-        if locator.IntersectWithLine((x, y, z + ABOVE_CONTACT), (x, y, bottom), 0.0, fraction, hit, place, sub, cell):
+        top, end = (x, y, z + ABOVE_CONTACT), (x, y, bottom)
+        if locator.IntersectWithLine(top, end, ON_EDGE, fraction, hit, place, sub, cell):
             height[i] = hit[2]
     return height
 

@@ -1,0 +1,144 @@
+"""Lay a hazard map over the triangles of a terrain, so that no cell that rocks reached is without a colour.
+
+A triangle has the largest value of all cells that it touches in plan, so a map may show too much but never too little.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.report.run_files import HazardGrid
+from rpf3d_core.terrain.frame import FloatArray
+
+CAPTION = "Each facet of a hazard map shows the largest value of the cells that it touches."
+"""Sentence for captions of pictures with a draped map."""
+FINEST_PART, COARSER, FINEST, MOST_DRAPED = 0.5, 2.0**0.5, 0.5, 40_000
+"""Largest edge in plan of the triangles of a draped map, as a share (-) of a cell's side; the factor (-) by which this
+share grows until about MOST_DRAPED triangles are enough; and the smallest such edge (m).
+"""
+TOUCHING = 1e-6
+"""Overlap of a triangle and a cell, as a share (-) of a cell, that does not count: it is rounding."""
+AT_ONCE = 1_000_000
+"""Largest number of pairs of a triangle and a cell that are compared together, to limit memory."""
+IntArray = NDArray[np.int64]
+
+
+def draped_facets(grid: HazardGrid, corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return a hazard map on the terrain: corners (M, 3, 3) m and values (M,) of the triangles that touch a value.
+
+    The triangles are cut until no edge is longer than half a cell. If this needs too many triangles, the parts are
+    larger.
+
+    corners : (N, 3, 3) m, the triangles of the terrain, local frame
+    """
+    near = corners[_near_values(grid, corners)]
+    part = FINEST_PART
+    while (fine := _cut(grid, near, part)) is None:
+        part *= COARSER
+    values = largest_touched(grid, fine)
+    known = ~np.isnan(values)
+    return fine[known], values[known]
+
+
+def largest_touched(grid: HazardGrid, corners: FloatArray) -> FloatArray:
+    """Return the largest value (N,) of the cells that each triangle (N, 3, 3) m touches in plan; NaN without a value.
+
+    A vertical triangle is a line in plan. On the border of two cells, such a triangle touches both of them.
+    """
+    plan = (corners[:, :, :2] - (grid.x, grid.y)) / (grid.dx, grid.dy)  # in cells: a cell is a unit square
+    low, high = _touched_range(plan)
+    shape = np.array(grid.values.shape[::-1])
+    first = np.clip(np.floor(low), 0, shape).astype(np.int64)
+    size = np.maximum(np.clip(np.ceil(high), 0, shape).astype(np.int64) - first, 0)
+    found = np.full(len(plan), -np.inf)
+    count = size.prod(axis=1)
+    for some in np.split(np.arange(len(plan)), np.flatnonzero(np.diff(np.cumsum(count) // AT_ONCE)) + 1):
+        triangle = np.repeat(some, count[some])
+        number = np.arange(len(triangle)) - np.repeat(np.cumsum(count[some]) - count[some], count[some])
+        column, row = (first[triangle] + np.stack([number % size[triangle, 0], number // size[triangle, 0]], axis=1)).T
+        values = grid.values[row, column]
+        known = ~np.isnan(values)
+        triangle, column, row, values = triangle[known], column[known], row[known], values[known]
+        touched = _touch(plan[triangle], np.stack([column, row], axis=1) + 0.5)
+        np.maximum.at(found, triangle[touched], values[touched])
+    return np.where(np.isinf(found), np.nan, found)
+
+
+def _touch(plan: FloatArray, middle: FloatArray) -> NDArray[np.bool_]:
+    """Return flags (K,): True if a triangle in plan touches a cell, given that its box does (separating axes).
+
+    plan : (K, 3, 2) corners, and middle : (K, 2) middles of the cells, both in cells
+    """
+    touched = np.ones(len(plan), dtype=bool)
+    for corner in range(3):
+        edge = plan[:, corner - 2] - plan[:, corner]
+        normal = np.stack([-edge[:, 1], edge[:, 0]], axis=1)
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+        low, high = _touched_range((plan * normal[:, None]).sum(axis=2, keepdims=True))
+        at, half = (middle * normal).sum(axis=1), 0.5 * np.abs(normal).sum(axis=1)
+        touched &= (at + half > low[:, 0]) & (at - half < high[:, 0])
+    return touched
+
+
+def _touched_range(plan: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the ends (N, A) of triangles on A axes, moved so that rounding is no overlap, but a line touches cells.
+
+    plan : (N, 3, A) corners on the axes, in cells
+    """
+    low, high = plan.min(axis=1), plan.max(axis=1)
+    inward = np.where(high - low > 2.0 * TOUCHING, TOUCHING, -TOUCHING)
+    return low + inward, high - inward
+
+
+def _cut(grid: HazardGrid, corners: FloatArray, part: float) -> FloatArray | None:
+    """Cut triangles (N, 3, 3) m near cells with a value into smaller triangles (M, 3, 3) m.
+
+    Small triangles that touch no cell with a value are left out. The result is None if there are more than
+    MOST_DRAPED triangles before the last cut.
+
+    part : largest edge of a small triangle in plan, as a share (-) of a cell
+    """
+    longest = max(part * grid.cell, FINEST)
+    while (coarse := (_edges(corners) > longest).any(axis=1)).any():
+        if len(corners) > MOST_DRAPED:
+            return None
+        smaller = _halved(corners[coarse])
+        corners = np.concatenate([corners[~coarse], smaller[_near_values(grid, smaller)]])
+    return corners
+
+
+def _near_values(grid: HazardGrid, corners: FloatArray) -> NDArray[np.bool_]:
+    """Return flags (N,): True for a triangle (N, 3, 3) m whose box in plan meets a cell with a value."""
+    known = np.pad(np.cumsum(np.cumsum(~np.isnan(grid.values), axis=0), axis=1), ((1, 0), (1, 0)))
+    rows, columns = grid.values.shape
+    column = (corners[:, :, 0] - grid.x) / grid.dx
+    row = (corners[:, :, 1] - grid.y) / grid.dy
+    left, right = _cells(column, columns)
+    first, last = _cells(row, rows)
+    count = known[last, right] - known[first, right] - known[last, left] + known[first, left]
+    return np.asarray(count > 0)
+
+
+def _cells(places: FloatArray, number: int) -> tuple[IntArray, IntArray]:
+    """Return the first cell (N,) that triangles meet on an axis, and the cell (N,) after the last one.
+
+    places : (N, 3) corners on this axis, in cells; number : number of cells on this axis
+    """
+    first = np.floor(places.min(axis=1) - TOUCHING)
+    after = np.floor(places.max(axis=1) + TOUCHING) + 1.0
+    return np.clip(first, 0, number).astype(np.int64), np.clip(after, 0, number).astype(np.int64)
+
+
+def _edges(corners: FloatArray) -> FloatArray:
+    """Return the lengths in plan (N, 3) m of the edges of triangles; edge i goes from corner i to the next corner."""
+    return np.asarray(np.linalg.norm((np.roll(corners, -1, axis=1) - corners)[:, :, :2], axis=2))
+
+
+def _halved(corners: FloatArray) -> FloatArray:
+    """Return two triangles (2 N, 3, 3) for each triangle (N, 3, 3), cut at the middle of its longest edge in plan.
+
+    Long thin triangles then need few parts; four parts of equal shape would be as thin.
+    """
+    order = (np.argmax(_edges(corners), axis=1)[:, None] + np.arange(3)) % 3
+    a, b, c = np.moveaxis(np.take_along_axis(corners, order[:, :, None], axis=1), 1, 0)
+    middle = 0.5 * (a + b)
+    return np.concatenate([np.stack(part, axis=1) for part in ((a, middle, c), (middle, b, c))])
