@@ -91,7 +91,7 @@ CONFINED = {
         "rpf3d_core/formats/",
         "rpf3d_core/scene/",
         "rpf3d_core/setup/",
-        "rpf3d_core/live/areas.py",
+        "rpf3d_core/live/areas.py", "rpf3d_core/live/coverage.py",
         "rpf3d_core/calibration/flown_counts.py",
         "rpf3d_core/imports/crests.py",
         "rpf3d_core/imports/face_borders.py",
