@@ -1,6 +1,7 @@
 """Raise the terrain of a scene along the lines of its berms."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -24,6 +25,8 @@ STEEP_SIDE, STEEP_GROUND = 45.0, 35.0
 """Slopes (degrees) of a berm's sides, and of the ground at its foot, above which a berm is suspicious."""
 LEAST_SHARE = 0.02
 """Share (-) of a berm's foot that may lie on steep ground without a warning."""
+MANY, CELLS = 200_000, 64
+"""Number of facets above which only those near a foot are searched, and cells along the grid that finds them."""
 STEP, MOST_PLACES = 1.0, 100
 """Distance (m) between the places along a foot where the ground is compared, and their largest number for a side."""
 
@@ -88,9 +91,34 @@ def _slopes_at_foot(terrain: Terrain, ridge: Ridge) -> FloatArray:
         for begin, end in zip(corners[low], np.roll(corners, -1, axis=0)[low], strict=True):
             count = min(MOST_PLACES, max(1, round(float(np.hypot(*(end - begin)) / STEP))))
             places.append(begin + (np.arange(count)[:, None] + 0.5) / count * (end - begin))
-    facets = ground_at(terrain, np.concatenate(places))[1]
-    areas = area_vectors(terrain.vertices, terrain.triangles[facets[facets >= 0]])
+    foot = np.concatenate(places)
+    few = _near(terrain, foot)
+    facets = ground_at(few, foot)[1]
+    areas = area_vectors(few.vertices, few.triangles[facets[facets >= 0]])
     return np.asarray(np.degrees(np.arctan2(np.hypot(areas[:, 0], areas[:, 1]), np.abs(areas[:, 2]))))
+
+
+def _near(terrain: Terrain, foot: FloatArray) -> Terrain:
+    """Return the facets of a large terrain with a vertex near any place (P, 2) m at a foot: searching all is slow.
+
+    A place in a facet much larger than a cell of the grid may lose its facet; a few places are no matter.
+    """
+    if len(terrain.triangles) < MANY:
+        return terrain
+    low = foot.min(axis=0)
+    size = max(float((foot.max(axis=0) - low).max()) / CELLS, STEP)
+    marked = np.zeros((CELLS + 6, CELLS + 6), dtype=bool)
+    x, y = (np.floor((foot - low) / size).astype(np.int64) + 2).T
+    for shift_x in (-1, 0, 1):
+        for shift_y in (-1, 0, 1):
+            marked[x + shift_x, y + shift_y] = True
+    u, w = (
+        np.clip(np.floor((column - begin) * (1.0 / size)) + 2.0, 0, CELLS + 5).astype(np.int32)
+        for column, begin in zip(terrain.vertices[:, :2].T, low, strict=True)
+    )
+    inside = marked[u, w]
+    a, b, c = (inside[corner] for corner in terrain.triangles.T)
+    return replace(terrain, triangles=terrain.triangles[a | b | c])
 
 
 def with_zones_of_berms(terrain: Terrain, berms: Terrain, scene: Scene) -> Terrain:

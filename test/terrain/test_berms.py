@@ -11,6 +11,7 @@ from on_both_engines import BOTH, as_loaded, lies_on, loses_energy
 from rpf3d_core.errors import InputError
 from rpf3d_core.runs.run import simulate
 from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup import berms
 from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.terrain.berms import raised
 from rpf3d_core.terrain.facets import Terrain, area_vectors
@@ -190,3 +191,14 @@ def test_a_berm_whose_foot_reaches_a_face_is_warned_of(tmp_path):
     """Height and width in feet gave a windrow 18 m wide, on a berm 8 m wide, without a word."""
     (found,) = told(tmp_path, along="[[-20, -110], [20, -110]]", height=4, width=40)
     assert "% of the foot of `terrain.berms[0]` 'south' lie on ground steeper than 35 degrees, up to" in found
+
+
+def test_the_ground_at_a_foot_is_found_among_the_facets_near_it(monkeypatch):
+    """A search among 2 million facets takes 1 s; the facets near the foot are found in 0.1 s."""
+    rough = made.rough_grid(60, 18.0, 0.3, 0.6, seed=5)
+    shape = ridge(LINES["bends"])
+    slopes = berms._slopes_at_foot(rough, shape)
+    monkeypatch.setattr(berms, "MANY", 0)
+    assert len(slopes) > 20 and np.array_equal(berms._slopes_at_foot(rough, shape), slopes)
+    foot = np.array([[3.0, 3.0]])
+    assert 0 < len(berms._near(rough, foot).triangles) < 0.1 * len(rough.triangles)
