@@ -36,7 +36,7 @@ OF_SETS = (
 )
 """Note under the printed table of a run over parameter sets that explains its columns."""
 
-STILL_OPEN = "what the scene takes as known (models, terrain, sources) is in no interval"
+STILL_OPEN = "no interval includes the uncertainty of what the scene takes as known (models, terrain, sources)"
 """Note under the printed table of a run over parameter sets, on uncertainties that its intervals do not include."""
 
 CAUGHT_COUNT = "rocks that barriers caught count as stopped (and retained) in the zone or area under the barrier"

@@ -47,12 +47,12 @@ AT_BARRIERS = {
 """Words for what rocks did at a barrier, in the table of main figures, by name in summary.json."""
 THREE = ("value", "95 % predictive", "95 % sampling")
 NO_PREDICTIVE = (
-    "Predictive intervals are not known: the scene takes every coefficient of the ground as known. The sampling "
-    "intervals show the number of rocks only, and are narrower than what is known of the site."
+    "Predictive intervals are unknown, because the scene takes every coefficient of the ground as known. Sampling "
+    "intervals include only the uncertainty due to the number of rocks, so they are narrower than the true uncertainty."
 )
 BOTH = (
-    "The predictive interval holds what the scene does not know about the ground. The sampling interval holds the "
-    "number of rocks only. Design with the wider one."
+    "The predictive interval includes the unknowns of the ground. The sampling interval includes only the uncertainty "
+    "due to the number of rocks. Design with the wider one."
 )
 ENERGY = "hazard/energy_p95.png"
 PICTURES = (
@@ -64,7 +64,8 @@ PICTURES = (
 """Pictures of the run that a report shows: file names and caption. The first of the files that exists is shown."""
 LIMITS = (
     "The results describe rocks after a release. They say nothing about how often rocks are released.",
-    "No interval holds what the scene takes as known: the form of the models, the terrain, the sources, the sizes.",
+    "No interval includes the uncertainty of what the scene takes as known: the form of the models, the terrain, the "
+    "sources, the sizes.",
     "Terrain changes with every blast and every muck pile; the results hold for the surveyed surface only.",
     "Reach probability of a map cell grows with the cell; compare maps with equal cells only.",
     "Energies are translational unless a table states otherwise. Heights are those of the centre of the rock: add the "
@@ -180,7 +181,7 @@ def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
              for name, bench in retained.items() if name in holding]  # fmt: skip
     note = NO_PREDICTIVE if run.inputs["ground"] == ASSUMED else BOTH
     left = len(retained) - len(holding)
-    sentence = f"The zones that most rocks stopped in; and {left} more in the table of retention below."
+    sentence = f"These zones are those in which most rocks stopped; {left} more are in the table of retention below."
     more = [Text(sentence)] if left else []
     return [
         Heading("The answer"), Table(("", *THREE), rows), *more, *_not_reached(run), *_further_faces(beyond),
