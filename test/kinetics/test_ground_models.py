@@ -34,7 +34,7 @@ BOTH = pytest.mark.parametrize("engine", ENGINES)
 def test_a_rock_at_rest_on_flat_ground_stops_with_a_reason(engine):
     end = fly(engine_over(engine, floor()), flight(surface(), "none"), (1.0, 2.0, 0.0)).deposits
     assert end.outcome[0] == Outcome.STOPPED
-    assert "rest" in OUTCOME_SENTENCES[Outcome(end.outcome[0])]
+    assert "stopped" in OUTCOME_SENTENCES[Outcome(end.outcome[0])]
     assert tuple(end.x[0]) == (1.0, 2.0, 0.0)
 
 
@@ -129,7 +129,7 @@ def test_a_flight_ends_after_max_impacts(engine, most):
 @pytest.mark.parametrize(
     ("outcome", "words"),
     [
-        (Outcome.STOPPED, "rest"), (Outcome.LEFT_TERRAIN, "edge"), (Outcome.MAX_TIME, "raise max_time"),
+        (Outcome.STOPPED, "stopped"), (Outcome.LEFT_TERRAIN, "edge"), (Outcome.MAX_TIME, "raise max_time"),
         (Outcome.MAX_IMPACTS, "raise max_impacts"), (Outcome.UNRESOLVED_CONTACT, "ground: sliding"),
     ],
 )  # fmt: skip

@@ -70,7 +70,7 @@ def wait_until_idle(conditions: Sequence[threading.Condition]) -> None:
                 if condition._waiters:
                     break
             if time.monotonic() > until:
-                raise RuntimeError("a thread of the station does not come to rest")
+                raise RuntimeError("a thread of the station does not become idle")
             time.sleep(0.0002)
 
 
