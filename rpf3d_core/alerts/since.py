@@ -11,7 +11,8 @@ KEPT_AFTER_ITS_END = (Level.EVACUATE, Level.FAULT)
 class ShownLevel(NamedTuple):
     """The level that a decision shows for the site or for an area.
 
-    since : since when the level is shown; valid_until_ns : end of the validity of the decision (ns)
+    since : the times (ns) since when this level is shown, and since when the level is not normal
+    valid_until_ns : end of the validity of the decision (ns)
     """
 
     level: Level

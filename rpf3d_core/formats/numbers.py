@@ -54,6 +54,8 @@ def read_column(path: Path, column: str | None, quantity: str) -> NumberColumn:
 def _in_si(numbers: list[float], name: str | None, quantity: str) -> NumberColumn:
     """Return a column with its numbers in m, kg or m3, if its name states a unit of the wanted quantity.
 
+    Otherwise the numbers are unchanged.
+
     numbers : as in the file; name : name of the column, None without a header; quantity : a key of `units.SI`
     """
     unit = unit_of_column(name or "", quantity)

@@ -160,8 +160,12 @@ def zones_in_plan(facets: Facets, zones: int) -> NDArray[np.bool_]:
 
 
 def _in_plan(moved: PlaceCounts, unmoved: PlaceCounts, known: NDArray[np.bool_]) -> PlaceCounts:
-    """Return the counts from displaced paths for places with an area in plan, and from paths as simulated elsewhere.
+    """Return the counts of each place: from the displaced paths if the place has an area in plan.
 
+    For all other places, the counts are from the paths as simulated. The sampling intervals of the p95 energies always
+    come from the paths as simulated.
+
+    moved, unmoved : counts from the displaced paths, and from the paths as simulated
     known : (P,) flag of each place with an area in plan
     """
     return PlaceCounts(

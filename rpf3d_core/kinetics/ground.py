@@ -48,7 +48,8 @@ def law_on_facet(ground: object, surface: Surface, n_z: float, gravity: float) -
 def law_in_gully(ground: object, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float) -> Law:
     """Return the law of motion of a ground model in a gully between two facets.
 
-    first, second : surface properties of both facets; pushes : push of each facet on the rock (m/s^2, at least 0)
+    first, second : surface properties of both facets
+    pushes : normal force of each facet on the rock, per mass of the rock (m/s^2, at least 0)
     gravity : m/s^2, above 0
     """
 
@@ -66,7 +67,9 @@ def coulomb_on_facet(ground: Sliding, surface: Surface, n_z: float, gravity: flo
 def coulomb_in_gully(
     ground: Sliding, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
 ) -> Law:
-    """Return the law of motion of a rock that slides in a gully: each facet brakes with its own friction and push.
+    """Return the law of motion of a rock that slides in a gully.
+
+    The resistance of each facet is its friction coefficient times its normal force.
 
     first, second, pushes, gravity : as in `law_in_gully`
     """
@@ -76,9 +79,11 @@ def coulomb_in_gully(
 
 @kernel
 def shared(first: float, second: float, pushes: tuple[float, float]) -> float:
-    """Return the mean friction coefficient of two facets that carry a rock, weighted by their pushes.
+    """Return the mean friction coefficient of two facets that carry a rock, weighted by their normal forces.
 
-    The result is the larger coefficient if both pushes are 0. first, second : coefficients of the facets (-)
+    The result is the larger coefficient if both forces are 0.
+
+    first, second : coefficients of the facets (-); pushes : normal forces of the facets, in any unit
     """
     both = pushes[0] + pushes[1]
     return (first * pushes[0] + second * pushes[1]) / both if both > 0.0 else max(first, second)

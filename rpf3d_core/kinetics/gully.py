@@ -1,4 +1,4 @@
-"""Gullies: the line between two facets that a rock touches at once, their pushes, and how far a rock climbs them."""
+"""Gullies between two facets that a rock touches at once: their line, the normal forces, and how far a rock climbs."""
 
 import math
 from typing import NamedTuple
@@ -35,7 +35,7 @@ class Gully(NamedTuple):
     """A gully: two facets that carry a rock between them.
 
     direction : (3,) unit vector along both facets; pull : gravity along this direction (m/s^2)
-    first, second : push of each facet (m/s^2); the facet's friction is proportional to its push
+    first, second : normal force of each facet, per mass of the rock (m/s^2); friction is proportional to it
     """
 
     direction: Vec
@@ -46,13 +46,13 @@ class Gully(NamedTuple):
 
 @kernel
 def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
-    """Return the gully of two facets, with the push of each facet on a rock in it.
+    """Return the gully of two facets, with the normal force of each facet on a rock in it.
 
     n_first, n_second : unit normals of the facets; direction : (3,) unit, of the line between them
 
-    The pushes N_1 and N_2 balance g_perp, the gravity across the line: N_1 n_1 + N_2 n_2 + g_perp = 0, n_1 and n_2 the
-    normals. For two facets that are almost one plane, each facet takes half of the push. This changes only the
-    friction, by at most the difference between the friction coefficients of the facets.
+    The normal forces per mass, N_1 and N_2, balance g_perp, the gravity across the line: N_1 n_1 + N_2 n_2 + g_perp =
+    0, with n_1 and n_2 the normals. For two facets that are almost one plane, each facet takes half of the normal
+    force. This changes only the friction, by at most the difference between the friction coefficients of the facets.
     """
     c, sine = dot(n_first, n_second), kink(n_first, n_second)
     g_first, g_second = gravity * n_first[2], gravity * n_second[2]

@@ -1,4 +1,4 @@
-"""Ground model of a sphere that rolls without slipping; its resistance is proportional to the push of the ground.
+"""Ground model of a sphere that rolls without slipping; its resistance is proportional to the normal force.
 
 Down a slope of angle b, v^2(s) = v_0^2 + 2 A g cos(b) (tan(b) - mu_r) s, with v the speed of the sphere's centre, s the
 distance and mu_r the material's rolling friction. A = m / (m + I / R^2), with m the mass, I the moment of inertia and R
@@ -46,12 +46,13 @@ def rolling_on_facet(ground: Rolling, surface: Surface, n_z: float, gravity: flo
 def rolling_in_gully(
     ground: Rolling, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
 ) -> Law:
-    """Return the law of motion of a rolling rock in a gully: each facet resists with its own rolling friction and push.
+    """Return the law of motion of a rock that rolls in a gully.
 
+    The resistance of each facet is its rolling friction times its normal force; friction k is A times their sum.
     The share A of gravity that accelerates the rock is the same as on a facet. This is a simplification: in a groove, A
     would be smaller.
 
-    first, second, pushes : as in `ground.law_in_gully`
+    first, second, pushes, gravity : as in `ground.law_in_gully`
     """
     friction = ROLLING_SHARE * (first.mu_r * pushes[0] + second.mu_r * pushes[1])
     return Law(

@@ -36,7 +36,7 @@ def stone_on_facet(ground: RollingStone, surface: Surface, n_z: float, gravity: 
 def stone_in_gully(
     ground: RollingStone, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
 ) -> Law:
-    """Return STONE's law of motion in a gully, with the mean friction of two facets, weighted by their pushes.
+    """Return STONE's law of motion in a gully, with the mean friction of two facets, weighted by their normal forces.
 
     STONE itself has no gullies. first, second, pushes : as in `ground.law_in_gully`; gravity : g, m/s^2, above 0
     """

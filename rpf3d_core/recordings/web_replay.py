@@ -69,7 +69,7 @@ class WebReplay(ThreadingHTTPServer):
 
     @property
     def address(self) -> str:
-        """The address to open in a browser: the viewer, which loads the recording."""
+        """The address to open in a browser. The page there is the viewer; it loads the recording."""
         base = f"http://{self.host}/{self.token}/"
         return f"{base}?url={quote(base + self.recording_name, safe='')}"
 

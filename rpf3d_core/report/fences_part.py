@@ -54,8 +54,8 @@ def fences_part(
 
     These are tables of the rocks that pass places beyond the toe, tables of the barriers, and notes on steep ground.
 
-    places : the places beyond the toe; empty if too few rocks have a toe; choices : as from `segments_of`
-    beyond : the rocks' distances beyond the toe
+    places : the places beyond the toe; empty if too few rocks have a toe
+    choices : the possible path segments, from `segments_of`; beyond : the rocks' distances beyond the toe
     """
     yield Heading("Where a fence would stand")
     if not places:
@@ -89,9 +89,11 @@ def _fence_tables(run: RunFiles, places: list[FencePlace], choices: list[Segment
 
 
 def _from(run: RunFiles, places: list[FencePlace], choices: list[Segments]) -> str:
-    """Return where energies and heights are from, as the end of a sentence with further sentences, and why.
+    """Return text that names the data behind the energies and heights: impacts, kept paths or both.
 
-    choices : as from `segments_of`
+    The text completes a sentence that the caller begins; further sentences give the reason.
+
+    choices : the possible path segments, from `segments_of`
     """
     rocks, used = run.summary["rocks"], {place.source for place in places}
     count = {each.source: f"{each.rocks:,} of {rocks:,} rocks" for each in choices}

@@ -149,9 +149,10 @@ def _with_sets(run: RunFiles, rows: NDArray[np.int64], values: FloatArray) -> Se
 
 
 def _displaced(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float) -> SetValues | None:
-    """Return the energies (J) of rocks that pass a distance (m) beyond the toe, for a predictive interval.
+    """Return the energies (J) and parameter sets of rocks that pass a distance (m) beyond the toe.
 
-    Each rock is displaced by the draw of the misfit of its parameter set. None without unknowns.
+    Each rock is displaced by the random displacement of its parameter set. The result is used for a predictive
+    interval; it is None without unknowns.
     """
     if run.ends.set is None:
         return None

@@ -61,7 +61,10 @@ class Gathered:
     parts: list[tuple[Deposits, Impacts]] = field(default_factory=list)
 
     def __call__(self, deposits: Deposits, impacts: Impacts) -> None:
-        """Collect the results of a group of rocks, and pass on the block if it is large enough."""
+        """Add the results of a group of rocks to the collected results.
+
+        If these contain at least BLOCK rocks, send them to `sink` and start again.
+        """
         if not len(deposits.rock):
             return
         self.parts.append((deposits, impacts))
@@ -69,7 +72,7 @@ class Gathered:
             self.pass_on()
 
     def pass_on(self) -> None:
-        """Pass on the collected results."""
+        """Send the collected results to `sink`, and start again."""
         if self.parts:
             self.sink(*one_after_another(self.parts))
             self.parts.clear()

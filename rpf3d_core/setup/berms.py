@@ -37,8 +37,8 @@ def with_berms(terrain: Terrain, scene: Scene) -> Terrain:
     Raises
     ------
     InputError
-        A line is damaged, has no length, bends too sharply for the width, or leaves the terrain. The message
-        names the key.
+        A line is damaged, has no length, bends too sharply for the width, leaves the terrain, or crosses a
+        hole in it. The message names the key.
     """
     for number, spec in enumerate(scene.terrain.berms):
         key = f"{scene.path}: `terrain.berms[{number}].along`"

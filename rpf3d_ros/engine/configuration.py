@@ -152,7 +152,9 @@ def _check_names(scene: Scene) -> None:
 
 
 def _check_places(scene: Scene) -> None:
-    """Raise InputError if an area of the scene lies too far from the origin of the map, or is too small for an area.
+    """Raise InputError if an area of the scene lies too far from the origin of the map, or is too small.
+
+    Too small means smaller than any real area of interest (`areas.too_small`).
 
     The coordinates of an area that is too far away may be those of the survey, and the coordinates of an area that is
     too small may be degrees or kilometres.

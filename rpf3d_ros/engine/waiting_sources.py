@@ -82,7 +82,11 @@ class WaitingSources:
         return frozenset((trigger.topic, *place) for place in places.tolist()) or frozenset({(trigger.topic,)})
 
     def _last_turn(self, region: Region) -> int:
-        """Return the last turn of the place of a region that has waited longest: 0 for no turn yet, larger if later."""
+        """Return the number of the turn in which the longest-waiting place of a region was last answered.
+
+        Later turns have larger numbers. The result is 0 if any place of the region has had no turn, or none in the list
+        of recent turns.
+        """
         for turn in range(len(self._served), 0, -1):
             region -= self._served[turn - 1]
             if not region:

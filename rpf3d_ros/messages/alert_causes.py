@@ -1,4 +1,8 @@
-"""The values in a message of `alerts` that explain a level: its cause, the terrain it was judged for, its beginning."""
+"""The values in a message of `alerts` that explain a level.
+
+These are its cause, the terrain on which the decision is based, and the times since when the level is shown and since
+when it is not normal.
+"""
 
 from collections.abc import Mapping, Sequence
 
@@ -61,7 +65,7 @@ def _origin_values(origin: Origin | None) -> Mapping[str, str]:
 
 
 def _terrain_values(alert: Alert, cause: str, origin: Origin | None) -> Mapping[str, str]:
-    """Return digest and stamp of the terrain for which the level was judged, as values.
+    """Return digest and stamp of the terrain on which the level is based, as values.
 
     This is the terrain of the cluster that caused the level, or else of the newest answer; "" if it is not known.
     """

@@ -23,11 +23,13 @@ from rpf3d_core.terrain.sections import section_of
 JOULE_PER_KJ = 1000.0
 
 
-class _Piece(NamedTuple):
+class _BarrierPart(NamedTuple):
     """One part of a barrier, on one facet.
 
     foot : (2, 3) m, the ends of its foot, local frame; facet : number of the facet below it
-    line : number of its straight line, between two corners of the scene's line; barrier : number of its barrier
+    line : number of the straight section, between two corners of a barrier, that contains this part; the numbers count
+        the sections of all barriers
+    barrier : number of its barrier
     """
 
     foot: FloatArray
@@ -42,7 +44,7 @@ def barriers_of(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Bar
     Raises
     ------
     InputError
-        A line is damaged, has no length, or leaves the terrain; the message names the key.
+        A line is damaged, has no length, leaves the terrain, or crosses a hole in it; the message names the key.
     """
     pieces = list(_pieces(model_spec, scene, terrain))
     foot = np.array([piece.foot for piece in pieces])
@@ -78,7 +80,7 @@ def barriers_as_obstacles(name: str, model_spec: BarriersSpec, barriers: Barrier
     return Obstacles(names=names, owner=panel.barrier, lines=lines, stems=NO_OBSTACLES.stems, heights=heights)
 
 
-def _pieces(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Iterator[_Piece]:
+def _pieces(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Iterator[_BarrierPart]:
     """Yield the parts of all barriers, in the order of the scene; each part stands on one facet.
 
     Raises
@@ -103,7 +105,7 @@ def _pieces(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Iterato
                 at = begin + section.share[..., None] * (end - begin)
                 feet = np.concatenate([at, section.z[..., None]], axis=-1)
                 yield from (
-                    _Piece(foot=foot, facet=int(f), line=number, barrier=barrier)
+                    _BarrierPart(foot=foot, facet=int(f), line=number, barrier=barrier)
                     for foot, f in zip(feet, section.facet, strict=True)
                 )
                 number += 1
