@@ -236,7 +236,7 @@ def _too_few(fewest: int, limit: float, where: str) -> str:
 
     If none of n rocks reaches the area, the 95 % Wilson interval of the share ends at z^2 / (n + z^2), with z = 1.96.
     """
-    needed = math.floor(NORMAL_QUANTILE_95**2 * (1.0 / limit - 1.0)) + 1
+    needed = max(math.floor(NORMAL_QUANTILE_95**2 * (1.0 / limit - 1.0)) + 1, LEAST_ROCKS)
     return (
         f"is {fewest}; if none of {fewest} rocks reaches the area, the interval of the share still ends at "
         f"{100 * wilson_interval(0, fewest)[1]:.3g} %, and the limit of `{where}` is {100 * limit:.3g} %: give at "

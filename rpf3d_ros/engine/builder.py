@@ -22,12 +22,15 @@ from rpf3d_ros.messages.refusals import MessageRefused, report_error
 from rpf3d_ros.messages.stamps import SECOND
 
 REMEMBERED = 1000
-"""Number of former surveys whose digests are remembered."""
+"""Number of former meshes whose digests are remembered."""
 
-SAVED = 20
-"""Number of former surveys whose digests are saved for the next start."""
+SAVED = 200
+"""Number of former meshes whose digests are saved for the next start; more would not fit into the state of the log."""
 
-OLD_CLOUD = "its stamp is {:.3f} s older than that of the last cloud that was in use"
+OLD_CLOUD = (
+    "its stamp is {:.3f} s older than that of the last cloud that was in use: end the program that publishes it, or "
+    "publish a cloud with a newer stamp"
+)
 
 OLD_MESH = (
     "this mesh is older than the terrain in use, because it was in use before: end the program that repeats it, or "
@@ -67,7 +70,7 @@ class Builder:
 
     waiting : the queue of surveys; flyer : the thread that flies rocks; listener : receives reports
     store : keeps the terrain on disk, None for no store; now : returns the present time (ns) by the node's clock
-    in_use : the whole survey in use at the start; replaced : digests of surveys that were in use before it
+    in_use : the whole survey in use at the start; replaced : digests of meshes that were in use before it
     """
 
     def __init__(
@@ -86,6 +89,7 @@ class Builder:
         self._listener, self._store = listener, store
         self._now, self._in_use = now, in_use
         self._replaced = deque(replaced, maxlen=REMEMBERED)
+        self._is_clock_back = False
         self._thread = threading.Thread(target=self._run, name="rpf3d builder", daemon=True)
         self._thread.start()
 
@@ -97,7 +101,13 @@ class Builder:
 
     def to_remember(self) -> dict[str, Any]:
         """Return the facts about former surveys to save for the next start, as plain values; any thread may call."""
-        return {"cloud_ns": self._in_use.cloud_ns, "replaced": list(self._replaced)[-SAVED:]}
+        cloud_ns, digest, is_mesh = self._in_use.cloud_ns, self._in_use.cloud_digest, self._in_use.is_mesh
+        replaced = list(self._replaced)[-SAVED:]
+        return {"cloud_ns": cloud_ns, "cloud_digest": digest, "is_mesh": is_mesh, "replaced": replaced}
+
+    def forget_former(self) -> None:
+        """Forget all former surveys before the next whole survey, because the clock went back; any thread may call."""
+        self._is_clock_back = True
 
     def _run(self) -> None:
         while (task := self._waiting.take()) is not None:
@@ -143,6 +153,10 @@ class Builder:
         MessageRefused
             The mesh was in use before the present survey, or the cloud is older than the last cloud that was in use.
         """
+        if self._is_clock_back:
+            self._is_clock_back = False
+            self._replaced.clear()
+            self._in_use = self._in_use._replace(cloud_ns=0, cloud_digest="")
         standing, in_use = self._flyer.standing, self._in_use
         known = standing.ground if standing is not None and isinstance(standing.ground, LiveTerrain) else None
         stays = known if in_use.may_stay(arrival) else None
@@ -153,7 +167,7 @@ class Builder:
         repeats = in_use.is_repeated(arrival, ground.digest)
         if arrival.is_mesh and not repeats and ground.digest in self._replaced:
             raise MessageRefused(OLD_MESH)
-        if not repeats and in_use.is_older(arrival, self._now()):
+        if not repeats and in_use.is_older(arrival, ground.digest, self._now()):
             raise MessageRefused(OLD_CLOUD.format((in_use.cloud_ns - arrival.stamp_ns) / SECOND))
         if stays is not None and repeats:  # for example after a restart with the terrain from the store
             self._in_use = in_use._replace(mesh=arrival.mesh)
@@ -163,12 +177,9 @@ class Builder:
         standing = stand_on(ground, self._scene)
         _ = standing.cells  # computed here, so that the first answer need not wait
         self._flyer.hand_over(ready=standing)
-        if in_use.digest and not repeats:
+        if in_use.is_mesh and in_use.digest and not repeats and in_use.digest not in self._replaced:
             self._replaced.append(in_use.digest)
-        self._in_use = SurveyInUse(
-            digest=ground.digest, stamp_ns=ground.whole_ns, mesh=arrival.mesh,
-            cloud_ns=in_use.cloud_ns if arrival.is_mesh else arrival.stamp_ns,
-        )  # fmt: skip
+        self._in_use = in_use.followed_by(arrival, ground.digest, ground.whole_ns, self._now())
         return Built(ground, survey, repeats, lost=in_use.patches if repeats else 0)
 
     def _patched(self, arrival: Arrival) -> Built:

@@ -31,8 +31,6 @@ class StampGuards:
                 "allowed (most_ahead, clock_tolerance_s)"
             )
         last = self._last.get(topic, stamp_ns)
-        if 0 < now_ns < last - self._most_ahead * SECOND:  # the clock went back while the node was not active
-            last = stamp_ns
         if stamp_ns < last:
             back = (last - stamp_ns) / SECOND
             raise MessageRefused(f"its stamp is {back:.3f} s older than the last message on {topic}")

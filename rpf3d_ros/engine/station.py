@@ -270,6 +270,11 @@ class Station:
         if self.desk is not None:
             self.desk.forget(why)
 
+    def forget_stamps(self) -> None:
+        """Forget the stamps of former messages and surveys, because the clock went back; also while not active."""
+        self.guards.reset()
+        self.builder.forget_former()
+
     def beat(self) -> None:
         """Do regular work: renew a decision whose validity ends soon, free old patches, and report the queues."""
         if self.desk is not None:

@@ -61,23 +61,44 @@ class SurveyInUse(NamedTuple):
     stamp_ns : stamp of the survey (ns); for a mesh, the time at which it was first received
     mesh : bytes and transform of the last message with this survey; the bytes are empty if the survey is not a mesh
     patches : number of patches in the terrain since this survey
-    cloud_ns : stamp (ns) of the last survey in use that was a cloud, so that an older cloud is refused; 0 if none was
+    is_mesh : True if the survey is a mesh, or its kind is not known
+    cloud_ns, cloud_digest : stamp (ns) and digest of the last survey in use that was a cloud, so that neither it
+        nor an older cloud returns after another survey has replaced it; 0 and "" if none is known
     """
 
     digest: str = ""
     stamp_ns: int = 0
     mesh: PlacedMesh = PlacedMesh()
     patches: int = 0
+    is_mesh: bool = True
     cloud_ns: int = 0
+    cloud_digest: str = ""
 
-    def is_older(self, arrival: Arrival, now_ns: int) -> bool:
-        """True if a message is a cloud with an older stamp than the last cloud in use.
+    def is_older(self, arrival: Arrival, digest: str, now_ns: int) -> bool:
+        """True if a message is a cloud that is older than the last cloud in use, or that cloud again after a mesh.
 
-        False if the clock went back, so that the stamp of that cloud is in the future, and if a stamp is not known.
+        False if the clock went back before the start, so that the stamp of that cloud is in the future.
 
+        digest : SHA-256 (hex) of the survey in the message; now_ns : present time (ns), 0 before the clock begins
+        """
+        if arrival.is_mesh or 0 < now_ns < self.cloud_ns:
+            return False
+        again = arrival.stamp_ns == self.cloud_ns and digest == self.cloud_digest
+        return arrival.stamp_ns < self.cloud_ns or (again and digest != self.digest)
+
+    def followed_by(self, arrival: Arrival, digest: str, stamp_ns: int, now_ns: int) -> "SurveyInUse":
+        """Return the survey in use after the survey of a message has replaced this one, or repeats it.
+
+        digest : SHA-256 (hex) of the survey in the message; stamp_ns : the time from which its age counts (ns)
         now_ns : present time (ns)
         """
-        return not arrival.is_mesh and 0 < arrival.stamp_ns < self.cloud_ns <= now_ns
+        cloud_ns, cloud_digest = self.cloud_ns, self.cloud_digest
+        if not arrival.is_mesh and (arrival.stamp_ns >= cloud_ns or 0 < now_ns < cloud_ns):
+            cloud_ns, cloud_digest = arrival.stamp_ns, digest
+        return SurveyInUse(
+            digest=digest, stamp_ns=stamp_ns, mesh=arrival.mesh, is_mesh=arrival.is_mesh, cloud_ns=cloud_ns,
+            cloud_digest=cloud_digest,
+        )  # fmt: skip
 
     def is_same_mesh(self, arrival: Arrival) -> bool:
         """True if a message is a mesh with the bytes and transform of the last message with this survey.
@@ -110,10 +131,11 @@ def survey_in_use(ground: LiveTerrain | None, memory: Mapping[str, Any]) -> Surv
     ground : the restored terrain, None without one
     memory : the facts that `terrain_to_remember` and the builder saved before the start
     """
-    cloud_ns = int(memory.get("cloud_ns", 0))
+    before = SurveyInUse(
+        digest=str(memory.get("whole", "")), stamp_ns=int(memory.get("whole_ns", 0)),
+        is_mesh=bool(memory.get("is_mesh", True)), cloud_ns=int(memory.get("cloud_ns", 0)),
+        cloud_digest=str(memory.get("cloud_digest", "")),
+    )  # fmt: skip
     if ground is None:
-        digest, stamp_ns = str(memory.get("whole", "")), int(memory.get("whole_ns", 0))
-        return SurveyInUse(digest=digest, stamp_ns=stamp_ns, cloud_ns=cloud_ns)
-    return SurveyInUse(
-        digest=ground.whole_digest, stamp_ns=ground.whole_ns, patches=ground.patches, cloud_ns=cloud_ns
-    )
+        return before
+    return before._replace(digest=ground.whole_digest, stamp_ns=ground.whole_ns, patches=ground.patches)

@@ -199,8 +199,9 @@ class SimulatorNode(LifecycleNode):
         self._ticked = self._now()
         if self.transforms is not None:
             self.transforms.clear()
+        if self.station is not None:
+            self.station.forget_stamps()
         if self.inputs is not None and self.station is not None:
-            self.inputs.guards.reset()
             self.station.forget(f"the clock went back by {seconds:.3f} s: all sources received before are discarded")
             self.health.set("clock", WARN, f"the clock went back by {seconds:.3f} s: waiting for new sources")
 

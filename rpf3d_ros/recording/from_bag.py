@@ -122,6 +122,8 @@ def _reading(bag: Path) -> Iterator[Any]:
     try:
         with rosbags.rosbag2.Reader(bag) as reader:
             yield reader
+    except InputError:
+        raise
     except (rosbags.rosbag2.ReaderError, OSError, *UNREADABLE) as error:
         if _is_cut_off(bag):
             raise InputError(f"{bag}: {CUT_OFF}") from error

@@ -234,8 +234,45 @@ def test_what_was_in_use_before_is_remembered_for_the_next_start(made, monkeypat
     builders, original = [], Builder.__init__
     monkeypatch.setattr(Builder, "__init__", lambda self, *args: builders.append(self) or original(self, *args))
     waiting, _, reports = made()
-    facts_before(waiting, reports, *(Arrival(partial(hill, float(k)), 1 + k) for k in range(4)))
-    assert builders[0].to_remember() == {"cloud_ns": 4, "replaced": reports.grounds[1:3]}
+    meshes = [Arrival(partial(hill, float(k)), 1 + k, b"%d" % k) for k in range(4)]
+    facts_before(waiting, reports, *meshes, Arrival(partial(hill, 9.0), 7), Arrival(partial(hill, 10.0), 8))
+    facts = {"cloud_ns": 8, "cloud_digest": reports.grounds[5], "is_mesh": False}
+    assert builders[0].to_remember() == {**facts, "replaced": reports.grounds[2:4]}, "clouds push out no mesh"
+
+
+def test_a_cloud_that_a_mesh_has_replaced_does_not_return(made):
+    waiting, flyer, reports = made()
+    facts_before(waiting, reports, Arrival(hill, 5), Arrival(partial(hill, 1.0), 6, b"mesh"))
+    facts = {"whole": reports.grounds[1], "whole_ns": 6, "cloud_ns": 5, "cloud_digest": reports.grounds[0]}
+    for queue, flies, found in ((waiting, flyer, reports), made(in_use=survey_in_use(None, facts))):
+        for count, stamp in enumerate((5, 0), 1):
+            queue.put_whole(Arrival(hill, stamp))
+            wait(lambda found=found, count=count: len(found.refused) == count)
+        grounds = len(found.grounds)
+        queue.put_whole(Arrival(partial(hill, 1.0), 9, b"mesh"))
+        wait(lambda found=found, grounds=grounds: len(found.grounds) > grounds)
+        wait(lambda flies=flies: flies.standing is not None)
+        assert (found.grounds[-1], flies.standing.ground.whole_ns) == (reports.grounds[1], 6)
+
+
+def test_a_repetition_with_an_older_stamp_lets_no_older_cloud_pass(made):
+    waiting, _, reports = made()
+    facts_before(waiting, reports, Arrival(hill, 8), Arrival(hill, 3))
+    waiting.put_whole(Arrival(partial(hill, 1.0), 5))
+    wait(lambda: reports.refused)
+    assert "older than that of the last cloud" in reports.refused[0]
+
+
+def test_after_the_clock_was_seen_to_go_back_former_surveys_may_come_again(made, monkeypatch):
+    builders, original = [], Builder.__init__
+    monkeypatch.setattr(Builder, "__init__", lambda self, *args: builders.append(self) or original(self, *args))
+    waiting, _, reports = made()
+    facts_before(waiting, reports, Arrival(hill, 8), Arrival(partial(hill, 1.0), 9, b"a"), Arrival(hill, 9, b"b"))
+    builders[0].forget_former()
+    for count, survey in enumerate((Arrival(partial(hill, 1.0), 3, b"a"), Arrival(partial(hill, 2.0), 4)), 4):
+        waiting.put_whole(survey)
+        wait(lambda count=count: len(reports.grounds) == count)
+    assert not reports.refused
 
 
 def test_without_a_store_a_mesh_that_was_in_use_before_a_restart_gets_no_younger(made):

@@ -357,3 +357,16 @@ def test_where_the_site_demands_two_persons_two_end_the_fault_of_an_unknown_leve
     assert unknown.sentences
     assert unknown.acknowledged("B. Survey", 103 * SECOND, ()) == ""
     assert unknown.sentences == ()
+
+
+def test_an_older_survey_is_refused_after_a_pause_and_after_a_restart(mine):
+    """The state that the log keeps has the stamp of the last survey in use."""
+    assert mine.send(WHOLE, ROAD, QUIET).faults == ()
+    mine.run.node.station.deactivate()
+    mine.run.node.station.activate()
+    other = WHOLE._replace(places=np.add(WHOLE.places, 3.0))
+    for starts in (False, True):
+        if starts:
+            mine.restart(has_survey=False)
+        mine.run.deliver(other._replace(sent=mine.at + 0.05, at=mine.at + 0.05, offset=-mine.at))
+        assert any("older than" in fault for fault in mine.send(ROAD, QUIET).faults), mine.alert.faults

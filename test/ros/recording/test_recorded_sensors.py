@@ -169,7 +169,7 @@ def test_terrain_and_answers_of_another_namespace_are_not_taken_for_sensors(tmp_
 
 def test_an_option_with_a_topic_that_no_sensor_can_have_is_refused_and_leaves_no_file(tmp_path):
     given = [str(foreign(tmp_path / "a")), "--out", str(tmp_path / "out.rrd"), "--source-topics", "terrain/points"]
-    with pytest.raises(InputError, match="terrain/points is a topic of rpf3d"):
+    with pytest.raises(InputError, match=r"^.{0,40}terrain/points is a topic of rpf3d"):
         CliRunner().invoke(app, ["from-bag", *given], catch_exceptions=False)
     assert not (tmp_path / "out.rrd").exists()
 
