@@ -13,38 +13,46 @@ VELOCITY = ("vx", "vy", "vz")
 DIAMETER = "diameter"
 """Field with the diameter (m) of a source, NaN where it is unknown."""
 
-AXES = "[xyz]|east|north|up"
-UNITS = "m|cm|mm|dm|km|ft|inch|in|m3|kg|t|tonnes?|ms|ms1|mps|kmh|kph|si"
-OWNERS = "rock|block|boulder|source|object|target"
-SPEEDS = "vel|velocity|speed|geschwindigkeit"
-LOOKS_LIKE_VELOCITY = re.compile(
-    f"(?:{OWNERS})?(?:v(?:{AXES}|[enu])|(?:linear|radial)?(?:{SPEEDS})(?:{AXES}|[012])?|[xyz](?:{SPEEDS}|dot)|doppler)"
-    f"(?:{UNITS})?"
+UNCERTAINTY = frozenset(
+    ["std", "stdev", "sd", "var", "cov", "sigma", "err", "error", "uncertainty", "accuracy", "quality"]
 )
-LOOKS_LIKE_SIZE = re.compile(
-    f"(?:{OWNERS}|equivalent|mean|max)?(?:size|diameters?|diam|dia|radius|d[0-9][0-9]|dmax|dmean|volume|vol|mass|weight"
-    f"|durchmesser|masse)(?:{UNITS})?"
+"""Words of a name that is about the uncertainty of a value; such a field may stay unread."""
+VELOCITY_ANYWHERE = re.compile("(?<!le)vel|speed|doppler|rangerate|geschwindigkeit")  # a level is no velocity
+VELOCITY_WHOLE = re.compile(
+    "v[xyzenudr]|v(?:east|north|up|down|radial)|[xyz]dot|linear[xyz]|v[xyz](?:ms1?|mps|k[mp]h|si)"
 )
+"""Patterns of a velocity: anywhere in a name, or the whole name, in lower case without other signs."""
+SIZE_ANYWHERE = re.compile("size|diam|radius|volume|mass|weight|durchmesser")
+SIZE_WHOLE = re.compile(
+    "d|dia|vol|deq|length|width|d(?:[0-9]{2,3}|max|mean)|(?:rock|block)(?:d|dia|vol)(?:m|cm|mm|m3)?"
+)
+"""Patterns of the size of a rock, as those of a velocity."""
 
 
 def check_names(names: Collection[str]) -> None:
     """Raise MessageRefused if a velocity or size of the sources seems to be in a field that is not read.
 
-    Case, units at the end of a name, and all characters other than letters and digits do not matter. A field that looks
-    like a velocity does no harm if a field `vx`, `vy` or `vz` is there, nor does a size next to a field `diameter`.
+    Case, and all characters other than letters and digits, do not matter. A field that looks like a velocity does no
+    harm if a field `vx`, `vy` or `vz` is there, nor does a size next to a field `diameter`.
 
     names : of the fields of the cloud
     """
-    plain = {name: re.sub("[^a-z0-9]", "", name.lower()) for name in names}
+    values = [name for name in names if UNCERTAINTY.isdisjoint(re.findall("[a-z]+", name.lower()))]
+    plain = {name: re.sub("[^a-z0-9]", "", name.lower()) for name in values}
     if not any(name in VELOCITY for name in names):
-        for name in (name for name, word in plain.items() if LOOKS_LIKE_VELOCITY.fullmatch(word)):
+        for name in (name for name, word in plain.items() if _is_like(word, VELOCITY_ANYWHERE, VELOCITY_WHOLE)):
             raise MessageRefused(
                 f"field '{name}' looks like a velocity, which must be in the fields 'vx', 'vy' and 'vz' (m/s, lower "
                 "case): rename or convert the field; if it is something else, give it another name or leave it out"
             )
     if DIAMETER not in names:
-        for name in (name for name, word in plain.items() if LOOKS_LIKE_SIZE.fullmatch(word)):
+        for name in (name for name, word in plain.items() if _is_like(word, SIZE_ANYWHERE, SIZE_WHOLE)):
             raise MessageRefused(
                 f"field '{name}' looks like the size of a rock, which must be in the field 'diameter' (m, lower case): "
                 "rename or convert the field; if it is something else, give it another name or leave it out"
             )
+
+
+def _is_like(word: str, anywhere: "re.Pattern[str]", whole: "re.Pattern[str]") -> bool:
+    """Return True if a name in lower case contains one pattern, or equals another pattern."""
+    return bool(anywhere.search(word) or whole.fullmatch(word))
