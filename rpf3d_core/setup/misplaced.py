@@ -163,7 +163,7 @@ def _terrain_hints(terrain: Extent, crs: str | None, up: str) -> Iterator[str]:
     if up == "z" and _is_northing_first((low, high)):
         yield "x of the terrain looks like a northing and y like an easting: are x and y swapped?"
     elif not _is_too_large(terrain, up) and not _is_on_its_side(terrain, up):
-        yield from beyond_utm(low, high, crs)
+        yield from beyond_utm(low, high, relief, crs)
     if crs is None and terrain.file is not None and max(abs(low).max(), abs(high).max()) > SURVEY:
         yield "the terrain states no coordinate reference system; name it as `terrain.crs`, such as EPSG:32719"
 
