@@ -86,7 +86,8 @@ def hanging_rims(terrain: Terrain, engine: Engine) -> Iterator[str]:
         yield (
             f"{about}{found.length:.3g} m of the terrain's rim ({found.whole:.3g} m) hang over other ground{sample}, "
             f"up to {least}{found.height:.3g} m at ({where}): rocks can fly under the terrain there and hit it from "
-            "behind; extend that piece of terrain into the ground, or remove it if it is a second survey of the same ground"
+            "behind; extend that piece of terrain into the ground, or remove it if it is a second survey of the same "
+            "ground"
         )
 
 

@@ -94,7 +94,7 @@ def test_curves_on_another_layer_do_not_matter(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="1, the first a CIRCLE"):
         read_dxf_lines(tmp_path / "pit.dxf")
     assert len(read_dxf_lines(tmp_path / "pit.dxf", "CREST")) == 1
-    with pytest.raises(InputError, match="has no line on layer 'CRST'; there are lines on CREST$"):
+    with pytest.raises(InputError, match=r"has no line on layer 'CRST'; there are lines on CREST$"):
         import_layer(tmp_path / "pit.dxf", tmp_path / "crests.geojson", "line", "CRST")
 
 
