@@ -1,7 +1,7 @@
 """Find coordinates of a terrain that lie outside every UTM zone: another grid, or feet.
 
 Many metric grids have such coordinates, and in feet they would fit a UTM zone as well. A wrong unit changes energies by
-more than a factor of three, so the question for the grid comes first, and no sentence tells to set a unit.
+more than a factor of three, so the question for the grid comes first, and no sentence asks to set a unit.
 """
 
 import re

@@ -1,4 +1,4 @@
-"""Tell a pile, berm or building in a terrain file of its own from a second survey of the ground below it."""
+"""Distinguish a pile, berm or building in a terrain file of its own from a second survey of the ground below it."""
 
 from dataclasses import replace
 

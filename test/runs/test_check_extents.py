@@ -391,7 +391,7 @@ def test_the_extent_of_the_terrain_is_that_of_its_vertices_and_in_metres(folder)
     ],
 )
 def test_coordinates_outside_every_zone_of_utm_are_asked_for_their_system_before_feet(place, crs, named, in_feet):
-    """A metric grid that is read in feet gives energies 3.3 times too small: no sentence tells to set the unit."""
+    """A metric grid that is read in feet gives energies 3.3 times too small: no sentence asks to set the unit."""
     middle = np.array([*place, 1500.0])
     extent = Extent("terrain", middle - 200.0, middle + 200.0, Path("pit.dxf"))
     found = [hint for hint in placing_hints([extent], crs, "z") if "UTM zone" in hint]

@@ -81,7 +81,7 @@ def test_lines_on_several_layers_are_named_and_counted(tmp_path: Path) -> None:
 
 
 def test_the_command_on_layers_works_in_any_folder(tmp_path: Path, monkeypatch) -> None:
-    """The drawing is in a folder beside the scene, and the new file belongs beside the scene, which names it."""
+    """The drawing is in a folder next to the scene, and the new file belongs next to the scene, which names it."""
     (tmp_path / "mine" / "survey").mkdir(parents=True)
     text = dxf(("RAMP", False, CREST), ("CREST", False, CREST))
     (tmp_path / "mine" / "survey" / "pit.dxf").write_text(text)

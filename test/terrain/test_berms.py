@@ -205,7 +205,7 @@ def test_rough_level_ground_at_a_foot_has_no_warning():
 
 @pytest.mark.parametrize("beyond", [1.0, 8.0])
 def test_a_foot_just_beyond_a_crest_and_one_on_the_bench_below_are_steep(beyond):
-    """A face of 70 degrees and 15 m lies beside the berm; the foot is 1 m beyond its crest, or on the floor."""
+    """A face of 70 degrees and 15 m lies next to the berm; the foot is 1 m beyond its crest, or on the floor."""
     vertices, triangles = grid(121, 121, 0.5)
     vertices[:, 2] = -np.clip(vertices[:, 1] - 30.0, 0.0, 5.5) * np.tan(np.radians(70.0))
     wide = ridge([[10, 21 + beyond], [50, 21 + beyond]], 4.0, 18.0, 1.0)
