@@ -55,13 +55,13 @@ def _collection(geometries: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _dxf(path: Path, family: str, heights: bool, layer: str) -> list[dict[str, Any]]:
-    from rpf3d_core.formats.mine.dxf_lines import read_dxf_lines, read_dxf_points
+    from rpf3d_core.formats.mine.dxf_lines import layers_with_lines, read_dxf_lines, read_dxf_points
 
     if family == "point":
         return [{"type": "Point", "coordinates": place} for place in read_dxf_points(path).tolist()]
     lines = read_dxf_lines(path, layer)
     if layer and not lines:
-        names = ", ".join(sorted({line.layer for line in read_dxf_lines(path)})) or "no layer"
+        names = ", ".join(layers_with_lines(path)) or "no layer"
         raise InputError(f"{path}: has no line on layer {layer!r}; there are lines on {names}")
     return [
         _line(path, _kept(line.points, heights), line.closed, family, f"on layer {line.layer!r}") for line in lines

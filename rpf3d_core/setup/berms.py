@@ -13,7 +13,7 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.terrain import BermSpec
 from rpf3d_core.setup.coverage import extents
 from rpf3d_core.terrain.berms import raised
-from rpf3d_core.terrain.facets import Terrain, area_vectors
+from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.ridge import Ridge, ridge_along
 from rpf3d_core.terrain.sections import ground_at, section_of
@@ -27,6 +27,8 @@ LEAST_SHARE = 0.02
 """Share (-) of a berm's foot that may lie on steep ground without a warning."""
 MANY, CELLS = 200_000, 64
 """Number of facets above which only those near a foot are searched, and cells along the grid that finds them."""
+LOCAL = 2.0
+"""Length (m) over which the slope at a foot is measured, besides half the width: single facets are often rough."""
 STEP, MOST_PLACES = 1.0, 100
 """Distance (m) between the places along a foot where the ground is compared, and their largest number for a side."""
 
@@ -73,7 +75,9 @@ def berm_warnings(terrain: Terrain, scene: Scene) -> tuple[str, ...]:
             ridge_along(local_plan(terrain.frame, line), spec.height, spec.width, spec.crest)
             for line in _lines(key, spec)
         )
-        slopes = np.concatenate([_slopes_at_foot(terrain, ridge) for ridge in ridges if ridge is not None])
+        slopes = np.concatenate(
+            [_slopes_at_foot(terrain, ridge, 0.5 * spec.width) for ridge in ridges if ridge is not None]
+        )
         if len(slopes) and (share := float((slopes > STEEP_GROUND).mean())) > LEAST_SHARE:
             found.append(
                 f"{100.0 * share:.0f} % of the foot of {place} lie on ground steeper than {STEEP_GROUND:.0f} degrees, "
@@ -83,19 +87,30 @@ def berm_warnings(terrain: Terrain, scene: Scene) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _slopes_at_foot(terrain: Terrain, ridge: Ridge) -> FloatArray:
-    """Return the slopes (N,) of the ground (degrees) at places along the foot of a berm; (0,) if it has no ground."""
-    places = []
+def _slopes_at_foot(terrain: Terrain, ridge: Ridge, half: float) -> FloatArray:
+    """Return the slopes (N,) of the ground (degrees) at places along the foot of a berm; (0,) if it has no ground.
+
+    The slope is that from the foot to the ground below the berm: to its line, or to a place 2 m from the foot if this
+    is steeper. The first finds a foot below a face, the second a foot just beyond a crest.
+
+    half : m, distance of the foot from the line
+    """
+    places, inwards = [], []
     for corners, heights in zip(ridge.corners, ridge.heights, strict=True):
         low = (heights == 0.0) & (np.roll(heights, -1) == 0.0)
         for begin, end in zip(corners[low], np.roll(corners, -1, axis=0)[low], strict=True):
             count = min(MOST_PLACES, max(1, round(float(np.hypot(*(end - begin)) / STEP))))
             places.append(begin + (np.arange(count)[:, None] + 0.5) / count * (end - begin))
-    foot = np.concatenate(places)
-    few = _near(terrain, foot)
-    facets = ground_at(few, foot)[1]
-    areas = area_vectors(few.vertices, few.triangles[facets[facets >= 0]])
-    return np.asarray(np.degrees(np.arctan2(np.hypot(areas[:, 0], areas[:, 1]), np.abs(areas[:, 2]))))
+            left = np.array([begin[1] - end[1], end[0] - begin[0]])  # the corners are counter-clockwise
+            inwards.append(np.broadcast_to(left / np.hypot(*left), (count, 2)))
+    foot, inward = np.concatenate(places), np.concatenate(inwards)
+    lengths = (half, min(half, LOCAL))
+    compared = np.concatenate([foot, *(foot + length * inward for length in lengths)])
+    heights, facets = ground_at(_near(terrain, compared), compared)
+    known = (facets >= 0).reshape(3, -1).all(axis=0)
+    at_foot, at_line, close = heights.reshape(3, -1)[:, known]
+    rises = np.abs([at_line - at_foot, close - at_foot]) / np.array(lengths)[:, None]
+    return np.asarray(np.degrees(np.arctan(rises.max(axis=0))))
 
 
 def _near(terrain: Terrain, foot: FloatArray) -> Terrain:

@@ -1,10 +1,15 @@
-"""Find coordinates of a terrain that lie outside every UTM zone, as if they were in feet."""
+"""Find coordinates of a terrain that lie outside every UTM zone: another grid, or feet.
+
+Many metric grids have such coordinates, and in feet they would fit a UTM zone as well. A wrong unit changes energies by
+more than a factor of three, so the question for the grid comes first, and no sentence asks to set a unit.
+"""
 
 import re
 from collections.abc import Iterator
 
 import numpy as np
 
+from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.setup.coverage import plain
 from rpf3d_core.terrain.frame import FloatArray
 
@@ -19,10 +24,11 @@ UTM = re.compile(r"EPSG:32[67]\d\d", re.IGNORECASE)
 """Names of the reference systems WGS84 / UTM."""
 
 
-def beyond_utm(low: FloatArray, high: FloatArray, crs: str | None) -> Iterator[str]:
+def beyond_utm(low: FloatArray, high: FloatArray, relief: float, crs: str | None) -> Iterator[str]:
     """Yield a sentence if a terrain lies outside every UTM zone, and is in UTM or in an unknown reference system.
 
-    low, high : (2,) m, corners of the terrain's box in plan; crs : its reference system, None if unknown
+    low, high : (2,) m, corners of the terrain's box in plan; relief : m, its height difference
+    crs : its reference system, None if unknown
     """
     if crs is not None and not UTM.fullmatch(crs):
         return
@@ -30,16 +36,23 @@ def beyond_utm(low: FloatArray, high: FloatArray, crs: str | None) -> Iterator[s
     size = np.abs(middle)
     if (size[0] <= MOST_EASTING and size[1] <= MOST_NORTHING) or (crs is None and _within(middle, SWISS)):
         return
-    is_feet = _within(size * FOOT, (EASTINGS, NORTHINGS))
-    feet = (
-        f"are they in feet? In metres they would be around {_place(middle * FOOT)}: give its file `unit: ft` (`rpf3d "
-        "new`: --unit ft). Or "
-    )
+    named = "Name it as `terrain.crs`" if crs is None else f"Name it as `terrain.crs`, in place of {crs}"
+    feet = ""
+    if _within(size * FOOT, (EASTINGS, NORTHINGS)):
+        width = float((high - low).max())
+        feet = (
+            f". If the coordinates are in feet, the terrain would be {_sized(width * FOOT, relief * FOOT)} instead of "
+            f"{_sized(width, relief)}, around {_place(middle * FOOT)}: compare its true size before you set a `unit`"
+        )
     yield (
         f"the coordinates of the terrain, around {_place(middle)} m, lie outside every UTM zone, where eastings are "
-        f"below 1,000,000 m and northings below 10,000,000 m: {feet if is_feet else ''}are they in another system? "
-        "Name it as `terrain.crs`"
+        f"below 1,000,000 m and northings below 10,000,000 m: which coordinate system is it? {named}{feet}"
     )
+
+
+def _sized(width: float, relief: float) -> str:
+    """Return the larger width (m) of a terrain in plan, and its height difference (m), as text."""
+    return f"{three_figures(width)} m wide and {three_figures(relief)} m high"
 
 
 def _within(place: FloatArray, ranges: tuple[tuple[float, float], tuple[float, float]]) -> bool:

@@ -27,12 +27,15 @@ class HangingRim(NamedTuple):
 
     length, whole : m, of this part and of the whole rim; height : m, the largest height over the ground
     place : (3,) m, local frame, where the height is largest
+    searched, sides : number of sides of the rim that were searched, and of all sides; fewer are a sample
     """
 
     length: float
     whole: float
     height: float
     place: FloatArray
+    searched: int
+    sides: int
 
 
 def hanging_rim(terrain: Terrain, engine: Engine) -> HangingRim | None:
@@ -45,6 +48,7 @@ def hanging_rim(terrain: Terrain, engine: Engine) -> HangingRim | None:
     begin, end, third = _sides(terrain)
     if not len(begin):
         return None
+    sides = len(begin)
     whole = float(np.linalg.norm(end - begin, axis=1).sum())
     if len(begin) > MOST_BY_REFERENCE and isinstance(engine, Reference):
         if HAS_NUMBA:
@@ -65,6 +69,8 @@ def hanging_rim(terrain: Terrain, engine: Engine) -> HangingRim | None:
         whole=whole,
         height=float(heights[most]),
         place=middle[most],
+        searched=len(begin),
+        sides=sides,
     )
 
 
@@ -73,10 +79,15 @@ def hanging_rims(terrain: Terrain, engine: Engine) -> Iterator[str]:
     found = hanging_rim(terrain, engine)
     if found is not None:
         where = ", ".join(f"{c:.3f}" for c in terrain.frame.points_to_input(found.place))
+        about, least, sample = "", "", ""
+        if found.searched < found.sides:
+            about, least = "about ", "at least "
+            sample = f" (from {found.searched:,} of {found.sides:,} sides)"
         yield (
-            f"{found.length:.3g} m of the terrain's rim ({found.whole:.3g} m) hang over other ground, up to "
-            f"{found.height:.3g} m at ({where}): rocks can fly under the terrain there and hit it from behind; extend "
-            "that piece of terrain into the ground, or remove it if it is a second survey of the same ground"
+            f"{about}{found.length:.3g} m of the terrain's rim ({found.whole:.3g} m) hang over other ground{sample}, "
+            f"up to {least}{found.height:.3g} m at ({where}): rocks can fly under the terrain there and hit it from "
+            "behind; extend that piece of terrain into the ground, or remove it if it is a second survey of the same "
+            "ground"
         )
 
 

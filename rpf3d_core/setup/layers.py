@@ -1,11 +1,11 @@
 """Warn about lines and polygons from DXF files with several layers: the scene uses all of them."""
 
 import re
-import shlex
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from rpf3d_core.formats.commands import path_in_a_command
 from rpf3d_core.formats.polylines import layers_of_lines
 from rpf3d_core.scene.model import Scene
 
@@ -31,7 +31,7 @@ def warnings_of_layers(scene: Scene) -> Iterator[str]:
     """Yield a warning for each source, area, zone, berm and barrier with lines of several layers of a DXF file."""
     for use in _uses(scene):
         if isinstance(use.content, Path) and len(layers := layers_of_lines(use.content)) > 1:
-            yield f"{use.place} {_in_words(use, use.content, layers)}"
+            yield f"{use.place} {_in_words(use, use.content, layers, scene.path.parent)}"
 
 
 def _uses(scene: Scene) -> Iterator[Use]:
@@ -55,13 +55,17 @@ def _uses(scene: Scene) -> Iterator[Use]:
         yield Use(place, panel.along, "line", "lines of the barrier", panel.name)
 
 
-def _in_words(use: Use, path: Path, layers: dict[str, int]) -> str:
-    """Return the end of a warning on the lines of several layers of a file; layers : number of lines, by layer."""
+def _in_words(use: Use, path: Path, layers: dict[str, int], folder: Path) -> str:
+    """Return the end of a warning on the lines of several layers of a file.
+
+    layers : number of lines, by layer; folder : of the scene, where the new file is used
+    """
     named = [f"{layer} ({lines:,})" for layer, lines in list(layers.items())[:MOST_LAYERS]]
     more = f" and {len(layers) - len(named):,} more" if len(layers) > len(named) else ""
-    out = re.sub(r"[^\w-]+", "_", use.out)
+    out = folder / (re.sub(r"[^\w-]+", "_", use.out) + ".geojson")
     return (
         f"uses all {sum(layers.values()):,} {use.kind}s of its file, on {len(layers):,} layers: "
         f"{', '.join(named)}{more}; if some are no {use.wanted}, write the layer of the {use.wanted} to a file of its "
-        f"own: rpf3d import layer {shlex.quote(path.name)} --kind {use.kind} --layer LAYER --out {out}.geojson"
+        f"own: rpf3d import layer {path_in_a_command(path)} --kind {use.kind} --layer LAYER --out "
+        f"{path_in_a_command(out)}"
     )

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.formats.commands import path_in_a_command
 from rpf3d_core.formats.reference_system import are_same, is_in_degrees
 from rpf3d_core.formats.transformation import transformed_places
 from rpf3d_core.formats.units import LENGTHS
@@ -163,7 +164,7 @@ def _terrain_hints(terrain: Extent, crs: str | None, up: str) -> Iterator[str]:
     if up == "z" and _is_northing_first((low, high)):
         yield "x of the terrain looks like a northing and y like an easting: are x and y swapped?"
     elif not _is_too_large(terrain, up) and not _is_on_its_side(terrain, up):
-        yield from beyond_utm(low, high, crs)
+        yield from beyond_utm(low, high, relief, crs)
     if crs is None and terrain.file is not None and max(abs(low).max(), abs(high).max()) > SURVEY:
         yield "the terrain states no coordinate reference system; name it as `terrain.crs`, such as EPSG:32719"
 
@@ -333,15 +334,9 @@ def transforming(other: Extent, begin: str, end: str) -> str:
     code = end.rpartition(":")[2]
     out = file.with_name(f"{file.stem}_{code if code.isalnum() else 'transformed'}.geojson")
     return (
-        f"rpf3d import layer {_in_a_command(file)} --kind {other.kind} --from {shlex.quote(begin)} "
-        f"--to {shlex.quote(end)} --out {_in_a_command(out)}"
+        f"rpf3d import layer {path_in_a_command(file)} --kind {other.kind} --from {shlex.quote(begin)} "
+        f"--to {shlex.quote(end)} --out {path_in_a_command(out)}"
     )
-
-
-def _in_a_command(path: Path) -> str:
-    """Return a path as a word of a command in the current folder: relative if the file is below this folder."""
-    here = Path.cwd()
-    return shlex.quote(str(path.relative_to(here) if path.is_relative_to(here) else path))
 
 
 def _is_upside_down(other: Extent, terrain: Extent) -> bool:

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.outward import three_figures
-from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.setup.rims_in_ground import stands_in_ground
+from rpf3d_core.terrain.facets import Terrain, area_vectors
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.mesh.faults import FaultReport
 from rpf3d_core.terrain.plan_view import Window, surfaces_at
@@ -20,9 +21,17 @@ PLACES = 400
 MOST_ROWS = 200
 """Largest number of rows and of columns of the grid of places, also over a narrow strip."""
 LEAST_HEIGHT = 0.1
-"""Smallest height (m) between two files that counts; overlapping surveys of one day differ by some centimetres."""
+"""Smallest distance (m) between two files, normal to the ground, that counts; surveys of one day differ by less."""
 LEAST_SHARE = 0.05
 """Smallest share (-) of the places on two files that must differ in height; on steep faces, noise is enough."""
+LEAST_COMMON = 0.5
+"""Smallest share (-) of the smaller file that must be in the larger file, too; neighbouring surveys share a strip."""
+LARGEST_BODY = 0.8
+"""Size in plan (-), in sizes of the other file, up to which a file can be a pile, berm or building on the other."""
+LEAST_RAISED = 3.0
+"""Volume above the ground, in volumes below the ground, from which a file can be a pile with a buried rim."""
+LOWEST_RIM = 0.25
+"""Height of a rim above the ground, in median heights of the file, up to which the file may rise from the ground."""
 FEWEST = 3
 """Smallest number of places at which two files must lie above each other."""
 MOST_PAIRS = 3
@@ -74,36 +83,76 @@ def duplicate_warnings(faults: FaultReport) -> tuple[str, ...]:
 def overlaps_in(terrain: Terrain, facets: Sequence[int], window: Window) -> Iterator[Overlap]:
     """Yield each pair of files that lie above each other, from a sample of about PLACES (400) places in a window.
 
-    At each place, the uppermost surface of each file counts; a file may have overhangs.
+    At each place, the uppermost surface of each file counts; a file may have overhangs. Distances count normal to the
+    ground, because a shift of two surveys in plan is a large height on a face. A pile, berm or building in a file of
+    its own is no pair: it rises from the ground, with its rim in the ground.
 
     facets : number of facets of each file
     """
     size = np.sqrt(window.width * window.height / PLACES)
     rows, columns = (min(MOST_ROWS, max(1, round(side / size))) for side in (window.height, window.width))
-    shape = (rows, columns)
-    tops = _tops(terrain, np.cumsum(facets), window, shape)
-    area = window.width * window.height / (shape[0] * shape[1])
+    ends = np.cumsum(facets)
+    tops, upright = _tops(terrain, ends, window, (rows, columns))
+    files = [slice(end - number, end) for end, number in zip(ends.tolist(), facets, strict=True)]
+    area = window.width * window.height / (rows * columns)
     for one, other in combinations(range(len(facets)), 2):
         both = np.isfinite(tops[one]) & np.isfinite(tops[other])
         heights = tops[one][both] - tops[other][both]
-        apart = heights[np.abs(heights) >= LEAST_HEIGHT]
-        if len(apart) >= max(FEWEST, LEAST_SHARE * len(heights)):
+        normal = heights * np.minimum(upright[one][both], upright[other][both])
+        apart = heights[np.abs(normal) >= LEAST_HEIGHT]
+        if len(apart) < max(FEWEST, LEAST_SHARE * len(heights)):
+            continue
+        sizes = [_size_in_plan(terrain, files[number]) for number in (one, other)]
+        if area * len(heights) < LEAST_COMMON * min(sizes):
+            continue
+        small, large = (one, other) if sizes[0] <= sizes[1] else (other, one)
+        raised = apart if small == one else -apart
+        if max(sizes) * LARGEST_BODY < min(sizes) or not _is_body(terrain, files[small], files[large], raised):
             upper, lower = (one, other) if (apart > 0.0).mean() >= 0.5 else (other, one)
             yield Overlap(upper, lower, area * len(apart), float(np.median(np.abs(apart))))
 
 
-def _tops(terrain: Terrain, ends: NDArray[np.int64], window: Window, shape: tuple[int, int]) -> FloatArray:
-    """Return the height (K, P) m of the uppermost surface of K files at each of P pixels; -inf where a file has none.
+def _is_body(terrain: Terrain, small: slice, large: slice, raised: FloatArray) -> bool:
+    """Return True if the smaller of two files is a pile, berm or building on the ground of the larger file.
+
+    small, large : facets of the files; raised : (N,) m, heights of the smaller file above the larger file
+    """
+    above, below = raised.clip(min=0.0).sum(), -raised.clip(max=0.0).sum()
+    if above < LEAST_RAISED * below:
+        return False
+    slack = max(LEAST_HEIGHT, LOWEST_RIM * float(np.median(raised[raised > 0.0])))
+    return stands_in_ground(terrain, small, large, slack)
+
+
+def _size_in_plan(terrain: Terrain, facets: slice) -> float:
+    """Return the area (m^2) in plan of the facets of a file; a closed body counts once, not twice."""
+    area = area_vectors(terrain.vertices, terrain.triangles[facets])[:, 2]
+    return float(max(area.clip(min=0.0).sum(), -area.clip(max=0.0).sum()))
+
+
+def _tops(
+    terrain: Terrain, ends: NDArray[np.int64], window: Window, shape: tuple[int, int]
+) -> tuple[FloatArray, FloatArray]:
+    """Return the uppermost surface of K files at each of P pixels: its height (K, P) m, and the cosine of its slope.
+
+    The height is -inf and the cosine is 0 where a file has no surface.
 
     ends : (K,) number of the facet after the last facet of each file
     """
     near = _at_rows(terrain, window, shape[0])
     corners = terrain.vertices[terrain.triangles[near]].reshape(-1, 3)
     few = replace(terrain, vertices=corners, triangles=np.arange(len(corners), dtype=np.int32).reshape(-1, 3))
-    tops = np.full((len(ends), shape[0] * shape[1]), -np.inf)
+    areas = area_vectors(few.vertices, few.triangles)
+    lengths = np.linalg.norm(areas, axis=1)
+    cosine = np.abs(areas[:, 2]) / np.where(lengths > 0.0, lengths, 1.0)
+    tops, upright = np.full((2, len(ends), shape[0] * shape[1]), -np.inf)
     for facet, pixel, height in surfaces_at(few, window, shape):
-        np.maximum.at(tops, (np.searchsorted(ends, near[facet], side="right"), pixel), height)
-    return tops
+        place = (np.searchsorted(ends, near[facet], side="right"), pixel)
+        before = tops[place]
+        np.maximum.at(tops, place, height)
+        top = (height > before) & (height == tops[place])
+        upright[place[0][top], pixel[top]] = cosine[facet[top]]
+    return tops, upright.clip(min=0.0)
 
 
 def _at_rows(terrain: Terrain, window: Window, rows: int) -> NDArray[np.int64]:
@@ -140,5 +189,6 @@ def _in_words(overlap: Overlap, names: Sequence[str]) -> str:
     return (
         f"about {three_figures(overlap.area)} m2 of the terrain have two surfaces above each other, {upper} above "
         f"{lower} by {three_figures(overlap.height)} m in the median, and rocks fly on the upper one: are these two "
-        "surveys of the same ground? Keep one"
+        "surveys of the same ground, or is one a pile or building on it? If they are two surveys of the same ground, "
+        "keep one; a pile or building on the ground is right"
     )

@@ -1,6 +1,7 @@
 """Tests of areas, lines and points from GeoPackage, Shapefile, DXF and Surpac strings, for zones, berms, sources."""
 
 import os
+import re
 import sqlite3
 
 import numpy as np
@@ -47,7 +48,8 @@ def test_one_of_several_layers_is_chosen_by_its_kind_and_two_of_a_kind_are_refus
     with pytest.raises(InputError, match=r"no layer of points; it has walls \(Polygon\), road \(LineString\)"):
         read_points(path)
     write_vector(path, [OTHER], layer="dumps")
-    command = r"rpf3d import layer a\.gpkg --kind polygon --layer walls"
+    out = re.escape(str(tmp_path / "walls.geojson"))
+    command = rf"rpf3d import layer {re.escape(str(path))} --kind polygon --layer walls --out {out}"
     with pytest.raises(InputError, match=f"several layers of polygons: walls, dumps; .*{command}"):
         read_polygons(path)
 

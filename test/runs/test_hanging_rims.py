@@ -71,3 +71,8 @@ def test_a_long_rim_is_not_searched_side_by_side_with_the_slow_engine(monkeypatc
     assert sum(asked) <= 100
     assert found.length == pytest.approx(40.0, abs=2.0) and found.whole == pytest.approx(120.0)
     assert found.height == pytest.approx(2.0)
+    is_sample = not (has_numba and HAS_NUMBA)
+    assert (found.searched, found.sides) == (100 if is_sample else 800, 800)
+    (told,) = hanging_rims(joined(level, upper), engine_over("reference", joined(level, upper)))
+    assert told.startswith("about ") == is_sample
+    assert ("over other ground (from 100 of 800 sides), up to at least 2 m at (" in told) == is_sample

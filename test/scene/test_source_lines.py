@@ -1,6 +1,7 @@
 """Tests of warnings about closed source lines and lines on several DXF layers: rocks start along all of them."""
 
 import json
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -70,12 +71,25 @@ def test_lines_on_several_layers_are_named_and_counted(tmp_path: Path) -> None:
     (tmp_path / "pit.dxf").write_text(dxf(("RAMP", False, other), ("CREST", False, CREST), ("CREST", False, other)))
     (found,) = warned(tmp_path, "pit.dxf")
     assert "uses all 3 lines of its file, on 2 layers: RAMP (1), CREST (2); if some are no crests, write" in found
-    assert "rpf3d import layer pit.dxf --kind line --layer LAYER --out crests.geojson" in found
+    command = f"{tmp_path / 'pit.dxf'} --kind line --layer LAYER --out {tmp_path / 'crests.geojson'}"
+    assert f"rpf3d import layer {command}" in found
     (tmp_path / "pit.dxf").write_text(dxf(("CREST", False, other), ("CREST", False, CREST)))
     assert not warned(tmp_path, "pit.dxf")
     many = [(f"L{number}", False, CREST) for number in range(11)]
     (tmp_path / "pit.dxf").write_text(dxf(*many))
     assert "L7 (1) and 3 more" in warned(tmp_path, "pit.dxf")[0]
+
+
+def test_the_command_on_layers_works_in_any_folder(tmp_path: Path, monkeypatch) -> None:
+    """The drawing is in a folder next to the scene, and the new file belongs next to the scene, which names it."""
+    (tmp_path / "mine" / "survey").mkdir(parents=True)
+    text = dxf(("RAMP", False, CREST), ("CREST", False, CREST))
+    (tmp_path / "mine" / "survey" / "pit.dxf").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    (found,) = warned(tmp_path / "mine", "survey/pit.dxf")
+    command = shlex.split(found[found.index("rpf3d import layer") :])
+    assert command[3:] == ["mine/survey/pit.dxf", "--kind", "line", "--layer", "LAYER", "--out", "mine/crests.geojson"]
+    assert import_layer(Path(command[3]), Path(command[-1]), "line", "CREST") == 1
 
 
 def test_the_command_of_the_warning_writes_the_lines_of_one_layer(tmp_path: Path) -> None:
@@ -94,6 +108,8 @@ def test_curves_on_another_layer_do_not_matter(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="1, the first a CIRCLE"):
         read_dxf_lines(tmp_path / "pit.dxf")
     assert len(read_dxf_lines(tmp_path / "pit.dxf", "CREST")) == 1
+    with pytest.raises(InputError, match=r"has no line on layer 'CRST'; there are lines on CREST$"):
+        import_layer(tmp_path / "pit.dxf", tmp_path / "crests.geojson", "line", "CRST")
 
 
 def test_a_dxf_that_was_changed_is_read_again_and_one_that_was_not_is_not(tmp_path: Path, monkeypatch) -> None:
@@ -127,7 +143,8 @@ def test_areas_zones_berms_and_barriers_with_several_layers_are_warned_of_too(tm
     ]  # fmt: skip
     area = found["areas_of_interest[0].polygons"]
     assert "uses all 2 polygons of its file, on 2 layers: ROAD (1), PIT_LIMIT (1); if some are no polygons of" in area
-    assert "rpf3d import layer rings.dxf --kind polygon --layer LAYER --out haul_road.geojson" in area
+    command = f"{tmp_path / 'rings.dxf'} --kind polygon --layer LAYER --out {tmp_path / 'haul_road.geojson'}"
+    assert f"rpf3d import layer {command}" in area
     assert import_layer(tmp_path / "rings.dxf", tmp_path / "haul_road.geojson", "polygon", "ROAD") == 1
     for name in ("rings.dxf", "lines.dxf"):
         (tmp_path / name).write_text(dxf(("ONE", True, RING), ("ONE", True, RING)))

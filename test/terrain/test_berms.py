@@ -7,6 +7,7 @@ import pytest
 import scenes_of_facets as made
 import small_pit
 from on_both_engines import BOTH, as_loaded, lies_on, loses_energy
+from terrain_files import grid
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.runs.run import simulate
@@ -193,12 +194,31 @@ def test_a_berm_whose_foot_reaches_a_face_is_warned_of(tmp_path):
     assert "% of the foot of `terrain.berms[0]` 'south' lie on ground steeper than 35 degrees, up to" in found
 
 
+def test_rough_level_ground_at_a_foot_has_no_warning():
+    """Of the facets of a survey with a mesh of 0.25 m and a noise of 0.1 m, many are steeper than 35 degrees."""
+    vertices, triangles = grid(240, 240, 0.25)
+    vertices[:, 2] = np.random.default_rng(1).normal(0.0, 0.1, len(vertices))
+    level = made.terrain_of(vertices, triangles)
+    slopes = berms._slopes_at_foot(level, ridge([[10, 30], [50, 32]]), 1.5)
+    assert len(slopes) > 50 and slopes.max() < berms.STEEP_GROUND
+
+
+@pytest.mark.parametrize("beyond", [1.0, 8.0])
+def test_a_foot_just_beyond_a_crest_and_one_on_the_bench_below_are_steep(beyond):
+    """A face of 70 degrees and 15 m lies next to the berm; the foot is 1 m beyond its crest, or on the floor."""
+    vertices, triangles = grid(121, 121, 0.5)
+    vertices[:, 2] = -np.clip(vertices[:, 1] - 30.0, 0.0, 5.5) * np.tan(np.radians(70.0))
+    wide = ridge([[10, 21 + beyond], [50, 21 + beyond]], 4.0, 18.0, 1.0)
+    slopes = berms._slopes_at_foot(made.terrain_of(vertices, triangles), wide, 9.0)
+    assert 0.3 < (slopes > berms.STEEP_GROUND).mean() < 0.7
+
+
 def test_the_ground_at_a_foot_is_found_among_the_facets_near_it(monkeypatch):
     """A search among 2 million facets takes 1 s; the facets near the foot are found in 0.1 s."""
     rough = made.rough_grid(60, 18.0, 0.3, 0.6, seed=5)
     shape = ridge(LINES["bends"])
-    slopes = berms._slopes_at_foot(rough, shape)
+    slopes = berms._slopes_at_foot(rough, shape, 1.5)
     monkeypatch.setattr(berms, "MANY", 0)
-    assert len(slopes) > 20 and np.array_equal(berms._slopes_at_foot(rough, shape), slopes)
+    assert len(slopes) > 20 and np.array_equal(berms._slopes_at_foot(rough, shape, 1.5), slopes)
     foot = np.array([[3.0, 3.0]])
     assert 0 < len(berms._near(rough, foot).triangles) < 0.1 * len(rough.triangles)

@@ -64,6 +64,23 @@ def _lines(path: Path, layer: str, _: tuple[int, int]) -> tuple[Line, ...]:
     return (*_straight(drawing, layer), *_light(path, drawing, layer), *_heavy(path, drawing, layer))
 
 
+def layers_with_lines(path: Path) -> tuple[str, ...]:
+    """Return the names, sorted, of the layers of a DXF file with lines that `read_dxf_lines` can return.
+
+    Curves are no error: a user who asks for one layer only needs the names of the others.
+
+    Raises
+    ------
+    InputError
+        As `read_drawing`.
+    """
+    drawing = read_drawing(path)
+    heads = drawing.numbers_of("POLYLINE")
+    flags = np.nan_to_num(drawing.table(heads, (70,))[:, 0]).astype(np.int64)
+    lines = (drawing.numbers_of("LINE", "LWPOLYLINE"), heads[(flags & (POLYFACE | MESH_2D)) == 0])
+    return tuple(sorted({name for some in lines for name in drawing.layer_names(some)}))
+
+
 def read_dxf_points(path: Path) -> FloatArray:
     """Return the places (N, 3) of all POINT entities of a DXF file, in the unit of the file.
 

@@ -15,6 +15,7 @@ import shapely
 
 from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.formats.apart import Arrays, read_apart
+from rpf3d_core.formats.commands import path_in_a_command
 from rpf3d_core.formats.mine.need import needed
 
 State = tuple[tuple[int, int] | None, ...]
@@ -172,8 +173,8 @@ def _layer(path: Path, layers: list[list[Any]], family: str, wanted: str) -> str
         raise TerrainError(f"{path}: has no layer of {FAMILIES[family]}; it has {_listed(layers) or 'no layers'}")
     raise TerrainError(
         f"{path}: has several layers of {FAMILIES[family]}: {', '.join(fitting)}; write one to a file of its own: "
-        f"rpf3d import layer {shlex.quote(path.name)} --kind {family} --layer {shlex.quote(fitting[0])} "
-        f"--out {shlex.quote(fitting[0] + '.geojson')}"
+        f"rpf3d import layer {path_in_a_command(path)} --kind {family} --layer {shlex.quote(fitting[0])} "
+        f"--out {path_in_a_command(path.with_name(fitting[0].replace('/', '_') + '.geojson'))}"
     )
 
 
