@@ -4,7 +4,7 @@ The HTML file of the report contains the script of plotly (4.8 MB), so that a re
 part of plotly's wheel.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -63,12 +63,27 @@ class Seen(NamedTuple):
         return Terrain(self.vertices, self.triangles, np.zeros(len(self.triangles), np.int32), ("ground",))
 
 
-def view_html(run: RunFiles, seen: Seen, looking: FloatArray, critical: Key | None = None) -> str:
+class MapSeen(NamedTuple):
+    """A hazard map of the 3D view: corners (N, 3, 3) m and values (N,) of its triangles, as from `draped`.
+
+    what : entry of MAPS; cell : side (m) of a cell of the map
+    """
+
+    what: tuple[str, str | None, str, float, str]
+    corners: FloatArray
+    values: FloatArray
+    cell: float
+
+
+def view_html(
+    run: RunFiles, seen: Seen, looking: FloatArray, critical: Key | None = None, maps: Sequence[MapSeen] | None = None
+) -> str:
     """Return the 3D view of a report as an HTML fragment, without the script of plotly that the fragment needs.
 
     seen : the terrain of the view, as from `terrain_seen`
     looking : (2,) unit vector in plan, in which the rocks travel; the view looks in the opposite direction
     critical : the rock of the critical section, as (source, rock, fragment); None if there is none
+    maps : as from `maps_seen`, which is called if this is None
 
     Raises
     ------
@@ -77,8 +92,9 @@ def view_html(run: RunFiles, seen: Seen, looking: FloatArray, critical: Key | No
     """
     go = needed("plotly.graph_objects")
     traces = [
-        _terrain(go, seen), *_hazard(go, run, seen), _paths(go, run), *_critical(go, run, critical), _releases(go, run),
-        *_barriers(go, run, seen), *_areas(go, run, seen, looking),
+        _terrain(go, seen), *_hazard(go, maps_seen(run, seen) if maps is None else maps), _paths(go, run),
+        *_critical(go, run, critical), _releases(go, run), *_barriers(go, run, seen),
+        *_areas(go, run, seen, looking),
     ]  # fmt: skip
     figure = go.Figure(data=traces, layout=_layout(run, looking))
     html: str = figure.to_html(full_html=False, include_plotlyjs=False, default_height="640px", config={
@@ -120,10 +136,15 @@ def _terrain(go: Any, seen: Seen) -> Any:
     )  # fmt: skip
 
 
-def _hazard(go: Any, run: RunFiles, seen: Seen) -> list[Any]:
-    """Return the hazard maps draped over the terrain; only the first is shown until the reader chooses another."""
+def maps_seen(run: RunFiles, seen: Seen) -> list[MapSeen]:
+    """Return the hazard maps of a run, draped over the terrain of the 3D view."""
     found = [(each, grid) for each in MAPS if (grid := with_few(run, each[0], each[1])) is not None]
-    return [trace for i, (each, grid) in enumerate(found) for trace in _map(go, seen, grid, each, shown=i == 0)]
+    return [MapSeen(each, *draped(seen, grid), grid.cell) for each, grid in found]
+
+
+def _hazard(go: Any, maps: Sequence[MapSeen]) -> list[Any]:
+    """Return the hazard maps as plotly meshes; only the first is shown until the reader chooses another."""
+    return [trace for i, one in enumerate(maps) for trace in _map(go, one, shown=i == 0)]
 
 
 def with_few(run: RunFiles, name: str, band: str | None = None) -> HazardGrid | None:
@@ -142,13 +163,13 @@ def with_few(run: RunFiles, name: str, band: str | None = None) -> HazardGrid | 
     return reached._replace(values=np.where(np.isnan(values) & (reached.values > 0.0), 0.0, values))
 
 
-def _map(go: Any, seen: Seen, grid: HazardGrid, what: Any, shown: bool) -> Iterator[Any]:
+def _map(go: Any, one: MapSeen, shown: bool) -> Iterator[Any]:
     """Yield a hazard map as a plotly mesh just above the terrain, and a second mesh for cells with too few rocks.
 
-    grid : as from `with_few`; what : entry of MAPS; shown : False to hide the map
+    shown : False to hide the map
     """
-    name, _, title, factor, unit = what
-    corners, values = draped(seen, grid)
+    name, _, title, factor, unit = one.what
+    corners, values = one.corners, one.values
     style = {"legendgroup": name, "visible": True if shown else "legendonly", "hoverinfo": "skip", "lighting": UNLIT,
              "opacity": 0.8, "showlegend": True}  # fmt: skip
     few = values == 0.0
