@@ -1,6 +1,8 @@
 """Lay a hazard map over the triangles of a terrain, so that no cell that rocks reached is without a colour.
 
 A triangle has the largest value of all cells that it touches in plan, so a map may show too much but never too little.
+Cells with the value FEW have no known value: it may be larger than every known one. A triangle that touches such a cell
+and a known one is FEW if its middle is in a FEW cell, so that a low value next to the cell does not stand for the cell.
 """
 
 from collections.abc import Iterable
@@ -8,11 +10,17 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.run_files import HazardGrid
 from rpf3d_core.terrain.frame import FloatArray
 
-CAPTION = "Each facet of a hazard map shows the largest value of the cells that it touches."
+CAPTION = (
+    "Each facet of a hazard map shows the largest value of the cells that it touches, unless fewer than "
+    f"{FEWEST_ROCKS} rocks reached the cell under its middle."
+)
 """Sentence for captions of pictures with a draped map."""
+FEW = 0.0
+"""Value of a cell, and of a triangle, that rocks reached, but too few rocks for a value."""
 FINEST_PART, COARSER, FINEST, MOST_DRAPED = 0.5, 2.0**0.5, 0.5, 80_000
 """Largest edge in plan of the triangles of a draped map, as a share (-) of a cell's side; the factor (-) between the
 largest edges that are tried; the smallest such edge (m); and the largest number of triangles that cuts may add.
@@ -32,6 +40,8 @@ def draped_facets(grid: HazardGrid, corners: FloatArray) -> tuple[FloatArray, Fl
     The longest edges are cut first, until no edge is longer than half a cell or cuts have added MOST_DRAPED triangles.
     The number of triangles of the terrain does not count, because most of them may need no cut.
 
+    A triangle has the largest value of the cells that it touches, or FEW.
+
     corners : (N, 3, 3) m, the triangles of the terrain, local frame
     """
     fine = corners[_near_values(grid, corners)]
@@ -43,7 +53,7 @@ def draped_facets(grid: HazardGrid, corners: FloatArray) -> tuple[FloatArray, Fl
         if finer is None:
             break
         fine = finer
-    values = largest_touched(grid, fine)
+    values = touched_values(grid, fine)
     known = ~np.isnan(values)
     return fine[known], values[known]
 
@@ -60,6 +70,20 @@ def caption_of(maps: Iterable[tuple[FloatArray, float]]) -> str:
 def longest_edge(corners: FloatArray) -> float:
     """Return the length in plan (m) of the longest edge of triangles (N, 3, 3) m; 0 without a triangle."""
     return float(_edges(corners).max(initial=0.0))
+
+
+def touched_values(grid: HazardGrid, corners: FloatArray) -> FloatArray:
+    """Return the value (N,) of triangles (N, 3, 3) m: the largest one that each touches, or FEW; NaN without a value.
+
+    A triangle is FEW if it touches no known value, or if the cell under its middle is FEW.
+    """
+    few = grid.values == FEW
+    known = largest_touched(grid._replace(values=np.where(few, np.nan, grid.values)), corners)
+    if not few.any():
+        return known
+    any_few = largest_touched(grid._replace(values=np.where(few, FEW, np.nan)), corners)
+    middle = grid.at(corners[:, :, :2].mean(axis=1))
+    return np.asarray(np.where(np.isnan(known) | (middle == FEW), any_few, known))
 
 
 def largest_touched(grid: HazardGrid, corners: FloatArray) -> FloatArray:

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from rpf3d_core.accuracy.decimated import decimated_mesh
 from rpf3d_core.hazard.scales import FEW_COLOUR, FEW_WORDS
-from rpf3d_core.report.draped_map import draped_facets
+from rpf3d_core.report.draped_map import FEW, draped_facets
 from rpf3d_core.report.need import needed
-from rpf3d_core.report.run_files import HazardGrid, RunFiles, read_hazard
+from rpf3d_core.report.run_files import HazardGrid, RunFiles, has_hazard, read_hazard
 from rpf3d_core.report.section_fences import barrier_lines, height_of, panels_of
 from rpf3d_core.terrain.draped_outlines import draped_lines, draped_outlines
 from rpf3d_core.terrain.facets import Terrain, unit_normals
@@ -148,19 +148,19 @@ def _hazard(go: Any, maps: Sequence[MapSeen]) -> list[Any]:
 
 
 def with_few(run: RunFiles, name: str, band: str | None = None) -> HazardGrid | None:
-    """Return a hazard map with the value 0 in cells that rocks reached, but too few rocks for a value.
+    """Return a hazard map with the value FEW in cells that rocks reached, but too few rocks for a value.
 
-    None if the run did not write the map, or no rock reached a cell.
+    None if the run did not write the map or the band, or no rock reached a cell.
 
     name, band : as for `read_hazard`
     """
-    if not (run.folder / "hazard" / f"{name}.tif").is_file():
+    if not has_hazard(run, name, band):
         return None
     grid, reached = read_hazard(run, name, band), read_hazard(run, "reach_probability")
     if reached is None or (grid is not None and reached.values.shape != grid.values.shape):
         return grid
     values = np.full(reached.values.shape, np.nan) if grid is None else grid.values
-    return reached._replace(values=np.where(np.isnan(values) & (reached.values > 0.0), 0.0, values))
+    return reached._replace(values=np.where(np.isnan(values) & (reached.values > 0.0), FEW, values))
 
 
 def _map(go: Any, one: MapSeen, shown: bool) -> Iterator[Any]:
@@ -172,7 +172,7 @@ def _map(go: Any, one: MapSeen, shown: bool) -> Iterator[Any]:
     corners, values = one.corners, one.values
     style = {"legendgroup": name, "visible": True if shown else "legendonly", "hoverinfo": "skip", "lighting": UNLIT,
              "opacity": 0.8, "showlegend": True}  # fmt: skip
-    few = values == 0.0
+    few = values == FEW
     if not few.all():
         yield go.Mesh3d(
             **_mesh(corners[~few]), intensity=(factor * values[~few]).astype(np.float32), intensitymode="cell",
@@ -193,7 +193,7 @@ def _mesh(corners: FloatArray) -> dict[str, Any]:
 def draped(seen: Seen, grid: HazardGrid) -> tuple[FloatArray, FloatArray]:
     """Return a hazard map draped over the terrain: corners (N, 3, 3) m and values (N,) of triangles.
 
-    The triangles are lifted a little. Each triangle has the largest value of the cells that it touches.
+    The triangles are lifted a little; the values are those of `draped_facets`.
     """
     fine, values = draped_facets(grid, seen.vertices[seen.triangles])
     normal = np.cross(fine[:, 1] - fine[:, 0], fine[:, 2] - fine[:, 0])

@@ -1,13 +1,15 @@
 """A draped map colours all ground that rocks reached, with at least the values of its cells."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
+import rasterio
 
 from rpf3d_core.hazard.scales import FEW_WORDS
 from rpf3d_core.report import draped_map, view
-from rpf3d_core.report.draped_map import CAPTION, caption_of, draped_facets, largest_touched
+from rpf3d_core.report.draped_map import CAPTION, FEW, caption_of, draped_facets, largest_touched
 from rpf3d_core.report.run_files import HazardGrid, read_hazard, read_run
 from rpf3d_core.report.view import Seen, draped, terrain_seen, view_html, with_few
 
@@ -105,12 +107,34 @@ def test_ground_that_too_few_rocks_reached_has_its_own_colour_and_words(known_gr
     assert reached is not None and energy is not None
     few = np.isfinite(reached.values) & np.isnan(energy.values)
     whole = with_few(run, "energy_j", "p95")
-    assert whole is not None and few.any() and (whole.values[few] == 0.0).all()
+    assert whole is not None and few.any() and (whole.values[few] == FEW).all()
     np.testing.assert_array_equal(np.isfinite(whole.values), np.isfinite(reached.values))
     seen = terrain_seen(run)
-    assert (draped(seen, whole)[1] == 0.0).any()
+    assert (draped(seen, whole)[1] == FEW).any()
     html = view_html(run, seen, np.array([1.0, 0.0]))
     assert f"p95 energy: {FEW_WORDS}" in html and "rgb(125, 143, 179)" in html
+
+
+def test_a_low_value_does_not_stand_for_a_cell_that_too_few_rocks_reached() -> None:
+    """On a cell with rocks of an unknown, large energy, a colour of few kJ would show that the ground is safe."""
+    values = np.full((5, 5), 5.0)
+    values[2, 2] = FEW
+    grid = HazardGrid(values=values, x=0.0, y=0.0, dx=1.0, dy=1.0)
+    ground = np.array([[[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [0.0, 5.0, 0.0]], [[5, 5, 0], [0, 5, 0], [5, 0, 0]]])
+    corners, drawn = draped_facets(grid, ground)
+    middle = corners.mean(axis=1)
+    inside = (np.floor(middle[:, :2]) == 2.0).all(axis=1)
+    assert inside.any() and (drawn[inside] == FEW).all() and (drawn[~inside] == 5.0).all()
+
+
+def test_a_map_without_the_band_is_left_out(known_ground: Path, tmp_path: Path) -> None:
+    """Without the band, all ground would count as reached by too few rocks."""
+    run = read_run(known_ground)._replace(folder=tmp_path)
+    shutil.copytree(known_ground / "hazard", tmp_path / "hazard")
+    with rasterio.open(tmp_path / "hazard" / "energy_j.tif", "r+") as file:
+        assert with_few(run, "energy_j", "p95") is not None
+        file.descriptions = ["p50"] * file.count
+    assert with_few(run, "energy_j", "p95") is None and with_few(run, "reach_probability") is not None
 
 
 def test_the_caption_says_which_value_a_facet_shows(report: tuple[Path, Path]) -> None:
