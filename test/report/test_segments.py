@@ -9,7 +9,7 @@ from benches_fallen_from import fallen
 
 from rpf3d_core.report.elements import Text
 from rpf3d_core.report.fences_part import fences_part
-from rpf3d_core.report.passing import passing, places_beyond, segments_at
+from rpf3d_core.report.passing import _reach, passing, places_beyond, segments_at
 from rpf3d_core.report.run_files import ImpactRows, RunFiles, read_run
 from rpf3d_core.report.segments import (
     IMPACTS,
@@ -21,9 +21,10 @@ from rpf3d_core.report.segments import (
     _from_paths,
     _to_the_ends,
     first_passages,
+    largest_speeds_at_impacts,
     segments_of,
 )
-from rpf3d_core.report.toe import FAR, beyond_toe
+from rpf3d_core.report.toe import FAR, STEP, beyond_toe
 from rpf3d_core.report.words import UNKNOWN, height, interval, metres
 from rpf3d_core.runs.run import run_scene
 from rpf3d_core.scene.key_paths import with_values
@@ -60,9 +61,15 @@ def test_impacts_of_all_rocks_give_what_their_paths_give(one_friction: Path) -> 
         # a few centimetres, and the path's energy is too large by as much potential energy.
         arc = over - over_path
         assert arc[flies].min() > -0.001 and arc[flies].max() < 0.04
-        rest = on_path - STANDARD_GRAVITY * run.ends.mass[rows] * arc
-        same_energy = np.isclose(energy, rest, rtol=0.01, atol=60.0)[flies & ~slides]
-        assert same_energy.mean() > 0.95, "an impact near the place that ends a slide has the slide's larger speed"
+        reach, along = _reach(run, beyond, distance)
+        struck, struck_on_path = (
+            largest_speeds_at_impacts(each, run.ends.release[:, :2], along, reach, STEP)[rows]
+            for each in (impacts, paths)
+        )
+        np.testing.assert_allclose(struck, struck_on_path, rtol=1e-6, err_msg="both have the same recorded speeds")
+        mass = run.ends.mass[rows]
+        rest = np.maximum(on_path - STANDARD_GRAVITY * mass * arc, 0.5 * mass * struck_on_path**2)
+        assert energy[flies & ~slides] == pytest.approx(rest[flies & ~slides], rel=0.01, abs=60.0)
         assert (energy >= 0.98 * np.where(flies, rest, on_path) - 60.0).all(), "a slide is never slower than it was"
         compared += int((flies & ~slides).sum())
     assert compared > 100
@@ -137,6 +144,22 @@ def test_a_slide_is_no_flight_and_its_height_is_not_known() -> None:
                      speed=speeds, gravity=9.81, rocks=1, source=IMPACTS)  # fmt: skip
     found = first_passages(piece, np.zeros((1, 2)), np.array([[1.0, 0.0]]), np.array([5.0]))
     assert math.isnan(found.x[0, 2]) and found.speed.tolist() == [5.0]
+
+
+def test_an_impact_at_the_end_of_a_slide_has_its_own_speeds() -> None:
+    """The rock slides down a slope at up to 20 m/s, and is slow where it strikes the ground and where it stops."""
+    struck = ImpactRows(row=np.zeros(2, dtype=int), t=np.array([0.0, 4.0]), x=np.array([[0.0, 0, 9], [10, 0, 0]]),
+                        speed_in=np.array([20.0, 3.0]), speed_out=np.array([20.0, 2.0]))  # fmt: skip
+    _, speed = _flights(struck.x[:1], struck.x[1:], np.array([4.0]), struck.speed_out[:1], struck.speed_in[1:], G)
+    slide = Segments(row=np.zeros(1, dtype=int), begin=struck.x[:1], end=struck.x[1:], time=np.array([math.nan]),
+                     speed=speed, gravity=G, rocks=1, source=IMPACTS, impacts=struck)  # fmt: skip
+    assert speed.tolist() == [[20.0, 20.0]]
+
+    def at(distance: float) -> list[float]:
+        along = np.array([[1.0, 0.0]])
+        return largest_speeds_at_impacts(slide, np.zeros((1, 2)), along, np.array([distance]), 0.25).tolist()
+
+    assert at(10.0) == [3.0] and at(9.8) == [3.0] and at(0.1) == [20.0] and at(5.0) == [0.0]
 
 
 G, V0 = 9.81, np.array([8.0, 0.0, 3.0])
