@@ -20,9 +20,10 @@ AGREES = 0.01
 """Relative difference of speeds (-) up to which a segment between two impacts is a flight."""
 SLOW = 0.05
 """Difference of speeds (m/s) that is allowed in addition to the relative difference AGREES."""
-MOSTLY = 0.9
-"""Smallest share (-) of flights among all segments between impacts, or among the passages of a place, for which the
-place's figures are from impacts; else they are from kept paths."""
+MOSTLY, FOR_HEIGHTS = 0.9, 0.95
+"""Smallest share (-) of flights among the passages of a place for which the place's energy is from impacts; and share
+that flights must exceed for its p95 height, because other passages have no known height. Else they are from kept paths.
+"""
 IMPACTS, KEPT = "impacts of all rocks", "kept paths"
 
 
@@ -33,7 +34,6 @@ class Segments(NamedTuple):
     time : (M,) s, duration of a flight; 0 on the ground and between points of kept paths; NaN for other motion
     speed : (M, 2) m/s at begin and end; gravity : m/s^2; rocks : number of rocks that have segments
     source : IMPACTS if the segments are from the impacts of all rocks, KEPT if from the kept paths
-    flights : share (-) of flights among the segments between impacts; 1 for kept paths
     impacts : impacts with recorded speeds (the times of kept paths are NaN); None without impacts
     """
 
@@ -45,7 +45,6 @@ class Segments(NamedTuple):
     gravity: float
     rocks: int
     source: str
-    flights: float = 1.0
     impacts: ImpactRows | None = None
 
 
@@ -53,7 +52,7 @@ def segments_of(run: RunFiles) -> list[Segments]:
     """Return the possible segments of a run, the best first: from the impacts of all rocks, and from the kept paths.
 
     The segments from impacts are left out if the run kept the paths of all rocks, or did not write impacts.
-    `passing.segments_at` chooses between the possible segments.
+    `passing.segments_at` chooses between the possible segments at each place.
     """
     found = _from_impacts(run) if len(run.paths.key) < len(run.ends.key) else None
     return [*([] if found is None else [found]), _from_paths(run)]
@@ -79,8 +78,7 @@ def _from_impacts(run: RunFiles) -> Segments | None:
     return ends._replace(
         row=np.concatenate([row, ends.row])[order], begin=np.concatenate([begin, ends.begin])[order],
         end=np.concatenate([x, ends.end])[order], time=np.concatenate([time, ends.time])[order],
-        speed=np.concatenate([speed, ends.speed])[order],
-        flights=1.0 if first.all() else float((time[~first] > 0.0).mean()), impacts=found,
+        speed=np.concatenate([speed, ends.speed])[order], impacts=found,
     )  # fmt: skip
 
 

@@ -14,7 +14,6 @@ from rpf3d_core.report.run_files import ImpactRows, RunFiles, read_run
 from rpf3d_core.report.segments import (
     IMPACTS,
     KEPT,
-    MOSTLY,
     Segments,
     _flights,
     _from_impacts,
@@ -93,19 +92,48 @@ def test_impacts_show_a_place_where_rocks_fly_although_they_slide_elsewhere(unkn
     run = with_few_paths(read_run(unknown_ground))
     beyond = beyond_toe(run)
     impacts, kept = segments_of(run)
-    slides = impacts._replace(flights=0.5)
-    assert segments_at(run, beyond, [slides, kept], -10.0).source == IMPACTS, "before the toe, all rocks fly"
-    nowhere = slides._replace(time=np.full(len(slides.row), np.nan))
-    assert segments_at(run, beyond, [nowhere, kept], -10.0).source == KEPT
-    assert segments_at(run, beyond, [nowhere._replace(flights=MOSTLY), kept], -10.0).source == IMPACTS
-    assert segments_at(run, beyond, [kept], -10.0).source == KEPT
+
+    def sources(choices: list[Segments]) -> list[str]:
+        return [each.source for each in segments_at(run, beyond, choices, -10.0)]
+
+    assert sources([impacts, kept]) == [IMPACTS, IMPACTS], "before the toe, all rocks fly"
+    assert sources([kept]) == [KEPT, KEPT]
+    here = slow_rocks(run, impacts, 1.0)
+    assert (here.time > 0.0).mean() > 0.5, "most rocks fly elsewhere"
+    assert sources([here, kept]) == [KEPT, KEPT]
+
+
+def slow_rocks(run: RunFiles, impacts: Segments, share: float) -> Segments:
+    """Return segments in which a share (-) of the rocks do not fly past the place 10 m before the toe."""
+    reach, along = (each[impacts.row] for each in _reach(run, beyond_toe(run), -10.0))
+    start = run.ends.release[impacts.row, :2]
+    first, last = (((x[:, :2] - start) * along).sum(axis=1) for x in (impacts.begin, impacts.end))
+    slow = (first < reach) & (last >= reach) & (impacts.row < share * len(run.ends.key))
+    return impacts._replace(time=np.where(slow, np.nan, impacts.time))
+
+
+@pytest.mark.parametrize(("share", "sources"), [(0.0, [IMPACTS, IMPACTS]), (0.08, [IMPACTS, KEPT]), (0.2, [KEPT] * 2)])
+def test_a_place_with_some_slides_has_its_height_from_kept_paths(
+    unknown_ground: Path, share: float, sources: list[str]
+) -> None:
+    """With 5 % of unknown heights, which count as larger than all others, the p95 height is unknown."""
+    run = with_few_paths(read_run(unknown_ground))
+    beyond = beyond_toe(run)
+    impacts, kept = segments_of(run)
+    choices = [slow_rocks(run, impacts, share), kept]
+    place = next(iter(places_beyond(run, beyond._replace(toe=beyond.toe - 10.0), choices)))
+    assert [place.source, place.height_source] == sources
+    assert place.energy.value is not None and place.height.value is not None and place.height.value < FAR
+    note = next(each.text for each in fences_part(run, [place], choices, beyond)
+                if isinstance(each, Text) and each.text.startswith("Energies"))  # fmt: skip
+    assert ("Heights for 0.0 m are from kept paths (25 of 128 rocks)" in note) == (share == 0.08)
 
 
 def test_a_report_gives_the_true_reason_for_figures_from_kept_paths(unknown_ground: Path) -> None:
     run = with_few_paths(read_run(unknown_ground))
     beyond = beyond_toe(run)
     impacts, kept = segments_of(run)
-    slides = impacts._replace(flights=0.5, time=np.full(len(impacts.row), np.nan))
+    slides = impacts._replace(time=np.full(len(impacts.row), np.nan))
 
     def note(choices: list[Segments]) -> str:
         places = places_beyond(run, beyond, choices)
