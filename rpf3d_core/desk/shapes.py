@@ -13,6 +13,7 @@ from rpf3d_core.ensemble.paths import displayed_rows, sample_paths
 from rpf3d_core.ensemble.releases import Source
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, reach_probability
 from rpf3d_core.hazard.scales import FEW_COLOUR
+from rpf3d_core.report.draped_map import FEW, caption_of
 from rpf3d_core.report.run_files import HazardGrid
 from rpf3d_core.report.view import LIGHT, MOST_TRIANGLES, Seen, draped, raised_by
 from rpf3d_core.results.findings import Run
@@ -65,6 +66,7 @@ class DrapedMap(NamedTuple):
     title, unit : for the legend; largest : value of the last colour, in `unit`; mesh : None if no rock reached a cell
     raised : distance (m) of the map from the ground
     has_few : True if ground has the colour FEW_COLOUR, because too few rocks for a value reached it
+    caption : words on the values and the size of the map's facets
     """
 
     title: str
@@ -73,6 +75,7 @@ class DrapedMap(NamedTuple):
     mesh: Mesh | None
     raised: float = 0.0
     has_few: bool = False
+    caption: str = ""
 
 
 def ground_seen(terrain: Terrain) -> Seen:
@@ -107,7 +110,7 @@ def hazard_map(seen: Seen, maps: HazardMaps, kind: str) -> DrapedMap:
         title, unit, values = "reach probability", "%", 100.0 * reach_probability(maps.cells, maps.flown)
     else:
         title, unit, values = f"p95 energy, cells with {FEWEST_ROCKS} rocks or more", "kJ", maps.cells.energy.p95 / 1e3
-    known = np.where(values > 0.0, values, 0.0)  # 0: reached by too few rocks for a value
+    known = np.where(values > 0.0, values, FEW)
     laid_out = maps.cells.everywhere(np.where(maps.cells.rocks > 0, known, np.nan), np.nan)
     if np.isnan(laid_out).all():
         return DrapedMap(title=title, unit=unit, largest=0.0, mesh=None)
@@ -116,10 +119,13 @@ def hazard_map(seen: Seen, maps: HazardMaps, kind: str) -> DrapedMap:
     corners, drawn = draped(near, grid)
     largest = float(np.nanmax(laid_out))
     triangles = np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)
-    few = drawn == 0.0
+    few = drawn == FEW
     colours = np.where(few[:, None], np.array(FEW_COLOUR, dtype=np.uint8), ramp_colours(drawn / (largest or 1.0)))
     mesh = Mesh(vertices=corners.reshape(-1, 3), triangles=triangles, colours=colours)
-    return DrapedMap(title, unit, largest, mesh if len(corners) else None, raised_by(near), has_few=bool(few.any()))
+    return DrapedMap(
+        title, unit, largest, mesh if len(corners) else None, raised_by(near), has_few=bool(few.any()),
+        caption=caption_of([(corners, grid.cell)]),
+    )  # fmt: skip
 
 
 def _grid(maps: HazardMaps, laid_out: FloatArray) -> HazardGrid:

@@ -25,7 +25,6 @@ from rpf3d_core.desk.shapes import (
 from rpf3d_core.desk.window import AREAS, BARRIERS, CRESTS, DRAWN, GROUND, MAP, PATHS, RELEASES, THIN, Window
 from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.hazard.scales import FEW_WORDS
-from rpf3d_core.report.draped_map import CAPTION
 from rpf3d_core.report.view import ABOVE_MAPS, Seen
 from rpf3d_core.results.findings import Run
 from rpf3d_core.setup.prepared import Prepared
@@ -103,7 +102,7 @@ class SceneView:
         empty = "" if found.largest > 0.0 else ": no values yet"
         return {
             "title": found.title + empty, "unit": found.unit, "largest": three_figures(found.largest),
-            "few": FEW_WORDS if found.has_few else "", "caption": CAPTION,
+            "few": FEW_WORDS if found.has_few else "", "caption": found.caption,
         }  # fmt: skip
 
     def _show_areas(self, map_raised: float) -> None:

@@ -10,7 +10,7 @@ from rpf3d_core.hazard.benches import CAUGHT_COUNT, in_percent
 from rpf3d_core.hazard.filled_cells import ReachedCells, filling_cell, rocks_that_fill, share_of_cells
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.changed_inputs import changed_inputs
-from rpf3d_core.report.draped_map import CAPTION
+from rpf3d_core.report.draped_map import caption_of
 from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
 from rpf3d_core.report.fences_part import fences_part, too_few_toes
 from rpf3d_core.report.inputs_part import inputs_part
@@ -20,7 +20,7 @@ from rpf3d_core.report.section import CriticalSection, critical_section
 from rpf3d_core.report.section_part import section_part
 from rpf3d_core.report.segments import segments_of
 from rpf3d_core.report.toe import DESIGN, BeyondToe, beyond_toe, directions, held_beyond
-from rpf3d_core.report.view import MOST_TRIANGLES, terrain_seen, view_html
+from rpf3d_core.report.view import MOST_TRIANGLES, maps_seen, terrain_seen, view_html
 from rpf3d_core.report.words import (
     UNKNOWN,
     figure_cells,
@@ -221,10 +221,12 @@ def _pictures(run: RunFiles, section: CriticalSection | None) -> Iterator[Elemen
     seen, along = terrain_seen(run), directions(run.ends).mean(axis=0)
     looking = along / max(float(np.linalg.norm(along)), 1e-9)
     small = f", reduced from {seen.of:,} triangles to {len(seen.triangles):,}" if seen.of > MOST_TRIANGLES else ""
+    maps = maps_seen(run, seen)
+    about = caption_of((each.corners, each.cell) for each in maps)
     caption = (f"Terrain around the rocks{small}. Drag to turn, scroll to zoom; a click on the legend shows or hides "
-               f"maps and paths. {CAPTION}")  # fmt: skip
+               f"maps and paths. {about}")  # fmt: skip
     yield Heading("Terrain, paths and hazard")
-    view = view_html(run, seen, looking, None if section is None else section.key)
+    view = view_html(run, seen, looking, None if section is None else section.key, maps)
     yield View(view, caption, "The rotatable 3D view is in the HTML file of this report.")
     for names, words in PICTURES:
         there = [run.folder / name for name in names if (run.folder / name).is_file()]

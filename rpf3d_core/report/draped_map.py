@@ -1,20 +1,32 @@
 """Lay a hazard map over the triangles of a terrain, so that no cell that rocks reached is without a colour.
 
 A triangle has the largest value of all cells that it touches in plan, so a map may show too much but never too little.
+Cells with the value FEW have no known value: it may be larger than every known one. A triangle that touches such a cell
+and a known one is FEW if its middle is in a FEW cell, so that a low value next to the cell does not stand for the cell.
 """
+
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.run_files import HazardGrid
 from rpf3d_core.terrain.frame import FloatArray
 
-CAPTION = "Each facet of a hazard map shows the largest value of the cells that it touches."
+CAPTION = (
+    "Each facet of a hazard map shows the largest value of the cells that it touches, unless fewer than "
+    f"{FEWEST_ROCKS} rocks reached the cell under its middle."
+)
 """Sentence for captions of pictures with a draped map."""
-FINEST_PART, COARSER, FINEST, MOST_DRAPED = 0.5, 2.0**0.5, 0.5, 40_000
-"""Largest edge in plan of the triangles of a draped map, as a share (-) of a cell's side; the factor (-) by which this
-share grows until about MOST_DRAPED triangles are enough; and the smallest such edge (m).
+FEW = 0.0
+"""Value of a cell, and of a triangle, that rocks reached, but too few rocks for a value."""
+FINEST_PART, COARSER, FINEST, MOST_DRAPED = 0.5, 2.0**0.5, 0.5, 80_000
+"""Largest edge in plan of the triangles of a draped map, as a share (-) of a cell's side; the factor (-) between the
+largest edges that are tried; the smallest such edge (m); and the largest number of triangles that cuts may add.
 """
+STATED = 2.0
+"""Largest edge of a triangle in plan, as a multiple (-) of a cell's side, above which a caption states the edge."""
 TOUCHING = 1e-6
 """Overlap of a triangle and a cell, as a share (-) of a cell, that does not count: it is rounding."""
 AT_ONCE = 1_000_000
@@ -25,18 +37,53 @@ IntArray = NDArray[np.int64]
 def draped_facets(grid: HazardGrid, corners: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return a hazard map on the terrain: corners (M, 3, 3) m and values (M,) of the triangles that touch a value.
 
-    The triangles are cut until no edge is longer than half a cell. If this needs too many triangles, the parts are
-    larger.
+    The longest edges are cut first, until no edge is longer than half a cell or cuts have added MOST_DRAPED triangles.
+    The number of triangles of the terrain does not count, because most of them may need no cut.
+
+    A triangle has the largest value of the cells that it touches, or FEW.
 
     corners : (N, 3, 3) m, the triangles of the terrain, local frame
     """
-    near = corners[_near_values(grid, corners)]
-    part = FINEST_PART
-    while (fine := _cut(grid, near, part)) is None:
-        part *= COARSER
-    values = largest_touched(grid, fine)
+    fine = corners[_near_values(grid, corners)]
+    most, finest = len(fine) + MOST_DRAPED, max(FINEST_PART * grid.cell, FINEST)
+    longest = longest_edge(fine)
+    while longest > finest:
+        longest = max(longest / COARSER, finest)
+        finer = _cut(grid, fine, longest, most)
+        if finer is None:
+            break
+        fine = finer
+    values = touched_values(grid, fine)
     known = ~np.isnan(values)
     return fine[known], values[known]
+
+
+def caption_of(maps: Iterable[tuple[FloatArray, float]]) -> str:
+    """Return the sentences for captions of a picture with draped maps: CAPTION, and the size of large facets.
+
+    maps : for each map its triangles (N, 3, 3) m and the side (m) of its cells
+    """
+    sizes = [longest for corners, cell in maps if (longest := longest_edge(corners)) > STATED * cell]
+    return f"{CAPTION} The edges of these facets are up to {max(sizes):.2g} m long." if sizes else CAPTION
+
+
+def longest_edge(corners: FloatArray) -> float:
+    """Return the length in plan (m) of the longest edge of triangles (N, 3, 3) m; 0 without a triangle."""
+    return float(_edges(corners).max(initial=0.0))
+
+
+def touched_values(grid: HazardGrid, corners: FloatArray) -> FloatArray:
+    """Return the value (N,) of triangles (N, 3, 3) m: the largest one that each touches, or FEW; NaN without a value.
+
+    A triangle is FEW if it touches no known value, or if the cell under its middle is FEW.
+    """
+    few = grid.values == FEW
+    known = largest_touched(grid._replace(values=np.where(few, np.nan, grid.values)), corners)
+    if not few.any():
+        return known
+    any_few = largest_touched(grid._replace(values=np.where(few, FEW, np.nan)), corners)
+    middle = grid.at(corners[:, :, :2].mean(axis=1))
+    return np.asarray(np.where(np.isnan(known) | (middle == FEW), any_few, known))
 
 
 def largest_touched(grid: HazardGrid, corners: FloatArray) -> FloatArray:
@@ -89,20 +136,19 @@ def _touched_range(plan: FloatArray) -> tuple[FloatArray, FloatArray]:
     return low + inward, high - inward
 
 
-def _cut(grid: HazardGrid, corners: FloatArray, part: float) -> FloatArray | None:
+def _cut(grid: HazardGrid, corners: FloatArray, longest: float, most: int) -> FloatArray | None:
     """Cut triangles (N, 3, 3) m near cells with a value into smaller triangles (M, 3, 3) m.
 
-    Small triangles that touch no cell with a value are left out. The result is None if there are more than
-    MOST_DRAPED triangles before the last cut.
+    Small triangles that touch no cell with a value are left out.
 
-    part : largest edge of a small triangle in plan, as a share (-) of a cell
+    longest : m, largest edge of a small triangle in plan
+    most : largest number M of triangles; the result is None if there are more
     """
-    longest = max(part * grid.cell, FINEST)
     while (coarse := (_edges(corners) > longest).any(axis=1)).any():
-        if len(corners) > MOST_DRAPED:
-            return None
         smaller = _halved(corners[coarse])
         corners = np.concatenate([corners[~coarse], smaller[_near_values(grid, smaller)]])
+        if len(corners) > most:
+            return None
     return corners
 
 

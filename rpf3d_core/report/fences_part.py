@@ -10,7 +10,7 @@ from rpf3d_core.report.footing import BUILDABLE, Footing
 from rpf3d_core.report.passing import FencePlace
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.section_fences import footings_of_barriers
-from rpf3d_core.report.segments import IMPACTS, KEPT, MOSTLY, Segments
+from rpf3d_core.report.segments import FOR_HEIGHTS, IMPACTS, KEPT, MOSTLY, Segments
 from rpf3d_core.report.toe import STEP, BeyondToe
 from rpf3d_core.report.words import (
     UNKNOWN,
@@ -34,6 +34,10 @@ NO_IMPACTS = "Fewer than all, because the result has no impacts (`outputs.impact
 FEW_FLIGHTS = (
     f"Kept paths are used where fewer than {in_percent(MOSTLY, 0)} % of the passages are flights between two impacts, "
     "because rocks slide or roll or air slows them: impacts do not show energies and heights there."
+)
+FEW_HEIGHTS = (
+    f"where at most {in_percent(FOR_HEIGHTS, 0)} % of the passages are flights between two impacts: the other heights "
+    "are not known from impacts."
 )
 KEEP_MORE = "`outputs.trajectories` keeps more paths."
 SLIGHT = 0.05
@@ -98,11 +102,16 @@ def _from(run: RunFiles, places: list[FencePlace], choices: list[Segments]) -> s
     rocks, used = run.summary["rocks"], {place.source for place in places}
     count = {each.source: f"{each.rocks:,} of {rocks:,} rocks" for each in choices}
     kept = ", ".join(metres(place.distance) for place in places if place.source == KEPT)
+    heights = [place for place in places if place.source == IMPACTS and place.height_source == KEPT]
+    more = ""
+    if heights:
+        distances = ", ".join(metres(place.distance) for place in heights)
+        more = f" Heights for {distances} are from {KEPT} ({count[KEPT]}), {FEW_HEIGHTS}"
     if len(used) > 1:
-        return (f"from {IMPACTS} ({count[IMPACTS]}), and for {kept} from {KEPT} ({count[KEPT]}). {SLIDES} "
+        return (f"from {IMPACTS} ({count[IMPACTS]}), and for {kept} from {KEPT} ({count[KEPT]}).{more} {SLIDES} "
                 f"{FEW_FLIGHTS} {KEEP_MORE}")  # fmt: skip
     if used == {IMPACTS}:
-        return f"from {IMPACTS}: {count[IMPACTS]}. {SLIDES}"
+        return f"from {IMPACTS}: {count[IMPACTS]}.{more} {SLIDES}{f' {KEEP_MORE}' if heights else ''}"
     why = f" {FEW_FLIGHTS if len(choices) > 1 else NO_IMPACTS} {KEEP_MORE}"
     return f"from {KEPT}: {count[KEPT]}.{why if choices[-1].rocks < rocks else ''}"
 

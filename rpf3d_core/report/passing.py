@@ -10,7 +10,14 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.footing import Footing, footing_at
 from rpf3d_core.report.run_files import RunFiles
-from rpf3d_core.report.segments import MOSTLY, FirstPassage, Segments, first_passages, largest_speeds_at_impacts
+from rpf3d_core.report.segments import (
+    FOR_HEIGHTS,
+    MOSTLY,
+    FirstPassage,
+    Segments,
+    first_passages,
+    largest_speeds_at_impacts,
+)
 from rpf3d_core.report.toe import BEYOND, FAR, STEP, BeyondToe, Figure, SetValues, percentile_of
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.height_image import height_image, heights_at
@@ -30,8 +37,8 @@ class FencePlace(NamedTuple):
     distance : m beyond the toe; passed : share (-) of all rocks that pass the place
     footing : slope of the ground on the lines of all rocks, at this distance from the toe
     energy, height : 95th percentiles (J, m) over the rocks that pass
-    crossed : number of rocks from which energy and height are computed: those whose known paths pass the place
-    source : IMPACTS or KEPT, where energy and height are from
+    crossed : number of rocks from which the energy is computed: those whose known paths pass the place
+    source, height_source : IMPACTS or KEPT, where the energy and the height are from
     """
 
     distance: float
@@ -41,6 +48,7 @@ class FencePlace(NamedTuple):
     height: Figure
     crossed: int
     source: str
+    height_source: str
 
 
 def shares_beyond(beyond: BeyondToe, sets: int, distance: FloatArray) -> list[Figure]:
@@ -95,42 +103,44 @@ def places_beyond(run: RunFiles, beyond: BeyondToe, choices: Sequence[Segments])
     """
     distances = places_for(beyond).tolist()
     passed = shares_beyond(beyond, run.sets, np.array(distances))
-    return [
-        _place(run, beyond, segments_at(run, beyond, choices, distance), distance, share)
-        for distance, share in zip(distances, passed, strict=True)
-    ]
+    return [_place(run, beyond, choices, distance, share) for distance, share in zip(distances, passed, strict=True)]
 
 
-def segments_at(run: RunFiles, beyond: BeyondToe, choices: Sequence[Segments], distance: float) -> Segments:
-    """Return the segments for the figures at a distance (m) beyond the toe: the first of `choices` that shows them.
+def segments_at(
+    run: RunFiles, beyond: BeyondToe, choices: Sequence[Segments], distance: float
+) -> tuple[Segments, Segments]:
+    """Return the segments for the energy and for the height at a distance (m) beyond the toe.
 
-    Segments from impacts show energies and heights if most segments of the run, or most passages of this place, are
-    flights. The last of `choices` is used otherwise.
+    Segments from impacts show the energy if most passages of this place are flights (MOSTLY), and the p95 height if
+    more than FOR_HEIGHTS of them are: the heights of the others are not known. The last of `choices` is used otherwise.
     """
     for segments in choices[:-1]:
-        if segments.flights >= MOSTLY:
-            return segments
         flies = _passages(run, beyond, segments, distance).flies
         if len(flies) and flies.mean() >= MOSTLY:
-            return segments
-    return choices[-1]
+            return segments, segments if flies.mean() > FOR_HEIGHTS else choices[-1]
+    return choices[-1], choices[-1]
 
 
-def _place(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float, passed: Figure) -> FencePlace:
+def _place(
+    run: RunFiles, beyond: BeyondToe, choices: Sequence[Segments], distance: float, passed: Figure
+) -> FencePlace:
     """Return share, energy and height of the rocks that pass a distance (m) beyond the toe.
 
     Energy and height are unknown if fewer than FEWEST_ROCKS rocks with known paths pass.
 
-    passed : the share, from `shares_beyond`
+    choices : as from `segments_of`; passed : the share, from `shares_beyond`
     """
-    rows, energy, height = passing(run, beyond, segments, distance)
+    segments, for_height = segments_at(run, beyond, choices, distance)
+    rows, energy, _ = passing(run, beyond, segments, distance)
+    high, _, height = passing(run, beyond, for_height, distance)
     unknown = Figure(value=None, sampling=None, predictive=None)
-    enough = len(rows) >= FEWEST_ROCKS
     return FencePlace(
         distance=distance, passed=passed, crossed=len(rows), source=segments.source,
+        height_source=for_height.source,
         footing=_footing(run, beyond, distance),
-        energy=percentile_of(energy, P95, _displaced(run, beyond, segments, distance)) if enough else unknown,
-        height=percentile_of(height, P95, _with_sets(run, rows, height)) if enough else unknown,
+        energy=percentile_of(energy, P95, _displaced(run, beyond, segments, distance))
+        if len(rows) >= FEWEST_ROCKS else unknown,
+        height=percentile_of(height, P95, _with_sets(run, high, height)) if len(high) >= FEWEST_ROCKS else unknown,
     )  # fmt: skip
 
 

@@ -287,6 +287,21 @@ class HazardGrid(NamedTuple):
         return found
 
 
+def has_hazard(run: RunFiles, name: str, band: str | None = None) -> bool:
+    """Return True if a result has a hazard map, with or without values; name, band : as for `read_hazard`."""
+    path = run.folder / "hazard" / f"{name}.tif"
+    if not path.is_file():
+        return False
+    with rasterio.open(path) as file:
+        return _band(file, band) is not None
+
+
+def _band(file: Any, band: str | None) -> int | None:
+    """Return the number of a band of an open hazard map, counted from 1; None without such a band."""
+    bands = [text or "" for text in file.descriptions]
+    return 1 if band is None else next((i for i, text in enumerate(bands, 1) if band in text.split()), None)
+
+
 def read_hazard(run: RunFiles, name: str, band: str | None = None) -> HazardGrid | None:
     """Return a hazard map of a result; None if the file or the band is missing, or no cell has a value above 0.
 
@@ -296,11 +311,10 @@ def read_hazard(run: RunFiles, name: str, band: str | None = None) -> HazardGrid
     if not path.is_file():
         return None
     with rasterio.open(path) as file:
-        bands = [text or "" for text in file.descriptions]
-        number = 0 if band is None else next((i for i, text in enumerate(bands) if band in text.split()), None)
+        number = _band(file, band)
         if number is None:
             return None
-        values, transform = file.read(number + 1).astype(float), file.transform
+        values, transform = file.read(number).astype(float), file.transform
     values[~(values > 0.0)] = np.nan
     east, north, _ = run.terrain.frame.origin
     turned = 1.0 if run.terrain.frame.up == "z" else -1.0  # with y up, the second axis of a map points south

@@ -20,9 +20,10 @@ AGREES = 0.01
 """Relative difference of speeds (-) up to which a segment between two impacts is a flight."""
 SLOW = 0.05
 """Difference of speeds (m/s) that is allowed in addition to the relative difference AGREES."""
-MOSTLY = 0.9
-"""Smallest share (-) of flights among all segments between impacts, or among the passages of a place, for which the
-place's figures are from impacts; else they are from kept paths."""
+MOSTLY, FOR_HEIGHTS = 0.9, 0.95
+"""Smallest share (-) of flights among the passages of a place for which the place's energy is from impacts; and share
+that flights must exceed for its p95 height, because other passages have no known height. Else they are from kept paths.
+"""
 IMPACTS, KEPT = "impacts of all rocks", "kept paths"
 
 
@@ -33,7 +34,7 @@ class Segments(NamedTuple):
     time : (M,) s, duration of a flight; 0 on the ground and between points of kept paths; NaN for other motion
     speed : (M, 2) m/s at begin and end; gravity : m/s^2; rocks : number of rocks that have segments
     source : IMPACTS if the segments are from the impacts of all rocks, KEPT if from the kept paths
-    flights : share (-) of flights among the segments between impacts; 1 for kept paths
+    impacts : impacts with recorded speeds (the times of kept paths are NaN); None without impacts
     """
 
     row: IntArray
@@ -44,14 +45,14 @@ class Segments(NamedTuple):
     gravity: float
     rocks: int
     source: str
-    flights: float = 1.0
+    impacts: ImpactRows | None = None
 
 
 def segments_of(run: RunFiles) -> list[Segments]:
     """Return the possible segments of a run, the best first: from the impacts of all rocks, and from the kept paths.
 
     The segments from impacts are left out if the run kept the paths of all rocks, or did not write impacts.
-    `passing.segments_at` chooses between the possible segments.
+    `passing.segments_at` chooses between the possible segments at each place.
     """
     found = _from_impacts(run) if len(run.paths.key) < len(run.ends.key) else None
     return [*([] if found is None else [found]), _from_paths(run)]
@@ -77,8 +78,7 @@ def _from_impacts(run: RunFiles) -> Segments | None:
     return ends._replace(
         row=np.concatenate([row, ends.row])[order], begin=np.concatenate([begin, ends.begin])[order],
         end=np.concatenate([x, ends.end])[order], time=np.concatenate([time, ends.time])[order],
-        speed=np.concatenate([speed, ends.speed])[order],
-        flights=1.0 if first.all() else float((time[~first] > 0.0).mean()),
+        speed=np.concatenate([speed, ends.speed])[order], impacts=found,
     )  # fmt: skip
 
 
@@ -125,10 +125,13 @@ def _from_paths(run: RunFiles) -> Segments:
     rows, starts = np.array([place[key] for key in run.paths.key], dtype=np.int64), run.paths.starts
     inner = np.setdiff1d(np.arange(len(run.paths.x)), starts[1:] - 1)
     lengths = np.maximum(np.diff(starts) - 1, 0)
+    row, begin, end = np.repeat(rows, lengths), run.paths.x[inner], run.paths.x[inner + 1]
+    into, out = run.paths.speed[inner], run.paths.speed[inner + 1]
+    struck = np.flatnonzero((begin == end).all(axis=1))  # a path has two points at the place of an impact
     return Segments(
-        row=np.repeat(rows, lengths), begin=run.paths.x[inner], end=run.paths.x[inner + 1],
-        time=np.zeros(len(inner)), speed=np.stack([run.paths.speed[inner], run.paths.speed[inner + 1]], axis=1),
-        gravity=0.0, rocks=len(rows), source=KEPT,
+        row=row, begin=begin, end=end, time=np.zeros(len(inner)), speed=np.stack([into, out], axis=1), gravity=0.0,
+        rocks=len(rows), source=KEPT,
+        impacts=ImpactRows(row[struck], np.full(len(struck), np.nan), begin[struck], into[struck], out[struck]),
     )  # fmt: skip
 
 
@@ -168,18 +171,17 @@ def largest_speeds_at_impacts(
 ) -> FloatArray:
     """Return the largest speed (R,) m/s of each rock just before and after its impacts near a distance; 0 without one.
 
-    Between two segments from the table of impacts lies an impact. A kept path has two points at the place of an impact.
+    The speeds are the recorded ones: a segment that is not a flight has the larger speed of its ends, which may belong
+    to another place.
 
     origin, along, distance : as in `first_passages`; within : largest distance (m) of an impact from `distance`
     """
-    at = np.arange(len(segments.row))
-    if segments.source == KEPT:
-        at = np.flatnonzero((segments.begin == segments.end).all(axis=1))
-    found, row = np.zeros(len(distance)), segments.row[at]
-    for place, speed in zip((segments.begin[at], segments.end[at]), segments.speed[at].T, strict=True):
-        away = ((place[:, :2] - origin[row]) * along[row]).sum(axis=1) - distance[row]
+    found, impacts = np.zeros(len(distance)), segments.impacts
+    if impacts is not None:
+        row = impacts.row
+        away = ((impacts.x[:, :2] - origin[row]) * along[row]).sum(axis=1) - distance[row]
         near = np.abs(away) <= within
-        np.maximum.at(found, row[near], speed[near])
+        np.maximum.at(found, row[near], np.maximum(impacts.speed_in, impacts.speed_out)[near])
     return found
 
 

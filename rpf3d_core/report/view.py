@@ -4,7 +4,7 @@ The HTML file of the report contains the script of plotly (4.8 MB), so that a re
 part of plotly's wheel.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from rpf3d_core.accuracy.decimated import decimated_mesh
 from rpf3d_core.hazard.scales import FEW_COLOUR, FEW_WORDS
-from rpf3d_core.report.draped_map import draped_facets
+from rpf3d_core.report.draped_map import FEW, draped_facets
 from rpf3d_core.report.need import needed
-from rpf3d_core.report.run_files import HazardGrid, RunFiles, read_hazard
+from rpf3d_core.report.run_files import HazardGrid, RunFiles, has_hazard, read_hazard
 from rpf3d_core.report.section_fences import barrier_lines, height_of, panels_of
 from rpf3d_core.terrain.draped_outlines import draped_lines, draped_outlines
 from rpf3d_core.terrain.facets import Terrain, unit_normals
@@ -63,12 +63,27 @@ class Seen(NamedTuple):
         return Terrain(self.vertices, self.triangles, np.zeros(len(self.triangles), np.int32), ("ground",))
 
 
-def view_html(run: RunFiles, seen: Seen, looking: FloatArray, critical: Key | None = None) -> str:
+class MapSeen(NamedTuple):
+    """A hazard map of the 3D view: corners (N, 3, 3) m and values (N,) of its triangles, as from `draped`.
+
+    what : entry of MAPS; cell : side (m) of a cell of the map
+    """
+
+    what: tuple[str, str | None, str, float, str]
+    corners: FloatArray
+    values: FloatArray
+    cell: float
+
+
+def view_html(
+    run: RunFiles, seen: Seen, looking: FloatArray, critical: Key | None = None, maps: Sequence[MapSeen] | None = None
+) -> str:
     """Return the 3D view of a report as an HTML fragment, without the script of plotly that the fragment needs.
 
     seen : the terrain of the view, as from `terrain_seen`
     looking : (2,) unit vector in plan, in which the rocks travel; the view looks in the opposite direction
     critical : the rock of the critical section, as (source, rock, fragment); None if there is none
+    maps : as from `maps_seen`, which is called if this is None
 
     Raises
     ------
@@ -77,8 +92,9 @@ def view_html(run: RunFiles, seen: Seen, looking: FloatArray, critical: Key | No
     """
     go = needed("plotly.graph_objects")
     traces = [
-        _terrain(go, seen), *_hazard(go, run, seen), _paths(go, run), *_critical(go, run, critical), _releases(go, run),
-        *_barriers(go, run, seen), *_areas(go, run, seen, looking),
+        _terrain(go, seen), *_hazard(go, maps_seen(run, seen) if maps is None else maps), _paths(go, run),
+        *_critical(go, run, critical), _releases(go, run), *_barriers(go, run, seen),
+        *_areas(go, run, seen, looking),
     ]  # fmt: skip
     figure = go.Figure(data=traces, layout=_layout(run, looking))
     html: str = figure.to_html(full_html=False, include_plotlyjs=False, default_height="640px", config={
@@ -120,38 +136,43 @@ def _terrain(go: Any, seen: Seen) -> Any:
     )  # fmt: skip
 
 
-def _hazard(go: Any, run: RunFiles, seen: Seen) -> list[Any]:
-    """Return the hazard maps draped over the terrain; only the first is shown until the reader chooses another."""
+def maps_seen(run: RunFiles, seen: Seen) -> list[MapSeen]:
+    """Return the hazard maps of a run, draped over the terrain of the 3D view."""
     found = [(each, grid) for each in MAPS if (grid := with_few(run, each[0], each[1])) is not None]
-    return [trace for i, (each, grid) in enumerate(found) for trace in _map(go, seen, grid, each, shown=i == 0)]
+    return [MapSeen(each, *draped(seen, grid), grid.cell) for each, grid in found]
+
+
+def _hazard(go: Any, maps: Sequence[MapSeen]) -> list[Any]:
+    """Return the hazard maps as plotly meshes; only the first is shown until the reader chooses another."""
+    return [trace for i, one in enumerate(maps) for trace in _map(go, one, shown=i == 0)]
 
 
 def with_few(run: RunFiles, name: str, band: str | None = None) -> HazardGrid | None:
-    """Return a hazard map with the value 0 in cells that rocks reached, but too few rocks for a value.
+    """Return a hazard map with the value FEW in cells that rocks reached, but too few rocks for a value.
 
-    None if the run did not write the map, or no rock reached a cell.
+    None if the run did not write the map or the band, or no rock reached a cell.
 
     name, band : as for `read_hazard`
     """
-    if not (run.folder / "hazard" / f"{name}.tif").is_file():
+    if not has_hazard(run, name, band):
         return None
     grid, reached = read_hazard(run, name, band), read_hazard(run, "reach_probability")
     if reached is None or (grid is not None and reached.values.shape != grid.values.shape):
         return grid
     values = np.full(reached.values.shape, np.nan) if grid is None else grid.values
-    return reached._replace(values=np.where(np.isnan(values) & (reached.values > 0.0), 0.0, values))
+    return reached._replace(values=np.where(np.isnan(values) & (reached.values > 0.0), FEW, values))
 
 
-def _map(go: Any, seen: Seen, grid: HazardGrid, what: Any, shown: bool) -> Iterator[Any]:
+def _map(go: Any, one: MapSeen, shown: bool) -> Iterator[Any]:
     """Yield a hazard map as a plotly mesh just above the terrain, and a second mesh for cells with too few rocks.
 
-    grid : as from `with_few`; what : entry of MAPS; shown : False to hide the map
+    shown : False to hide the map
     """
-    name, _, title, factor, unit = what
-    corners, values = draped(seen, grid)
+    name, _, title, factor, unit = one.what
+    corners, values = one.corners, one.values
     style = {"legendgroup": name, "visible": True if shown else "legendonly", "hoverinfo": "skip", "lighting": UNLIT,
              "opacity": 0.8, "showlegend": True}  # fmt: skip
-    few = values == 0.0
+    few = values == FEW
     if not few.all():
         yield go.Mesh3d(
             **_mesh(corners[~few]), intensity=(factor * values[~few]).astype(np.float32), intensitymode="cell",
@@ -172,7 +193,7 @@ def _mesh(corners: FloatArray) -> dict[str, Any]:
 def draped(seen: Seen, grid: HazardGrid) -> tuple[FloatArray, FloatArray]:
     """Return a hazard map draped over the terrain: corners (N, 3, 3) m and values (N,) of triangles.
 
-    The triangles are lifted a little. Each triangle has the largest value of the cells that it touches.
+    The triangles are lifted a little; the values are those of `draped_facets`.
     """
     fine, values = draped_facets(grid, seen.vertices[seen.triangles])
     normal = np.cross(fine[:, 1] - fine[:, 0], fine[:, 2] - fine[:, 0])

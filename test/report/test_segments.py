@@ -9,21 +9,21 @@ from benches_fallen_from import fallen
 
 from rpf3d_core.report.elements import Text
 from rpf3d_core.report.fences_part import fences_part
-from rpf3d_core.report.passing import passing, places_beyond, segments_at
+from rpf3d_core.report.passing import _reach, passing, places_beyond, segments_at
 from rpf3d_core.report.run_files import ImpactRows, RunFiles, read_run
 from rpf3d_core.report.segments import (
     IMPACTS,
     KEPT,
-    MOSTLY,
     Segments,
     _flights,
     _from_impacts,
     _from_paths,
     _to_the_ends,
     first_passages,
+    largest_speeds_at_impacts,
     segments_of,
 )
-from rpf3d_core.report.toe import FAR, beyond_toe
+from rpf3d_core.report.toe import FAR, STEP, beyond_toe
 from rpf3d_core.report.words import UNKNOWN, height, interval, metres
 from rpf3d_core.runs.run import run_scene
 from rpf3d_core.scene.key_paths import with_values
@@ -60,9 +60,15 @@ def test_impacts_of_all_rocks_give_what_their_paths_give(one_friction: Path) -> 
         # a few centimetres, and the path's energy is too large by as much potential energy.
         arc = over - over_path
         assert arc[flies].min() > -0.001 and arc[flies].max() < 0.04
-        rest = on_path - STANDARD_GRAVITY * run.ends.mass[rows] * arc
-        same_energy = np.isclose(energy, rest, rtol=0.01, atol=60.0)[flies & ~slides]
-        assert same_energy.mean() > 0.95, "an impact near the place that ends a slide has the slide's larger speed"
+        reach, along = _reach(run, beyond, distance)
+        struck, struck_on_path = (
+            largest_speeds_at_impacts(each, run.ends.release[:, :2], along, reach, STEP)[rows]
+            for each in (impacts, paths)
+        )
+        np.testing.assert_allclose(struck, struck_on_path, rtol=1e-6, err_msg="both have the same recorded speeds")
+        mass = run.ends.mass[rows]
+        rest = np.maximum(on_path - STANDARD_GRAVITY * mass * arc, 0.5 * mass * struck_on_path**2)
+        assert energy[flies & ~slides] == pytest.approx(rest[flies & ~slides], rel=0.01, abs=60.0)
         assert (energy >= 0.98 * np.where(flies, rest, on_path) - 60.0).all(), "a slide is never slower than it was"
         compared += int((flies & ~slides).sum())
     assert compared > 100
@@ -86,19 +92,48 @@ def test_impacts_show_a_place_where_rocks_fly_although_they_slide_elsewhere(unkn
     run = with_few_paths(read_run(unknown_ground))
     beyond = beyond_toe(run)
     impacts, kept = segments_of(run)
-    slides = impacts._replace(flights=0.5)
-    assert segments_at(run, beyond, [slides, kept], -10.0).source == IMPACTS, "before the toe, all rocks fly"
-    nowhere = slides._replace(time=np.full(len(slides.row), np.nan))
-    assert segments_at(run, beyond, [nowhere, kept], -10.0).source == KEPT
-    assert segments_at(run, beyond, [nowhere._replace(flights=MOSTLY), kept], -10.0).source == IMPACTS
-    assert segments_at(run, beyond, [kept], -10.0).source == KEPT
+
+    def sources(choices: list[Segments]) -> list[str]:
+        return [each.source for each in segments_at(run, beyond, choices, -10.0)]
+
+    assert sources([impacts, kept]) == [IMPACTS, IMPACTS], "before the toe, all rocks fly"
+    assert sources([kept]) == [KEPT, KEPT]
+    here = slow_rocks(run, impacts, 1.0)
+    assert (here.time > 0.0).mean() > 0.5, "most rocks fly elsewhere"
+    assert sources([here, kept]) == [KEPT, KEPT]
+
+
+def slow_rocks(run: RunFiles, impacts: Segments, share: float) -> Segments:
+    """Return segments in which a share (-) of the rocks do not fly past the place 10 m before the toe."""
+    reach, along = (each[impacts.row] for each in _reach(run, beyond_toe(run), -10.0))
+    start = run.ends.release[impacts.row, :2]
+    first, last = (((x[:, :2] - start) * along).sum(axis=1) for x in (impacts.begin, impacts.end))
+    slow = (first < reach) & (last >= reach) & (impacts.row < share * len(run.ends.key))
+    return impacts._replace(time=np.where(slow, np.nan, impacts.time))
+
+
+@pytest.mark.parametrize(("share", "sources"), [(0.0, [IMPACTS, IMPACTS]), (0.08, [IMPACTS, KEPT]), (0.2, [KEPT] * 2)])
+def test_a_place_with_some_slides_has_its_height_from_kept_paths(
+    unknown_ground: Path, share: float, sources: list[str]
+) -> None:
+    """With 5 % of unknown heights, which count as larger than all others, the p95 height is unknown."""
+    run = with_few_paths(read_run(unknown_ground))
+    beyond = beyond_toe(run)
+    impacts, kept = segments_of(run)
+    choices = [slow_rocks(run, impacts, share), kept]
+    place = next(iter(places_beyond(run, beyond._replace(toe=beyond.toe - 10.0), choices)))
+    assert [place.source, place.height_source] == sources
+    assert place.energy.value is not None and place.height.value is not None and place.height.value < FAR
+    note = next(each.text for each in fences_part(run, [place], choices, beyond)
+                if isinstance(each, Text) and each.text.startswith("Energies"))  # fmt: skip
+    assert ("Heights for 0.0 m are from kept paths (25 of 128 rocks)" in note) == (share == 0.08)
 
 
 def test_a_report_gives_the_true_reason_for_figures_from_kept_paths(unknown_ground: Path) -> None:
     run = with_few_paths(read_run(unknown_ground))
     beyond = beyond_toe(run)
     impacts, kept = segments_of(run)
-    slides = impacts._replace(flights=0.5, time=np.full(len(impacts.row), np.nan))
+    slides = impacts._replace(time=np.full(len(impacts.row), np.nan))
 
     def note(choices: list[Segments]) -> str:
         places = places_beyond(run, beyond, choices)
@@ -137,6 +172,22 @@ def test_a_slide_is_no_flight_and_its_height_is_not_known() -> None:
                      speed=speeds, gravity=9.81, rocks=1, source=IMPACTS)  # fmt: skip
     found = first_passages(piece, np.zeros((1, 2)), np.array([[1.0, 0.0]]), np.array([5.0]))
     assert math.isnan(found.x[0, 2]) and found.speed.tolist() == [5.0]
+
+
+def test_an_impact_at_the_end_of_a_slide_has_its_own_speeds() -> None:
+    """The rock slides down a slope at up to 20 m/s, and is slow where it strikes the ground and where it stops."""
+    struck = ImpactRows(row=np.zeros(2, dtype=int), t=np.array([0.0, 4.0]), x=np.array([[0.0, 0, 9], [10, 0, 0]]),
+                        speed_in=np.array([20.0, 3.0]), speed_out=np.array([20.0, 2.0]))  # fmt: skip
+    _, speed = _flights(struck.x[:1], struck.x[1:], np.array([4.0]), struck.speed_out[:1], struck.speed_in[1:], G)
+    slide = Segments(row=np.zeros(1, dtype=int), begin=struck.x[:1], end=struck.x[1:], time=np.array([math.nan]),
+                     speed=speed, gravity=G, rocks=1, source=IMPACTS, impacts=struck)  # fmt: skip
+    assert speed.tolist() == [[20.0, 20.0]]
+
+    def at(distance: float) -> list[float]:
+        along = np.array([[1.0, 0.0]])
+        return largest_speeds_at_impacts(slide, np.zeros((1, 2)), along, np.array([distance]), 0.25).tolist()
+
+    assert at(10.0) == [3.0] and at(9.8) == [3.0] and at(0.1) == [20.0] and at(5.0) == [0.0]
 
 
 G, V0 = 9.81, np.array([8.0, 0.0, 3.0])
