@@ -20,8 +20,11 @@ ROCK = (1_000.0, MOST_DENSITY)
 """Range of densities (kg/m^3) of rock and ore."""
 MOST_RELEASE_SPEED = 30.0
 """Largest plausible speed (m/s) of a release, that of a free fall of 46 m; blasts throw some rocks faster."""
-MOST_STOP_SPEED = 2.0
-"""Largest plausible stop speed (m/s)."""
+MOST_STOP_SPEED, STOPS_ALL = 3.0, 100.0
+"""Largest plausible stop speed (m/s): r.stone stops rocks at 3 m/s; and the speed from which a material stops every rock.
+
+Materials that stop every rock on contact, such as water, have a stop speed above the second limit.
+"""
 KMH = 3.6
 """1 m/s in km/h."""
 WIDE = 2.0
@@ -82,7 +85,7 @@ def _speeds(scene: Scene) -> Iterator[str]:
     stops = {"stop_speed": scene.stop_speed}
     stops |= {f"materials.{name}.stop_speed": its.stop_speed or 0.0 for name, its in scene.materials.items()}
     for place, speed in stops.items():
-        if speed > MOST_STOP_SPEED:
+        if MOST_STOP_SPEED < speed < STOPS_ALL:
             yield (
                 f"`{place}` is {speed:g} m/s: a rock counts as stopped as soon as it is slower, and its runout becomes "
                 "too short; the default is 0.5 m/s"

@@ -74,7 +74,7 @@ def test_a_hazard_map_is_a_geotiff_in_which_fewer_cells_have_larger_shares(tmp_p
     with rasterio.open(path) as tif:
         assert tif.crs.to_epsg() == 32633 and tif.res == (5, 5)
         reach = tif.read(1)
-    assert "EPSG:32633" in first and "share of all rocks" in meaning
+    assert "EPSG:32633" in first and "share of all simulated rocks" in meaning
     for line, share in zip(levels, (0.01, 0.05, 0.1), strict=True):
         cells = int((reach >= share).sum())
         assert numbers(line) == [100 * share, cells, 25 * cells] and cells > 0

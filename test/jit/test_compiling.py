@@ -114,7 +114,7 @@ def test_a_class_without_a_rule_is_named_by_compiled_calls_too() -> None:
 
 
 def test_a_model_function_keeps_the_name_and_the_words_of_its_stub() -> None:
-    assert (doubled.__name__, doubled.__doc__) == ("doubled", "Twice or whatever.")
+    assert (doubled.__name__, doubled.__doc__) == ("doubled", "Return a value that depends on the model.")
 
 
 @pytest.mark.parametrize("file", IN_FLIGHTS)

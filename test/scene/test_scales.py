@@ -61,7 +61,8 @@ def test_the_speed_of_a_source_in_kilometres_an_hour() -> None:
 
 def test_a_stop_speed_that_is_no_standstill() -> None:
     assert warned("stop_speed: 5").startswith("`stop_speed` is 5 m/s: a rock counts as stopped")
-    assert warned(more=", stop_speed: 3").startswith("`materials.default.stop_speed` is 3 m/s")
+    assert warned(more=", stop_speed: 4").startswith("`materials.default.stop_speed` is 4 m/s")
+    assert warned("stop_speed: 3", more=", stop_speed: 1000") == "", "as in r.stone, and of water"
 
 
 def test_a_standard_deviation_in_percent() -> None:
