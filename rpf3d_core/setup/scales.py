@@ -21,7 +21,7 @@ ROCK = (1_000.0, MOST_DENSITY)
 MOST_RELEASE_SPEED = 30.0
 """Largest plausible speed (m/s) of a release, that of a free fall of 46 m; blasts throw some rocks faster."""
 MOST_STOP_SPEED, STOPS_ALL = 3.0, 100.0
-"""Largest plausible stop speed (m/s): r.stone stops rocks at 3 m/s; and the speed from which a material stops every rock.
+"""Largest plausible stop speed (m/s), that of r.stone; and the stop speed from which a material stops every rock.
 
 Materials that stop every rock on contact, such as water, have a stop speed above the second limit.
 """

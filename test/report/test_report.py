@@ -162,7 +162,7 @@ def test_the_answer_names_every_area_and_the_zones_that_hold_most(known_ground) 
     assert [name for name in names if " area " in name] == [f"rocks that reach the area a{i}" for i in range(14)]
     zones = [name for name in names if name.startswith("retained by")]
     assert zones == [f"retained by BENCH_{i}, of the rocks that reached it" for i in range(3)], "faces hold none"
-    assert "and 9 more in the table" in texts[0]
+    assert "; 9 more are in the table" in texts[0]
 
 
 def test_the_answer_has_the_barriers_and_what_no_rock_reached(unknown_ground) -> None:
@@ -209,7 +209,7 @@ def test_without_unknowns_no_predictive_interval_is_claimed(known_ground) -> Non
     answer = next(element for element in elements if isinstance(element, Table) and element.header[0] == "")
     assert answer.rows and {row[2] for row in answer.rows} == {UNKNOWN}
     texts = [element.text for element in elements if isinstance(element, Text)]
-    assert any("Predictive intervals are not known" in text for text in texts)
+    assert any("Predictive intervals are unknown" in text for text in texts)
 
 
 def test_inputs_say_where_they_come_from(unknown_ground, known_ground) -> None:
