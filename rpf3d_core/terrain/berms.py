@@ -155,7 +155,7 @@ def _halves(polygon: Polygon, begin: FloatArray, end: FloatArray) -> tuple[Polyg
 
 
 def _beside(terrain: Terrain, cut: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the uncut facets (N,) that may share an edge with a cut facet, because new points may lie on this edge.
+    """Return the uncut facets (N,) that may share an edge with a cut facet: new points may lie on such an edge.
 
     A facet may share an edge if at least two of its vertices are vertices of cut facets.
 
@@ -169,7 +169,7 @@ def _beside(terrain: Terrain, cut: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _without_repeats(ring: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return a closed ring of points (R,) without the points that are equal to the previous point of the ring."""
+    """Return a closed ring of point numbers (R,) without the numbers that equal the previous number of the ring."""
     return np.asarray(ring[ring != np.roll(ring, 1)])
 
 
@@ -182,7 +182,7 @@ def _triangles(
     an edge of a ring become corners of the ring, so that neighbours share whole edges.
 
     places : (P, 3) m, points; rings : closed rings (R,) of indices into `places`
-    owners : the facet of the original terrain that each ring is a part of
+    owners : for each ring, the facet of the original terrain that contains the ring
     """
     order = np.argsort(places[:, 0], kind="stable")
     x = places[order, 0]
@@ -210,7 +210,7 @@ def _with_places_between(
     """Return a ring extended by all points that lie on its edges, in their order along the ring: no T-junctions remain.
 
     order : (P,) points sorted by x; x : (P,) m, their sorted coordinates
-    places : (P, 3) m, all points; ring : numbers of the points of the ring
+    places : (P, 3) m, all points; ring : (R,) numbers of the points of the ring
     """
     whole = []
     for a, b in zip(ring, np.roll(ring, -1), strict=True):

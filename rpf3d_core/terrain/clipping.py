@@ -82,7 +82,7 @@ def _tiles_of(corners: FloatArray) -> _Tiles:
 
 
 def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
-    """Return (T, 3) true for each edge of a prism if vertical facets on this edge belong to the neighbouring prism.
+    """Return flags (T, 3): true for an edge of a prism if vertical facets on it belong to the neighbouring prism.
 
     A vertical facet exactly on the edge between two prisms is therefore included once.
 
@@ -111,7 +111,9 @@ def _near(tiles: _Tiles, prism: FloatArray) -> NDArray[np.int64]:
 
 
 def _off(points: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
-    """Return how far points (..., 3) m lie to the left of a line in plan, times the line's length: (...) m^2.
+    """Return the distance of points (..., 3) m from a line in plan, times the line's length: (...) m^2.
+
+    The distance is positive to the left of the line, and negative to the right.
 
     begin, end : (2,) m, ends of the line
     """
@@ -146,6 +148,8 @@ def _cut(
 
     points : (N, 9, 3) m, corners of the polygons; count : (N,) number of corners of each polygon
     begin, end : (2,) m, two points of the line, which give its direction
+
+    Rows of a polygon beyond its corner count are not used, also in the result.
     """
     off = _off(points, begin, end)
     kept, corners, every = np.zeros_like(points), np.zeros_like(count), np.arange(len(points))

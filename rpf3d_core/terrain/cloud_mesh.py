@@ -52,7 +52,7 @@ def _squares(cells: Cells) -> Ids:
 
 
 def _three(plan: FloatArray, corner: Ids) -> Ids:
-    """Return a triangle (S, 3) for each common corner of four cells of which only three have a point.
+    """Return the triangle (S, 3) around each common corner of four cells if exactly three of the cells have a point.
 
     corner : (S, 4) points of the four cells, from `_squares`; exactly one of the four is -1
     plan : not used
@@ -70,9 +70,9 @@ def _area(p: FloatArray, q: FloatArray, r: FloatArray) -> FloatArray:
 
 
 def _in_circle(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> NDArray[np.bool_]:
-    """Return (N,) true where d lies inside the circle through a, b, c.
+    """Return flags (N,): true where d lies inside the circle through a, b, c.
 
-    Then the diagonal from b to d cuts the quadrilateral a b c d into better triangles than the diagonal from a to c.
+    Where true, the diagonal b d cuts the quadrilateral a b c d into better triangles than the diagonal a c.
 
     a, b, c, d : (N, 2) m, counter-clockwise
     """

@@ -42,7 +42,7 @@ class CloudSurface(NamedTuple):
     given : number of points of the cloud; ground : number of these points that are ground; cell : side of a cell, m
     density : ground points per m^2, the median over cells with points; closed : number of closed holes
     holes : (H,) m^2, areas in plan of the holes that stay open
-    left : number of cells whose point is left out because no triangle uses it
+    left : number of cells whose point is left out, because no triangle has a corner there
     """
 
     points: FloatArray

@@ -76,7 +76,7 @@ def _with_normals(ring: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _moved_inside(rings: Sequence[FloatArray], ring: tuple[FloatArray, FloatArray]) -> FloatArray:
     """Return the points (M, 2) m of a ring, moved by INSIDE into the area; points stay where the area is too narrow.
 
-    rings : all rings of the area; ring : points and normals from `_with_normals`
+    rings : all rings (N, 2) m of the area; ring : points and normals (M, 2) from `_with_normals`
     """
     points, normals = ring
     left, right = points + INSIDE * normals, points - INSIDE * normals
@@ -85,7 +85,7 @@ def _moved_inside(rings: Sequence[FloatArray], ring: tuple[FloatArray, FloatArra
 
 
 def _is_inside(rings: Sequence[FloatArray], points: FloatArray) -> NDArray[np.bool_]:
-    """Return (M,) True for points (M, 2) m inside the area: inside an odd number of its rings."""
+    """Return flags (M,): True for points (M, 2) m inside the area: inside an odd number of its rings."""
     inside = np.zeros(len(points), dtype=bool)
     for ring in rings:
         polygon = shapely.polygons(ring)

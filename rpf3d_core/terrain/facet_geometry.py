@@ -72,8 +72,8 @@ def contains(facets: Facets, f: int, p: Vec, strictly: bool, slack: float) -> bo
 
     strictly : the point must lie inside by more than `slack` (m, above 0); otherwise it may lie up to `slack` outside
 
-    A point that is not inside all edges by more than `slack` must also lie near the facet's box (`TIP`). For all other
-    points, the most frequent case, the box is not tested.
+    If the point does not lie inside every edge by more than `slack`, it must also lie in the facet's box, widened by
+    `TIP` times `slack`. Most points lie well inside, and need no test of the box.
     """
     deep = True
     for k in range(3):
@@ -100,7 +100,9 @@ def _is_at_box(facets: Facets, f: int, p: Vec, slack: float) -> bool:
 def edge_distance(facets: Facets, f: int, k: int, p: Vec) -> tuple[float, float]:
     """Return the squared length (m^2) of edge k of facet f, and the distance of p from the edge times the length (m^2).
 
-    The distance is positive on the inner side of the edge. Both numbers need no square root.
+    The distance is positive on the inner side of the edge. Neither number needs a square root.
+
+    p : (3,) m, projected onto the plane of the facet
     """
     begin = corner(facets, f, k)
     edge = subtract(corner(facets, f, (k + 1) % 3), begin)
@@ -143,7 +145,8 @@ def on_line(facets: Facets, first: int, second: int, x: Vec) -> Vec:
 def line_exit(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float, slack: float) -> float:
     """Return the distance (m) that a rock at x can move in a direction over facet f until it leaves the facet.
 
-    The rock leaves the facet at the first edge that its path crosses. If the path crosses an edge at a small angle
+    The rock leaves the facet at the first edge that its path crosses; without such an edge or box, the result is inf.
+    If the path crosses an edge at a small angle
     (sine below `FLAT`), the rock leaves only at the distance `slack` outside this edge.
 
     x : m; direction : (3,) unit
@@ -201,7 +204,7 @@ def lies_below(facets: Facets, f: int, other: int, side: float, slack: float) ->
 def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
     """Return True if a straight path in the plane of facet f stays on the facet for more than `ALONGSIDE` crack widths.
 
-    A path that is almost parallel to an edge, and at most one crack width outside it, is still on the facet.
+    A path almost parallel to an edge counts as on the facet up to one crack width outside this edge.
 
     x : m, start of the path; way : (3,) direction of the path, of any length; for a zero vector the result is True
     """
@@ -213,7 +216,7 @@ def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
 
 @kernel
 def leads_on(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float) -> bool:
-    """Return True if a straight path stays on facet f for more than the tolerance.
+    """Return True if a straight path over facet f stays on the facet for more than the contact tolerance.
 
     x : m, start of the path; direction : (3,) unit vector along the path
     parallel : as in `line_exit`
@@ -223,10 +226,10 @@ def leads_on(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float) ->
 
 @kernel
 def time_into(facets: Facets, f: int, p: Vec, v: Vec, a: Vec, slack: float) -> float:
-    """Return the time (s) when a moving point has crossed, inwards, all edges of facet f of which it begins outside.
+    """Return the time (s) at which a moving point has crossed each edge of facet f outside which the point started.
 
-    The point is projected onto the plane of the facet. The result is 0 for a point that begins inside all edges, and
-    inf if the point never crosses one of the edges of which it begins outside.
+    The point is projected onto the plane of the facet. The result is 0 for a point that starts inside all edges, and
+    inf if the point starts outside an edge and never crosses it.
 
     p, v, a : position (3,) m and velocity (3,) m/s at time 0, and constant acceleration (3,) m/s^2 of the point
     slack : distance (m) outside an edge up to which the point counts as inside

@@ -146,7 +146,10 @@ def area_vectors(vertices: FloatArray, triangles: IntArray) -> FloatArray:
 
 
 def _geometry(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, tuple[Vec, Vec]]:
-    """Return the corners (m) and unit normal of each facet as rows (F, 12), and the corners (m) of the bounding box."""
+    """Return the corners (m) and unit normal of each facet as rows (F, 12), and both corners (m) of the bounding box.
+
+    vertices : (V, 3) m; triangles : (F, 3)
+    """
     geometry, box = np.empty((len(triangles), 12)), np.array([[np.inf] * 3, [-np.inf] * 3])
     lay_out(*_as_the_loops_want(vertices, triangles), 0, len(triangles), geometry, box)
     (x, y, z), (u, v, w) = box.tolist()
@@ -154,7 +157,7 @@ def _geometry(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, tu
 
 
 def _as_the_loops_want(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
-    """Return vertices and triangles as contiguous float64 and int32 arrays, for which the loops are compiled.
+    """Return vertices (V, 3) m and triangles (F, 3) as contiguous float64 and int32 arrays, for compiled loops.
 
     Arrays that already have this layout are not copied.
     """
@@ -163,7 +166,7 @@ def _as_the_loops_want(vertices: FloatArray, triangles: IntArray) -> tuple[Float
 
 @kernel
 def area_vector(a: Vec, b: Vec, c: Vec) -> Vec:
-    """Return the normal (m^2) of the triangle a b c, with the triangle's area as its length."""
+    """Return the normal (3,) m^2 of the triangle a b c (corners in m); its length is the triangle's area."""
     return scale(0.5, cross(subtract(b, a), subtract(c, a)))
 
 

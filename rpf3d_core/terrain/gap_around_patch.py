@@ -54,9 +54,9 @@ def triangles_between(plan: FloatArray, edges: IntArray) -> IntArray:
 
 
 class _Mesh:
-    """A triangulation whose edges can be swapped; stores the third corner of the triangle to the left of each edge.
+    """A triangulation whose edges can be swapped.
 
-    Each edge is stored once in each direction.
+    Each edge is stored twice, once in each direction, with the third corner of the triangle to its left.
     """
 
     def __init__(self, plan: FloatArray) -> None:
@@ -146,13 +146,16 @@ class _Mesh:
         raise TerrainError(CROSSING)
 
     def triangles(self, count: int) -> IntArray:
-        """Return the triangles (T, 3) between the first `count` points, without triangles at other points."""
+        """Return the triangles (T, 3) that have all three corners among the first `count` points."""
         some = [(a, b, c) for (a, b), c in self._left.items() if a < b and a < c and max(b, c) < count]
         return np.array(some, dtype=np.int32).reshape(-1, 3)
 
 
 def _counter_clockwise(points: FloatArray, triangles: IntArray) -> IntArray:
-    """Return triangles (T, 3) with their corners counter-clockwise; clockwise triangles get two corners exchanged."""
+    """Return triangles (T, 3) with counter-clockwise corners: two corners of each clockwise triangle are exchanged.
+
+    points : (N, 2) m, in plan
+    """
     (ax, ay), (bx, by), (cx, cy) = (points[corner].T for corner in triangles.T)
     left, right = (ax - cx) * (by - cy), (ay - cy) * (bx - cx)
     backwards = left < right

@@ -102,7 +102,7 @@ def _outline(border: FloatArray) -> Outline:
 
 
 def _gaps_in_plan(outline: Outline, crack: float) -> tuple[NDArray[np.object_], bool]:
-    """Return the gaps as regions (polygons in plan), and true if ground lies above other ground anywhere.
+    """Return the gaps as regions (G,), polygons in plan; also return True if ground lies above other ground anywhere.
 
     A gap is a region within the convex hull without ground. Regions no wider than `crack` (m) do not count.
     """
@@ -163,7 +163,9 @@ def _winding(outline: Outline, points: FloatArray) -> Ids:
 
 
 def _bays(faces: NDArray[np.object_], outline: Outline, crack: float) -> NDArray[np.bool_]:
-    """Return (G,) true for each gap that is a bay: open to the outside, with corners on at most one ring of the border.
+    """Return flags (G,): true for each gap that is a bay.
+
+    A bay is open to the outside, and its corners lie on at most one ring of the border.
 
     A rock that flies into a bay has left the terrain. An open region with corners on several rings lies between
     components of the terrain: the region is not a bay, because there is ground again behind it.
@@ -222,9 +224,9 @@ def _triangles(faces: NDArray[np.object_], outline: Outline, crack: float) -> tu
 
 
 def _lowest_at(points: FloatArray, outline: Outline, crack: float) -> FloatArray:
-    """Return the lowest height (N,) m of the border at each point (N, 2) m where border sides cross in plan.
+    """Return the lowest height (N,) m of the border sides at points (N, 2) m in plan, such as crossings of sides.
 
-    crack : distance (m) from a point within which a border side counts as at the point
+    crack : distance (m) from a point within which a border side counts as at the point; the nearest side always counts
     """
     places, height = outline.places[outline.sides], outline.height[outline.sides]
     tree, there = shapely.STRtree(outline.lines), shapely.points(points)

@@ -142,15 +142,16 @@ def _is_short(vertices: Any, a: int, b: int, c: int, longest: float) -> bool:
 def _count(
     number: Any, vertices: Any, longest: float, begin: int, end: int, whole: Any, kept: Any, plan: Any
 ) -> None:  # fmt: skip
-    """Write the numbers of squares and triangles in each row of squares, and twice the area in plan.
+    """Write, for each row of squares, the number of squares, the number of kept triangles, and twice the area in plan.
 
-    The area is that of the squares with a triangle that is kept, positive if the squares face up. Only the rows of
-    squares from `begin` to `end` - 1 are counted.
+    A square counts if it has four points; a triangle is kept if no side in plan is longer than `longest`. The area is
+    that of the squares with a kept triangle, positive if they face up. Only the rows of squares from `begin` to
+    `end` - 1 are counted.
 
     number : (H, W) vertex number of each point, -1 for a missing point; vertices : (V, 3) m
     longest : m, longest allowed side of a triangle in plan
-    whole : (H - 1,) receives the numbers of squares with four points; kept : (H - 1,) receives the numbers of their
-        triangles without a longer side; plan : (H - 1,) receives the areas, m^2; all 0 before the call
+    whole, kept : (H - 1,), receive the numbers of squares and of kept triangles; plan : (H - 1,), receives twice the
+        areas, m^2; all 0 before the call
     """
     for r in range(begin, end):
         for c in range(number.shape[1] - 1):

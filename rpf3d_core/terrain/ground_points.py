@@ -49,7 +49,7 @@ class Cells(NamedTuple):
 
 
 def ground_class(classes: NDArray[np.uint8], wanted: tuple[int, ...] = ()) -> NDArray[np.bool_]:
-    """Return (N,) true for the points of a cloud that are ground.
+    """Return flags (N,): true for the points of a cloud that are ground.
 
     classes : (N,) LAS class of each point
     wanted : classes that count as ground; () for the class ground or, if no point has this class, for all points that

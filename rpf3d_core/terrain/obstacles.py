@@ -24,7 +24,7 @@ class Obstacles:
     names : such as "barriers.fence_1" or "forest"; owner : (N,) for each obstacle, the index of its name in `names`
     lines : name and points (P, 3) m along the foot of each obstacle that is a line
     stems : (T, 4) m, foot (x, y, z) and diameter of each tree
-    heights : m, height of the panel on each of the lines
+    heights : height (m) of the panel on each line in `lines`
 
     Coordinates are in the terrain's local frame.
     """
@@ -37,7 +37,7 @@ class Obstacles:
 
     @property
     def walls(self) -> list[Wall]:
-        """The surfaces of all obstacles that are lines with a height above 0."""
+        """The vertical surfaces of all obstacles that stand along a line and are higher than 0."""
         return [
             standing_wall(foot, height)
             for (_, foot), height in zip(self.lines, self.heights, strict=False) if height > 0.0
@@ -58,7 +58,7 @@ def standing_wall(foot: FloatArray, height: float) -> Wall:
 
 
 def all_of(parts: Sequence[Obstacles]) -> Obstacles:
-    """Return the obstacles of several effects in one record, numbered consecutively."""
+    """Return the obstacles of several effects in one record, numbered in the order of the effects."""
     names = tuple(name for part in parts for name in part.names)
     before = np.cumsum([0, *(len(part.names) for part in parts)])
     owners = [part.owner + n for part, n in zip(parts, before[:-1], strict=True)]

@@ -75,9 +75,10 @@ def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
 def surfaces_at(
     terrain: Terrain, window: Window, shape: tuple[int, int]
 ) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]]:
-    """Yield all facets over or under the centres of the pixels of a window, in chunks: facet, pixel, height (m), (N,).
+    """Yield each pair of a facet and a pixel whose centre lies in the facet in plan, in chunks of three arrays (N,).
 
-    The height is that of the facet at the centre of the pixel. A vertical facet covers no pixel.
+    The arrays are the facets, the pixels, and the heights (m) of the facets at the pixel centres. A pixel has several
+    pairs where facets lie above each other. A vertical facet covers no pixel.
 
     window : of width and height > 0; shape : rows and columns of pixels, whose numbers go row by row from the bottom
     """
@@ -179,9 +180,9 @@ def _planes(corners: FloatArray) -> FloatArray:
 def _heights(
     planes: FloatArray, repeats: NDArray[np.int64], column: NDArray[np.int64], row: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return the indices of the pixel centres that lie in their facet, and the heights of the facets there.
+    """Return the indices (M,) of the pixel centres that lie in their facet, and the heights (M,) m of the facets there.
 
-    planes : (9, F) from `_planes`; column, row : (N,) of all pixels, facet after facet
+    planes : (9, F) from `_planes`; column, row : (N,) column and row of each pixel to test, facet after facet
     repeats : (F,) number of consecutive pixels of each facet
     """
 

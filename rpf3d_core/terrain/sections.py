@@ -53,7 +53,7 @@ def ground_at(terrain: Terrain, points: FloatArray) -> tuple[FloatArray, NDArray
 
 
 def _height_in(corners: FloatArray, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return the height (N,) m of each facet at one point in plan, and (N,) true if the point lies in the facet.
+    """Return the height (N,) m of each facet at its point in plan, and flags (N,): true if the point lies in the facet.
 
     corners : (N, 3, 3) m, of the facets; points : (N, 2) m, one for each facet
     """
@@ -101,9 +101,9 @@ def _pairs(terrain: Terrain, points: FloatArray) -> Iterator[tuple[NDArray[np.in
 
 
 def _spread(values: NDArray[np.int64], counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return each value repeated as often as its count says, and the number 0, 1, ... of each repetition of a value.
+    """Return values repeated by their counts, and the number of each repetition from 0; both (M,).
 
-    values, counts : (N,)
+    values, counts : (N,); M is the sum of the counts
     """
     ends = np.cumsum(counts)
     total = int(ends[-1]) if len(ends) else 0
@@ -138,10 +138,10 @@ def section_of(terrain: Terrain, begin: FloatArray, end: FloatArray) -> Section 
 
 
 def _crossings(corners: FloatArray, begin: FloatArray, end: FloatArray, share: tuple[float, float]) -> FloatArray:
-    """Return where another facet becomes the highest between two shares of a line, as shares in ascending order.
+    """Return the shares (K,) of a line between two given shares at which another facet becomes the highest, ascending.
 
-    There, two facets pass through each other. Facets whose heights differ by less than SHORTEST at both shares count as
-    one facet.
+    At such a share, two facets pass through each other. Facets whose heights differ by less than SHORTEST at both given
+    shares count as one facet.
 
     corners : (N, 3, 3) m, of the facets that lie under the whole part of the line between both shares
     begin, end : (2,) m, ends of the line; share : both shares, in ascending order

@@ -23,7 +23,7 @@ def in_plan(frame: Frame, points: FloatArray) -> FloatArray:
 
 
 def covered(polygons: MultiPolygon, plan: FloatArray) -> Flags:
-    """Return (N,) true for each point in plan (N, 2) m inside the polygons of a zone or on their outline."""
+    """Return flags (N,): true for each point in plan (N, 2) m inside the polygons of a zone or on their outline."""
     shapely.prepare(polygons)
     return np.asarray(shapely.intersects_xy(polygons, plan[:, 0], plan[:, 1]), dtype=bool)
 

@@ -44,10 +44,11 @@ MOST_TRIANGLES = 5_000_000
 class Benches:
     """The parameters of a slope of benches; lengths in m, angles in degrees, as in the scene file.
 
-    height, face_angle_deg : of each face, 90 for vertical faces; number : of faces
+    height, face_angle_deg : height of each face, and its angle from the horizontal; number : number of faces
     berm : width of the level berms between faces; 0 for no berms
-    width : of the slope, along the faces; crest, floor : widths of the level ground above and below the faces
-    roughness : standard deviation of the small-scale relief, normal to the surface; seed : of this relief, >= 0
+    width : width of the slope, along the faces; crest, floor : widths of the level ground above and below the faces
+    roughness : standard deviation of the small-scale relief, normal to the surface
+    seed : random seed of this relief, >= 0
     spacing : side of the mesh's cells; 0 for ROUGH_SPACING on rough ground, else for one rectangle per face and berm
 
     Raises `TerrainError` for values out of range. The defaults are the dimensions of `config/scenes/bench_15m.yaml`.

@@ -26,7 +26,7 @@ directions, and a fine mesh would cross itself there.
 class Part(NamedTuple):
     """A straight part of the profile, such as a face or a berm.
 
-    zone : name; way : (x, z) m, vector from the upper end of the part to its lower end
+    zone : name of the zone; way : (x, z) m, vector from the upper end of the part to its lower end
     normal : (x, z) unit, direction in which relief moves the points of the part
     rough : share of the full relief that the part has (-)
     """
@@ -69,8 +69,8 @@ def parts_of(benches: Benches) -> Iterator[Part]:
 def profile_of(benches: Benches) -> Profile:
     """Return the profile of a slope, with points as dense as the cells of its mesh.
 
-    The upper edge is at x = 0, the floor at z = 0, and x points away from the faces. Relief moves no edge, so each berm
-    has the given width, and each part is a height field over its plane.
+    The upper edge is at x = 0, the floor at z = 0, and x points away from the faces. Relief does not move the edges
+    between the parts, so each berm keeps its width. Each part is a height field over its own plane.
     """
     parts = list(parts_of(benches))
     counts = [benches.cells(length) for length in benches.lengths]
@@ -90,7 +90,7 @@ def profile_of(benches: Benches) -> Profile:
 
 
 def _faded(share: FloatArray, length: float) -> FloatArray:
-    """Return the share (N,) of the full relief at places of a part: 0 at its edges, 1 at least FADE (m) away from them.
+    """Return the share (N,) of the full relief at places along a part: 0 at its ends, 1 from FADE (m) away from them.
 
     share : (N,) places along the part, as shares of its length; length : m
     """

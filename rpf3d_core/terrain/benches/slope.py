@@ -31,7 +31,7 @@ def benches_terrain(benches: Benches) -> Terrain:
 
 
 def brow_of(benches: Benches, face: int) -> FloatArray:
-    """Return points (P, 3) m along the middle part of a face's upper edge (brow), for a source of rocks.
+    """Return points (P, 3) m along the middle half (`MIDDLE`) of a face's upper edge (brow), for a source of rocks.
 
     All points are on edges of the mesh.
 

@@ -71,7 +71,7 @@ def border_after(border: FloatArray, gained: FloatArray) -> FloatArray:
 
 
 def left_over(number: Corners) -> NDArray[np.bool_]:
-    """Return (N,) true for each facet side without an opposite side from a neighbour: these sides are the border.
+    """Return flags (N,): true for each facet side that no neighbour has in the opposite direction: the border.
 
     number : (N, 2) vertex numbers of the ends of each side
     """
@@ -91,7 +91,7 @@ def left_over(number: Corners) -> NDArray[np.bool_]:
 
 
 def _marks(vertices: int) -> NDArray[np.int64]:
-    """Return a pseudo-random number of 43 bits for each vertex, so that different sets of vertices have different sums.
+    """Return a pseudo-random number (V,) of 43 bits for each vertex: sums over different sets are almost never equal.
 
     The function is the finaliser of SplitMix64 (Steele, Lea & Flood 2014, OOPSLA). A million of these numbers add up to
     less than 2^63.

@@ -48,20 +48,20 @@ def edges_of(triangles: Index, vertices: int) -> Edges:
 
 
 def collapsed(triangles: Index) -> Flags:
-    """Return (F,) true for facets with two corners on the same vertex: they have no area and no edges."""
+    """Return flags (F,): true for facets with two corners on the same vertex: they have no area and no edges."""
     a, b, c = triangles.T
     return np.asarray((a == b) | (b == c) | (c == a))
 
 
 def shared_by_two(edges: Edges) -> tuple[Index, Index, Flags]:
-    """Return the two facets (P,), (P,) at each edge of exactly two facets, and (P,) true if their windings agree."""
+    """Return both facets (P,), (P,) at each edge of exactly two facets, and flags (P,): true if the windings agree."""
     first = edges.start[edges.uses == 2]
     agree = edges.down[first] != edges.down[first + 1]
     return edges.facet[first], edges.facet[first + 1], agree
 
 
 def facets_on_borders(edges: Edges) -> Index:
-    """Return the facets (B,) at edges that do not have exactly two facets: a component with such an edge is not closed.
+    """Return the facets (B,) at edges with one facet or more than two: a component with such an edge is not closed.
 
     A facet with several such edges occurs several times.
     """
@@ -86,9 +86,9 @@ def _write_side_keys(triangles: Any, vertices: int, reach: int, keys: Any) -> No
     """Write a key for each side of a facet into keys (3 F,); sorting the keys brings the sides of an edge together.
 
     The key of side k of facet f is at index k F + f. A key packs the lower vertex, the difference to the higher vertex
-    (`reach` bits) and the direction. Sides of collapsed facets get the largest key, so they are sorted to the end.
+    and the direction. Sides of collapsed facets get the largest key, so they are sorted to the end.
 
-    triangles : (F, 3); vertices : number of vertices
+    triangles : (F, 3); vertices : number of vertices; reach : number of bits for the difference of two vertices
     """
     count = len(triangles)
     for f in range(count):
@@ -109,7 +109,7 @@ def _cut_into_edges(keys: Any, side: Any, reach: int, facets: int, edges: Edges)
 
     keys : (3 F,) sorted keys of the sides of facets (`_write_side_keys`); side : (3 F,) the side of each key
     facets : number of facets; edges : arrays with space for one edge per use
-    reach : number of bits for the difference of the two vertex numbers of a side, from `_write_side_keys`
+    reach : number of bits for the difference of the two vertex numbers of a side, as in `_write_side_keys`
     """
     count = 0
     for use in range(len(edges.facet)):

@@ -36,7 +36,7 @@ class FaultReport:
     steepest_deg : the largest angle of a facet from the horizontal; a facet above 90 overhangs
     median_edge : median length of an edge
     remarks : sentences on data that were left out or assumed when the files were read
-    seen : area of all facets seen along x, along y, and from above, where z points up
+    seen : sums of the facets' areas as seen along x, along y, and from above (along z, which points up)
     """
 
     files: tuple[str, ...]
@@ -80,9 +80,9 @@ class FaultReport:
 
 
 def _folded(area_by_zone: dict[str, float]) -> dict[str, float]:
-    """Return the areas by zone, short enough to print; zones whose names differ only in a final number are summed.
+    """Return the areas (m^2) by zone, with one sum for all zones whose names differ only in a final number.
 
-    A sum takes the position of its first zone.
+    The result is short enough to print. A sum has the position of its first zone.
     """
     families: dict[str, list[str]] = {}
     for zone in area_by_zone:
@@ -129,7 +129,7 @@ def fault_report(terrain: Terrain, winding: Winding, edges: Edges, files: tuple[
 
 
 def _seen(areas: FloatArray) -> Vec:
-    """Return the area (m2) of all facets seen along x, y and z; areas : (F, 3) m^2, as in `Winding`."""
+    """Return the sums of the facets' areas (m^2) as seen along x, y and z; areas : (F, 3) m^2, as in `Winding`."""
     x, y, z = (float(np.abs(column).sum()) for column in areas.T)
     return x, y, z
 
@@ -167,7 +167,10 @@ def _holes(vertices: int, edges: Edges, boundary: Flags, piece: Index) -> int:
 
 
 def _duplicates(triangles: Index, vertices: int) -> int:
-    """Return the number of facets on the same three vertices as an earlier facet; collapsed facets do not count."""
+    """Return the number of facets on the same three vertices as an earlier facet; collapsed facets do not count.
+
+    triangles : (F, 3); vertices : number of vertices
+    """
     corners = triangles[~collapsed(triangles)]
     mark = _marks(vertices)
     marks = mark[corners[:, 0]] + mark[corners[:, 1]] + mark[corners[:, 2]]
@@ -178,10 +181,10 @@ def _duplicates(triangles: Index, vertices: int) -> int:
 
 
 def _marks(vertices: int) -> NDArray[np.uint64]:
-    """Return a pseudo-random 64-bit number for each vertex; equal sums then show facets with the same corners.
+    """Return a pseudo-random 64-bit number (V,) for each vertex, by which facets with the same corners are found.
 
-    Sums of different triples are almost never equal. The function is the finaliser of SplitMix64 (Steele, Lea & Flood
-    2014, OOPSLA).
+    Sums of the numbers of different triples of vertices are almost never equal. The function is the finaliser of
+    SplitMix64 (Steele, Lea & Flood 2014, OOPSLA).
     """
     z = np.arange(1, vertices + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)

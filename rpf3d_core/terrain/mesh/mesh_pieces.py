@@ -90,8 +90,8 @@ def _sum_up(vertices: Any, triangles: Any, above: Any, border: Any, sums: Any) -
     """Write the area in plan (m^2) and three times the volume (m^3) of each component into `sums` (F, 2).
 
     Both have a sign: the area is positive if the component faces up, the volume if a closed component faces outwards.
-    The row of a component is its lowest facet number, from `above` (F,). In `border` (F,), the facet with this number
-    becomes true in each open component.
+    The row of a component is its lowest facet number, from `above` (F,). For each open component, the function also
+    sets `border` (F,) to true at this facet number.
     """
     for f in range(len(above)):
         sums[f, 0], sums[f, 1] = 0.0, 0.0

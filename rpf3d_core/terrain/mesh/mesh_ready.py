@@ -115,7 +115,7 @@ def _is_sound(
 
     Border vertices would be welded if their distance is at most the tolerance.
 
-    starts, to : the sides of all facets by their first and second vertex, from `_sides`; tolerance : m
+    starts, to : the sides of all facets, from `_sides`; tolerance : m
     memory : allocates the arrays; share : runs the work in parallel
     """
     border = memory("border", len(mesh.vertices), np.bool_)
@@ -130,7 +130,8 @@ def _is_sound(
 def _repaired(vertices: FloatArray, triangles: IntArray, zone: str, tolerance: float, memory: Memory) -> Mesh:
     """Return the mesh after the repairs of `mesh_terrain`, copied into arrays of `memory`.
 
-    zone, tolerance : name of the only zone, and tolerance (m), as in `mesh_terrain`
+    vertices : (V, 3) m; triangles : (F, 3); zone : name of the only zone
+    tolerance : m, vertices at most this far apart become one vertex
     """
     terrain = mesh_terrain(vertices, triangles, zone, tolerance)
     local = memory("vertices", 3 * len(terrain.vertices), np.float64).reshape(-1, 3)

@@ -66,9 +66,9 @@ def weld(points: FloatArray, tolerance: float) -> tuple[FloatArray, Index]:
 
 
 def _at(columns: Sequence[FloatArray], some: Index) -> FloatArray:
-    """Return selected points (N, 3) from columns of coordinates.
+    """Return selected points (N, 3) m from columns of coordinates.
 
-    columns : x, y and z of all points; some : (N,) numbers of the selected points
+    columns : x, y and z (P,) m of all points; some : (N,) numbers of the selected points
     """
     return np.stack([column[some] for column in columns], axis=1)
 
@@ -124,12 +124,12 @@ def _runs_of_equals(x: Any, y: Any, z: Any, order: Any, first: Any, run: Any) ->
 
 
 def _first_of_near(places: FloatArray, along: FloatArray, first: Index, tolerance: float, step: float) -> Index:
-    """Return for each of M points the smallest point number in its chain: the chain becomes a vertex at that point.
+    """Return the smallest point number (M,) in the chain of each of M points; the chain becomes a vertex at this point.
 
     In a chain, each point is at most the tolerance (m) from the next point.
 
     places : (M, 3) m, the points sorted along OBLIQUE; step : m, precision of the order (`_sorted_along`)
-    along : (M,) m, distances of the points along OBLIQUE; first : (M,) point numbers of the points
+    along : (M,) m, distances of the points along OBLIQUE; first : (M,) number of each point in the input
     """
     a, b = _near_pairs(places, along, tolerance, tolerance + step + ROUNDING * float(np.abs(along).max()))
     if len(a) == 0:
@@ -162,7 +162,8 @@ def _near_pairs(places: FloatArray, along: FloatArray, tolerance: float, window:
 def _number(order: Any, run: Any, first: Any, index: Any, kept: Any) -> int:
     """Number the vertices of the welded mesh: write the vertex of each point into `index`; return the vertex count.
 
-    The first point of a chain has the smallest number, so its vertex is known before the other points need the vertex.
+    The vertex of a chain lies on its point with the smallest number. Points are visited in the order of their numbers,
+    so this point already has its vertex when the other points of the chain are visited.
 
     order : (N,) points in sorted order; run : (N,) run of equal points of each sorted point
     first : smallest point number in the chain of each run

@@ -56,10 +56,10 @@ def repair_winding(vertices: FloatArray, triangles: Index, edges: Edges) -> Wind
 
 
 def _agreement(count: int, edges: Edges) -> tuple[Index, Flags, int]:
-    """Return the component (F,) of each facet, (F,) true for facets to turn, and the number of one-sided components.
+    """Return the component (F,) of each facet, flags (F,) of facets to turn, and the number of one-sided components.
 
-    After these facets are turned over, the windings of neighbours agree, except in one-sided components, such as a
-    Moebius strip.
+    After the flagged facets are turned over, the windings of neighbours agree. Exception: one-sided components, such as
+    a Moebius strip.
 
     Method: each facet f has two nodes, f for the unchanged facet and f + F for the facet turned over. The nodes of two
     neighbours are joined if their windings agree. So each component has two copies in the graph. The copies are
@@ -78,7 +78,7 @@ def _agreement(count: int, edges: Edges) -> tuple[Index, Flags, int]:
 
 
 def _faces_wrong(first: FloatArray, areas: FloatArray, piece: Index, edges: Edges) -> Flags:
-    """Return (F,) true if the component of a facet must be turned over to face the free side.
+    """Return flags (F,): true if the component of a facet must be turned over to face the free side.
 
     An open component must face up, a closed component outwards.
 

@@ -15,7 +15,7 @@ NO_AREA_AT_ALL = "no facet has an area, because the corners of each facet lie on
 
 
 def without_area(vertices: FloatArray, triangles: NDArray[np.int32], areas: FloatArray) -> NDArray[np.bool_]:
-    """Return (F,) true for facets without area, which no rock can touch and which have no normal.
+    """Return flags (F,): true for facets without area, which no rock can touch and which have no normal.
 
     The longest side is computed only for the few facets that may have no area.
 

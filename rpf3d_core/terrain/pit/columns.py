@@ -183,7 +183,7 @@ def taper(rows: Rows, crossing: RampTurn, width: FloatArray) -> FloatArray:
 
 
 def crowds(rows: Rows, crossing: RampTurn, width: FloatArray, spacing: Spacing) -> Mask:
-    """Return (W, N) true for points of inner bench rows that are omitted, because a tapered berm is too narrow.
+    """Return flags (W, N): true for points of inner bench rows that are omitted, because a tapered berm is too narrow.
 
     crossing : the turn of the ramp that tapers the berms; width : (N,) m, bench width in each column
     """
@@ -196,7 +196,9 @@ def crowds(rows: Rows, crossing: RampTurn, width: FloatArray, spacing: Spacing) 
 
 
 def merges(rows: Rows, crossing: RampTurn, offset: FloatArray, spacing: Spacing) -> Mask:
-    """Return (W, N) true for points that nearly coincide with an edge of the ramp; points of the ramp replace them.
+    """Return flags (W, N): true for points that nearly coincide with an edge of the ramp.
+
+    Points of the ramp replace these points.
 
     crossing : one turn of the ramp; offset : (W, N) m, of the points from the floor outline
     """

@@ -85,11 +85,11 @@ class Design:
         return float(self.pit.levels[-1]) * self.cot + berms + float(self.push(0.5, 0.5))
 
     def width_at(self, p: FloatArray) -> FloatArray:
-        """Return the bench width, m, at places around the pit; p : fraction of a turn."""
+        """Return the bench width (m), in the shape of p, at places around the pit; p : fraction of a turn (-)."""
         return sampled(p % 1.0, 1.0, self.width)
 
     def plan(self, p: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return x and y, m, of places on the wall.
+        """Return x and y (m) of places on the wall, in the shape that `p` and `offset` have together.
 
         p : position around the pit, as a fraction of one full turn
         offset : horizontal distance (m) from the outline of the pit floor, outwards along the outline's normal
@@ -98,15 +98,15 @@ class Design:
         return x + offset * nx, y + offset * ny
 
     def outward(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return x and y of the floor outline's unit normal, outwards, at places around the pit.
+        """Return x and y of the floor outline's outward unit normal at places around the pit, both in the shape of `p`.
 
-        p : fraction of a turn
+        p : fraction of a turn (-)
         """
         _, _, nx, ny, _, _ = outline(self.pit, self.angle_at(p))
         return nx, ny
 
     def angle_at(self, p: FloatArray) -> FloatArray:
-        """Return the polar angle, rad, of the floor outline at places around the pit; p : fraction of a turn."""
+        """Return the polar angle (rad), in the shape of p, of the floor outline; p : fraction of a turn (-)."""
         return sampled(p % 1.0, 1.0, self.angle)
 
     def push(self, p: FloatArray | float, ramps_below: FloatArray | float) -> FloatArray:
@@ -121,16 +121,16 @@ class Design:
         return pushed
 
     def ramp_height(self, turn: FloatArray) -> FloatArray:
-        """Return the height of the ramp above the floor, m.
+        """Return the height (m) of the ramp above the floor, in the shape of `turn`.
 
-        turn : number of turns around the pit from the ramp's foot
+        turn : turns around the pit from the ramp's foot, with fractions (-)
         """
         return sampled(turn, self.turns, self.climb)
 
     def bench_coordinate(self, height: FloatArray) -> FloatArray:
         """Return heights as numbers of bench faces, counted from the floor: i at the top of face i, linear in between.
 
-        height : m above the floor
+        height : m above the floor, any shape, as in the result
         """
         benches: FloatArray = np.interp(height, self.pit.levels, np.arange(len(self.pit.levels), dtype=float))
         return benches
@@ -152,9 +152,9 @@ class Design:
 
 
 def sampled(place: FloatArray, end: float, samples: FloatArray) -> FloatArray:
-    """Return the values of a function at some places, by linear interpolation of its samples.
+    """Return the values of a function at places from 0 to `end`, by linear interpolation of its samples.
 
-    place : places from 0 to `end`; samples : values of the function at evenly spaced places from 0 to `end`
+    place : the places, any shape, as in the result; samples : (N,) values at evenly spaced places from 0 to `end`
     """
     values: FloatArray = np.interp(place, np.linspace(0.0, end, len(samples)), samples)
     return values
@@ -179,7 +179,8 @@ def design_of(pit: Pit) -> Design:
 def outline(pit: Pit, angle: FloatArray) -> tuple[FloatArray, ...]:
     """Return points of the pit's floor outline at polar angles (rad), with normal, speed and curvature.
 
-    Results: x, y (m), outward unit normal nx, ny, speed along the outline (m/rad), curvature (1/m).
+    Results, each in the shape of `angle`: x, y (m), outward unit normal nx, ny, speed along the outline (m/rad),
+    curvature (1/m).
 
     The outline is an ellipse of the given elongation with a few waves, a polar curve r(angle). All results come
     from exact formulas, without numerical derivatives.
@@ -253,8 +254,8 @@ def climb_ramp(pit: Pit, cot: float, angle: FloatArray, width: FloatArray, strip
     The ramp climbs from its foot on the floor to the crest. The rise per step is the grade times the distance along the
     ramp's middle line (explicit Euler, steps of about 1 m).
 
-    cot : run over rise of the faces (-); angle, width : as in `Design`; strip : width of the ramp along the outline's
-        normal, m
+    cot : run over rise of the faces (-); angle, width : (SAMPLES + 1,), as in `Design`
+    strip : width of the ramp along the outline's normal, m
     """
     _, _, _, _, speed, curvature = outline(pit, angle)
     along = speed * np.gradient(angle)

@@ -63,19 +63,22 @@ class Pit:
     seed changes roughness, spills and the relief of the natural ground.
 
     triangles : wanted number, 2,000 to 5,000,000; the mesh has this number within 3 %, within 5 % if below 5,000
-    seed : of roughness, spills and relief, >= 0
+    seed : random seed of roughness, spills and relief, >= 0
     floor_radius : mean radius of the pit floor
-    elongation : length over width of the floor, 1 to 2; long_axis_deg : of the floor, counter-clockwise from east
-    waste_benches, waste_bench_height : the upper benches; ore_benches, ore_bench_height : the lower benches
+    elongation : length over width of the floor, 1 to 2
+    long_axis_deg : direction of the floor's long axis, counter-clockwise from east
+    waste_benches, waste_bench_height : number and height of the upper benches
+    ore_benches, ore_bench_height : number and height of the lower benches
     bench_widths : least and greatest width of the catch benches; (0, 0) makes a pit without catch benches
-    face_angle_deg : of the bench faces from the horizontal, 30 to 80
-    ramp_width : of the haul ramp; 0 makes a pit without a ramp; ramp_grade : rise over run (-)
+    face_angle_deg : angle of the bench faces from the horizontal, 30 to 80
+    ramp_width : width of the haul ramp; 0 makes a pit without a ramp; ramp_grade : rise over run (-)
     ramp_foot_deg : where the ramp leaves the floor: direction from the pit's middle, counter-clockwise from east; the
         ramp climbs counter-clockwise
-    spills : cones of loose rock on the benches; repose_deg : their steepest slope
+    spills : number of cones of loose rock on the benches; repose_deg : their steepest slope
     roughness : standard deviation of the small-scale relief of faces and benches, normal to the surface; the floor and
         the ramp have a third of it
-    rim_width : least width of the natural ground outside the crest; crest_altitude : of the crest, above sea level
+    rim_width : least width of the natural ground outside the crest
+    crest_altitude : altitude of the crest above sea level
 
     Raises `TerrainError` for values out of range. Source of the defaults: the thesis, section 5.1 (Miranda et al.
     2018): berms of 7.0 to 9.1 m, benches of 12 m in waste and 18 m in ore, a ramp of 32 m; sources at 1687 m.

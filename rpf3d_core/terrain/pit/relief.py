@@ -155,7 +155,7 @@ def near_ramp(design: Design, p: float, level: int) -> bool:
 
 
 def pile_spills(design: Design, columns: Columns, points: FloatArray) -> NDArray[np.bool_]:
-    """Raise the points (P, 3) m under the spills, in place; return (P,) true for points that lie on a spill."""
+    """Raise the points (P, 3) m under the spills, in place; return flags (P,): true on a spill."""
     raised = np.zeros(len(points), dtype=bool)
     first = np.searchsorted(columns.column, np.arange(columns.around + 1))
     for spill in drawn_spills(design):
@@ -189,7 +189,7 @@ def toe_row(columns: Columns, spill: Spill) -> int:
 
 
 def points_near(design: Design, columns: Columns, first: NDArray[np.int64], spill: Spill) -> NDArray[np.int64]:
-    """Return the numbers of the points that a spill can cover: on its bench and the face above, in nearby columns.
+    """Return the numbers (M,) of the points that a spill can cover: on its bench and the face above, in nearby columns.
 
     first : (N + 1,) number of the first point of each column
     """

@@ -56,7 +56,7 @@ def strip_triangles(right: StripLines, left: StripLines) -> tuple[IndexArray, In
 
 
 def starts(strip: IndexArray) -> NDArray[np.bool_]:
-    """Return (A,) true for each entry that is the first of its strip; such an entry makes no triangle.
+    """Return flags (A,): true for each entry that is the first of its strip; such an entry makes no triangle.
 
     strip : (A,) number of the strip of each entry, ascending
     """

@@ -35,7 +35,7 @@ def surface_of(design: Design, columns: Columns, spacing: Spacing) -> tuple[Floa
 
 
 def wall_vertices(design: Design, columns: Columns) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return the points (P, 3) m of the columns with all relief, z above the floor, and (P,) true on spills."""
+    """Return the points (P, 3) m of the columns with all relief, z above the floor, and flags (P,): true on spills."""
     x, y = design.plan(columns.column / columns.around, columns.offset)
     points = np.stack([x, y, columns.height], axis=1)
     spilled = pile_spills(design, columns, points)
@@ -125,7 +125,8 @@ def ring_points(design: Design, p: FloatArray, share: float) -> FloatArray:
 def ring_triangles(outer: IndexArray, outer_key: FloatArray, inner: IndexArray, inner_key: FloatArray) -> IndexArray:
     """Return the triangles (T, 3) between two rings of the floor; an inner ring of one point closes the floor.
 
-    outer, inner : numbers of the points of each ring; outer_key, inner_key : fraction of a turn (-) of each point
+    outer, inner : (P,), (Q,) numbers of the points of each ring
+    outer_key, inner_key : (P,), (Q,) position of each point around the pit, as a fraction of a turn (-)
     """
     right = StripLines(
         strip=np.zeros(len(outer) + 1, dtype=np.int64), key=np.append(outer_key, 1.0), point=np.append(outer, outer[0])
