@@ -54,7 +54,7 @@ def read_apart(path: Path, reader: str, *options: str) -> Arrays:
 
 
 def reader_named(name: str) -> Callable[..., Arrays]:
-    """Return the function that a text such as `rpf3d_core.formats.vtk_files:read_here` names."""
+    """Import and return the function with a name such as `rpf3d_core.formats.vtk_files:read_here`."""
     module, _, function = name.partition(":")
     found: Callable[..., Arrays] = getattr(importlib.import_module(module), function)
     return found

@@ -17,7 +17,7 @@ CELLS_AROUND = 8
 
 
 def cell_outlines(numbers: NDArray[np.int32], transform: Affine) -> dict[int, list[Any]]:
-    """Return the polygons around the cells of each number except 0, by number.
+    """Return, for each number except 0, the polygons around the cells that have this number.
 
     A polygon is a list of rings in plan coordinates (m): its outline, then its holes.
 
@@ -37,7 +37,7 @@ def write_outlines(path: Path, rings: list[Any]) -> None:
 
 
 def enclosed_cell(missing: NDArray[np.bool_]) -> tuple[int, int] | None:
-    """Return row and column of a cell in a gap inside a grid, to name the gap in a message; None without gaps.
+    """Return row and column (from 0) of one cell in a gap inside a grid, for a message; None without gaps.
 
     A gap is a group of cells without value that does not reach the boundary of the grid.
 

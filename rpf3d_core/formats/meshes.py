@@ -89,7 +89,10 @@ LAYERED = (".dxf", ".xml", ".landxml", ".dtm", ".omf")
 
 
 def companion_of(path: Path) -> Path | None:
-    """Return the path of the .str file with the points of a Surpac .dtm file; None if missing, or for other files."""
+    """Return the path of the .str file with the points of a Surpac .dtm file.
+
+    The result is None for a file of another format, or if the .str file is missing.
+    """
     if path.suffix.lower() != ".dtm":
         return None
     from rpf3d_core.formats.mine.surpac import strings_of

@@ -58,7 +58,7 @@ def read_ply(path: Path) -> FileMesh:
 
 
 def _header(path: Path, data: bytes) -> tuple[str, list[Element], int]:
-    """Read the header of a PLY file: return the byte order ("" for text), the tables, and their offset (bytes)."""
+    """Return byte order ("" for text), tables and offset (bytes) of the data, from the header of a PLY file."""
     end = data.find(b"end_header", 0, _HEADER_LIMIT)
     line_end = data.find(b"\n", end)
     if not data.startswith(b"ply") or end < 0 or line_end < 0:
@@ -124,7 +124,7 @@ def _binary_tables(
 
 
 def _binary_polygons(data: bytes, begin: int, order: str, face: Element) -> list[list[int]]:
-    """Return the corners of each face of a binary file, for faces with different numbers of corners.
+    """Return the point indices of each face's corners in a binary file, for faces with different numbers of corners.
 
     begin : offset (bytes) of the face table in `data`; order : byte order, "<" or ">"; face : the face table
     """
@@ -177,6 +177,6 @@ def _fans(polygons: list[list[int]]) -> NDArray[np.int32]:
 
 
 def _indices(corners: NDArray[Any]) -> NDArray[np.int32]:
-    """Return point indices in 32 bits; an index that is too large becomes -1, which is refused later as invalid."""
+    """Return point indices (any shape) in 32 bits; too large an index becomes -1, which a later check refuses."""
     fits = (corners >= 0) & (corners < 2**31)
     return np.where(fits, corners, -1).astype(np.int32)

@@ -230,7 +230,7 @@ def _listed(axes: Sequence[str]) -> str:
 
 
 def _known(up: Up) -> str:
-    """Return the names that coordinate columns may have, for messages."""
+    """Return the names that coordinate columns may have, as text for a message."""
     names = [", ".join((axis, *(COLUMN_NAMES[axis] if up == "z" else ()))) for axis in AXES]
     return "; ".join(names) + ", in capitals too, with or without a unit, such as x_m, E (m), N (mm) or z [ft]"
 

@@ -35,7 +35,7 @@ def lines_along(along: Along) -> list[FloatArray]:
 
 
 def without_repeats(line: FloatArray) -> FloatArray:
-    """Return a line (P, D) m without the points that equal the point before them."""
+    """Return a line (P, D) m without each point that equals the previous point; the result has at most P points."""
     return np.asarray(line[np.append(True, (np.diff(line, axis=0) != 0.0).any(axis=1))])
 
 

@@ -32,7 +32,7 @@ def lost_precision(path: Path, surface: FileMesh) -> str | None:
 
 
 def _steps(surface: FileMesh) -> FloatArray:
-    """Return the step (3,) of single precision at the largest coordinate of each axis; 0 for an axis without loss."""
+    """Return the step (3,) of single precision at each axis' largest coordinate, in the file's unit; 0 without loss."""
     largest = np.array([max(abs(float(c.min())), abs(float(c.max()))) for c in surface.points.T])
     step = np.spacing(largest.astype(np.float32)).astype(float)
     if surface.points.dtype == np.float32:

@@ -77,7 +77,7 @@ def usable(path: Path, surface: FileMesh, metres: float = 1.0, remedy: str = FAR
 def refuse_wrong_indices(path: Path, corners: NDArray[Any], points: int) -> None:
     """Raise a TerrainError if a facet refers to a point that does not exist.
 
-    corners : point indices of any shape; points : number of points
+    corners : point indices, in an array of any shape; points : number of points
     """
     if corners.size and (corners.min() < 0 or corners.max() >= points):
         wrong = corners[(corners < 0) | (corners >= points)].flat[0]

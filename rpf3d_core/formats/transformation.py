@@ -15,7 +15,7 @@ from rpf3d_core.terrain.frame import FloatArray
 
 
 def transformed(path: Path, geometries: Sequence[Any], begin: str, end: str) -> list[Any]:
-    """Return shapely geometries of a file in another coordinate reference system; heights do not change.
+    """Return shapely geometries transformed to another coordinate reference system; heights do not change.
 
     Coordinates have longitude or easting first in both systems, whatever the axis order of the system is.
 
@@ -70,7 +70,9 @@ def _urn(system: str) -> str:
 
 
 def transformed_places(path: Path, places: FloatArray, begin: str, end: str) -> FloatArray:
-    """Return places (N, 2 or 3) of a file in another coordinate reference system; errors are as in `transformed`.
+    """Return the places (N, 2 or 3) of a file, transformed to another coordinate reference system.
+
+    Heights do not change. Errors are as in `transformed`.
 
     begin, end : names of the old and the new reference system, such as EPSG:4326
     """

@@ -88,8 +88,8 @@ class TableUnit(NamedTuple):
 def unit_of_column(header: str, quantity: str) -> TableUnit | None:
     """Return the unit that the name of a column states, such as `length (mm)` or `mass_t`; None if it states none.
 
-    A unit of another quantity is returned, too, even if it is uncertain, so that the caller can refuse the column. But
-    the result is None for a symbol of the quantity in the name: the `L` of `Length (L)` does not mean litres.
+    A unit of another quantity is returned, too, even if it is uncertain: the caller can then refuse the column. A
+    symbol of the quantity is not a unit, and gives None: the `L` of `Length (L)` does not mean litres.
 
     quantity : key of `SI`, the quantity of the numbers in the column
     """
@@ -130,9 +130,9 @@ def other_quantity_named(header: str, quantity: str) -> str | None:
 
 
 def other_length_named(header: str) -> str:
-    """Return the length that the name of a column states instead of a diameter, and what to do; "" if it states none.
+    """Return the end of a sentence that names a radius or circumference and gives advice; "" for any other column.
 
-    The name `r (m)` states a radius, too.
+    header : name of the column, such as `radius`; the name `r (m)` states a radius, too
     """
     words = _words_of(header) - {""}
     if _states_diameter(words):
@@ -161,20 +161,21 @@ def _doubt_on_diameter(header: str) -> str:
 
 
 def _words_of(header: str) -> set[str]:
-    """Return the words in the name of a column, in small letters; an umlaut is one character."""
+    """Return the words in the name of a column, in small letters; an umlaut is one character (Unicode form NFC)."""
     return set(re.split(r"[^a-zäöüß]+", unicodedata.normalize("NFC", header).lower()))
 
 
 def _ends_with(words: set[str], ends: tuple[str, ...]) -> bool:
-    """Return True if any word ends with one of several ends."""
+    """Return True if any of the words ends with any of the given ends."""
     return any(word.endswith(ends) for word in words)
 
 
 def _parts_of(header: str) -> tuple[str, str, str]:
     """Split a header: return the name of the column, the words in brackets at its end, and its last word.
 
-    All parts are in small letters. With brackets, the last word is "". It is also "" if it follows a blank and may be
-    an ordinary word, such as "in". Without brackets, the name is the whole header, and the words in brackets are "".
+    All parts are in small letters. With brackets, the last word is "". The last word is also "" if it follows a blank
+    and may be an ordinary word, such as "in". Without brackets, the name is the whole header, and the words in brackets
+    are "".
     """
     lower = _MEGAGRAM.sub("t", header.strip()).lower().replace("³", "3").replace("^3", "3")
     if bracket := _IN_BRACKETS.search(lower):
@@ -190,7 +191,9 @@ def _key_of(word: str) -> str:
 
 
 def doubt_on_unit(header: str, quantity: str) -> str:
-    """Return a warning if it is uncertain which unit the name of a column states, as for `mass_t`; "" without doubt.
+    """Return a warning if the name of a column leaves its unit in doubt, as in `mass_t`; "" without doubt.
+
+    For lengths, also warn if the name states a length that is not quite a diameter.
 
     header : name of the column; quantity : key of `SI`, the quantity of the numbers in the column
     """

@@ -65,7 +65,7 @@ def read_vtk(path: Path) -> FileMesh:
 
 
 def read_here(path: Path) -> Arrays:
-    """Return the polygons of a .vtp or .vtk file as arrays `points` and `triangles`, read in this process."""
+    """Return the polygons of a .vtp or .vtk file, read in this process: `points` (N, 3) m and `triangles` (F, 3)."""
     reader = vtkXMLPolyDataReader() if path.suffix.lower() == ".vtp" else vtkPolyDataReader()
     surface = _surface(path, _output(path, reader))
     arrays = {"points": surface.points, "triangles": surface.triangles}

@@ -26,7 +26,9 @@ def triangle_mesh(vertices: FloatArray, triangles: NDArray[np.integer]) -> vtkPo
 def _cells(offsets: NDArray[np.integer], connectivity: NDArray[np.integer]) -> Any:
     """Return cells such as triangles as VTK's cell array, with 32-bit indices.
 
-    The corners of cell i are connectivity[offsets[i]:offsets[i + 1]].
+    The corners of cell i are connectivity[offsets[i] : offsets[i + 1]].
+
+    offsets : (C + 1,) for C cells; connectivity : (N,)
     """
     cells = vtkCellArray()
     cells.SetData(*(numpy_to_vtk(numbers.astype(np.int32, copy=False)) for numbers in (offsets, connectivity)))

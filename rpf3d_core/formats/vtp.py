@@ -146,7 +146,7 @@ def _quoted(text: str) -> str:
 
 
 def _write_array(file: BinaryIO, values: Array) -> None:
-    """Write an array in the form that VTK reads: number, sizes and compressed sizes of the blocks, then the blocks."""
+    """Write an array in the form that VTK reads: a header with number and sizes of the blocks, then the blocks."""
     if isinstance(values, Scattered):
         size, blocks = values.cells * values.values.itemsize, list(_scattered_blocks(values))
     else:

@@ -56,8 +56,9 @@ RAYS, STEPS = 12, 250
 
 
 class Crest(NamedTuple):
-    """A stretch of a crest: points (N, 3) m on the ground just over the brow, local frame.
+    """A stretch of a crest.
 
+    points : (N, 3) m, local frame, on the ground a little beyond the brow, so that rocks fall
     length : m, in plan; height : m, median height of the face below
     fall : m, from the crest down to the lowest ground that rocks from there may reach, as `_fall` estimates it
     """
@@ -69,7 +70,7 @@ class Crest(NamedTuple):
 
 
 def crests_of(terrain: Terrain) -> list[Crest]:
-    """Return the crests of a terrain in the order of `listed`: the crest with the longest fall, then the largest.
+    """Return the crests of a terrain: first the crest with the longest fall, then the others, the largest face first.
 
     Faces are searched in a coarse image; the lines of the first MOST_CRESTS crests are searched again in a fine image.
     """
@@ -87,9 +88,9 @@ def crests_of(terrain: Terrain) -> list[Crest]:
 
 
 def listed(crests: Sequence[Crest], most: int) -> list[Crest]:
-    """Return at most `most` >= 2 of the crests: the crest with the longest fall, then the largest.
+    """Return at most `most` >= 2 crests: first the crest with the longest fall, then the others, largest face first.
 
-    The highest crest is always included.
+    The highest crest is always included, in the last place if need be.
     """
     return [crests[i] for i in _in_order(crests, most)]
 
@@ -97,9 +98,9 @@ def listed(crests: Sequence[Crest], most: int) -> list[Crest]:
 def _in_order(crests: Sequence[Crest], most: int) -> list[int]:
     """Return the indices of at most `most` >= 2 crests in the order of `listed`.
 
-    The brow at the top of a wall matters even if lower faces are larger: rocks from there fall farthest, and reach all
-    places that rocks from lower crests reach. The first crest is at least LONG (m) long, if any crest is. If several
-    crests have the longest fall (in whole metres), the largest of them is the first.
+    The brow at the top of a wall matters even if lower faces are larger: rocks from the top fall farthest, and reach
+    all places that rocks from lower crests reach. The first crest is at least LONG (m) long, if any crest is. If
+    several crests have the longest fall (in whole metres), the crest with the largest face is the first.
     """
     if not crests:
         return []
@@ -112,7 +113,7 @@ def _in_order(crests: Sequence[Crest], most: int) -> list[int]:
 
 
 def _size(crest: Crest) -> float:
-    """Return the area (m2) of the face below a crest, seen from the front; crests are sorted by this area."""
+    """Return the area (m2), as seen from the front, of the face below a crest; crests are sorted by this area."""
     return crest.length * crest.height
 
 
@@ -127,8 +128,8 @@ def _with_fall(image: HeightImage, crest: Crest, lowest: float) -> Crest:
 def _fall(image: HeightImage, points: FloatArray, lowest: float) -> float:
     """Return the fall (m) from a crest (N, 3) m: down to the lowest ground in front that rocks may reach.
 
-    Ground may be reached if the straight line to it from the crest is steeper than ENERGY_LINE, and if no ground before
-    it stops the rocks. The result is the median of RAYS places along the crest.
+    Rocks may reach ground if the straight line from the crest to this ground is steeper than ENERGY_LINE, and if no
+    ground in between stops the rocks. The result is the median over RAYS places along the crest.
 
     lowest : height (m) of the lowest ground of the terrain
     """
@@ -181,7 +182,8 @@ def _outwards(line: FloatArray) -> FloatArray:
 def _in_line(brow: FloatArray) -> FloatArray:
     """Return the distances (N,) m from points of a line to the brow, after removal of noise.
 
-    A distance counts as noise if it differs by more than STRAY from the median of five neighbours, which replaces it.
+    A distance counts as noise if it differs by more than STRAY from the median of five successive distances, with this
+    distance in the middle. The median replaces the noise.
     """
     if len(brow) < 3:
         return brow

@@ -151,9 +151,9 @@ def _joined(parts: list[FloatArray], heights: list[FloatArray]) -> list[FloatArr
 
 
 def _neighbours(parts: list[FloatArray], heights: list[FloatArray]) -> Iterator[tuple[float, int, int]]:
-    """Yield the gap (m) and the numbers of two parts of borders, for each pair whose second part continues the first.
+    """Yield, for each pair of parts whose second part continues the first: the gap (m), and the numbers of both parts.
 
-    parts, heights : as in `_joined`
+    parts : lines (N, 2) m; heights : (2,) m at the first and the last point of each part
     """
     if not parts:
         return

@@ -59,7 +59,7 @@ def find_grids(folder: Path, names: Sequence[str]) -> dict[str, Path]:
     Raises
     ------
     InputError
-        The path is not a folder, or two files are the same grid.
+        The path is not a folder, or two files have the name of the same grid.
     """
     if not folder.is_dir():
         raise InputError(f"{folder}: is not a folder; give the one that holds {DEM}.asc and the other grids")

@@ -6,7 +6,7 @@ from rpf3d_core.imports.grids import Cells
 
 
 def within(shape: tuple[int, ...], rim: int) -> Cells:
-    """Return flags (H, W): False for the outermost `rim` rows and columns on each side of a grid, else True.
+    """Return flags (H, W) of grid cells: False in the outermost `rim` rows and columns on each side, else True.
 
     shape : H and W
     """

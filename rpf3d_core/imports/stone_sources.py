@@ -101,7 +101,8 @@ def source_rocks(grids: Grids) -> NDArray[np.int64]:
 def steepest_neighbour(grids: Grids) -> tuple[NDArray[np.int64], FloatArray]:
     """Return the steepest neighbour (H, W) of each cell, as index in NEIGHBOURS, and the gradient (H, W) (-) to it.
 
-    The gradient is positive downhill; -inf if the cell or all its neighbours have no height.
+    The gradient is positive downhill. If the cell or all its neighbours have no height, the gradient is -inf, and the
+    index has no meaning.
     """
     heights = grids.values["dem"]
     wide = np.pad(heights, 1, constant_values=np.nan)

@@ -79,7 +79,7 @@ def read_dxf(path: Path) -> FileMesh:
 
 
 def _faces(path: Path, drawing: Drawing) -> Part:
-    """Return the triangles of all 3DFACE; a face of four corners is cut into two from its first to its third corner."""
+    """Return the triangles of all 3DFACE entities; a face of four corners is cut from the first to the third corner."""
     faces = drawing.numbers_of("3DFACE")
     corners = drawing.table(faces, CORNERS).reshape(-1, 4, 3)
     three = np.asarray(np.isnan(corners[:, 3]).all(axis=1))
@@ -127,7 +127,9 @@ def _polylines(path: Path, drawing: Drawing) -> list[Part]:
 
 
 def _polyface(path: Path, drawing: Drawing, lines: Polylines, faces: Ids, parent: Ids) -> Part:
-    """Return the triangles of all polyface meshes; a face lists its corners by their numbers in the mesh, from 1.
+    """Return the triangles of all polyface meshes.
+
+    A face lists its corners by their numbers in the mesh, from 1.
 
     faces : (F,) VERTEX entities that are faces; parent : (F,) index in `lines` of the mesh of each face
     """
@@ -148,7 +150,9 @@ def _polyface(path: Path, drawing: Drawing, lines: Polylines, faces: Ids, parent
 
 
 def _grid(path: Path, drawing: Drawing, head: int, flags: int, points: FloatArray) -> Part:
-    """Return the triangles of a POLYLINE that is a grid of M rows of N vertices, with the strips that close it.
+    """Return the triangles of a POLYLINE that is a grid of M rows of N vertices.
+
+    If the flags close rows or columns, the strips that close them are included.
 
     head : number of the POLYLINE entity; flags : its group code 70, with bits for closed rows and closed columns
     points : (M * N, 3)
@@ -167,7 +171,7 @@ def _grid(path: Path, drawing: Drawing, head: int, flags: int, points: FloatArra
 
 
 def _meshes(path: Path, drawing: Drawing) -> list[Part]:
-    """Return the triangles of each MESH, without subdivision."""
+    """Return the triangles of each MESH entity, without subdivision."""
     return [_mesh(path, drawing, entity) for entity in drawing.numbers_of("MESH").tolist()]
 
 
@@ -236,7 +240,8 @@ def _not_read(path: Path, drawing: Drawing, read: Ids, triangles: int) -> list[s
     """Return a list with one sentence that counts the entities that were not read; [] if there are none.
 
     Raise a TerrainError if the file has no triangles.
-    read : numbers of the entities that gave triangles; triangles : number of all triangles
+
+    read : (N,) numbers of the entities that gave triangles; triangles : number of all triangles
     """
     left = drawing.drawn.copy()
     left[read] = False

@@ -41,7 +41,10 @@ class Drawing(NamedTuple):
         return np.flatnonzero(self.drawn & np.isin(self.kind, known))
 
     def table(self, entities: Ids, codes: tuple[int, ...]) -> FloatArray:
-        """Return the values (N, C) of N entities for C group codes; NaN where an entity does not have the code."""
+        """Return the values (N, C) of N entities for C group codes; NaN where an entity does not have the code.
+
+        entities : (N,) numbers of the entities
+        """
         row = np.full(len(self.kind), -1)
         row[entities] = np.arange(len(entities))
         out = np.full((len(entities), len(codes)), np.nan)
@@ -58,7 +61,7 @@ class Drawing(NamedTuple):
         return self.pairs.code[begin:end], self.pairs.value[begin:end]
 
     def layer_names(self, entities: Ids) -> list[str]:
-        """Return the name of the layer of each entity; "0" for an entity without a layer, as in the DXF Reference."""
+        """Return the layer names of N entities (N,); "0" for an entity without a layer, as in the DXF Reference."""
         return [self.pairs.texts[i] if i >= 0 else "0" for i in self.layer[entities].tolist()]
 
 
@@ -80,7 +83,10 @@ def read_drawing(path: Path) -> Drawing:
 
 
 def _inside_section(pairs: Pairs, entity: Ids, kind: Ids, name: str) -> NDArray[np.bool_]:
-    """Return flags (E,): True for each entity between the entities SECTION and ENDSEC of the section `name`."""
+    """Return flags (E,): True for each entity between the entities SECTION and ENDSEC of the section `name`.
+
+    entity : (P,) number of the entity of each pair; kind : (E,) type of each entity, as in `Drawing`
+    """
     marks = np.isin(kind, [i for i, text in enumerate(pairs.texts) if text in ("SECTION", "ENDSEC")])
     named = {int(entity[i]) for i in np.flatnonzero(pairs.code == NAME).tolist() if _text(pairs, i) == name}
     opens = np.isin(np.arange(len(kind)), [i for i in named if pairs.texts[kind[i]] == "SECTION"])

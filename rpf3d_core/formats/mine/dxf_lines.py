@@ -33,7 +33,7 @@ class Line(NamedTuple):
 
 
 def read_dxf_lines(path: Path, layer: str = "") -> list[Line]:
-    """Return all LINE, LWPOLYLINE and POLYLINE of a DXF file or one of its layers, without POLYLINE that are meshes.
+    """Return all lines of a DXF file or of one layer: its LINE, LWPOLYLINE and POLYLINE entities, except meshes.
 
     The lines of the last files are kept in memory, because several steps of a run read the same file.
 
@@ -53,7 +53,10 @@ def read_dxf_lines(path: Path, layer: str = "") -> list[Line]:
 
 @lru_cache(maxsize=KEPT)
 def _lines(path: Path, layer: str, _: tuple[int, int]) -> tuple[Line, ...]:
-    """Return the lines of a file as `read_dxf_lines`; the third argument is the state of the file: time and size."""
+    """Return the lines of a file as `read_dxf_lines` does.
+
+    The third argument is the state of the file (time of change and size); the file is read again if it differs.
+    """
     drawing = read_drawing(path)
     curves = drawing.numbers_of(*CURVES)
     if layer:
@@ -97,7 +100,7 @@ def read_dxf_points(path: Path) -> FloatArray:
 
 
 def _straight(drawing: Drawing, wanted: str) -> Iterator[Line]:
-    """Yield each LINE of a drawing; wanted : name of the layer, "" for all layers."""
+    """Yield each LINE entity of a drawing as a line; wanted : name of the layer, "" for all layers."""
     entities = drawing.numbers_of("LINE")
     ends = drawing.table(entities, (10, 20, 30, 11, 21, 31)).reshape(-1, 2, 3)
     for points, layer in zip(ends, drawing.layer_names(entities), strict=True):
@@ -106,7 +109,7 @@ def _straight(drawing: Drawing, wanted: str) -> Iterator[Line]:
 
 
 def _light(path: Path, drawing: Drawing, wanted: str) -> Iterator[Line]:
-    """Yield each LWPOLYLINE of a drawing as a line; its elevation is the height of all its points.
+    """Yield each LWPOLYLINE entity of a drawing as a line; all its points have the entity's elevation as height.
 
     wanted : name of the layer, "" for all layers
     """
@@ -126,7 +129,7 @@ def _light(path: Path, drawing: Drawing, wanted: str) -> Iterator[Line]:
 
 
 def _heavy(path: Path, drawing: Drawing, wanted: str) -> Iterator[Line]:
-    """Yield each POLYLINE of a drawing that is not a mesh, as a line; wanted : name of the layer, "" for all layers."""
+    """Yield each POLYLINE entity of a drawing as a line, except meshes; wanted : name of the layer, "" for all."""
     heads, vertices = drawing.numbers_of("POLYLINE"), drawing.numbers_of("VERTEX")
     flags = np.nan_to_num(drawing.table(heads, (70,))[:, 0]).astype(np.int64)
     places, bulges = drawing.table(vertices, (10, 20, 30)), drawing.table(vertices, (BULGE,))[:, 0]

@@ -149,7 +149,7 @@ def _first_wrong(words: Any, kind: Any) -> int:
 
 
 def _numbered(words: Any, texts: dict[bytes, int]) -> FloatArray:
-    """Return the number of each word in `texts`, as float; add new words to `texts` with the next numbers."""
+    """Return the numbers (N,) of N words in `texts`, as floats; add new words to `texts` with the next numbers."""
     coded = pc.dictionary_encode(words.cast(pa.binary()))
     numbers = np.array(
         [texts.setdefault(text.as_buffer().to_pybytes().strip(), len(texts)) for text in coded.dictionary], float

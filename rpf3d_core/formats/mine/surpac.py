@@ -3,8 +3,8 @@
 A string file has two header lines, and a point on each further line: number of the string, northing, easting,
 elevation, descriptions. A line with string number 0 separates segments; the last line of the file has END. (Surpac
 Software International, String and DTM files.) A .dtm file has a triangle on each line, with the numbers of its three
-points, from 1. It is not documented whether the separating lines have numbers too. The reader assumes that they do only
-if a triangle has a number above the number of points.
+points, from 1. It is not documented whether this numbering counts the separating lines. The reader assumes that the
+numbering counts them only if a triangle has a number above the number of points.
 """
 
 from pathlib import Path
@@ -92,7 +92,7 @@ def string_segments(strings: Strings) -> list[FloatArray]:
 
 
 def strings_of(path: Path) -> Path | None:
-    """Return the path of a .dtm file's string file, which has the same name with .str; None if it is missing."""
+    """Return the path of the string file (.str) that has the same name as a .dtm file; None if it is missing."""
     return next((other for end in (".str", ".STR", ".Str") if (other := path.with_suffix(end)).is_file()), None)
 
 

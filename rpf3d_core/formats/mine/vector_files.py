@@ -88,7 +88,7 @@ def vector_crs(path: Path, family: str) -> str | None:
 
 
 def _arrays(path: Path, family: str, layer: str) -> Arrays:
-    """Return the arrays of `vector_arrays`: from memory, or read in a separate process if the file has changed."""
+    """Return the arrays of `vector_arrays`: from memory, or from a separate process if the file is new or changed."""
     state, key = _state(path), (path, family, layer)
     then, arrays = _kept.get(key, ((), {}))
     if then == state:
@@ -102,7 +102,7 @@ def _arrays(path: Path, family: str, layer: str) -> Arrays:
 
 
 def _forget() -> None:
-    """Remove the layers read longest ago from memory, until neither MOST_ENTRIES nor MOST_KEPT is exceeded."""
+    """Remove the oldest layers from memory, until at most MOST_ENTRIES layers and MOST_KEPT bytes remain."""
     entries = [(key, _size(arrays)) for key, (_, arrays) in list(_kept.items())]  # other threads may read as well
     while len(entries) > MOST_ENTRIES or sum(size for _, size in entries) > MOST_KEPT:
         _kept.pop(entries.pop(0)[0], None)
