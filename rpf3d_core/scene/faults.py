@@ -75,7 +75,7 @@ def faults_of(details: list[ErrorDetails], document: Document, root: Root = None
 
 
 def unknown_key(path: KeyPath, document: Document, root: Root = None) -> Fault:
-    """Return the error for an unknown key of a file, with the nearest known key as advice."""
+    """Return the error for an unknown key of a file, with advice such as the nearest known key."""
     near = _nearest(path, root)
     file = "scene" if root is None else f"{document.kind} file"
     if path[:-1] == ("effects",) and (place := ELSEWHERE.get(str(path[-1]))):
@@ -167,7 +167,7 @@ def nearest_key(word: str, known: Sequence[str]) -> str | None:
 
 
 def _section_of(path: KeyPath) -> str | None:
-    """Return the key path to which an unknown key of the top level belongs, such as `rock.mass`; None if unknown.
+    """Return the key path that an unknown key at the top level probably means, such as `rock.mass`; None if unknown.
 
     For a key that is not at the top level, the result is None.
     """

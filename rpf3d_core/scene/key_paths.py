@@ -53,11 +53,12 @@ def with_values(scene: Scene, values: Mapping[str, Any]) -> Scene:
 
 
 def _without_entries(scene: Scene, changes: Mapping[str, Any]) -> Scene:
-    """Return the scene; each material to which the changes give another library entry loses its old coefficients.
+    """Return the scene without coefficients of old library entries, in materials that the changes give another entry.
 
-    The material loses the numbers and priors that it took from the old entry. A prior stays if the new entry has a
-    range for the same coefficient; the new range replaces the prior later. So the priors keep the order that a scene
-    file with the new entry would give them.
+    Such a material loses the numbers and priors that it took from the old entry. A prior stays if the new entry has a
+    range for the same coefficient; the new range replaces the prior later. The priors then have the same order as in a
+    scene file with the new entry.
+
     changes : tree of changes, as in `_put`
     """
     of_materials = changes.get("materials", {})
@@ -80,7 +81,9 @@ def _without_entries(scene: Scene, changes: Mapping[str, Any]) -> Scene:
 def _without_priors_of(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     """Return the scene without the priors of values that the changes replace, because the new values are known.
 
-    A prior stays if it also belongs to values that are not replaced. changes : tree of changes, as in `_put`
+    A prior stays if it also belongs to values that are not replaced.
+
+    changes : tree of changes, as in `_put`
     """
     if scene.unknowns is None or not scene.unknowns.priors:
         return scene

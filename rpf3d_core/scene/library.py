@@ -88,7 +88,7 @@ def ranges_of(name: Any, scene: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def models_of(scene: Any) -> Mapping[str, Any]:
-    """Return the parts of a scene that decide which coefficients it uses: rocks, rebound model and ground model."""
+    """Return rocks, rebound model and ground model of a scene, by key: they decide which coefficients it uses."""
     return {"rock": scene.rock, "rebound": scene.rebound, "ground": scene.ground}
 
 
@@ -187,7 +187,7 @@ def _is_sphere(rock: Any) -> bool:
 
 
 def _as_prior(span: Any) -> Any:
-    """Return the range of a coefficient as a prior in a scene; a plain number is returned unchanged."""
+    """Return the range of a coefficient as `{prior: ...}`, as in a scene; a plain number is returned unchanged."""
     if isinstance(span, float):
         return span
     normal = {} if span.mean is None else {"mean": span.mean, "sd": span.sd}

@@ -53,7 +53,10 @@ class Material(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _of_a_body(cls, values: Any) -> Any:
-        """Fill in the coefficients of a point, which are not used, if the material is for rocks with a shape."""
+        """Fill in unused coefficients of points if the material is for rocks with a shape.
+
+        Raise a PydanticCustomError if the material has keys for both kinds of rocks, or lacks a key for bodies.
+        """
         if not isinstance(values, dict) or not any(key in values for key in BODY_KEYS):
             return values
         if [key for key in BODY_KEYS if key in values] == ["friction"] and any(key in values for key in POINT_KEYS[:2]):

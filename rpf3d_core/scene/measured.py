@@ -48,7 +48,7 @@ class MeasuredList(StrictModel):
 
     @model_serializer(mode="wrap")
     def _without_an_empty_column(self, plain: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out a column that is not given, so that a scene without one keeps its digest."""
+        """Return the content of the section, without `column` if it is not given: the scene then keeps its digest."""
         return {key: value for key, value in plain(self).items() if key != "column" or value is not None}
 
     def sizes(self, measure: str) -> Measured:
@@ -119,9 +119,10 @@ class MeasuredList(StrictModel):
                 f"{low:g} to {high:g}")  # fmt: skip
 
     def doubt(self, measure: str) -> str:
-        """Return a warning if the unit in the name of the column may be a misreading; "" if it is not in doubt.
+        """Return a warning if the name of the column leaves the unit or the kind of length in doubt; "" without doubt.
 
-        For example, the end of `mass_t` is read as tonnes, but may have another meaning.
+        For example, the end of `mass_t` is read as tonnes, but may have another meaning. Sizes in the scene have no
+        column, and no doubt.
 
         measure : the key of the sizes, such as `mass`
         """

@@ -48,6 +48,8 @@ class MethodSpec(StrictModel):
 def method_values(value: Any) -> Any:
     """Return the fields of `MethodSpec` from the scene's value of `method`: the word `events`, or a mapping.
 
+    A value that is already a `MethodSpec` is returned unchanged.
+
     Raises
     ------
     PydanticCustomError

@@ -64,7 +64,7 @@ def no_two_alike(parts: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 def _enclosing(corners: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
-    """Return the corners (N, 2) m of an outline unchanged; raise a PydanticCustomError if they are no polygon."""
+    """Return the corners (N, 2) m of an outline unchanged; raise a PydanticCustomError if they form no polygon."""
     try:
         polygon_of(corners)
     except InputError as fault:

@@ -45,9 +45,7 @@ def name_of_material(scene: Scene, zone: str) -> str:
     if name in scene.materials:
         return name
     known, place = ", ".join(scene.materials), place_in_file(scene.path, ("materials",))
-    raise SceneError(
-        f"{place}: no material for the zone {zone!r}; materials has {known}: add {zone!r} or `default`"
-    )
+    raise SceneError(f"{place}: no material for the zone {zone!r}; materials has {known}: add {zone!r} or `default`")
 
 
 def _whole(scene: Scene, zone: str) -> str:
@@ -60,7 +58,7 @@ def _whole(scene: Scene, zone: str) -> str:
 
 
 def without_friction(scene: Scene, zones: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the materials that have no friction angle of their own; () if no model needs the angle.
+    """Return the names of the materials for which the scene states no friction angle; () if no model needs the angle.
 
     zones : names of the zones of the terrain; materials that no zone uses are left out
 
@@ -83,7 +81,7 @@ def _asks_friction(scene: Scene) -> bool:
 def used_coefficients(scene: Scene, material: Material) -> tuple[str, ...]:
     """Return the keys of the coefficients of a material that the models of the scene use.
 
-    A rolling friction or resistance that the material leaves out is 0, and is included.
+    A key with a default, such as rolling friction 0, is included even if the material does not state the key.
     """
     if material.is_of_a_body:
         return ("restitution", "friction" if material.slip_friction is None else "slip_friction", "rolling_resistance")
@@ -100,9 +98,11 @@ def words_on_friction(materials: Sequence[str]) -> str:
 
 
 def unused_materials(scene: Scene, zones: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Return the materials that no zone of a terrain has, each with the materials that its zones have instead.
+    """Return the names of the materials that no zone has, each with the materials of the zones that it would fit.
 
-    zones : names of the zones that have facets; if a material fits none of them, its tuple is empty
+    A tuple is empty if the material fits no zone.
+
+    zones : names of the zones that have facets
 
     Raises
     ------

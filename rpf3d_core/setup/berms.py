@@ -90,8 +90,8 @@ def berm_warnings(terrain: Terrain, scene: Scene) -> tuple[str, ...]:
 def _slopes_at_foot(terrain: Terrain, ridge: Ridge, half: float) -> FloatArray:
     """Return the slopes (N,) of the ground (degrees) at places along the foot of a berm; (0,) if it has no ground.
 
-    The slope is that from the foot to the ground below the berm: to its line, or to a place 2 m from the foot if this
-    is steeper. The first finds a foot below a face, the second a foot just beyond a crest.
+    At each place, the steeper of two slopes counts. The slope from the foot to the middle line of the berm shows a foot
+    below a face. The slope from the foot to a place at most LOCAL (m) inwards shows a foot just beyond a crest.
 
     half : m, distance of the foot from the line
     """
@@ -114,9 +114,10 @@ def _slopes_at_foot(terrain: Terrain, ridge: Ridge, half: float) -> FloatArray:
 
 
 def _near(terrain: Terrain, foot: FloatArray) -> Terrain:
-    """Return the facets of a large terrain with a vertex near any place (P, 2) m at a foot: searching all is slow.
+    """Return a large terrain reduced to the facets near places (P, 2) m, because a search of all facets would be slow.
 
-    A place in a facet much larger than a cell of the grid may lose its facet; a few places are no matter.
+    A facet is kept if one of its vertices is near a place. The facet at a place may be lost if it is much larger than a
+    cell of the search grid; a few lost places do not matter. A small terrain is returned unchanged.
     """
     if len(terrain.triangles) < MANY:
         return terrain

@@ -1,7 +1,8 @@
 """Find coordinates of a terrain that lie outside every UTM zone: another grid, or feet.
 
-Many metric grids have such coordinates, and in feet they would fit a UTM zone as well. A wrong unit changes energies by
-more than a factor of three, so the question for the grid comes first, and no sentence asks to set a unit.
+Many metric grids have such coordinates, and many of these coordinates would fit a UTM zone if they were in feet. A
+wrong unit changes energies by more than a factor of three. Therefore the sentence first asks for the coordinate system,
+and then asks the user to check the size of the terrain before setting a unit.
 """
 
 import re
@@ -26,6 +27,8 @@ UTM = re.compile(r"EPSG:32[67]\d\d", re.IGNORECASE)
 
 def beyond_utm(low: FloatArray, high: FloatArray, relief: float, crs: str | None) -> Iterator[str]:
     """Yield a sentence if a terrain lies outside every UTM zone, and is in UTM or in an unknown reference system.
+
+    Without a known reference system, coordinates of the Swiss grid give no sentence.
 
     low, high : (2,) m, corners of the terrain's box in plan; relief : m, its height difference
     crs : its reference system, None if unknown

@@ -42,7 +42,7 @@ def fewest_rocks(scene: Scene) -> int:
 
 
 def _corner(points: FloatArray, ends: Callable[[FloatArray], Any]) -> Vec:
-    """Return a corner (3,) m of the box around points (P, 3) m.
+    """Return the lowest or the highest corner (3,) m of the box around points (P, 3) m.
 
     ends : np.min for the corner with the smallest coordinates, np.max for the corner with the largest coordinates
     """

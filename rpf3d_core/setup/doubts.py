@@ -13,7 +13,7 @@ from rpf3d_core.terrain.zones import zones_with_facets
 def doubts_of(scene: Scene, terrain: Terrain, engine: Engine) -> tuple[str, ...]:
     """Return the warnings about a scene: its settings, its materials, and its files in comparison with the terrain.
 
-    engine : over the terrain
+    engine : engine of the scene, with its search structure over the terrain
     """
     return (
         *warnings_of(scene),

@@ -159,7 +159,10 @@ def _observed(scene: Scene) -> Iterator[Extent | None]:
 
 
 def _in_plan(name: str, plan: FloatArray, up: Up, file: Path | None, kind: str = "polygon") -> Extent | None:
-    """Return the extent of places (N, 2) m in plan, which are x y, or x z where y is up; kind : as in `Extent`."""
+    """Return the extent of places (N, 2) m in plan (x and y, or x and z if y is up); None without places.
+
+    kind : as in `Extent`
+    """
     missing = np.full(len(plan), np.nan)
     columns = (plan[:, 0], plan[:, 1], missing) if up == "z" else (plan[:, 0], missing, plan[:, 1])
     crs = None if file is None else stated_reference_system(file, kind)

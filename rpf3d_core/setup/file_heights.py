@@ -64,16 +64,13 @@ def _points_with_heights(spec: SourceSpec, up: Up) -> FloatArray:
 
 
 def _above_ground(points: FloatArray, engine: Engine, frame: Frame) -> tuple[FloatArray, FloatArray]:
-    """Return the heights (m) of points above the ground, negative below it; points off the terrain are left out.
+    """Return two heights (N,), (N,) m of points above the ground; points off the terrain are left out.
+
+    Heights are negative below the ground. The first height is above the ground at the point itself. The second height
+    is above the ground at one of the places AROUND the point: the place where the height is closest to 0. Over a hole,
+    the first height equals the second.
 
     points : (P, 3) m, in the axes of the input
-
-    Returns
-    -------
-    tuple
-        Two arrays (N,) m. The first has the heights above the ground at the points themselves, the second the heights
-        above the ground at the place in AROUND where the height is closest to 0. The first has the second's value for a
-        point over a hole.
     """
     x = frame.points_to_local(points)
     over = float(engine.facets.high[2]) + 1.0

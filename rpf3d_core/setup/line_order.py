@@ -93,6 +93,6 @@ def _length(line: FloatArray) -> float:
 
 
 def _place(line: FloatArray, number: int) -> str:
-    """Return the number, from 1, and the coordinates (m) of a point of a line as text; number : from 0."""
+    """Return a point of a line as text: its number, counted from 1, and its coordinates (m); number : index, from 0."""
     x, y = line[number].tolist()
     return f"point {number + 1} ({plain(x)}, {plain(y)})"

@@ -50,9 +50,7 @@ WGS84 = "EPSG:4326"
 Box = tuple[FloatArray, FloatArray]
 
 
-def placing_notes(
-    scene: Scene, faults: FaultReport, others: Sequence[Extent], is_run: bool = False
-) -> tuple[str, ...]:
+def placing_notes(scene: Scene, faults: FaultReport, others: Sequence[Extent], is_run: bool = False) -> tuple[str, ...]:
     """Return sentences on wrong-looking coordinates of the terrain, and on inputs that look misplaced.
 
     The result is empty if everything looks right. The function reads no file.
@@ -170,7 +168,7 @@ def _terrain_hints(terrain: Extent, crs: str | None, up: str) -> Iterator[str]:
 
 
 def _units_in_words(width: float, relief: float) -> str:
-    """Return a question for the unit of a terrain that is too large in metres, with the widths that units would give.
+    """Return a question about the unit of a terrain that is too large in metres, with its width in each plausible unit.
 
     width, relief : m, as the scene reads the terrain; units in which the terrain is still too large are left out
     """
@@ -199,7 +197,10 @@ def _is_too_large(terrain: Extent, up: str) -> bool:
 
 
 def _is_on_its_side(terrain: Extent, up: str) -> bool:
-    """Return True if a terrain's heights can only be northings or eastings, and its other axis (y or z) has heights."""
+    """Return True if a terrain's heights can only be northings or eastings, and the values of y or z look like heights.
+
+    The tested axis is y if z points up in the scene, and z if y points up.
+    """
     height, other = (2, 1) if up == "z" else (1, 2)
     largest = np.maximum(np.abs(terrain.low), np.abs(terrain.high))
     relief = float(terrain.high[other] - terrain.low[other])
@@ -291,7 +292,7 @@ def _off_the_terrain(other: Extent, terrain: Extent, crs: str | None, up: str) -
 
 
 def _is_near_the_origin(ground: Box) -> bool:
-    """Return True if the terrain's box is so near to the origin that scaled coordinates prove nothing about a unit.
+    """Return True if the terrain's box is nearer to the origin than its own size: scaling then proves nothing on units.
 
     Near the origin, an input in almost any unit would lie on the terrain.
     """

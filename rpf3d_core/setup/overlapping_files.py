@@ -83,9 +83,9 @@ def duplicate_warnings(faults: FaultReport) -> tuple[str, ...]:
 def overlaps_in(terrain: Terrain, facets: Sequence[int], window: Window) -> Iterator[Overlap]:
     """Yield each pair of files that lie above each other, from a sample of about PLACES (400) places in a window.
 
-    At each place, the uppermost surface of each file counts; a file may have overhangs. Distances count normal to the
-    ground, because a shift of two surveys in plan is a large height on a face. A pile, berm or building in a file of
-    its own is no pair: it rises from the ground, with its rim in the ground.
+    At each place, the uppermost surface of each file counts; a file may have overhangs. The distance between two files
+    is measured normal to the ground: two surveys with a small shift in plan differ much in height on a face. A pile,
+    berm or building in a separate file makes no pair, because it rises from the ground, with its rim in the ground.
 
     facets : number of facets of each file
     """
@@ -137,7 +137,7 @@ def _tops(
 
     The height is -inf and the cosine is 0 where a file has no surface.
 
-    ends : (K,) number of the facet after the last facet of each file
+    ends : (K,) for each file, the number of its last facet plus 1
     """
     near = _at_rows(terrain, window, shape[0])
     corners = terrain.vertices[terrain.triangles[near]].reshape(-1, 3)
@@ -156,7 +156,7 @@ def _tops(
 
 
 def _at_rows(terrain: Terrain, window: Window, rows: int) -> NDArray[np.int64]:
-    """Return the facets (N,) that cross the middle of a row of pixels, which are few of millions of facets."""
+    """Return the facets (N,) that cross the middle of any row of pixels: only few of millions of facets."""
     above = np.ceil((terrain.vertices[:, 1] - window.bottom) * (rows / window.height) - 0.5)
     row = above.clip(0, rows).astype(np.uint8)  # one byte for each vertex stays in the processor's cache
     a, b, c = (row[corner] for corner in terrain.triangles.T)
@@ -166,7 +166,7 @@ def _at_rows(terrain: Terrain, window: Window, rows: int) -> NDArray[np.int64]:
 def shared_window(plan: FloatArray, points: Sequence[int]) -> Window | None:
     """Return the smallest window around all ground that may be in two files; None if the files lie next to each other.
 
-    It is the box around the common parts of each two files' boxes.
+    For each pair of files, the boxes of both files have a common part; the window contains all common parts.
 
     plan : (N, 2) m, all points of all files, local frame; points : number of points of each file
     """

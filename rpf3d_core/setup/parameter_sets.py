@@ -73,6 +73,7 @@ def _is_of_a_model(name: str) -> bool:
     """Return True if a key path changes a model, so that the models of a scene must be built again.
 
     `slip_friction` of a material counts too, because it is part of the contact model of bodies.
+
     name : a key path
     """
     keys = name.split(".")

@@ -16,8 +16,8 @@ PLACES = 200
 def stands_in_ground(terrain: Terrain, body: slice, ground: slice, slack: float) -> bool:
     """Return True if the rim of a file lies on or below the ground of another file, or if the file has no rim.
 
-    The median of the rim counts, because rims are drawn by hand. A second survey has its rim as far from the ground as
-    the rest of it; the rim of a building is the foot of its walls.
+    The median height of the rim counts, because rims are drawn by hand. In a second survey, the rim is as far from the
+    ground as the rest of the survey. The rim of a building is the foot of its walls.
 
     body, ground : facets of both files; slack : m, height above the ground up to which a rim lies on the ground
     """
@@ -33,7 +33,10 @@ def stands_in_ground(terrain: Terrain, body: slice, ground: slice, slack: float)
 
 
 def _along_rim(terrain: Terrain, triangles: IntArray) -> FloatArray:
-    """Return places (P, 3) m at equal distances along the sides that only one of some triangles (F, 3) has."""
+    """Return places (P, 3) m at equal distances along the rim of triangles (F, 3): the sides of only one triangle.
+
+    The result is (0, 3) if the triangles have no rim.
+    """
     sides = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
     sides = sides[sides[:, 0] != sides[:, 1]].astype(np.int64)
     keys, uses = np.unique(sides[:, 0] * len(terrain.vertices) + sides[:, 1], return_counts=True)

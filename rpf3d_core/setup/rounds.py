@@ -185,7 +185,9 @@ def growing_rounds(counts: Sequence[int], points: Sequence[int], first: int, set
 def _least_first(counts: Sequence[int], first: int, sets: int) -> int:
     """Return the number of rocks of the first round over all sources: `first`, or more if sources or sets need more.
 
-    The first round has about one rock from each source; with parameter sets, at least one for each source and set.
+    The first round has about one rock from each source. With parameter sets, it has at least one rock for each source
+    and set; if a source has too few rocks for this, the result is the number of all rocks.
+
     counts : number of rocks of each source; sets : number of parameter sets, 0 without unknowns
     """
     flying, total = [n for n in counts if n], sum(counts)

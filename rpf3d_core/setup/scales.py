@@ -62,7 +62,7 @@ def _heavy(density: float) -> Iterator[str]:
 
 
 def _strong_barriers(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each barrier with a capacity that no net or dam has."""
+    """Yield a warning for each barrier whose capacity is above that of any net."""
     barriers = scene.effects.barriers
     for number, panel in enumerate(() if barriers is None else barriers.panels):
         if panel.capacity_kj > MOST_CAPACITY:
@@ -74,7 +74,10 @@ def _strong_barriers(scene: Scene) -> Iterator[str]:
 
 
 def _speeds(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each source that throws rocks, and for each stop speed that is no standstill."""
+    """Yield a warning for each release speed too high for a loose rock, and each stop speed too high for standstill.
+
+    A stop speed that stops every rock is intended, and gives no warning.
+    """
     for number, source in enumerate(scene.sources):
         if source.fastest > MOST_RELEASE_SPEED:
             key = "velocity" if source.speed is None else "speed"

@@ -21,7 +21,7 @@ FEW_POINTS = 5
 
 
 def warnings_of_source_lines(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each source with a line that closes with a long segment."""
+    """Yield a warning for each closed line of a source whose closing segment is long, or that has few points."""
     for number, spec in enumerate(scene.sources):
         if spec.line is None:
             continue
@@ -32,7 +32,7 @@ def warnings_of_source_lines(scene: Scene) -> Iterator[str]:
 
 
 def _closes_suspiciously(line: FloatArray) -> bool:
-    """Return True if a line (P, 2) m is closed by a segment that is long, or closes a line of few points."""
+    """Return True if a line (P, 2) m is closed, and its closing segment is long or the line has few points."""
     if len(line) < 4 or not np.array_equal(line[0], line[-1]):
         return False
     lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)

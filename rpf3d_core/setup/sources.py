@@ -131,8 +131,8 @@ def _source(scene: Scene, number: int, terrain: Terrain, polygons: Mapping[str, 
 def _points(spec: SourceSpec, frame: Frame, benches: Benches | None) -> FloatArray:
     """Return the release points (P, 3) m of a source in the local frame; (0, 3) for a source with an area.
 
-    Points along a crest already include `above_ground`. The height of the ground is not searched for at the edge of a
-    face, because the search straight down might find the foot of the face.
+    Points along a crest are already `above_ground` (m) above the edge of the face. For these points, no later step
+    searches for the ground, because a search straight down might find the foot of the face.
     """
     if spec.crest is not None and benches is not None:
         return frame.points_to_local(crest_points(spec, benches))
@@ -147,7 +147,9 @@ def _points(spec: SourceSpec, frame: Frame, benches: Benches | None) -> FloatArr
 def crest_points(spec: SourceSpec, benches: Benches) -> FloatArray:
     """Return the points (P, 3) m of a source along the upper edge of a face, in the input's coordinates.
 
-    The points lie `above_ground` of the source above the edge. spec : a source with the key `crest`
+    The points lie above the edge by the source's `above_ground` (m).
+
+    spec : a source with the key `crest`
     """
     above: FloatArray = np.array([0.0, 0.0, spec.above_ground or 0.0])
     return brow_of(benches, spec.crest or 1) + above

@@ -180,7 +180,7 @@ def _units_in_words(diameter: float) -> str:
 
 
 def _doubtful_units(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each file of sizes whose unit was taken from the end of a column name, which may be wrong."""
+    """Yield a warning for each file of sizes whose column name leaves the unit or the kind of length in doubt."""
     for place, section in _sections_with_sizes(scene):
         for measure in SIZES:
             size = getattr(section, measure)

@@ -153,8 +153,9 @@ def _alternatives(annotation: Any) -> list[Any]:
 def _scalar(annotation: Any, metadata: list[Any]) -> tuple[type | None, tuple[Any, ...], dict[str, float]]:
     """Return type, choices and bounds of a field that takes one number, text or truth value.
 
-    If the field also takes a distribution, the result describes the number. For all other fields, the result is None,
-    (), {}.
+    If the field also takes a distribution, the result describes the number. If the field takes no single value, the
+    result is None, (), {}.
+
     annotation, metadata : type of the field, and its annotations, in which pydantic keeps the bounds
     """
     several = _alternatives(annotation)

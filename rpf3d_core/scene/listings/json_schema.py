@@ -137,7 +137,10 @@ def _model_choice(section: Schema, spec: type[OneOf], definitions: Schema) -> Sc
 
 
 def _of_models(section: Schema, definitions: Schema) -> Schema:
-    """Return the schemas of the models in a section; null (all defaults) only for models without required keys."""
+    """Return the schemas of the models in a section, by name of the model.
+
+    A model without required keys may also be null, which means all defaults. Models of users are left out.
+    """
     return {
         name: {"anyOf": each["anyOf"][:1]} | {"description": each["description"]}
         if _needs_keys(_target(each, definitions)) else each
@@ -183,7 +186,7 @@ def _add_points_in_plan(definitions: Schema) -> None:
 
 
 def _add_shapes(definitions: Schema) -> None:
-    """Allow `point` and `sphere` as values of `rock.shape`, and null; definitions : changed in place."""
+    """Allow `point`, `sphere` and null as values of `rock.shape`; definitions : changed in place."""
     named: Schema = {"enum": [POINT, SPHERE, None]}
     no_sphere: Schema = {"const": {SPHERE: False}}
     shape = definitions["RockSpec"]["properties"]["shape"]

@@ -42,11 +42,11 @@ class OwnSpec(ModelSpec):
         return {**given, "file": file}
 
     def physics(self) -> type:
-        """Return the user's class from its file; the file is run again after each change."""
+        """Return the user's class from its file; the file is run again if its content has changed."""
         return _class_at(self.path, self.file)  # type: ignore[no-any-return]
 
     def made(self) -> Any:
-        """Return the parameters as floats, because integers have another type in compiled code."""
+        """Return an object of the user's class with all parameters as floats, because compiled code needs one type."""
         return self.physics()(**{name: float(value) for name, value in self.values.items()})
 
 

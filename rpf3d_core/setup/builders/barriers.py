@@ -27,8 +27,7 @@ class _BarrierPart(NamedTuple):
     """One part of a barrier, on one facet.
 
     foot : (2, 3) m, the ends of its foot, local frame; facet : number of the facet below it
-    line : number of the straight section, between two corners of a barrier, that contains this part; the numbers count
-        the sections of all barriers
+    line : number of the straight section between two corners that contains this part, counted over all barriers
     barrier : number of its barrier
     """
 

@@ -92,7 +92,7 @@ def forest_as_obstacles(name: str, spec: ForestSpec, forest: Forest) -> Obstacle
 
 
 def _largest_radius(scene: Scene) -> float:
-    """Return the radius (m) of the largest rock of the scene, as a sphere: the distance at which it meets a stem."""
+    """Return the radius (m) of the largest rock of the scene as a sphere, for the distance at which it meets stems."""
     return 0.5 * float(diameter_of(mass_range(rock_of_scene(scene))[1], scene.rock.density))
 
 
