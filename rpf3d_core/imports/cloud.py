@@ -23,7 +23,8 @@ ZONE = "terrain"
 class ImportedCloud(NamedTuple):
     """A terrain made from clouds.
 
-    sentences : for the user, on how the surface was made; warnings : on what reading and writing lost
+    sentences : for the user, on how the surface was made
+    warnings : sentences on content that was not read, and on precision that reading and writing lost
     crs : the coordinate reference system that the files state; None if they state none
     """
 
@@ -34,7 +35,9 @@ class ImportedCloud(NamedTuple):
 
 
 def import_cloud(files: Sequence[Path], out: Path, choice: CloudChoice = DEFAULT) -> ImportedCloud:
-    """Make the surface of the ground from all points of some files, write it as a mesh, and return it.
+    """Make the surface of the ground from the points of some files, write it as a mesh to `out`, and return it.
+
+    Classes of points are used only if all files have classes.
 
     Raises
     ------

@@ -204,7 +204,7 @@ def _without_marks(location: tuple[int | str, ...]) -> KeyPath:
 
 
 def _requirement(path: KeyPath, root: Root) -> str:
-    """Return the valid values for a key as a phrase, from the description of the nearest described field."""
+    """Return the valid values for a key as a phrase: the description of the innermost described field on its path."""
     inner = _bare(_annotation(path, root))
     if _is_record(inner):
         return f"a mapping with the keys {', '.join(_keys(inner))}"

@@ -68,7 +68,7 @@ def _own_priors(scene: Mapping[str, Any]) -> set[str]:
 def _middle(coefficient: Any) -> Any:
     """Return the number that replaces a coefficient with a range until a prior sets its value: the mean or the middle.
 
-    coefficient : a plain number, which is returned unchanged, or `{prior: ...}`
+    coefficient : `{prior: ...}`, or a plain number, which is returned unchanged
     """
     if not isinstance(coefficient, Mapping):
         return coefficient

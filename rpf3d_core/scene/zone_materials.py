@@ -45,7 +45,9 @@ def name_of_material(scene: Scene, zone: str) -> str:
     if name in scene.materials:
         return name
     known, place = ", ".join(scene.materials), place_in_file(scene.path, ("materials",))
-    raise SceneError(f"{place}: no material for the zone {zone!r}; materials has {known}: add {zone!r} or `default`")
+    raise SceneError(
+        f"{place}: no material for the zone {zone!r}; materials has {known}: add {zone!r} or `default`"
+    )
 
 
 def _whole(scene: Scene, zone: str) -> str:

@@ -28,7 +28,8 @@ def lies_off(terrain: Terrain, polygons: MultiPolygon) -> bool:
 def covered_share(terrain: Terrain, polygons: MultiPolygon) -> float:
     """Return the share (-) of the polygons' area that lies on the terrain; polygons : in plan coordinates of the input.
 
-    The share is measured with pixels, to within about 1 %. A part over a hole does not count.
+    The share is measured with pixels, to within about 1 %. A part over a hole does not count. For polygons too
+    thin to contain the centre of a pixel, the result is the share of their box.
     """
     corners = local_plan(terrain.frame, np.reshape(polygons.bounds, (2, 2)))
     (left, bottom), (right, top) = corners.min(axis=0), corners.max(axis=0)

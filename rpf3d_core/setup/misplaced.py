@@ -50,7 +50,9 @@ WGS84 = "EPSG:4326"
 Box = tuple[FloatArray, FloatArray]
 
 
-def placing_notes(scene: Scene, faults: FaultReport, others: Sequence[Extent], is_run: bool = False) -> tuple[str, ...]:
+def placing_notes(
+    scene: Scene, faults: FaultReport, others: Sequence[Extent], is_run: bool = False
+) -> tuple[str, ...]:
     """Return sentences on wrong-looking coordinates of the terrain, and on inputs that look misplaced.
 
     The result is empty if everything looks right. The function reads no file.
@@ -292,9 +294,9 @@ def _off_the_terrain(other: Extent, terrain: Extent, crs: str | None, up: str) -
 
 
 def _is_near_the_origin(ground: Box) -> bool:
-    """Return True if the terrain's box is nearer to the origin than its own size: scaling then proves nothing on units.
+    """Return True if the middle of the terrain's box is nearer to the origin than the box is long (diagonal).
 
-    Near the origin, an input in almost any unit would lie on the terrain.
+    Near the origin, an input in almost any unit would lie on the terrain, so scaled coordinates do not show the unit.
     """
     return bool(np.linalg.norm(0.5 * (ground[0] + ground[1])) < np.linalg.norm(ground[1] - ground[0]))
 

@@ -125,7 +125,7 @@ def _is_body(terrain: Terrain, small: slice, large: slice, raised: FloatArray) -
 
 
 def _size_in_plan(terrain: Terrain, facets: slice) -> float:
-    """Return the area (m^2) in plan of the facets of a file; a closed body counts once, not twice."""
+    """Return the area (m^2) in plan of the facets of a file; top and bottom of a closed body count once, not twice."""
     area = area_vectors(terrain.vertices, terrain.triangles[facets])[:, 2]
     return float(max(area.clip(min=0.0).sum(), -area.clip(max=0.0).sum()))
 
@@ -166,7 +166,7 @@ def _at_rows(terrain: Terrain, window: Window, rows: int) -> NDArray[np.int64]:
 def shared_window(plan: FloatArray, points: Sequence[int]) -> Window | None:
     """Return the smallest window around all ground that may be in two files; None if the files lie next to each other.
 
-    For each pair of files, the boxes of both files have a common part; the window contains all common parts.
+    Where the boxes of two files overlap, they have a common part; the window contains the common parts of all pairs.
 
     plan : (N, 2) m, all points of all files, local frame; points : number of points of each file
     """

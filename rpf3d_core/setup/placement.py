@@ -69,7 +69,9 @@ def placement_warnings(prepared: Prepared, releases: Releases, heights: Sequence
 
 
 def _high_above(prepared: Prepared, releases: Releases, heights: Sequence[SourceHeight]) -> Iterator[str]:
-    """Yield a warning for each source whose rocks all start more than MOST_ABOVE (m) above the ground, as over a face.
+    """Yield a warning for each source whose rocks all start more than MOST_ABOVE (m) above the ground.
+
+    MOST_ABOVE is more than the height of a bench face.
 
     A source close to a crest gets no warning, although the ground straight below may be the foot of a high face.
     """

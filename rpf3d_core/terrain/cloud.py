@@ -30,11 +30,11 @@ def cloud_mesh(
 ) -> Mesh:
     """Return the mesh of a survey given as points (N, 3) m; points with a NaN coordinate are left out.
 
-    All facets face up.
+    All facets face up. Points without a facet are left out, too.
 
     longest_edge : m, longest allowed side of a triangle in plan; None for `GAP` times the median of the longest sides
         of all triangles
-    origin : of the local frame (m); None for the middle of the points
+    origin : origin of the local frame (m); None for the middle of the points
 
     Raises TerrainError if fewer than three points or no triangle remain, or if a point is infinite.
     """

@@ -85,7 +85,7 @@ def _moved_inside(rings: Sequence[FloatArray], ring: tuple[FloatArray, FloatArra
 
 
 def _is_inside(rings: Sequence[FloatArray], points: FloatArray) -> NDArray[np.bool_]:
-    """Return flags (M,): True for points (M, 2) m inside the area: inside an odd number of its rings."""
+    """Return flags (M,): True for points (M, 2) m inside an odd number of rings (N, 2) m, so inside the area."""
     inside = np.zeros(len(points), dtype=bool)
     for ring in rings:
         polygon = shapely.polygons(ring)

@@ -102,7 +102,7 @@ def edge_distance(facets: Facets, f: int, k: int, p: Vec) -> tuple[float, float]
 
     The distance is positive on the inner side of the edge. Neither number needs a square root.
 
-    p : (3,) m, projected onto the plane of the facet
+    p : (3,) m; the distance is measured in the plane of the facet
     """
     begin = corner(facets, f, k)
     edge = subtract(corner(facets, f, (k + 1) % 3), begin)
@@ -145,9 +145,9 @@ def on_line(facets: Facets, first: int, second: int, x: Vec) -> Vec:
 def line_exit(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float, slack: float) -> float:
     """Return the distance (m) that a rock at x can move in a direction over facet f until it leaves the facet.
 
-    The rock leaves the facet at the first edge that its path crosses; without such an edge or box, the result is inf.
-    If the path crosses an edge at a small angle
-    (sine below `FLAT`), the rock leaves only at the distance `slack` outside this edge.
+    The rock leaves the facet at the first edge that its path crosses. If the path crosses an edge at a small angle
+    (sine below `FLAT`), the rock leaves only at the distance `slack` outside this edge. If the path crosses no edge,
+    and no box ends it, the result is inf.
 
     x : m; direction : (3,) unit
     parallel : sine of the angle between path and edge below which the path does not cross the edge

@@ -17,7 +17,7 @@ class Frame(NamedTuple):
     """The local frame of a terrain: converts between the input's coordinates and local coordinates.
 
     origin : (3,) m, of the local frame, in the input's coordinates with z turned up; up : axis that points up in the
-        input
+        input, "y" or "z"
     """
 
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)

@@ -135,7 +135,7 @@ def _inner_points(faces: NDArray[np.object_]) -> FloatArray:
 
 
 def _triangles_of(face: shapely.Polygon) -> shapely.Geometry:
-    """Return the triangles that fill a region; a point of the region if rounding makes the triangulation fail."""
+    """Return the triangles that fill a region; if the triangulation fails by rounding, return a point of the region."""
     try:
         return shapely.constrained_delaunay_triangles(face)
     except shapely.errors.GEOSException:

@@ -43,7 +43,7 @@ def grid_mesh(
     A point with a NaN coordinate is missing.
 
     memory : allocates the arrays; share : runs functions in parallel (`jit.memory`)
-    origin : of the local frame (m); None for the middle of the points
+    origin : origin of the local frame (m); None for the middle of the points
     longest_edge : m, longest allowed side of a triangle in plan; None for no limit, because the points of a scanner's
         grid are farther apart at a larger distance
 

@@ -114,7 +114,7 @@ def _keys(points: FloatArray, size: float) -> tuple[Ids, int]:
 
     points : (N, 3) m; size : side of a cell (m)
 
-    Raises TerrainError if the number of columns or of rows would reach MOST_CELLS.
+    Raises TerrainError if the number of columns or of rows would reach MOST_CELLS, or if `size` is not above 0.
     """
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     columns, rows = ((high - low) / size + 2.0).tolist()

@@ -16,6 +16,8 @@ TALLER = 16.0
 def outer_walls(border: FloatArray, crack: float) -> FloatArray:
     """Return the walls around a terrain as triangles (T, 3, 3) m that face inwards.
 
+    There are no walls if the hull is only a crack wide.
+
     border : (B, 3, 3) m, from `border.border_of`
     crack : m, distance up to which a side of the convex hull counts as lying on a side of the terrain's box; a side of
         the hull on the box gets no wall

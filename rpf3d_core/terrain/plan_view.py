@@ -132,7 +132,7 @@ def _pixel_boxes(
     """Return the facets (N,) that may cover a pixel centre, with the first pixel and the pixel counts of their boxes.
 
     The first pixel (N, 2) is column and row; the counts (N, 2) are numbers of columns and rows. Of millions of facets,
-    only a few contain a pixel centre: the others are removed by rows first, then by columns.
+    only a few contain a pixel centre. Facets without one are removed in two steps: first by rows, then by columns.
 
     shape : number of rows and columns of pixels; vertices : (V, 3), x and y in pixels
     """

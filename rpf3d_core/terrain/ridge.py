@@ -69,7 +69,9 @@ def _sides(
 def _end(
     end: FloatArray, onward: FloatArray, inner: float, outer: float, height: float
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """Return the slopes of a berm beyond an end of its line, one ahead and one on each side: corners and heights (m).
+    """Return the three slopes of a berm beyond an end of its line: one ahead, and one on each side.
+
+    Each slope is given by corners (N, 2) m in plan and heights (N,) m above the ground.
 
     end : (2,) m; onward : (2,) unit, along the line and away from the berm; inner, outer, height : as in `_sides`
     """

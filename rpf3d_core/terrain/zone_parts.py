@@ -35,9 +35,10 @@ class ZoneParts(NamedTuple):
 def parts_by_height(terrain: Terrain, edges: Edges) -> list[ZoneParts]:
     """Return the parts of each zone that consists of surfaces at different heights; other zones are left out.
 
-    A surface is a set of facets that are connected by edges. The surfaces of a zone are sorted by mean height;
-    neighbours in this order that differ by less than LOWEST are one part, because a berm that a ramp or a spill
-    interrupts is one bench.
+    A surface is a set of facets of one zone that are connected by edges. The surfaces of a zone are sorted by mean
+    height. Neighbours in this order that differ by less than LOWEST (m) are one part, because a berm interrupted by a
+    ramp or a spill is one bench. A surface of less than the share SMALLEST of the zone's area belongs to the part that
+    is nearest in height.
     """
     one, other, _ = shared_by_two(edges)
     same = terrain.zone[one] == terrain.zone[other]
@@ -50,7 +51,7 @@ def parts_by_height(terrain: Terrain, edges: Edges) -> list[ZoneParts]:
 
 
 def _parts(zone: str, surface: NDArray[np.int32], area: FloatArray, height: FloatArray) -> ZoneParts:
-    """Return the parts of a zone, from the surface (Z,), area (Z,) m2 and height (Z,) m of its facets."""
+    """Return the parts of a zone, from surface number (Z,), area (Z,) m^2 and height (Z,) m of each of its facets."""
     _, number = np.unique(surface, return_inverse=True)
     areas = np.bincount(number, area)
     means = np.bincount(number, area * height) / np.where(areas > 0.0, areas, 1.0)
