@@ -42,12 +42,14 @@ def import_cloud(files: Sequence[Path], out: Path, choice: CloudChoice = DEFAULT
     Raises
     ------
     InputError
-        A file is refused, the files have different reference systems, the points make no surface, or `out` cannot be
-        written.
+        A file is refused, the files have different reference systems, `choice` names classes but a file has none, the
+        points make no surface, or `out` cannot be written.
     """
     check_mesh_path(out)
     clouds = [read_cloud(path) for path in files]
     crs = _one_system(files, clouds)
+    if choice.classes:
+        _check_classes(files, clouds)
     classes = None if any(cloud.classes is None for cloud in clouds) else [cloud.classes for cloud in clouds]
     points = np.concatenate([cloud.points for cloud in clouds])
     surface = cloud_surface(points, None if classes is None else np.concatenate(classes), choice)  # type: ignore[arg-type]
@@ -68,6 +70,13 @@ def _one_system(files: Sequence[Path], clouds: Sequence[Cloud]) -> str | None:
         if not are_same(crs, other):
             raise TerrainError(f"{path}: is in {other!r}, but {first.name} in {crs!r}; reproject one")
     return crs
+
+
+def _check_classes(files: Sequence[Path], clouds: Sequence[Cloud]) -> None:
+    """Raise a TerrainError that names the first file whose points have no classes."""
+    for path, cloud in zip(files, clouds, strict=True):
+        if cloud.classes is None:
+            raise TerrainError(f"{path}: has no classes of points; leave the classes out, or import it separately")
 
 
 def _system_in_words(crs: str | None) -> str:

@@ -26,7 +26,7 @@ def cell_triangles(plan: FloatArray, cells: Cells) -> NDArray[np.int32]:
     second = np.minimum(_area(a, b, d), _area(b, c, d))
     other = (first[0] <= 0.0) | ((second > 0.0) & first[1])
     along, across = full[~other], full[other]
-    three = _three(plan, corner[there == 3])
+    three = _three(corner[there == 3])
     triangles = np.concatenate(
         [along[:, [0, 1, 2]], along[:, [0, 2, 3]], across[:, [0, 1, 3]], across[:, [1, 2, 3]], three]
     )
@@ -51,11 +51,10 @@ def _squares(cells: Cells) -> Ids:
     return np.asarray(corner[(corner >= 0).sum(axis=1) >= 3])
 
 
-def _three(plan: FloatArray, corner: Ids) -> Ids:
+def _three(corner: Ids) -> Ids:
     """Return the triangle (S, 3) around each common corner of four cells if exactly three of the cells have a point.
 
     corner : (S, 4) points of the four cells, from `_squares`; exactly one of the four is -1
-    plan : not used
     """
     order = np.argsort(corner < 0, axis=1, kind="stable")[:, :3]
     return np.asarray(np.take_along_axis(corner, order, axis=1))

@@ -58,6 +58,14 @@ def test_the_command_prints_density_holes_and_reference_system(tmp_path, monkeyp
     assert "t.stl: its coordinates have single precision" in printed.err
 
 
+def test_classes_are_refused_with_the_file_that_has_none(tmp_path):
+    pytest.importorskip("laspy", reason="laspy is not installed: it is in the extra `mine`")
+    write_las(tmp_path / "a.laz", points_of_hill(), np.full(5_000, 2, np.uint8))
+    np.savetxt(tmp_path / "b.xyz", points_of_hill(), "%.3f")
+    with pytest.raises(InputError, match=r"b\.xyz: has no classes of points"):
+        import_cloud([tmp_path / "a.laz", tmp_path / "b.xyz"], tmp_path / "t.vtp", CloudChoice(classes=(2,)))
+
+
 def degrees_of(east: float, north: float) -> tuple[float, float]:
     """Return longitude and latitude (degrees) of a place (m) in UTM zone 19 south, WGS84, by Krueger's series.
 
