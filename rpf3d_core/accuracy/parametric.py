@@ -29,7 +29,7 @@ BUDGET = 12.0
 class OverSets(NamedTuple):
     """The parametric error of a scene, measured with some of its parameter sets; each set flies two lots of rocks.
 
-    A lot is a group of rocks that no other lot contains.
+    A lot is a group of rocks; no rock is in two lots.
 
     sets : number of parameter sets; rocks : number of rocks of each lot
     distance : root mean square of the distances (-) between the maps of two different sets

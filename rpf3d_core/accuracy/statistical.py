@@ -54,7 +54,7 @@ class Pair(NamedTuple):
 def doublings(prepared: Prepared, budget: float) -> list[Sampled]:
     """Return the statistical errors of 125, 250, 500, ... rocks, until a time budget (s of one core) is used up.
 
-    The largest number is 32,000. For each number, two ensembles with different rocks are flown.
+    The largest number of rocks is 32,000. For each number, two groups of different rocks are flown.
     """
     pairs: list[Pair] = []
     rocks, spent = FEWEST, 0.0

@@ -43,7 +43,7 @@ class AreaEvidence(NamedTuple):
     predictive_low, predictive_high : 95 % predictive interval of the share (-) over the parameter sets; None in a
         scene without unknowns, and while too few rocks of each set have flown
     left_high : as `predictive_high`, if the rocks in `left` are counted as rocks that reached the area; computed set by
-        set, because most of them may belong to the few sets that decide the upper end
+        set, because most of these rocks may belong to the few sets that decide the upper end
     energy_high : J, upper end of the predictive interval of the p95 energy over the parameter sets; the largest energy
         of all sets if fewer than 39 sets have a p95; never below `pooled_energy`
     energy_sets : number of parameter sets with enough rocks in the area for a p95 energy

@@ -137,7 +137,8 @@ def _predictive_faults(area: AreaEvidence) -> Iterator[str]:
 def _end_faults(area: AreaEvidence) -> Iterator[str]:
     """Yield a fault for an `energy_high`, `energy_sets` or `first_arrival_low_s` of an area that cannot be right.
 
-    Such a value is impossible, an energy below that of all rocks together, or an arrival later than that of all rocks.
+    Such values are: an impossible number; an `energy_high` below the energy of all rocks together; a
+    `first_arrival_low_s` later than the first arrival of all rocks.
     """
     energy, arrival = area.energy_high, area.first_arrival_low_s
     for what, end in (("upper end of the energy", energy), ("lower end of the first arrival", arrival)):

@@ -64,7 +64,7 @@ def without_limits(evidence: Evidence, thresholds: Thresholds) -> tuple[str, ...
 def limits_of(thresholds: Thresholds, name: str) -> AreaLimitsSpec | None:
     """Return the site's limits for an area; None if the site file has none.
 
-    The limits under the full name of the area count before those under the first pattern that matches the name.
+    The limits under the full name of the area have priority; otherwise the first pattern that matches the name counts.
     """
     if name in thresholds.areas:
         return thresholds.areas[name]
@@ -74,9 +74,9 @@ def limits_of(thresholds: Thresholds, name: str) -> AreaLimitsSpec | None:
 def hidden_level(area: AreaEvidence, thresholds: Thresholds) -> Level | None:
     """Return the level of an area as if all rocks in `left` had reached the area; None if no rock left the terrain.
 
-    The energy of these rocks counts as infinite and their arrival as immediate, because both are unknown. If they are
-    at most a share RARE of all rocks in the area, the largest known energy takes the place of the p95 energy. Without
-    `left_high`, all rocks that left are counted in one parameter set, the worst case.
+    The energy of these rocks counts as infinite and their arrival as immediate, because both are unknown. If these
+    rocks are at most 5 % (RARE) of all rocks in the area, the largest known energy replaces the p95 energy. If
+    `left_high` is None, all rocks in `left` are counted in one parameter set, the worst case.
     """
     if area.left <= 0:
         return None
@@ -157,9 +157,9 @@ def _finding(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> L
 
 
 def _ends_below(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> Iterator[str]:
-    """Yield a text on the energy and a text on the first arrival in an area in which no limit is reached.
+    """Yield a text on the energy and a text on the first arrival of rocks, for an area that reaches no limit.
 
-    A figure for which the site has no limit is left out. Without unknowns, there is no text.
+    A text is omitted if the site has no limit for its figure. Both are omitted in a scene without unknowns.
 
     spec : the site's limits for the area; terms : the site's rules for evidence
     """
@@ -220,7 +220,7 @@ def _share(area: AreaEvidence, terms: EvidenceSpec) -> str:
 
 
 def _of(area: AreaEvidence, terms: EvidenceSpec) -> str:
-    """Return the words that name the interval behind the upper end of a share, for a reason; "" without unknowns."""
+    """Return a text that names the interval whose upper end is compared with a limit; "" without unknowns."""
     if area.sets == 0:
         return ""
     if _is_predictive(area, terms):
