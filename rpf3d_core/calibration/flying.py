@@ -190,7 +190,7 @@ def _alike(field: Field, releases: Releases) -> FloatArray | None:
 
 
 def observed_of(slope: Slope) -> Observed:
-    """Return the number of rocks behind each of C observations, and the density of an observation by pure chance.
+    """Return the number of observed rocks behind each of C observations, and the density of each by pure chance.
 
     The order is that of `Flown.densities`: end points, values at gates, counts of rocks. "By pure chance" means: a stop
     is equally likely anywhere on the terrain, a value anywhere between 0 and twice the largest observed value, and the
@@ -232,7 +232,7 @@ def fly_sets(
     """Fly the parameter sets of a round, each on one thread, and yield their results in the order of the sets.
 
     values : (S, U), each in the unit of its key in the scene; number : number of the round, which selects the rocks
-    stop : called before each set, on its thread; after True no further set is yielded
+    stop : called before each set, on the thread of the set; once it returns True, no further set is yielded
     threads : number of threads, None for one per core; results do not depend on it
     """
     workers = workers_of(slope, threads)
