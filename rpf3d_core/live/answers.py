@@ -93,11 +93,12 @@ class Answer:
     outcomes : number of rocks with each outcome; maps : hazard maps; both are of all rocks flown so far
     areas : outlines of the areas of interest in the maps, local frame
     evidence : for each area, the worst figures of all clusters of sources
-    unfinished : number of rocks whose flight was cut off, in the worst cluster; scaled to the number of rocks of the
-        cluster with the fewest rocks
+    unfinished : number of rocks whose flight was cut off, in the worst cluster; scaled as if this cluster had as many
+        rocks as the cluster with the fewest rocks
     seconds : s, since the work on the trigger began; left_out : a sentence on the sources without rocks, and why
-    doubtful, elsewhere : a sentence on the sources that are too far from the ground, and on those far from the place
-        where the scene was calibrated; "" if there are none
+    doubtful : a sentence on the sources that are too far from the ground, "" if there are none
+    elsewhere : a sentence on the sources that are far from the place where the scene was calibrated, "" if there are
+        few or none
     """
 
     result: int
@@ -133,6 +134,8 @@ def answers(
     results: Iterator[int],
 ) -> Iterator[Answer]:
     """Fly rocks for the sources of one message, and yield a better answer after each stage, with about twice the rocks.
+
+    If the message has no sources, the function yields one answer, without rocks.
 
     Parameters
     ----------
@@ -307,7 +310,9 @@ def no_flights(standing: PreparedTerrain) -> Flights:
 
 
 def _stream(standing: PreparedTerrain, first: Sequence[int]) -> Stream:
-    """Return the object that flies the rocks of an answer; it keeps rocks of the first stage for display.
+    """Return the object that flies the rocks of an answer, and keeps the flights of some rocks for display.
+
+    The kept rocks are rocks of the first stage.
 
     first : number of rocks of each source in the first stage
     """

@@ -25,7 +25,7 @@ Displace = Callable[[Batch], Batch]
 
 
 class LeavingTally:
-    """Counts for each area of interest the rocks that left the terrain and may have reached it; any thread may call."""
+    """Counts, for each area of interest, rocks that left the terrain and may have reached the area; thread-safe."""
 
     def __init__(self, areas: Sequence[AreaOutline], lowest: Sequence[float], gravity: float) -> None:
         """Create the counts, with no rocks counted.
@@ -73,6 +73,9 @@ def energy_heads(batch: Batch, radius: FloatArray, gravity: float) -> FloatArray
 
 
 def _arrived(area: AreaOutline, paths: Sequence[Batch]) -> np.ndarray:
-    """Return flags (N,), True for rocks whose paths all had a part inside the area; paths : batches of N rocks."""
+    """Return flags (N,), True for a rock whose path has a part inside the area in every batch.
+
+    paths : batches of the same N rocks, such as with simulated and with displaced paths
+    """
     crossed = [area.is_crossed_by(np.ascontiguousarray(each.pieces[:, 1:3]), each.first[:-1, 1]) for each in paths]
     return np.asarray(np.logical_and.reduce(crossed))

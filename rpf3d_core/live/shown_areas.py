@@ -48,7 +48,10 @@ def _laid_on(ring: FloatArray, cells: TerrainCells, raster: Raster) -> FloatArra
 
 
 def _height(x: FloatArray, y: FloatArray, cells: TerrainCells, raster: Raster) -> FloatArray:
-    """Return the height (N,) m of the ground at places in plan (m); NaN outside the map and where no ground is near."""
+    """Return the height (N,) m of the ground at places (x, y) in plan, (N,) m each; NaN if it is not known.
+
+    The height is not known outside the map, and where `cells` has no height. All lengths are in the local frame.
+    """
     column, row = np.floor((x - raster.x) / raster.cell), np.floor((y - raster.y) / raster.cell)
     inside = (column >= 0) & (column < raster.nx) & (row >= 0) & (row < raster.ny)
     cell = np.where(inside, row * raster.nx + column, 0).astype(np.int64)

@@ -109,7 +109,7 @@ def point_of_view(terrain: Terrain, samples: PathSamples) -> tuple[FloatArray, F
 
 
 def _ahead(samples: PathSamples) -> FloatArray:
-    """Return the unit vector (2,) of the rocks' mean direction of travel in plan; south if there are no paths."""
+    """Return the unit vector (2,) of the rocks' mean travel in plan; south if there are no paths or the mean is 0."""
     south = np.array([0.0, -1.0])
     if len(samples.x) == 0:
         return south
