@@ -26,7 +26,7 @@ class HeightField(NamedTuple):
 
 
 def highest_ground(engine: Engine, x: FloatArray) -> HeightField:
-    """Return the highest ground straight above or below N places (N, 3) m; of an overhang, its upper side."""
+    """Return the highest ground straight above or below N places (N, 3) m; for an overhang, its upper side."""
     top = np.array(x)
     top[:, 2] = max(engine.facets.high[2], float(top[:, 2].max(initial=-np.inf))) + ABOVE_EVERYTHING
     return _ground_below(engine, top)

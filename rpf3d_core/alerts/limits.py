@@ -41,7 +41,10 @@ class LimitFinding(NamedTuple):
 
 
 class ReachedLimit(NamedTuple):
-    """A limit that the rocks in an area reach: a sentence on it, and the cluster of sources that gave the figure."""
+    """A limit that the rocks in an area reach, as a sentence.
+
+    origin : the cluster of sources whose rocks reach the limit; None if it is not known
+    """
 
     sentence: str
     origin: Origin | None
@@ -92,9 +95,10 @@ def hidden_level(area: AreaEvidence, thresholds: Thresholds) -> Level | None:
 
 
 def with_more_reached(area: AreaEvidence, count: int) -> AreaEvidence:
-    """Return the evidence of an area if `count` more of the flown rocks had reached it, all of one parameter set.
+    """Return the evidence of an area as if `count` more of the flown rocks had reached the area.
 
-    Only the share of rocks changes, not their energy and arrival.
+    The additional rocks are assumed to be of one parameter set. Only the share of rocks and its intervals change, not
+    energy and arrival.
     """
     reached = min(max(area.reached, 0) + count, max(area.flown, 0))
     low, high = wilson_interval(reached, max(area.flown, 1))
@@ -229,7 +233,7 @@ def _of(area: AreaEvidence, terms: EvidenceSpec) -> str:
 
 
 def energies_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
-    """Return the energies (J) that are compared with a limit: that of all rocks, and the upper end over parameter sets.
+    """Return the energies (J) to compare with a limit: the energy of all rocks, and its upper end over parameter sets.
 
     Empty if no rock reached the area. The upper end is left out if the site compares sampling intervals. The energy of
     all rocks is always compared, so that a wrong upper end hides no danger.
@@ -240,7 +244,7 @@ def energies_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
 
 
 def arrivals_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
-    """Return the first arrivals (s) that are compared with a limit: that of all rocks, and that of the fastest set.
+    """Return the first arrivals (s) to compare with a limit: of all rocks, and of the fastest parameter set.
 
     Empty if no rock reached the area. The arrival of the fastest set is left out if the site compares sampling
     intervals.

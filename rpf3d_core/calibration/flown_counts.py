@@ -110,8 +110,9 @@ def reached_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArray) 
     """Return the probability (M, R) that each rock crossed an area or stopped in the area, for each misfit (M,) m.
 
     The path of a rock is copied, and each copy is displaced by an error of the model. The probability is the share of
-    the copies that meet the area. The beginning of a path is known, so the displacement grows from 0 at the beginning
-    to the whole error at the end.
+    the copies that cross or touch the area. The beginning of a path is known, so the displacement grows from 0 at the
+    beginning to the whole error at the end.
+
     outlines : closed outlines (P, 2) m of the area, local frame
     """
     area, paths = _area_of(outlines), _paths_of(batch)

@@ -173,8 +173,8 @@ def releases_of_round(slope: Slope, number: int) -> Releases:
 def _alike(field: Field, releases: Releases) -> FloatArray | None:
     """Return the weight (N, R) (-) of each simulated rock in the prediction for each observed block.
 
-    The more the masses of rock and block differ, the smaller is the weight; it is 0 if their shapes differ. None if the
-    observed blocks have neither masses nor shapes.
+    The weight is small if the masses of rock and block differ much, and 0 if their shapes differ. The result is None if
+    the observed blocks have neither masses nor shapes.
 
     releases : of the R rocks
     """

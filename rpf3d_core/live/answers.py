@@ -85,8 +85,8 @@ class Answer:
     result : number of this result; each stage of an answer has its own number
     stage : number of the stage, from 0. Each stage has about twice the rocks of the previous stage; the second stage
         may have more, to reach `EnsembleSize.least`
-    complete : True if the target is met, or the next stage would have more rocks than `target.most_rocks`; this trigger
-        then gets no better answer
+    complete : True if this is the last answer to the trigger: the target is met, or the next stage would have more
+        rocks than `target.most_rocks`
     trigger, standing : the sources, and the prepared terrain that the rocks flew over
     sources : number of sources that released rocks
     flights : flights of some rocks of the first stage, for display

@@ -135,8 +135,8 @@ class ClusterSets:
         """Create the counts of all parameter sets, empty.
 
         tallies : counts of the cluster
-        places : empty counts of displaced paths from `tallies_of_displaced`, None without displacements. From `places`,
-            all clusters of an answer share the counts of map cells; each cluster has its own counts of areas
+        places : empty counts of displaced paths from `tallies_of_displaced`, None without displacements. All clusters
+            of an answer use the same `places`, but each cluster has its own counts of areas
         """
         self._sets, self._engine, self._tallies = sets, engine, tallies
         counted = [tallies.inside]

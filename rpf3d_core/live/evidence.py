@@ -168,5 +168,5 @@ def _left_high_of(results: list[AreaEvidence], predictive_high: float | None) ->
 
 
 def scaled(count: int, of: int, to: int) -> int:
-    """Return `count` of `of` rocks as a number of `to` rocks, rounded up: count * to / of; 0 if `of` is 0."""
+    """Return a number of rocks, `count` out of `of`, scaled to a total of `to` rocks and rounded up; 0 if `of` is 0."""
     return -(-count * to // of) if of else 0

@@ -86,7 +86,7 @@ class LiveTerrain:
 
     terrain, facets : the triangles; engine : flies rocks over the facets; all three use the same memory (`room`). The
         engine is compiled, unless `Workshop` uses the reference engine
-    digest : SHA-256 (hex) of the surveys; after a patch, it includes the digest of the terrain before the patch
+    digest : SHA-256 (hex) of the whole survey; after a patch, of the patch and the digest before the patch
     whole_digest : SHA-256 (hex) of the whole survey without patches, to notice that the same survey is published again;
         "" if it is not known
     stamp_ns : stamp (ns) of the last survey or patch

@@ -1,7 +1,7 @@
 """Count the rocks that left the terrain and may have reached an area of interest over unknown ground.
 
-A rock that leaves over the boundary of the survey, or into a hole, moves on over unknown ground, in any direction: a
-ditch may lead the rock round a dump. Such a rock counts for an area, unless one of these is true:
+A rock that leaves over the boundary of the survey, or into a hole, may move on over unknown ground in any direction:
+for example, a ditch may lead the rock around a dump. Such a rock counts for an area, unless one of these is true:
 
 - Its path had a part inside the area before the rock left, so the rock is counted as arrived.
 - Its energy does not suffice to climb to the lowest ground of the area.

@@ -1,4 +1,4 @@
-"""Refuse a survey whose shape no ground has: heights that stand for missing points, and grids that fold back.
+"""Refuse a survey with a shape that no ground has: heights that mean "no data", and grids that fold back.
 
 On such a survey, rocks would stop in a pit or between layers that do not exist, and would seem to reach nothing.
 """

@@ -1,4 +1,4 @@
-"""The scene of a live simulator: from a scene file, or from single parameters named like the keys of a scene file.
+"""Make the scene of a live simulator from a scene file, or from single parameters named like the keys of such a file.
 
 A live scene is the same `Scene` as the scene of a run. Terrain and sources arrive in messages, so the scene has
 placeholders for terrain and sources. If the user gives no default material, the scene has that of thesis table 5-1.

@@ -1,4 +1,4 @@
-"""Hazard zones for display: the facets with at least each of the user's reach levels, and the outlines around them."""
+"""Make the hazard zones for display: for each reach level of the user, the facets of the zone and its outline."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

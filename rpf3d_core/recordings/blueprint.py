@@ -84,9 +84,11 @@ def _view(name: str, eye: tuple[FloatArray, FloatArray], hidden: Iterable[str] =
 
 
 def _series(origin: str, name: str, largest: float) -> Any:
-    """Return a view that plots one quantity of several rocks over time, from 0 to the largest value.
+    """Return a view that plots one quantity of several rocks over time.
 
     The view has no legend, because 20 names would cover the lines.
+
+    origin : path of the entities with the quantity; name : title; largest : end of the value axis, which begins at 0
     """
     import rerun.blueprint as rrb
 

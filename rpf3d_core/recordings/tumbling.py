@@ -73,7 +73,7 @@ def frames_of(end: float) -> FloatArray:
 def moving_frames(x: FloatArray, q: FloatArray, reach: float) -> NDArray[np.int64]:
     """Return the indices of the poses to record: the first, the last, and each pose that differs visibly.
 
-    A pose is compared with the last pose before it that is recorded.
+    Each pose is compared with the previous pose to record.
 
     x : (T, 3) m, positions of the centre; q : (T, 4) unit quaternions w, x, y, z
     reach : largest distance of a corner from the centre (m)
