@@ -63,7 +63,7 @@ def _length_term(h: float, u: float) -> float:
 
 @kernel
 def time_over(arc: Arc, begin: float, length: float) -> float:
-    """Return a time (s) until which the path of a rock, measured from the time `begin`, is at most `length` (m) long.
+    """Return a time (s) at which a rock has flown at most `length` (m) along its path since the time `begin` (s).
 
     Both times count from the start of the arc. The searches for contacts choose their next step with this bound: the
     path between both times may be shorter than `length`, but never longer.

@@ -30,10 +30,10 @@ def check_target(target: float) -> None:
 class Choice(NamedTuple):
     """A setting that a user could choose, with its errors and its cost.
 
-    method, terrain : method of finding contacts, and full or coarser mesh, as names and values (`Priced.setting`)
+    method : method of finding contacts; terrain : full or coarser mesh; both as names and values (`Priced.setting`)
     rocks : number of rocks
     numerical, geometric, statistical : the three errors (-) of the setting
-    seconds : cost of all rocks, s of one core
+    seconds : computing time of all rocks, s of one core
     """
 
     method: Mapping[str, Any]
@@ -76,8 +76,8 @@ def largest(prices: PriceList) -> str | None:
 def cheapest(prices: PriceList, target: float) -> Choice | None:
     """Return the setting that meets a target in the shortest computing time; None if no setting meets the target.
 
-    Every measured method is combined with every measured terrain, and with the number of rocks that the target then
-    needs. Rasters are excluded, because a scene cannot request a raster.
+    Every measured method is combined with every measured terrain, and each combination with the smallest number of
+    rocks that meets the target. Rasters are excluded, because a scene cannot request a raster.
 
     target : largest total error (-)
     """
@@ -138,7 +138,9 @@ def _chosen(prices: PriceList, method: Priced, terrain: Priced, target: float) -
 
 
 def statistical_error(lines: Sequence[Priced], rocks: int) -> float:
-    """Return the statistical error (-) of a number of rocks: the nearest measured error, scaled by 1 / sqrt(rocks).
+    """Return the statistical error (-) of a result from a number of rocks, at most 1.
+
+    The error is that of the nearest measured number of rocks, scaled by 1 / sqrt(rocks).
 
     lines : the statistical lines of a price list, each for one measured number of rocks
     """

@@ -29,10 +29,10 @@ def measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
 
 
 def kept_or_measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
-    """Return the price list in the folder `out` if it is of this scene; otherwise measure it and write it there.
+    """Return the price list of a scene: read it from the folder `out`, or measure it and write it into this folder.
 
-    A price list counts only if the scene and the version of rpf3d are the same. Parameters and errors are those of
-    `measured`.
+    The price list is measured if the folder has none, or one of another scene or another version of rpf3d. Parameters
+    and errors are those of `measured`.
     """
     check_target(target)
     kept = read_price_list(out, scene_digest(read_scene(scene)))

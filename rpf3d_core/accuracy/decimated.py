@@ -46,7 +46,7 @@ def decimated_mesh(
 
 
 def _nearest_facets(terrain: Terrain, points: FloatArray) -> NDArray[np.int64]:
-    """Return the facet of a terrain that is closest to each of N points (m), to take over its zone: (N,)."""
+    """Return the number (N,) of the terrain's facet that is closest to each of N points (N, 3) m."""
     facets: Facets = facets_of(terrain)
     locator = VtkLocator(facets)
     anywhere = 2.0 * float(np.linalg.norm(np.subtract(facets.high, facets.low)))

@@ -1,4 +1,4 @@
-"""Measure how much two results of the same rocks differ, for example of two methods: in shares and in metres."""
+"""Measure how much two results of the same rocks differ, such as those of two methods, in shares and in metres."""
 
 from typing import NamedTuple
 
@@ -42,7 +42,7 @@ def map_distance(a: Reached, b: Reached) -> float:
 
     The distance is the sum of |p - q| over all cells, divided by the sum of p + q, where p and q are the reach
     probabilities of a cell in the two maps: the share of all visits to cells that the two maps do not have in common.
-    A cell counts by the number of rocks that reach it, so cells without rocks do not change the distance.
+    A cell that many rocks reach has a large weight; cells without rocks do not change the distance.
     (In ecology: the dissimilarity of Bray and Curtis 1957, Ecol. Monogr. 27:325-349.)
     """
     cells = np.union1d(a.cells, b.cells)
@@ -114,7 +114,7 @@ def _first_of(flights: Flights, values: FloatArray) -> FloatArray:
 
 
 def _rows_that_struck_first(flights: Flights) -> IntArray:
-    """Return the rows (N,) of the rocks whose first impact was on the ground, not on an obstacle."""
+    """Return the rows (N,) in `Deposits` of the rocks whose first impact was on the ground, not on an obstacle."""
     rows, first = np.unique(flights.impacts.row, return_index=True)
     return np.asarray(rows[flights.impacts.facet[first] >= 0])
 

@@ -57,9 +57,11 @@ class FlownSample:
 
 
 def some_rocks(prepared: Prepared, rocks: int, first: int = 0) -> Releases:
-    """Return the releases of a number of rocks, divided between the sources of a scene in proportion.
+    """Return the releases of a number of rocks, divided among the sources as in the scene.
 
-    first : number of groups of `rocks` rocks to skip, so that different values give different rocks
+    The number of rocks of each source is proportional to its number of rocks in the scene.
+
+    first : number of groups of `rocks` rocks to skip; different values of `first` give different rocks
 
     Raises
     ------
@@ -96,7 +98,7 @@ def affordable(rocks: int, seconds: float, budget: float) -> int:
     """Return how many rocks can be flown within a time budget: the given number, halved until the rocks fit.
 
     The result is at least PILOT (40), unless fewer rocks are given. Because the number can only be halved, machines of
-    similar speed usually fly equally many rocks, and so find equal errors.
+    similar speed usually fly the same number of rocks, and so measure the same errors.
 
     rocks : the given number; seconds : s, time of one rock; budget : s, time for all rocks
     """
@@ -106,7 +108,7 @@ def affordable(rocks: int, seconds: float, budget: float) -> int:
 
 
 def spread(rows: IntArray, some: int) -> IntArray:
-    """Return at most `some` of the rows (N,), at even distances, so that the selected rocks represent all sources."""
+    """Return at most `some` of the rows (N,), evenly spaced, so that the selected rocks represent all sources."""
     return np.asarray(rows[np.unique(np.linspace(0, len(rows) - 1, min(some, len(rows))).astype(np.int64))])
 
 

@@ -26,17 +26,18 @@ class HeightField(NamedTuple):
 
 
 def highest_ground(engine: Engine, x: FloatArray) -> HeightField:
-    """Return the highest ground straight above or below N places (N, 3) m; of an overhang, its upper side."""
+    """Return the highest ground straight above or below N places (N, 3) m; for an overhang, its upper side."""
     top = np.array(x)
     top[:, 2] = max(engine.facets.high[2], float(top[:, 2].max(initial=-np.inf))) + ABOVE_EVERYTHING
     return _ground_below(engine, top)
 
 
 def nearest_ground(engine: Engine, x: FloatArray, z: FloatArray) -> HeightField:
-    """Return, at each of N places in plan, the layer of ground whose altitude is nearest to z.
+    """Return the layer of ground whose altitude is nearest to z at each of N places in plan.
 
-    The highest layer always counts, because the facets of some terrains face down. A lower layer counts only if its
-    free side is up.
+    The highest layer may always be chosen, because the facets of some terrains face down. A lower layer may be chosen
+    only if its free side is up.
+
     x : (N, 3) m, places; only the plan coordinates matter; z : (N,) m, altitudes
     """
     best = found = highest_ground(engine, x)
@@ -54,9 +55,9 @@ def nearest_ground(engine: Engine, x: FloatArray, z: FloatArray) -> HeightField:
 
 
 def _next_ground(engine: Engine, x: FloatArray, above: HeightField) -> HeightField:
-    """Return the next layer of ground at N places x (N, 3) m, below the layer that was found before.
+    """Return the next layer of ground below the layer `above` at N places x (N, 3) m; NaN and -1 if there is none.
 
-    above : the layer that was found before
+    above : the layer that the previous search found
     """
     facets, under = engine.facets, np.array(x)
     under[:, 2] = np.where(above.facet >= 0, above.z - REACH * facets.tolerance, facets.low[2] - ABOVE_EVERYTHING)

@@ -43,7 +43,7 @@ def accuracies(prepared: Prepared, releases: Releases) -> Iterator[InContact]:
     """Yield the error and the cost of each accuracy of the contact, from the coarsest to the finest.
 
     The accuracies are multiples of the scene's own accuracy, from 4 down to 1/8. All accuracies fly the same rocks: as
-    many of the releases as the finest accuracy can fly within BUDGET (10 s of one core).
+    many as fly with the finest accuracy within about BUDGET (10 s of one core).
     """
     own = prepared.flight.models.rebound.accuracy
     exact = fly(with_accuracy(prepared, FINEST * own), releases, BUDGET, paths=True)

@@ -110,11 +110,11 @@ def _own_method(prepared: Prepared, scene: Scene) -> Mapping[str, Any]:
 def _in_contact(
     prepared: Prepared, scene: Scene, sampled: list[Sampled], tell: Tell
 ) -> tuple[list[Priced], list[ImpactErrors]]:  # fmt: skip
-    """Return the numerical lines of the price list for rocks with a shape, one for each accuracy of contact; and [].
+    """Return the numerical lines of the price list for rocks with a shape, one line for each accuracy of contact.
 
-    The second result is empty; for points and spheres it has the rounding errors of single impacts (`_numerical`). For
-    rocks with a shape, they are not measured, because a comparison with 50 digits would have to repeat all steps in
-    contact.
+    The second result is always an empty list. For points and spheres, `_numerical` returns the rounding errors of
+    single impacts there. For rocks with a shape, these errors are not measured, because a comparison with 50 digits
+    would have to repeat all steps in contact.
 
     sampled : statistical errors, which state how much of a difference is chance; tell : receives progress texts
     """

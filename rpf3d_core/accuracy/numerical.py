@@ -70,7 +70,7 @@ GUESSED_STEP = 2e-5
 class Price(NamedTuple):
     """The computing time of a fixed-step setting, if every step is tested for contact.
 
-    seconds_per_1000 : s of one core for 1,000 rocks; step : s of one core for one step
+    seconds_per_1000 : s of one core for 1,000 rocks; step : s of one core for one step of one rock
     by_clock : True if a step of this setting was timed; False if the time is that of a coarser setting
     """
 
@@ -175,8 +175,8 @@ def price_of(prepared: Prepared, releases: Releases, setting: Steps, steps: floa
 
     If one rock would exceed the time budget, no rock is timed, and the time of a step is that of an earlier setting.
 
-    steps : mean number of steps of all rocks; the time of a step times this number is the time of a rock, so the flight
-        times of the few timed rocks do not matter
+    steps : mean number of steps of a rock, over all rocks. The time of a rock is this number times the time of a step,
+        so the result does not depend on how long the few timed rocks fly
     step : s, time of a step in an earlier setting
     """
     if steps * step > BUDGET:

@@ -29,12 +29,12 @@ BUDGET = 12.0
 class OverSets(NamedTuple):
     """The parametric error of a scene, measured with some of its parameter sets; each set flies two lots of rocks.
 
-    A lot is a group of rocks that no other lot contains.
+    A lot is a group of rocks; no rock is in two lots.
 
     sets : number of parameter sets; rocks : number of rocks of each lot
     distance : root mean square of the distances (-) between the maps of two different sets
     of_map : the part of `distance` (-) that chance does not explain
-    of_shares : largest difference (-) of a share between two sets
+    of_shares : largest difference (-) between two sets in the share of rocks that reach or stop in a place
     seconds_per_1000 : s of one core for 1,000 rocks
     """
 

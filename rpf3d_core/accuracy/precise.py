@@ -66,9 +66,10 @@ class ImpactErrors(NamedTuple):
 
 
 def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[ImpactErrors]:
-    """Return the rounding errors of the impacts of some rocks: of all first impacts, of all second impacts, and so on.
+    """Return the rounding errors of the impacts of some rocks, as a list with one item for each number of the impact.
 
-    The result is [] if the impacts cannot be computed again: if the scene has effects, or a rebound model other than
+    The first item is for the first impacts of all these rocks, the second item for their second impacts, and so on.
+    The list is empty if the impacts cannot be computed again: if the scene has effects, or a rebound model other than
     constant restitution and `coulomb_limited` (`FOLLOWED`).
 
     flights : flights of the rocks, with all impacts and paths; rocks : number of rocks to compute again
@@ -104,9 +105,10 @@ def _off(gaps: list[tuple[float, float]]) -> ImpactErrors:
 
 
 def _gaps(prepared: Prepared, flights: Flights, row: int) -> list[tuple[int, float, float]]:
-    """Return number (from 0), place error (m) and time error (s) of each impact of a rock, compared with 50 digits.
+    """Return number (from 0), place error (m) and time error (s) of each impact of a rock.
 
-    The list ends when the rock first slides, settles or hits an obstacle.
+    The errors are the differences from the impacts computed with 50 digits. The list ends when the rock first slides,
+    settles or hits an obstacle.
 
     row : row of the rock in `Deposits`
     """

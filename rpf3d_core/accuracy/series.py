@@ -18,7 +18,8 @@ STEPS = (
 def series_of(prices: PriceList) -> list[Series]:
     """Return the series of points of a price list, one for each curve in the plot of error against computing time.
 
-    The seconds of a point are for 1,000 rocks; in the statistical series they are for the point's number of rocks.
+    The seconds of a point (s of one core) are for 1,000 rocks; in the statistical series, for the point's own number
+    of rocks.
     """
     groups: dict[str, list[Priced]] = {}
     for line in prices.numerical:

@@ -54,7 +54,7 @@ class Pair(NamedTuple):
 def doublings(prepared: Prepared, budget: float) -> list[Sampled]:
     """Return the statistical errors of 125, 250, 500, ... rocks, until a time budget (s of one core) is used up.
 
-    The largest number is 32,000. For each number, two ensembles with different rocks are flown.
+    The largest number of rocks is 32,000. For each number, two groups of different rocks are flown.
     """
     pairs: list[Pair] = []
     rocks, spent = FEWEST, 0.0
@@ -102,9 +102,9 @@ def distance_from_truth(some: Reached, everything: Reached) -> float:
     """Return the estimated distance (-) between the map of some rocks and the map of infinitely many rocks.
 
     The measured distance is that between the maps of n rocks and of all N flown rocks. It is smaller than the distance
-    from infinitely many rocks by the factor sqrt(1 - n/N), the correction for a finite population. Half the distance
-    between two small ensembles, or this distance over sqrt(2), would be wrong: in a cell that hardly any rock reaches,
-    two small ensembles are no further apart than each ensemble is from the map of infinitely many rocks.
+    from infinitely many rocks by the factor sqrt(1 - n/N), the correction for a finite population. The distance between
+    the maps of two small groups, divided by 2 or sqrt(2), would be too small: in a cell that hardly any rock reaches,
+    the two maps differ no more than each of them differs from the map of infinitely many rocks.
 
     some : map of n rocks; everything : map of all N flown rocks, which include these n rocks
 

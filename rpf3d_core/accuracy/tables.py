@@ -100,7 +100,7 @@ def _lengths(more: Any) -> Row:
 
 
 def number(value: float | None) -> str:
-    """Return a number with two digits as text for a table cell; "" for None."""
+    """Return a number, rounded to two significant digits, as text for a table cell; "" for None."""
     if value is None:
         return ""
     if value == 0.0:

@@ -31,8 +31,8 @@ def area_alerts(
 ) -> tuple[AreaAlert, ...]:
     """Return an alert for each area of the answer that has limits, and for each area that the site file names in full.
 
-    An area of the previous decision that is in neither group also gets an alert if the evidence is not believed, or if
-    its held level is above normal and is not lowered.
+    "In full" means: by its name, not by a pattern. Another area of the previous decision also gets an alert if the
+    evidence is not believed, or if the held level of this area is above normal and is not lowered.
 
     Parameters
     ----------
@@ -100,10 +100,10 @@ def got_worse(previous: Alert, worst: Mapping[str, LimitFinding]) -> bool:
 def undecided(
     previous: Alert | None, worst: Mapping[str, LimitFinding], thresholds: Thresholds, now_ns: int
 ) -> list[str]:
-    """Return the names of the areas whose previous decision cannot be kept, if the new answer has too few rocks.
+    """Return the names of areas for which the previous decision cannot be kept, if the new answer has too few rocks.
 
-    These are the areas that the previous decision does not contain, and the areas that moved too long ago, because the
-    previous decision judged their former places.
+    These are areas that the previous decision does not contain, and areas that moved too long ago: the previous
+    decision judged them at their former places.
 
     worst : for each area, by name, the answer's finding with the highest level; now_ns : time of the new decision (ns)
     """
@@ -116,10 +116,10 @@ def undecided(
 
 
 def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
-    """Return the held levels of the previous decision: of each area, by name, and one level for all other areas.
+    """Return the held level of each area in the previous decision, by name, and one level for all other areas.
 
-    A decision in the log of an older version contains no areas. The held level of the site then counts for every area,
-    and the names in the result are those of the areas that raised this level, read from the sentences in `held_by`.
+    A decision in the log of an older version contains no areas. Then every area has the held level of the site, and the
+    names in the result are those of the areas that raised this level, read from the sentences in `held_by`.
     """
     if previous is None:
         return {}, Level.NORMAL

@@ -35,10 +35,10 @@ LATER_OF_AREA = ("since", "origin", "judged")
 
 
 class LevelChange(NamedTuple):
-    """A decision that the reader of an audit must see: the first one, or one with a change or an acknowledgement.
+    """A decision that an audit shows: the first decision, or a decision with a change or with an acknowledgement.
 
-    Changes that count are those of a level (of the site or of an area), of the alarm, from or to a fault, and of the
-    acknowledgements that wait.
+    Such a change is one of a level (of the site or of an area), of the alarm, from or to a fault, or of the
+    acknowledgements that wait for another person.
 
     line : number of the line in the log; alert : the decision; before : the previous decision, None if there is none
     version : version of rpf3d that made the decision
@@ -57,7 +57,7 @@ class Audit:
     files, lines, decisions : numbers of files, lines and decisions that were read
     reproduced : number of decisions that were reproduced bit for bit
     versions : versions of rpf3d that wrote decisions, in order; refused : number of refused acknowledgements
-    changes : the decisions that the reader must see, in order
+    changes : the decisions that the audit shows, in order
     notes : sentences that help the reader; findings : sentences about errors
     hidden : number of findings that are not kept, beyond MOST_FINDINGS; head : hash of the last line
     """
@@ -240,7 +240,8 @@ class _AuditState:
     def _as_written(self, place: str, again: dict[str, Any], written: dict[str, Any]) -> dict[str, Any]:
         """Return the recomputed alert, reduced to the values that the logged alert has.
 
-        An older version of rpf3d did not log the other values; the audit gets one note for each name of such a value.
+        A value is missing in the log if an older version of rpf3d did not write it. The audit gets one note for each
+        name of a missing value.
 
         place : position in the log, for the note
         again, written : the recomputed and the logged alert, as plain values
@@ -287,10 +288,11 @@ def _without(content: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
 
 
 def areas_changed(before: Alert | None, alert: Alert) -> list[tuple[str, Level, Level]]:
-    """Return (name, level before, level after) of each area whose level changed differently from the site's level.
+    """Return (name, level before, level after) of each area whose level changed, without changes equal to the site's.
 
-    The level before is NORMAL for an area that the previous decision does not contain. The list is empty if there is no
-    previous decision, or if the previous decision contains no areas.
+    A change equals that of the site if both levels are the same. The level before is NORMAL for an area that the
+    previous decision does not contain. The list is empty if there is no previous decision, or if the previous decision
+    contains no areas.
 
     before : the previous decision; alert : the decision
     """

@@ -34,8 +34,8 @@ class AreaEvidence(NamedTuple):
     largest_energy : J; first_arrival_s : s, shortest time from the release of a rock to its arrival in the area; both
         None if no rock reached the area
     left : number of the flown rocks that left the terrain and might still have reached the area (`live.leaving`)
-    uncovered : share (-) of the area in plan that has no terrain below it, or of the outline of the area that lacks
-        most of its terrain (`live.coverage`)
+    uncovered : share (-) of the area in plan that has no terrain below it; larger if more than half of one of several
+        outlines of the area has no terrain (`live.coverage`)
     clusters : number of clusters of sources; each figure is from the cluster with the worst figure; 0 if the sources
         were not divided into clusters
     pooled_flown, pooled_reached : numbers of rocks of all clusters together, for display only
@@ -43,7 +43,7 @@ class AreaEvidence(NamedTuple):
     predictive_low, predictive_high : 95 % predictive interval of the share (-) over the parameter sets; None in a
         scene without unknowns, and while too few rocks of each set have flown
     left_high : as `predictive_high`, if the rocks in `left` are counted as rocks that reached the area; computed set by
-        set, because most of them may belong to the few sets that decide the upper end
+        set, because most of these rocks may belong to the few sets that decide the upper end
     energy_high : J, upper end of the predictive interval of the p95 energy over the parameter sets; the largest energy
         of all sets if fewer than 39 sets have a p95; never below `pooled_energy`
     energy_sets : number of parameter sets with enough rocks in the area for a p95 energy
@@ -111,7 +111,7 @@ class Evidence(NamedTuple):
     faults : sentences from the program that made the evidence, each a reason not to believe the evidence
     unfinished : number of rocks whose flight was cut off (`unfinished_of`)
     outdated : areas that have moved and are not yet at their new place in the answers to all sources
-    notes : sentences that the reader of the alert must know, but that are no reason not to believe the evidence
+    notes : sentences that the reader of the alert must know; the evidence is believed in spite of them
     complete_until_ns : time (ns) at which the program that combined the evidence would add a fault if it received
         nothing new, because a sensor would then be silent for too long, or an answer too old for the present terrain;
         0 if there is no such time

@@ -56,7 +56,10 @@ def _evidence_faults(
 
 
 def _stamp_faults(evidence: Evidence, thresholds: Thresholds, now_ns: int) -> Iterator[str]:
-    """Yield a fault for each time stamp that is too old or in the future, and for an answer older than its sources."""
+    """Yield a fault for each time stamp that is missing, too old or in the future.
+
+    An answer that is older than its sources is also a fault.
+    """
     limits = thresholds.evidence
     ahead = ns_of(limits.clock_tolerance_s)
     for what, stamp, longest in (
@@ -76,7 +79,10 @@ def _stamp_faults(evidence: Evidence, thresholds: Thresholds, now_ns: int) -> It
 
 
 def _ensemble_faults(evidence: Evidence, thresholds: Thresholds) -> Iterator[str]:
-    """Yield a fault for numbers of sources and rocks that contradict each other, a sign of damaged evidence."""
+    """Yield a fault for impossible numbers of sources and rocks, which are a sign of damaged evidence.
+
+    There is also a fault if the share of rocks that were cut off in flight is above `most_unfinished` of the site.
+    """
     most = max((area.flown for area in evidence.areas), default=0)
     if evidence.sources < 0:
         yield f"the number of sources is {evidence.sources}, which is impossible"
@@ -137,7 +143,8 @@ def _predictive_faults(area: AreaEvidence) -> Iterator[str]:
 def _end_faults(area: AreaEvidence) -> Iterator[str]:
     """Yield a fault for an `energy_high`, `energy_sets` or `first_arrival_low_s` of an area that cannot be right.
 
-    Such a value is impossible, an energy below that of all rocks together, or an arrival later than that of all rocks.
+    Such values are: an impossible number; an `energy_high` below the energy of all rocks together; a
+    `first_arrival_low_s` later than the first arrival of all rocks.
     """
     energy, arrival = area.energy_high, area.first_arrival_low_s
     for what, end in (("upper end of the energy", energy), ("lower end of the first arrival", arrival)):

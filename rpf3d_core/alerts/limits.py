@@ -41,7 +41,10 @@ class LimitFinding(NamedTuple):
 
 
 class ReachedLimit(NamedTuple):
-    """A limit that the rocks in an area reach: a sentence on it, and the cluster of sources that gave the figure."""
+    """A limit that the rocks in an area reach, as a sentence.
+
+    origin : the cluster of sources whose rocks reach the limit; None if it is not known
+    """
 
     sentence: str
     origin: Origin | None
@@ -64,7 +67,7 @@ def without_limits(evidence: Evidence, thresholds: Thresholds) -> tuple[str, ...
 def limits_of(thresholds: Thresholds, name: str) -> AreaLimitsSpec | None:
     """Return the site's limits for an area; None if the site file has none.
 
-    The limits under the full name of the area count before those under the first pattern that matches the name.
+    The limits under the full name of the area have priority; otherwise the first pattern that matches the name counts.
     """
     if name in thresholds.areas:
         return thresholds.areas[name]
@@ -74,9 +77,9 @@ def limits_of(thresholds: Thresholds, name: str) -> AreaLimitsSpec | None:
 def hidden_level(area: AreaEvidence, thresholds: Thresholds) -> Level | None:
     """Return the level of an area as if all rocks in `left` had reached the area; None if no rock left the terrain.
 
-    The energy of these rocks counts as infinite and their arrival as immediate, because both are unknown. If they are
-    at most a share RARE of all rocks in the area, the largest known energy takes the place of the p95 energy. Without
-    `left_high`, all rocks that left are counted in one parameter set, the worst case.
+    The energy of these rocks counts as infinite and their arrival as immediate, because both are unknown. If these
+    rocks are at most 5 % (RARE) of all rocks in the area, the largest known energy replaces the p95 energy. If
+    `left_high` is None, all rocks in `left` are counted in one parameter set, the worst case.
     """
     if area.left <= 0:
         return None
@@ -92,9 +95,10 @@ def hidden_level(area: AreaEvidence, thresholds: Thresholds) -> Level | None:
 
 
 def with_more_reached(area: AreaEvidence, count: int) -> AreaEvidence:
-    """Return the evidence of an area if `count` more of the flown rocks had reached it, all of one parameter set.
+    """Return the evidence of an area as if `count` more of the flown rocks had reached the area.
 
-    Only the share of rocks changes, not their energy and arrival.
+    The additional rocks are assumed to be of one parameter set. Only the share of rocks and its intervals change, not
+    energy and arrival.
     """
     reached = min(max(area.reached, 0) + count, max(area.flown, 0))
     low, high = wilson_interval(reached, max(area.flown, 1))
@@ -157,9 +161,9 @@ def _finding(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> L
 
 
 def _ends_below(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> Iterator[str]:
-    """Yield a text on the energy and a text on the first arrival in an area in which no limit is reached.
+    """Yield a text on the energy and a text on the first arrival of rocks, for an area that reaches no limit.
 
-    A figure for which the site has no limit is left out. Without unknowns, there is no text.
+    A text is omitted if the site has no limit for its figure. Both are omitted in a scene without unknowns.
 
     spec : the site's limits for the area; terms : the site's rules for evidence
     """
@@ -220,7 +224,7 @@ def _share(area: AreaEvidence, terms: EvidenceSpec) -> str:
 
 
 def _of(area: AreaEvidence, terms: EvidenceSpec) -> str:
-    """Return the words that name the interval behind the upper end of a share, for a reason; "" without unknowns."""
+    """Return a text that names the interval whose upper end is compared with a limit; "" without unknowns."""
     if area.sets == 0:
         return ""
     if _is_predictive(area, terms):
@@ -229,7 +233,7 @@ def _of(area: AreaEvidence, terms: EvidenceSpec) -> str:
 
 
 def energies_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
-    """Return the energies (J) that are compared with a limit: that of all rocks, and the upper end over parameter sets.
+    """Return the energies (J) to compare with a limit: the energy of all rocks, and its upper end over parameter sets.
 
     Empty if no rock reached the area. The upper end is left out if the site compares sampling intervals. The energy of
     all rocks is always compared, so that a wrong upper end hides no danger.
@@ -240,7 +244,7 @@ def energies_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
 
 
 def arrivals_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
-    """Return the first arrivals (s) that are compared with a limit: that of all rocks, and that of the fastest set.
+    """Return the first arrivals (s) to compare with a limit: of all rocks, and of the fastest parameter set.
 
     Empty if no rock reached the area. The arrival of the fastest set is left out if the site compares sampling
     intervals.

@@ -53,7 +53,7 @@ class DecisionLog:
     head : hash (64 hex digits) of the last line; if a user notes the hash elsewhere, an audit finds removed last lines
     last_alert : the last decision, from which a restarted node must continue; None if there is none
     problems : sentences about problems found on opening, such as an incomplete line; empty if there were none
-    unknown : why a higher level may have been held than `last_alert` has; "" if `last_alert` is certain. The reason
+    unknown : why a level above that of `last_alert` may have been held; "" if `last_alert` is certain. The reason
         stays, also after a restart, until `settle` is called
     memory : what the node had received before the log was opened, as plain values
     missing : number of decisions that are not in the log, found on opening
@@ -187,8 +187,8 @@ class DecisionLog:
     def _follow(self) -> None:
         """Update the state file after a decision was written to the log.
 
-        If then nothing is missing on disk and no earlier level is unknown, this log's own note in the witness file that
-        an earlier write failed is removed, so that no person has to acknowledge the failure.
+        If an earlier write failed, the witness file has a note. The note is removed if this log made it, nothing is
+        missing on disk any more and `unknown` is empty, so that no person has to acknowledge the failure.
         """
         wanted = {"lost": 0, "alert": None, "file": self._number, "unknown": self.unknown}
         is_current = all(self._facts.get(name) == value for name, value in wanted.items()) or not self._keep(**wanted)
@@ -300,7 +300,7 @@ class DecisionLog:
             self.problems = (*self.problems, self.unknown)
 
     def _why_unknown(self, tails: list[Tail]) -> str:
-        """Return why decisions may have been made that the log does not have; "" if there is no sign of such decisions.
+        """Return why the log may lack decisions that were made; "" if there is no sign of missing decisions.
 
         A log of an older version has neither a state file nor a witness.
         """
@@ -344,7 +344,7 @@ class DecisionLog:
 
 
 def _content(alert: Alert) -> dict[str, Any] | None:
-    """Return an alert as plain values; None if that is impossible: no error may stop the publication of the alert."""
+    """Return an alert as plain values; None if the conversion fails: no error may stop the publication of the alert."""
     try:
         return alert_content(alert)
     except (AttributeError, TypeError, KeyError):
@@ -352,7 +352,7 @@ def _content(alert: Alert) -> dict[str, Any] | None:
 
 
 def _ends(files: list[tuple[int, Path]]) -> list[tuple[Path, Tail]]:
-    """Return the last log files, newest first, with the state of each, back to the file with the last decision."""
+    """Return paths and states of the last log files, from the newest back to the file that has the last decision."""
     found: list[tuple[Path, Tail]] = []
     for _, path in reversed(files):
         found.append((path, tail_of(path)))

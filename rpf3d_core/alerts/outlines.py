@@ -40,7 +40,9 @@ def places_end_ns(
     thresholds: Thresholds,
     is_small: bool,
 ) -> list[int]:
-    """Return the times (ns) until which moved areas may still be judged for their former places; then they are a fault.
+    """Return the times (ns) until which moved areas may still be judged for their former places.
+
+    After its time, a moved area is a fault. An area that has not moved has no time in the list.
 
     Parameters as in `decide`; worst : for each area, by name, the answer's finding with the highest level
     is_small : True if too few rocks flew to judge an area
@@ -56,7 +58,7 @@ def places_end_ns(
 def place_is_over(before: AreaAlert, finding: LimitFinding, thresholds: Thresholds, now_ns: int) -> bool:
     """True if the previous decision judged an area for a place that the area left too long ago.
 
-    This is for an answer with too few rocks, which cannot judge the area for its new place.
+    The function is for answers with too few rocks, which cannot judge the area for its new place.
 
     before : the previous decision on the area; finding : the answer's finding; now_ns : time of the new decision (ns)
     """

@@ -49,7 +49,7 @@ def since_of(level: Level, before: ShownLevel | None, now_ns: int) -> Since:
 def _at_its_end(before: ShownLevel) -> ShownLevel:
     """Return the level that a subscriber shows after the validity of a decision has ended without a new decision.
 
-    The level is a fault from the end of the validity on. `evacuate` and a fault stay as they are.
+    This level is a fault that begins at the end of the validity; but `evacuate` and a fault stay unchanged.
     """
     if before.level in KEPT_AFTER_ITS_END:
         return before

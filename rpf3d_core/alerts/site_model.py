@@ -39,7 +39,7 @@ class EvacuationSpec(StrictModel):
 
     @property
     def seconds(self) -> float:
-        """Limit of the first arrival (s): a rock that arrives no later leaves no time to evacuate the area."""
+        """Limit of the first arrival (s): if a rock arrives at this time or earlier, the area cannot be evacuated."""
         return self.evacuation + self.margin
 
 
@@ -206,8 +206,8 @@ class Thresholds(StrictModel):
         """Refuse a `fewest_rocks` that is so small that a limit may be exceeded although no rock reaches the area.
 
         With so few rocks, the upper end of the interval of the share is above the limit. If limits are compared with
-        this end, the level is held without reason; if they are compared with the share, the level is too low. Limits of
-        energy and arrival say nothing of rocks that are too rare to be among the simulated rocks.
+        this end, the level is held without reason; if they are compared with the share, the level may be too low.
+        Limits of energy and arrival do not help, because dangerous rocks may be too rare to be simulated at all.
         """
         fewest, lowest = self.evidence.fewest_rocks, min(self._shares(), default=None)
         if lowest and wilson_interval(0, fewest)[1] >= lowest[0]:

@@ -93,9 +93,9 @@ class StateFile:
         self._filled = [len(raw) if slot * SLOT == place else 0 for slot in range(SLOTS)]
 
     def _overwrite(self, raw: bytes, slot: int) -> None:
-        """Write a line into a slot, with zeros over the rest of a longer line that the slot contained.
+        """Write a line into a slot, and overwrite the rest of a longer previous line with zeros.
 
-        Earlier versions of rpf3d do not accept a slot with such a rest.
+        Earlier versions of rpf3d do not accept a slot that contains the rest of another line.
 
         raw : the line; slot : number of the slot, from 0
         """

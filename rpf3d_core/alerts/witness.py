@@ -2,7 +2,7 @@
 
 Without this file, a node whose log was deleted could not be distinguished from a node that starts for the first time.
 The file is `<folder>.begun`. It is renamed to `<folder>.unlogged` if decisions were made that no file of the log has.
-Renaming needs no room on a full disk. Each change of the name is on disk before the node goes on.
+Renaming needs no room on a full disk. Each change of the name is on disk before the node continues.
 """
 
 import contextlib

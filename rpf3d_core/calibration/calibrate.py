@@ -89,7 +89,9 @@ def calibrate(scene: Scene | str | Path, out: str | Path, control: Control, engi
 
 
 def deadline_after(budget: float | None) -> float:
-    """Return the `time.monotonic()` at which a budget (s) that starts now is over; None for BUDGET_S (900 s).
+    """Return the `time.monotonic()` (s) at which a time budget ends that starts now.
+
+    budget : s; None for BUDGET_S (900 s)
 
     Raises
     ------
@@ -104,7 +106,8 @@ def deadline_after(budget: float | None) -> float:
 def _too_short(slope: Slope, priors: list[Distribution], prepared_s: float, control: Control) -> str:
     """Return a message on a budget that ended before the first flight: what took the time, and which budget is enough.
 
-    To estimate the time of the first SOME_ROUNDS (3) rounds, one parameter set is flown.
+    "Enough" is a budget for the first SOME_ROUNDS (3) rounds; to estimate their time, one parameter set is flown.
+
     priors : prior of each unknown; prepared_s : s, time of reading and compiling; control : with the number of threads
     """
     prepared, began = slope.prepared, time.monotonic()

@@ -76,9 +76,9 @@ def _all_cells(path: Path, column: int | str, key: str) -> list[Cell]:
 
 
 def _factor(path: Path, name: str, key: str) -> float:
-    """Return the factor from the unit in the name of a column of masses to kg, such as 1000 for t; 1 without a unit.
+    """Return the factor that converts a column of masses to kg, such as 1000 for `mass (t)`; 1 without a unit.
 
-    name : of the column; key : the scene's key with the column, for messages
+    name : of the column, with the unit; key : the scene's key with the column, for messages
     """
     unit = unit_of_column(name, "mass")
     if unit is not None and unit.quantity != "mass":

@@ -20,9 +20,9 @@ FEW_STOPS = 20
 
 
 def check_field(scene: Scene, field: Field) -> None:
-    """Refuse observations that are end points only, if there are fewer than LEAST_STOPS (3).
+    """Refuse observations that consist of fewer than LEAST_STOPS (3) end points and nothing else.
 
-    Observations without end points pass.
+    Observations without end points are accepted.
 
     Raises
     ------

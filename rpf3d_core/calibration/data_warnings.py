@@ -1,4 +1,4 @@
-"""Warnings about the observations of a calibration, if they determine the unknowns less well than it seems."""
+"""Warn if the observations of a calibration determine the unknowns less well than it seems."""
 
 from collections.abc import Iterator
 
@@ -49,8 +49,8 @@ def _of_gates(slope: Slope, flown: list[Flown]) -> Iterator[str]:
 def _gates_without_rocks(slope: Slope, flown: list[Flown]) -> set[tuple[str, float]]:
     """Return name and distance (m) of the gates at which all observations have the density 0 under every flown set.
 
-    The densities are those of the smallest misfit, 0, because with a larger misfit a simulated rock that stopped before
-    the gate would count as a rock that may have passed.
+    The densities are those for the misfit 0. With a larger misfit, a simulated rock that stopped before the gate would
+    count as a rock that may have passed the gate.
     """
     most = np.max([one.densities[:, 0].max(axis=0) for one in flown], axis=0)
     return {(name, at) for name, at, column in _gate_columns(slope.field) if not most[column].any()}

@@ -42,11 +42,12 @@ LEAST_RATIO = 0.25
 
 
 def misfits_of(observed: FloatArray) -> FloatArray:
-    """Return the possible misfits (M,) m of a model, from observed stops (N, 2) m; a single 0 if they are unknown.
+    """Return the possible misfits (M,) m of a model from observed stops (N, 2) m; a single 0 if stops are too few.
 
-    The misfits are the multiples MISFITS of the spread of the stops: the geometric mean of their standard deviations
-    along and across. For stops on one line, such as chainages or a surveyed toe, this mean would be 0, as if the model
-    had no error. So the smaller standard deviation counts as at least LEAST_RATIO of the larger.
+    Stops are too few if there are fewer than LEAST_STOPS. Otherwise the misfits are the spread of the stops times the
+    numbers MISFITS. The spread is the geometric mean of the stops' standard deviations along and across the slope. For
+    stops on one line, such as chainages or a surveyed toe, this mean would be 0, as if the model had no error. So the
+    smaller standard deviation is set to at least LEAST_RATIO of the larger.
     """
     if len(observed) < LEAST_STOPS:
         return np.zeros(1)
@@ -100,7 +101,7 @@ def kernel_matrix(values: FloatArray, observed: FloatArray, widths: FloatArray) 
 
 
 def grouped(rows: FloatArray) -> FloatArray:
-    """Return the sums (GROUPS, N) of rows over the rocks of each group: rock k belongs to group k modulo GROUPS.
+    """Return the sums (GROUPS, N) of values over the rocks of each group: rock k belongs to group k modulo GROUPS.
 
     rows : (N, R) N values of each of R rocks
     """

@@ -26,7 +26,7 @@ ESTIMATED = ("mean", "low", "high", "shrinkage")
 def content_of(found: Findings) -> dict[str, Any]:
     """Return the content of calibration.json; docs/reference/calibration.md lists its keys.
 
-    A refused calibration has all keys, but null for every number that a reader could take for a result.
+    A refused calibration has all keys, but null for every number that a reader could mistake for a result.
     """
     names = [estimate.name for estimate in found.estimates]
     known = not is_refused(found)
@@ -52,7 +52,7 @@ def content_of(found: Findings) -> dict[str, Any]:
 
 
 def import_writers() -> None:
-    """Import the modules that write the result before they are needed, because the import takes about a second."""
+    """Import the modules that write the result, in advance, because the import takes about a second."""
     import rpf3d_core.results.plots.calibration
     import rpf3d_core.unknowns.sample_files  # noqa: F401
 

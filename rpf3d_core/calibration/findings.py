@@ -64,8 +64,9 @@ class Findings:
     curve : score under a normal curve without physics, None if no end points were observed
         All four scores are None if the calibration kept no observation out, because it has too few.
     rank : (K, 2) predicted probability that a stop has a smaller coordinate than each observed stop, along and across.
-        Each prediction is made without this observed stop, and with the measuring error alone: the stops of a run do
-        not include the misfit either. None if no end points were observed; K is 0 if none has a prediction
+        Each prediction is made without this observed stop. It includes the measuring error but not the misfit, because
+        the stops of a run do not include the misfit either. None if no end points were observed; K is 0 if no observed
+        stop has a prediction
     whole_rank : (K, 2) as `rank`, but with the misfit added to the measuring error
     misfit : m, mean error of the model over the posterior; None if there were too few end points to estimate it
     left : share (-) of the simulated rocks that left the terrain or did not stop, with the sets weighted by the
@@ -100,7 +101,7 @@ class Findings:
     def blocks(self) -> int:
         """Number of observed stops that were kept out, whether or not they have a prediction.
 
-        0 if the calibration kept none out, because it has too few observations.
+        0 if the calibration kept no stop out, because it has too few observations.
         """
         return self.unpredicted + (0 if self.rank is None else len(self.rank))
 
@@ -110,10 +111,10 @@ class Findings:
         return self.blocks > self.unpredicted
 
     def coverage(self) -> dict[str, Any] | None:
-        """Return the shares of kept-out blocks within 50 and 90 % predictive intervals; None without end points.
+        """Return the shares (-) of kept-out blocks within their 50 and 90 % predictive intervals.
 
-        A block without a prediction counts as outside its intervals. `with_misfit` has the shares for intervals that
-        include the misfit of the model.
+        The result is None if no end points were observed. A block without a prediction counts as outside its intervals.
+        The key `with_misfit` has the shares for intervals that include the misfit of the model.
         """
         if self.rank is None or self.whole_rank is None:
             return None
@@ -122,7 +123,7 @@ class Findings:
 
 
 def _shares_inside(rank: FloatArray, blocks: int) -> dict[str, dict[str, float]]:
-    """Return the shares of blocks within 50 and 90 % intervals, along and across.
+    """Return the shares (-) of blocks within their 50 and 90 % intervals, along and across the slope.
 
     rank : (K, 2) of the blocks that have a prediction
     blocks : number of all blocks; a block without a prediction counts as outside its intervals

@@ -68,10 +68,12 @@ def passed(extent: Extent, at: float, misfits: FloatArray) -> FloatArray:
 
 
 def reached_section(extent: Extent, section: Section, misfits: FloatArray) -> FloatArray:
-    """Return the probability (M, R) that each rock reached a section, that is, went past its lower end.
+    """Return the probability (M, R) that each rock began beyond the lower end of a section, or went past this end.
+
+    The probability is 1 if the section has no lower end. As in `passed`, the farthest point of a path has the error of
+    the model, and its beginning has no error.
 
     section : lower and upper end (m) along the slope, None where it has no end; misfits : (M,) m
-    As in `passed`, the error belongs to the farthest point of a path.
     """
     low = section[0]
     if low is None:
@@ -108,8 +110,9 @@ def reached_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArray) 
     """Return the probability (M, R) that each rock crossed an area or stopped in the area, for each misfit (M,) m.
 
     The path of a rock is copied, and each copy is displaced by an error of the model. The probability is the share of
-    the copies that meet the area. The beginning of a path is known, so the displacement grows from 0 at the beginning
-    to the whole error at the end.
+    the copies that cross or touch the area. The beginning of a path is known, so the displacement grows from 0 at the
+    beginning to the whole error at the end.
+
     outlines : closed outlines (P, 2) m of the area, local frame
     """
     area, paths = _area_of(outlines), _paths_of(batch)
@@ -125,7 +128,7 @@ class _Paths(NamedTuple):
     """The paths of R rocks in plan, from event to event, with at least two points each.
 
     points : (P, 2) m, local frame, rock by rock; rows : (P,) the rock of each point
-    share : (P,) (-), how much of the length of its path lies before a point
+    share : (P,) (-), for each point the length of the path before the point, divided by the length of the whole path
     """
 
     points: FloatArray

@@ -105,7 +105,7 @@ def visited(batch: Batch, inside: list[FloatArray]) -> NDArray[np.bool_]:
 def path_points(batch: Batch) -> tuple[FloatArray, NDArray[np.int64]]:
     """Return points (P, 2) m in plan along the paths of R rocks, local frame, and the rock of each point (P,).
 
-    Neighbours on a path are at most STEP apart; the last point of each rock is where it ended.
+    The distance of neighbours on a path is at most STEP; the last point of each rock is the place where the rock ended.
     """
     rows = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
     first, last = _segments(rows)

@@ -173,8 +173,8 @@ def releases_of_round(slope: Slope, number: int) -> Releases:
 def _alike(field: Field, releases: Releases) -> FloatArray | None:
     """Return the weight (N, R) (-) of each simulated rock in the prediction for each observed block.
 
-    The more the masses of rock and block differ, the smaller is the weight; it is 0 if their shapes differ. None if the
-    observed blocks have neither masses nor shapes.
+    The weight is small if the masses of rock and block differ much, and 0 if their shapes differ. The result is None if
+    the observed blocks have neither masses nor shapes.
 
     releases : of the R rocks
     """
@@ -190,7 +190,7 @@ def _alike(field: Field, releases: Releases) -> FloatArray | None:
 
 
 def observed_of(slope: Slope) -> Observed:
-    """Return the number of rocks behind each of C observations, and the density of an observation by pure chance.
+    """Return the number of observed rocks behind each of C observations, and the density of each by pure chance.
 
     The order is that of `Flown.densities`: end points, values at gates, counts of rocks. "By pure chance" means: a stop
     is equally likely anywhere on the terrain, a value anywhere between 0 and twice the largest observed value, and the
@@ -232,7 +232,7 @@ def fly_sets(
     """Fly the parameter sets of a round, each on one thread, and yield their results in the order of the sets.
 
     values : (S, U), each in the unit of its key in the scene; number : number of the round, which selects the rocks
-    stop : called before each set, on its thread; after True no further set is yielded
+    stop : called before each set, on the thread of the set; once it returns True, no further set is yielded
     threads : number of threads, None for one per core; results do not depend on it
     """
     workers = workers_of(slope, threads)

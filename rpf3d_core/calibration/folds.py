@@ -40,7 +40,7 @@ class Score(NamedTuple):
 
 
 def folds_of(count: int, seed: int) -> IntArray:
-    """Divide observations at random into folds of about equal size; return the number of the fold of each (N,), from 0.
+    """Divide N observations at random into folds; return the number (N,) of each observation's fold, from 0.
 
     There are FOLDS (5) folds, or N if N is less; their sizes differ by at most 1.
 
@@ -79,9 +79,11 @@ def predictive_score(weights: FloatArray, densities: FloatArray, anywhere: float
 
 
 def misfit_weights(densities: FloatArray, folds: IntArray, anywhere: float | FloatArray) -> FloatArray:
-    """Return the weights (N, 1, M) of M misfits of one parameter set, for each observation from the other folds.
+    """Return, for each of N observations, the weights (N, 1, M) of M misfits of one parameter set.
 
-    The size of the misfit is estimated as in a calibration, in which all misfits are equally likely beforehand.
+    The weights for an observation follow from the observations in the other folds. They are estimated as in a
+    calibration, in which all misfits are equally likely beforehand.
+
     densities : (M, N) of the N observations under the set; anywhere : as in `Densities`, for all or (N,) for each
     """
     logs = np.log(np.maximum((1.0 - ASTRAY) * densities + ASTRAY * anywhere, 1e-300))
@@ -90,14 +92,15 @@ def misfit_weights(densities: FloatArray, folds: IntArray, anywhere: float | Flo
 
 
 def curve_score(observed: FloatArray, folds: IntArray, error: float, anywhere: float) -> Score:
-    """Return the log score of a normal curve fitted to the other folds: a prediction without any physics.
+    """Return the log scores of N observations under normal curves, which are a prediction without any physics.
 
-    The curve is scored by the rules for a calibration, so that both scores can be compared. Mean and variance of the
-    curve are not known, like the unknowns of a scene, so the prediction is Student's t distribution. A share ASTRAY of
-    the observations may come from anywhere.
+    For each fold, a curve is fitted to the observations in the other folds. The curve is scored by the rules for a
+    calibration, so that both scores can be compared. Mean and variance of the curve are not known, like the unknowns of
+    a scene, so the prediction is Student's t distribution. A share ASTRAY of the observations may come from anywhere.
 
     observed : (N, D), each axis with its own mean and standard deviation; axes are independent
-    error : measuring error, the smallest standard deviation that a curve can have (LEAST_KERNEL if the error is less)
+    error : measuring error, in the unit of `observed`: the smallest standard deviation that a curve can have, but at
+        least LEAST_KERNEL
     anywhere : as in `Densities`
     """
     each = np.empty(len(observed))
@@ -124,7 +127,7 @@ def _student_density(x: FloatArray, sample: FloatArray, least: float) -> FloatAr
 def ranks(
     stops: list[Stops], weights: FloatArray, observed: FloatArray, errors: FloatArray, alike: FloatArray | None = None
 ) -> FloatArray:
-    """Return, for each observed stop, the predicted probability (N, 2) that a rock stops at a smaller coordinate.
+    """Return the predicted probability (N, 2) that a rock stops at a smaller coordinate than each observed stop.
 
     The two coordinates are the distances along and across the slope.
 
@@ -167,7 +170,9 @@ def _weighted_mean(values: FloatArray, of_rocks: FloatArray) -> FloatArray:
 
 
 def covered(rank: FloatArray, share: float, blocks: int) -> FloatArray:
-    """Return the share (D,) of all observed blocks that lie within their predictive intervals, on each axis.
+    """Return, for each of D axes, the share (D,) of all observed blocks that lie within their predictive intervals.
+
+    A block without a prediction counts as outside its interval.
 
     rank : (K, D) from `ranks`, of the blocks that have a prediction; blocks : number of all blocks, at least K
     share : probability of the central predictive interval, such as 0.9 (-)

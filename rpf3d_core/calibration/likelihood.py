@@ -57,12 +57,12 @@ class Weighed(NamedTuple):
 
 
 def group_shares(rounds: int, seed: int, redraws: int = REDRAWS) -> FloatArray:
-    """Return D sets of weights of the groups of rocks in each of T rounds: (D, T, GROUPS), each row with the sum 1.
+    """Return D draws of the weights of the groups of rocks in each of T rounds: (D, T, GROUPS).
 
-    In the first set, all groups have equal weights. In each other set, groups are drawn with replacement (bootstrap);
-    the spread over these sets shows the noise of the likelihood.
+    The weights of a draw in a round have the sum 1. In the first draw, all groups have equal weights. In each other
+    draw, groups are drawn with replacement (bootstrap); the spread over these draws shows the noise of the likelihood.
 
-    rounds : number of rounds T; redraws : number of draws, D - 1
+    rounds : number of rounds T; redraws : number of random draws, D - 1
     """
     random = np.random.Generator(np.random.Philox(key=[seed, 2**32]))
     drawn = random.multinomial(GROUPS, np.full(GROUPS, 1.0 / GROUPS), size=(redraws, rounds)) / GROUPS
@@ -83,7 +83,9 @@ def nearness(z: FloatArray, covariance: FloatArray) -> FloatArray:
 
 
 def weighed(densities: Densities, near: FloatArray, shares: FloatArray) -> Weighed:
-    """Return the log densities of S parameter sets, averaged over neighbouring sets, for each draw of groups of rocks.
+    """Return the log densities of C observations under S parameter sets, for each draw of groups of rocks.
+
+    Before the logarithm, the densities of a set are averaged over its neighbouring sets.
 
     near : (S, S) from `nearness`; shares : (D, T, GROUPS) from `group_shares`
     """

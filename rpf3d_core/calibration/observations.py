@@ -82,7 +82,7 @@ class Field(NamedTuple):
 
 
 def calibration_of(scene: Scene) -> CalibrationSpec:
-    """Return the section `calibration` of a scene; its unknowns then include the unknowns of the scene itself.
+    """Return the section `calibration` of a scene, with the unknowns of the whole scene added to its unknowns.
 
     Raises
     ------

@@ -81,9 +81,10 @@ def log_density(mixture: Mixture, z: FloatArray) -> FloatArray:
 
 
 def log_importance(z: FloatArray, mixtures: Sequence[Mixture], counts: Sequence[int]) -> FloatArray:
-    """Return the logarithm (S,) of the importance of each set: its prior density over its proposal density.
+    """Return the logarithm (S,) of the importance of each set: its prior density divided by its proposal density.
 
-    The proposal density is that of the mixture of the proposals of all rounds.
+    The proposal density is the mean density of the proposals of all rounds, weighted by their numbers of sets.
+
     z : (S, U) (-), as in `normal_space`; mixtures : proposal of each round; counts : number of sets of each round
     """
     total = np.full(len(z), -np.inf)
@@ -128,7 +129,7 @@ def flattened(log_ratio: FloatArray, log_likelihood: FloatArray, least: float) -
 
 
 def next_mixture(z: FloatArray, log_ratio: FloatArray, log_likelihood: FloatArray) -> tuple[Mixture, float]:
-    """Return the proposal of the next round, and the power of the likelihood (from 0 to 1) at which it was made.
+    """Return the proposal of the next round, and the power (0 to 1) of the likelihood in the weights of its kernels.
 
     z : (S, U) (-) all sets so far; log_ratio, log_likelihood : (S,) (-)
     Source of the kernels' width: Silverman 1986, Density Estimation, equation 4.14, times WIDENING.

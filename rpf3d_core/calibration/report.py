@@ -29,7 +29,7 @@ def _lines(scene: Scene, found: Findings) -> Iterator[str]:
 
 
 def _refusal(found: Findings) -> Iterator[str]:
-    """Yield the lines of a refused calibration, which has no numbers that could be taken for a result."""
+    """Yield the lines of a refused calibration, without numbers that a reader could mistake for a result."""
     yield f"**Refused**: only {found.effective:.0f} effective samples. What would help:"
     yield from (f"- {sentence}" for sentence in advice_of(found))
     yield "\n## Priors"

@@ -18,7 +18,8 @@ class Reserve(NamedTuple):
     """The data from which the time reserved for the work after the flights (scores, files) is computed.
 
     began : `time.monotonic()` at the start of the budget; budget : s
-    scores_s, files_s : s, measured times of scores and of files for `sets` parameter sets; 0 if not measured
+    scores_s, files_s : s, times of scores and of files, measured with `sets` parameter sets; all three are 0 if the
+        times have not been measured
     """
 
     began: float
@@ -43,7 +44,7 @@ class Reserve(NamedTuple):
 
 @dataclass
 class Pace:
-    """The time that a parameter set takes, from the flights so far, to decide whether another set would end in time.
+    """Measures the time that a parameter set takes, to decide whether another set would end in time.
 
     workers : number of sets that fly at the same time; set_s : s, time of one set, 0 before the first has flown
     """

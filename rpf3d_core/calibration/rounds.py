@@ -131,7 +131,9 @@ def fly_rounds(
 
 
 def _either(stop: Callable[[], bool], pace: Pace, until: float) -> Callable[[], bool]:
-    """Return a function that returns True if no further parameter set may start: after an interruption, or too late.
+    """Return a function that returns True if no further parameter set may start.
+
+    The reason is an interruption, or that a set that starts now would end too late.
 
     stop : returns True after an interruption; pace : the time that a set takes
     until : `time.monotonic()` by which a set must end
@@ -140,9 +142,11 @@ def _either(stop: Callable[[], bool], pace: Pace, until: float) -> Callable[[], 
 
 
 def _counting(pace: Pace, tell: Callable[[int], None]) -> Callable[[int], None]:
-    """Start to measure the time of a round, and return the function to call after each flown set of the round.
+    """Start to measure the time of a round, and return a function that the caller must call after each flown set.
 
-    The returned function receives the number of flown sets so far, counts the set and reports the number.
+    The argument of this function is the number of sets of the round flown so far. The function counts the set in `pace`
+    and reports the number.
+
     pace : measures the time of a set; tell : reports the number
     """
     pace.begin()

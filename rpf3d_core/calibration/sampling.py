@@ -115,7 +115,7 @@ def drawn_sets(proposed: Proposed, number: int, seed: int) -> FloatArray:
 
 
 def with_next(proposed: Proposed, rounds: Sequence[Round], observed: Observed, seed: int) -> Proposed:
-    """Return the proposals with that of the next round added, which is computed from all rounds flown so far.
+    """Return the given proposals and the proposal of the next round, which is computed from all rounds flown so far.
 
     proposed : proposals of the flown rounds; rounds : the flown sets of these rounds; seed : of the calibration
     """

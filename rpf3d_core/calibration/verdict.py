@@ -84,7 +84,11 @@ def _of_parameters(found: Findings) -> list[str]:
 
 
 def _of_predictions(found: Findings) -> list[str]:
-    """Return warnings about the predictions: scores, stops on one side of them, coverage, and rocks that left."""
+    """Return warnings about the predictions of kept-out observations, and about rocks that left the terrain.
+
+    The warnings concern scores, blocks that lie mostly to one side of the predicted stops, the coverage of intervals,
+    and blocks without a prediction.
+    """
     sentences = [*_of_scores(found), *_of_sides(found), *_of_coverage(found)]
     if found.unpredicted:
         blocks = "1 kept-out block has" if found.unpredicted == 1 else f"{found.unpredicted} kept-out blocks have"
@@ -98,9 +102,10 @@ def _of_predictions(found: Findings) -> list[str]:
 
 
 def _of_scores(found: Findings) -> list[str]:
-    """Return a sentence for each simpler prediction that the calibration does not clearly exceed on kept-out blocks.
+    """Return a sentence for each simpler prediction whose score is about as good as the calibration's, or better.
 
-    The simpler predictions are a normal curve without physics, and the book values.
+    The scores are those of kept-out observations. The simpler predictions are a normal curve without physics, and the
+    book values.
     """
     compared = (
         (found.curve, "a normal curve without physics", "the end points do not show that the physics adds"),
@@ -133,7 +138,10 @@ def _of_score(score: Score, other: Score, name: str, meaning: str) -> str:
 
 
 def _of_sides(found: Findings) -> list[str]:
-    """Return a sentence for each direction in which the kept-out blocks lie to one side of the predicted stops."""
+    """Return a sentence for each direction in which the kept-out blocks lie to one side of the predicted stops.
+
+    The directions are along and across the slope.
+    """
     if found.rank is None or len(found.rank) < FEWEST_TO_CONDEMN:
         return []
     sd = np.maximum(found.rank.std(axis=0, ddof=1), math.sqrt(1.0 / 12.0))  # at least that of uniform ranks
@@ -150,7 +158,8 @@ def _of_sides(found: Findings) -> list[str]:
 def _of_coverage(found: Findings) -> list[str]:
     """Return a sentence for each direction in which 90 % intervals contain fewer blocks than chance explains.
 
-    Blocks without a prediction are left out here: another sentence names them.
+    The directions are along and across the slope. Blocks without a prediction are left out, because `_of_predictions`
+    reports them.
     """
     sentences = list[str]()
     if found.rank is None or found.whole_rank is None or not found.predicts_stops:
@@ -168,7 +177,9 @@ def _of_coverage(found: Findings) -> list[str]:
 
 
 def _is_too_few(share: float, blocks: int) -> bool:
-    """Return True if correct 90 % intervals would contain this few blocks only with a probability below 5 % (binomial).
+    """Return True if correct 90 % intervals would hardly ever contain so small a share of the blocks.
+
+    "Hardly ever" means: with a probability below 5 %, from the binomial distribution.
 
     share : share (-) of the blocks inside their intervals; blocks : number of all blocks
     """
@@ -202,7 +213,11 @@ def advice_of(found: Findings) -> list[str]:
 
 
 def _helps(found: Findings) -> list[str]:
-    """Return the advice that helps most: more time while rounds are left, otherwise more rocks for each set."""
+    """Return the advice that helps most, as sentences.
+
+    While rounds are left, the advice is more time and, if the likelihood is noisy, more rocks for each set as well. If
+    no round is left, the advice is more rocks for each set.
+    """
     rocks = f"raise `calibration.rocks` above {found.rocks}, in a new folder"
     if found.all_rounds:
         return [f"all {MOST_ROUNDS} rounds are flown, so more time adds nothing: {rocks}"]
@@ -215,7 +230,7 @@ def _helps(found: Findings) -> list[str]:
 def _can_drop(found: Findings, least: Estimate) -> bool:
     """Return True if the advice may be to remove `least`, the unknown that the data determines least.
 
-    With very few effective samples, the advice is not given: they do not show what the data determines.
+    With very few effective samples, the advice is not given, because the samples do not show what the data determines.
     """
     return len(found.estimates) > 1 and least.shrinkage < LITTLE and found.effective >= JUDGED * FLOOR
 

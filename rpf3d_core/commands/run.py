@@ -153,7 +153,7 @@ def _print_barriers(run: "Run") -> None:
 
 
 def _print_open(run: "Run") -> None:
-    """Print the reasons why the result of a run may look surer than it is, one line each."""
+    """Print the reasons why the result of a run may look more certain than it is, one line each."""
     from rpf3d_core.results.overconfidence import surer_than_it_may_be
 
     if sentences := surer_than_it_may_be(run):

@@ -64,7 +64,7 @@ class Desk:
         return self.server.state
 
     def connected(self) -> None:
-        """Do the work that waited until browsers can connect; call this once, in the server's thread, when they can."""
+        """Do the work that waited for the server; call this once, in the server's thread, when browsers can connect."""
         with self._connecting:
             self._loop = asyncio.get_event_loop()
             waiting, self._waiting = self._waiting, []
@@ -237,7 +237,7 @@ class Desk:
     def _results(self, run: Run, last: bool) -> None:
         """Show results on the page; last : True if no further results of this run follow.
 
-        The results are converted here, in the simulating thread, because the run changes the results later.
+        Tables and shapes for the page are made in the simulating thread, because the run changes its results later.
         """
         shown, layer = self.shown.laid_out(run), self.state.layer
         values = {

@@ -45,7 +45,7 @@ def coefficients_of(material: Mapping[str, Any]) -> list[Coefficient]:
 
 
 def coefficient_text(value: Any) -> str:
-    """Return a value of a scene as the user types it: `0.45`, `0.3 to 0.5` (range of an unknown), or a mapping."""
+    """Return a value of a scene as the user types it: `0.45`, a word, `0.3 to 0.5` (an unknown), or a mapping."""
     if isinstance(value, Mapping):
         prior = value.get("prior")
         if set(value) == {"prior"} and isinstance(prior, Mapping) and set(prior) == {"min", "max"}:

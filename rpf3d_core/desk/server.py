@@ -120,7 +120,10 @@ def serve(server: Any, gate: Gate, ready: Callable[[], None]) -> None:
 
 
 def guard(gate: Gate) -> Any:
-    """Return aiohttp middleware that lets a gate admit requests, removes the token from paths, and adds the headers."""
+    """Return aiohttp middleware that refuses requests that `gate` does not admit (status 403).
+
+    The middleware removes the token from the paths of the other requests, and adds HEADERS to all answers.
+    """
     web = library_of("desk", "aiohttp.web", "the desk needs")
 
     @web.middleware  # type: ignore[untyped-decorator]

@@ -105,7 +105,10 @@ def path_lines(run: Run) -> Lines:
 
 
 def hazard_map(seen: Seen, maps: HazardMaps, kind: str) -> DrapedMap:
-    """Return a hazard map of a run draped over the terrain; kind : REACH or ENERGY."""
+    """Return a hazard map of a run draped over the terrain.
+
+    seen : the terrain to draw, from `ground_seen`; maps : hazard maps of the run; kind : REACH or ENERGY
+    """
     if kind == REACH:
         title, unit, values = "reach probability", "%", 100.0 * reach_probability(maps.cells, maps.flown)
     else:
@@ -136,9 +139,9 @@ def _grid(maps: HazardMaps, laid_out: FloatArray) -> HazardGrid:
 
 
 def _near(seen: Seen, grid: HazardGrid) -> Seen:
-    """Return the part of the terrain around the cells with a value.
+    """Return the part of the terrain around the cells of a map that have a value.
 
-    `draped` lifts a map by a share of the extent of its terrain, so the smaller part keeps the map close to the ground.
+    `draped` lifts a map by a share of the extent of its terrain, so a small part keeps the map close to the ground.
     """
     rows, columns = np.nonzero(~np.isnan(grid.values))
     low = np.array([grid.x + grid.dx * (columns.min() - 1), grid.y + grid.dy * (rows.min() - 1)])

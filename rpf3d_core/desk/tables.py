@@ -30,7 +30,10 @@ def outcome_section(run: Run) -> dict[str, Any]:
 
 
 def progress_words(run: Run, last: bool = True) -> str:
-    """Return the numbers of rocks flown and planned, and of impacts, as text; last : False while further rocks fly."""
+    """Return the numbers of rocks flown and planned and of impacts, the engine, and the time of the flights as text.
+
+    last : False while further rocks fly
+    """
     totals = run.totals
     partial = run.planned > totals.rocks
     planned = f" of {run.planned:,}" if partial else ""
@@ -42,7 +45,7 @@ def progress_words(run: Run, last: bool = True) -> str:
 def run_notes(run: Run) -> list[str]:
     """Return the warnings of a run for the page, and the reasons why the results look more certain than they are.
 
-    The first warning states how many rocks did not stop; then come those that `rpf3d run` prints.
+    The first warning states how many rocks did not stop, if there are such rocks. The warnings of `rpf3d run` follow.
     """
     unstopped = words_on_unstopped(run)
     return [

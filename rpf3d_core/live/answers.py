@@ -85,19 +85,20 @@ class Answer:
     result : number of this result; each stage of an answer has its own number
     stage : number of the stage, from 0. Each stage has about twice the rocks of the previous stage; the second stage
         may have more, to reach `EnsembleSize.least`
-    complete : True if the target is met, or the next stage would have more rocks than `target.most_rocks`; this trigger
-        then gets no better answer
+    complete : True if this is the last answer to the trigger: the target is met, or the next stage would have more
+        rocks than `target.most_rocks`
     trigger, standing : the sources, and the prepared terrain that the rocks flew over
     sources : number of sources that released rocks
     flights : flights of some rocks of the first stage, for display
     outcomes : number of rocks with each outcome; maps : hazard maps; both are of all rocks flown so far
     areas : outlines of the areas of interest in the maps, local frame
     evidence : for each area, the worst figures of all clusters of sources
-    unfinished : number of rocks whose flight was cut off, in the worst cluster; scaled to the number of rocks of the
-        cluster with the fewest rocks
+    unfinished : number of rocks whose flight was cut off, in the worst cluster; scaled as if this cluster had as many
+        rocks as the cluster with the fewest rocks
     seconds : s, since the work on the trigger began; left_out : a sentence on the sources without rocks, and why
-    doubtful, elsewhere : a sentence on the sources that are too far from the ground, and on those far from the place
-        where the scene was calibrated; "" if there are none
+    doubtful : a sentence on the sources that are too far from the ground, "" if there are none
+    elsewhere : a sentence on the sources that are far from the place where the scene was calibrated, "" if there are
+        few or none
     """
 
     result: int
@@ -133,6 +134,8 @@ def answers(
     results: Iterator[int],
 ) -> Iterator[Answer]:
     """Fly rocks for the sources of one message, and yield a better answer after each stage, with about twice the rocks.
+
+    If the message has no sources, the function yields one answer, without rocks.
 
     Parameters
     ----------
@@ -307,7 +310,9 @@ def no_flights(standing: PreparedTerrain) -> Flights:
 
 
 def _stream(standing: PreparedTerrain, first: Sequence[int]) -> Stream:
-    """Return the object that flies the rocks of an answer; it keeps rocks of the first stage for display.
+    """Return the object that flies the rocks of an answer, and keeps the flights of some rocks for display.
+
+    The kept rocks are rocks of the first stage.
 
     first : number of rocks of each source in the first stage
     """

@@ -71,7 +71,7 @@ FEWEST_CORNERS = 3
 
 @dataclass(frozen=True, eq=False)
 class AreaOutline:
-    """An area of interest, prepared for many tests whether a place is inside; for one thread at a time.
+    """An area of interest, prepared to test many places for being inside; only one thread may use it at a time.
 
     rings : rings of the area as polygons; a place inside an odd number of rings is inside the area
     hull : (H, 2) m, corners of the convex hull of the area
@@ -121,10 +121,11 @@ def _surface_of(rings: Iterable[shapely.Polygon]) -> shapely.Geometry:
 class AreaGround(NamedTuple):
     """The terrain below an area of interest (`live.coverage`).
 
-    uncovered : share (-) of the area in plan that has no terrain below it; if one outline of the area (a polygon, or
-        the circle of a machine) has no terrain below more than half of it, at least the share of this outline
-    lowest : (m, local frame) estimate on the safe side of the lowest height of the ground in the area; -infinite if it
-        is not known
+    uncovered : share (-) of the area in plan that has no terrain below it. An area may have several outlines, such as
+        the circles around machines. If more than half of one outline has no terrain, `uncovered` is at least the share
+        of this outline without terrain
+    lowest : (m, local frame) estimate on the safe side of the lowest height of the ground in the area; -infinite if the
+        height is not known
     """
 
     uncovered: float

@@ -36,7 +36,7 @@ def cells_over(terrain: Terrain, raster: Raster) -> TerrainCells:
 def cells_after(
     before: TerrainCells, terrain: Terrain, raster: Raster, locator: BucketLocator, low: Plan, high: Plan
 ) -> TerrainCells:
-    """Return the cells of a map after a part of the terrain changed, without computing the other cells again.
+    """Return the cells of a map after a part of the terrain changed; only the cells over this part are computed again.
 
     low, high : corners in plan (m, local frame) of the box in which the terrain changed
     before : the cells before the change, which the function does not change; locator : search structure over the facets

@@ -136,7 +136,7 @@ class ClusterSets:
 
         tallies : counts of the cluster
         places : empty counts of displaced paths from `tallies_of_displaced`, None without displacements. All clusters
-            of an answer share the counts of map cells; each cluster has its own counts of areas
+            of an answer use the same `places`, but each cluster has its own counts of areas
         """
         self._sets, self._engine, self._tallies = sets, engine, tallies
         counted = [tallies.inside]
@@ -173,7 +173,7 @@ class ClusterSets:
         return None if moves is None else partial(displaced_batch, move=moves[number], engine=self._engine)
 
     def end(self, number: int, flown: int, left: IntArray) -> None:
-        """Assign all rocks counted since the last call to a parameter set; number : of the set.
+        """Add all rocks counted since the last call to the counts of one parameter set; number : of the set.
 
         flown : number of these rocks, including fragments
         left : (A,) number of these rocks that left the terrain and may have reached each area
@@ -202,7 +202,7 @@ class ClusterSets:
         )
 
     def _share(self) -> Interval:
-        """Return the predictive intervals of the share of rocks that reach each area."""
+        """Return the predictive intervals (-) of the share of rocks that reach each area; 0 to 1 if unknown."""
         flown, totals = self._areas[0].reached, self._totals()
         low, high = predictive_shares(self._areas[-1].reached, totals)
         # An unknown interval (NaN) becomes 0 to 1, because NaN would compare as below every limit.
@@ -210,7 +210,7 @@ class ClusterSets:
         return holding(found, flown.sum(axis=0), totals.sum(axis=0))
 
     def _left_high(self, found: Interval) -> FloatArray:
-        """Return the upper ends (A,) of the predictive intervals if rocks that left the terrain are counted, too.
+        """Return the upper ends (A,) (-) of the predictive intervals if rocks that left the terrain are counted, too.
 
         A rock that left the terrain and may have reached an area counts as a rock that reached this area.
 

@@ -31,7 +31,7 @@ from rpf3d_core.values import Outcome
 
 
 def clusters_of(places: FloatArray, sound: Flags, side: float) -> list[IntArray]:
-    """Return the clusters of sources at places (S, 3) m: for each cluster, an array of source numbers.
+    """Return the clusters of sources at places (S, 3) m: for each cluster, an array (N,) of source numbers.
 
     sound : (S,) True for sources that release rocks; the others belong to no cluster
     side : m, of the squares in plan; 0 if each source is a cluster, infinite if all sources are one cluster
@@ -120,9 +120,9 @@ class ClusterTally:
         self.outcomes.update({Outcome(code): int(n) for code, n in zip(codes, counts, strict=True)})
 
     def watching(self, watch: Watch, displace: Displace | None = None) -> Watch:
-        """Return a function that counts the rocks of each batch that left the terrain, and calls `watch`.
+        """Return a function that counts the rocks of a batch that left the terrain, and then calls `watch`.
 
-        displace : returns displaced paths, if `watch` counts the arrivals in areas with displaced paths
+        displace : returns displaced paths; needed if `watch` counts the arrivals in areas with displaced paths
         """
 
         def both(batch: Batch, releases: Releases) -> FloatArray:
@@ -163,9 +163,9 @@ def _with_ends(areas: tuple[AreaEvidence, ...], sets: ClusterSets, layers: Layer
 
 
 def pooled(clusters: Sequence[ClusterTally], tallies: Tallies) -> Tallies:
-    """Return the counts of an answer, with the visits of areas by the rocks of all clusters together.
+    """Return the counts of an answer, with the visits of areas summed over all clusters.
 
-    tallies : the counts of the answer without visits of areas
+    clusters : at least one; tallies : the counts of the answer without visits of areas
     """
     if len(clusters) == 1:
         return clusters[0].tallies

@@ -1,7 +1,7 @@
 """Find which share of an area of interest has no terrain below it, and how low the ground in the area is.
 
-If one outline of the area is mostly off the terrain, its share counts instead of that of the area, if it is larger. A
-part of an area has no terrain below it if this part lies beyond the survey or over a hole of the survey.
+A part of an area has no terrain below it if this part lies beyond the survey or over a hole of the survey. The share of
+a single outline without terrain replaces the share of the whole area if it is above one half and larger.
 """
 
 import math
@@ -50,11 +50,12 @@ def grounds_of(standing: PreparedTerrain, areas: Outlines) -> dict[str, AreaGrou
 
 
 def _ground_of(standing: PreparedTerrain, area: AreaOutline) -> AreaGround:
-    """Return the terrain below an area.
+    """Return the terrain below an area: the share without terrain, and the lowest ground.
 
     The lowest ground is an estimate on the safe side: the lowest corner of all facets at the probes and at the corners
-    of the area, minus the distance between neighbouring probes. So a slope of 45 degrees between two probes is
-    included; a narrow and steep ditch may be missed. If a place has no ground, the lowest ground is unknown.
+    of the area, minus the distance between neighbouring probes. So ground that falls at 45 degrees between two probes
+    is allowed for; a narrow and steep ditch may be missed. If one of these places has no ground, the lowest ground is
+    unknown (-infinite).
     """
     probes, step = _probes(area)
     uncovered = float(np.mean(~standing.has_ground(probes)))
@@ -64,9 +65,10 @@ def _ground_of(standing: PreparedTerrain, area: AreaOutline) -> AreaGround:
 
 
 def _worst_outline(standing: PreparedTerrain, area: AreaOutline) -> float:
-    """Return the largest share (-) of one outline of an area without terrain below it; 0 if none exceeds `MOSTLY`.
+    """Return the largest share (-) without terrain of a single outline of an area; 0 if no share exceeds MOSTLY (0.5).
 
-    One machine or road segment with wrong coordinates is lost, although its share of a large area is small.
+    This finds one machine or road segment with wrong coordinates, even if it is a small part of a large area. The
+    result is also 0 for an area with only one outline.
     """
     outlines = _outlines(area)
     if len(outlines) < 2:
@@ -78,7 +80,7 @@ def _worst_outline(standing: PreparedTerrain, area: AreaOutline) -> float:
 
 
 def _outlines(area: AreaOutline) -> Objects:
-    """Return each outline of an area as a polygon without its holes; a hole is a ring in an odd number of others."""
+    """Return each outline of an area as a polygon without its holes; a hole is a ring within an odd number of rings."""
     rings = shapely.make_valid(np.array(area.rings, dtype=object))
     inner, outer = shapely.STRtree(rings).query(rings, predicate="within")
     inner, outer = inner[inner != outer], outer[inner != outer]
@@ -91,9 +93,10 @@ def _outlines(area: AreaOutline) -> Objects:
 
 
 def _spread(outlines: Objects) -> tuple[FloatArray, Indices]:
-    """Return places (N, 2) m that are evenly spread over each outline, at least one, and their outlines (N,).
+    """Return places (N, 2) m that are evenly spread over each outline, and the number (N,) of each place's outline.
 
-    The places of an outline are the middles of the cells of its box that lie inside, and a further place inside.
+    The box around an outline is divided into cells. The places of the outline are the middles of the cells that lie
+    inside the outline, and one further place inside; so each outline has at least one place.
     """
     rows = int(np.clip(math.sqrt(LATTICE_PLACES / len(outlines)), FEWEST_ROWS, MOST_ROWS))
     low, high = np.split(shapely.bounds(outlines), 2, axis=1)
@@ -122,5 +125,5 @@ def _probes(area: AreaOutline) -> tuple[FloatArray, float]:
 
 
 def _surface(area: AreaOutline) -> float:
-    """Return an upper bound of the size of the area in plan, m^2; holes are added, not subtracted."""
+    """Return the sum (m^2) of the areas of all rings in plan, an upper bound of the size: holes are added."""
     return float(sum(ring.area for ring in area.rings))

@@ -17,8 +17,8 @@ def together(parts: Sequence[Evidence]) -> Evidence:
 
     The areas are those of the newest part that has areas. All numbers of rocks are scaled to the part with the fewest
     rocks and rounded up, so the result is as uncertain as that part. The result has the stamps of the oldest trigger
-    and the oldest survey, the faults and notes of all parts, and the total number of sources. All other values are
-    those of the newest part.
+    and the oldest survey, the faults and notes of all parts, the total number of sources, and one digest of all
+    sources. All other values are those of the newest part.
     """
     newest = parts[-1]
     if len(parts) == 1:
@@ -85,9 +85,9 @@ def worst_of(results: list[AreaEvidence], flown: int) -> AreaEvidence:
 
 
 def _origins_of(results: list[AreaEvidence], flown: int) -> Origins | None:
-    """Return the origin of each figure of the worst result: the cluster whose result has the worst figure.
+    """Return the origin of each figure of the combined result: the cluster that gave the worst value of this figure.
 
-    None if no result has origins. flown : number of rocks to which all numbers of rocks are scaled
+    The result is None if no result has origins. flown : number of rocks to which all numbers of rocks are scaled
     """
     if all(area.origins is None for area in results):
         return None
@@ -112,8 +112,8 @@ def _origins_of(results: list[AreaEvidence], flown: int) -> Origins | None:
 def _ends_over_sets(results: list[AreaEvidence]) -> dict[str, Any]:
     """Return the fields `energy_high`, `energy_sets` and `first_arrival_low_s` of the worst result, by name.
 
-    A field is missing if no result has this field. A result without the field takes part in the comparison with the
-    figure of all its rocks, so the worst result is at least as bad as the figure of all rocks in each result.
+    A field is missing if it is None in all results. For a result in which it is None, the figure of all rocks together
+    is compared instead. So the worst value is at least as bad as the figure of all rocks in each result.
     """
     ends: dict[str, Any] = {}
     if any(area.energy_high is not None for area in results):
@@ -168,5 +168,5 @@ def _left_high_of(results: list[AreaEvidence], predictive_high: float | None) ->
 
 
 def scaled(count: int, of: int, to: int) -> int:
-    """Return `count` of `of` rocks as a number of `to` rocks, rounded up: count * to / of; 0 if `of` is 0."""
+    """Return a number of rocks, `count` out of `of`, scaled to a total of `to` rocks and rounded up; 0 if `of` is 0."""
     return -(-count * to // of) if of else 0

@@ -86,7 +86,7 @@ class LiveTerrain:
 
     terrain, facets : the triangles; engine : flies rocks over the facets; all three use the same memory (`room`). The
         engine is compiled, unless `Workshop` uses the reference engine
-    digest : SHA-256 (hex) of the surveys; after a patch, it includes the digest of the terrain before the patch
+    digest : SHA-256 (hex) of the whole survey; after a patch, of the patch and the digest before the patch
     whole_digest : SHA-256 (hex) of the whole survey without patches, to notice that the same survey is published again;
         "" if it is not known
     stamp_ns : stamp (ns) of the last survey or patch
@@ -126,8 +126,8 @@ class Workshop:
     most_points : int
         Largest number of points in a survey.
     longest_edge : float, optional
-        m; triangles of a cloud or grid with a longer side in plan are left out. None for `terrain.cloud.GAP` times the
-        median of the longest sides of a scattered cloud's triangles, and for no limit in a grid.
+        m; triangles of a cloud or grid with a longer side in plan are left out. If None, the limit for a cloud is
+        `terrain.cloud.GAP` times the median of the longest sides of its triangles, and a grid has no limit.
     reference : bool
         True to use the reference engine, which is slow.
     must_face_up : bool
@@ -156,8 +156,8 @@ class Workshop:
         (`live.plausible`).
 
         stamp_ns : stamp of the survey (ns); digest : the digest of the survey if it is known, "" to compute it
-        whole_ns, whole_digest : for a survey that already includes patches, the stamp (ns) and the digest of its whole
-            survey, "" if the digest is not known; None for those of `survey`
+        whole_ns, whole_digest : stamp (ns) and digest of the whole survey without patches, if `survey` already includes
+            patches ("" if the digest is not known); None to use stamp and digest of `survey`
         """
         check_points(points_of(survey), self._most)
         hashed = self._aside.submit(lambda: digest or digest_of(survey))

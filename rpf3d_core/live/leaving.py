@@ -1,7 +1,7 @@
 """Count the rocks that left the terrain and may have reached an area of interest over unknown ground.
 
-A rock that leaves over the boundary of the survey, or into a hole, moves on over unknown ground, in any direction: a
-ditch may lead the rock round a dump. Such a rock counts for an area, unless one of these is true:
+A rock that leaves over the boundary of the survey, or into a hole, may move on over unknown ground in any direction:
+for example, a ditch may lead the rock around a dump. Such a rock counts for an area, unless one of these is true:
 
 - Its path had a part inside the area before the rock left, so the rock is counted as arrived.
 - Its energy does not suffice to climb to the lowest ground of the area.
@@ -25,7 +25,7 @@ Displace = Callable[[Batch], Batch]
 
 
 class LeavingTally:
-    """Counts for each area of interest the rocks that left the terrain and may have reached it; any thread may call."""
+    """Counts, for each area of interest, rocks that left the terrain and may have reached the area; thread-safe."""
 
     def __init__(self, areas: Sequence[AreaOutline], lowest: Sequence[float], gravity: float) -> None:
         """Create the counts, with no rocks counted.
@@ -73,6 +73,9 @@ def energy_heads(batch: Batch, radius: FloatArray, gravity: float) -> FloatArray
 
 
 def _arrived(area: AreaOutline, paths: Sequence[Batch]) -> np.ndarray:
-    """Return flags (N,), True for rocks whose paths all had a part inside the area; paths : batches of N rocks."""
+    """Return flags (N,), True for a rock whose path has a part inside the area in every batch.
+
+    paths : batches of the same N rocks, such as with simulated and with displaced paths
+    """
     crossed = [area.is_crossed_by(np.ascontiguousarray(each.pieces[:, 1:3]), each.first[:-1, 1]) for each in paths]
     return np.asarray(np.logical_and.reduce(crossed))

@@ -71,9 +71,9 @@ class DigestHistory:
     def replaced_ns(self, digest: str, made_ns: int) -> int | None:
         """Return when (ns) a digest was replaced; None if it is the present digest.
 
-        If the digest was present in several periods, the last period that began before `made_ns` counts; if none began
-        before, the first period counts. So evidence never counts as younger than its rocks, even if an outline changes
-        back and forth. A digest that is not known counts as replaced when the watch began.
+        If the digest was present in several periods, the last period that began before `made_ns` counts. If no period
+        began before `made_ns`, the first period counts. So evidence never counts as younger than its rocks, even if an
+        outline changes back and forth. For a digest that is not known, the time is that of the beginning of the watch.
 
         made_ns : when (ns) the evidence with this digest was made
         """
@@ -97,8 +97,8 @@ class WatchedOutlines:
     def watch(self, digests: Mapping[str, str], now_ns: int) -> None:
         """Watch these areas, and no others, from now (ns) on; an outline that is watched already keeps its time.
 
-        The former outlines of a removed area are remembered until the area is set again. So if an area is removed and
-        set repeatedly, its outline counts as replaced from the first change that no answer includes.
+        The outlines of a removed area are remembered, and continue if the area is set again. So if an area is removed
+        and set repeatedly, its outline counts as replaced from the first change that no answer includes.
 
         digests : for each area, by name, the digest of its outline
         """
@@ -134,7 +134,8 @@ class WatchedOutlines:
     def outdated(self, parts: Sequence[Evidence]) -> tuple[Outdated, ...]:
         """Return the watched areas for which a part of the evidence used a former outline or none, and since when (ns).
 
-        "Since when" is the earliest time at which an outline that a part used was replaced.
+        "Since when" is the time at which the outline in a part of the evidence was replaced; of several parts, the
+        earliest time.
 
         parts : the evidence of each wall. A part without areas is skipped: its sources have no answer, and the missing
             answer is a separate fault

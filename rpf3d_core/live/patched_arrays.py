@@ -88,7 +88,7 @@ def _vertices(terrain: Terrain, change: PatchChange, room: Room) -> tuple[NDArra
 def _rows(before: int, change: PatchChange, room: Room) -> tuple[NDArray[np.int32], NDArray[np.int32], int]:
     """Return the rows (S,) for the added facets, the rows (U,) that stay unused, and the new number of rows.
 
-    Added facets get the rows of removed facets and unused rows first, then rows after the last one.
+    Added facets get the rows of removed facets first, then unused rows, then new rows after the last row.
 
     before : number of rows before the patch
     """

@@ -133,7 +133,7 @@ def _ring(
 ) -> NDArray[np.int64]:
     """Return the triangles (T, 3) that fill the gap between the remaining terrain and the border of the patch.
 
-    Vertex numbers from V on, the number of the terrain's vertices, are the patch's vertices.
+    Vertex numbers below V are vertices of the terrain, which has V vertices. Numbers from V on are those of the patch.
 
     seam : (N, 2) edges between removed and remaining facets
     border : (M, 2) edges of the removed facets at the former boundary of the terrain, away from the patch
@@ -151,7 +151,11 @@ def _ring(
 
 
 def _check_closed(seam: NDArray[np.int64], ring: NDArray[np.int64]) -> None:
-    """Raise TerrainError if a gap would remain: an edge of the remaining terrain without a triangle of the ring."""
+    """Raise TerrainError if a gap would remain: if an edge in `seam` has no triangle of `ring`.
+
+    seam : (N, 2) edges between removed and remaining facets
+    ring : (T, 3) triangles between the remaining terrain and the patch
+    """
     sides = {(a, b) for a, b, c in ring.tolist()} | {(b, c) for a, b, c in ring.tolist()}
     sides |= {(c, a) for a, b, c in ring.tolist()}
     if not all((a, b) in sides for a, b in seam.tolist()):
@@ -159,7 +163,7 @@ def _check_closed(seam: NDArray[np.int64], ring: NDArray[np.int64]) -> None:
 
 
 def _renumbered(came: NDArray[np.int64], some: NDArray[np.int64], terrain: Terrain) -> NDArray[np.int64]:
-    """Return triangles (N, 3) with new vertex numbers: first the terrain's vertices in `some`, then those of the patch.
+    """Return triangles (N, 3) with new vertex numbers: first the vertices in `some`, then the patch's vertices.
 
     came : (N, 3) added triangles; the patch's vertices are numbered after all V vertices of the terrain
     some : (K,) sorted numbers of those vertices of the terrain that get the new numbers 0 to K - 1

@@ -1,4 +1,4 @@
-"""Refuse a survey whose shape no ground has: heights that stand for missing points, and grids that fold back.
+"""Refuse a survey with a shape that no ground has: heights that mean "no data", and grids that fold back.
 
 On such a survey, rocks would stop in a pit or between layers that do not exist, and would seem to reach nothing.
 """
@@ -72,12 +72,12 @@ def check_no_fold(terrain: Terrain, normals: FloatArray, points: FloatArray) -> 
 
 
 def _depth(points: FloatArray, row: Indices, column: Indices) -> FloatArray:
-    """Return by how much (m) a grid folds back along its columns at some of its squares (N,); 0 for no fold.
+    """Return by how much (m) a grid folds back along its columns at each of N of its squares: (N,); 0 for no fold.
 
-    A run of such squares, one after the other along a column, folds back if a step from one row to the next has the
-    opposite direction to a step before or after it. The depth is the length of the whole run.
+    A run of these squares, one after the other along a column, folds back if a step from one row to the next has the
+    opposite direction to the step before or after it. The result for each square of the run is the length of the run.
 
-    points : (H, W, 3) m; row, column : (N,), of the first corner of each square
+    points : (H, W, 3) m; row, column : (N,) of the first corner of each square
     """
     last, step_back, is_back = points.shape[0] - 1, np.zeros(len(row)), np.zeros(len(row), dtype=bool)
     for side in (0, 1):

@@ -124,11 +124,11 @@ def releases_of(
     """Return the releases of the rocks with the given numbers, source after source.
 
     ranges : for each source, a range or an array (N,) of rock numbers
-    sources : source number of each of the ranges; None for all sources in order
+    sources : the source number for each item of `ranges`; None for all sources in order
 
     The release of a rock depends only on its source and number, not on the ranges. A spread rock starts as high above
     the ground as its source, so no rock starts in the wall behind the source. If there is no ground at its place, the
-    rock starts at its source. Random numbers are drawn as in `ensemble.releases`.
+    rock starts at the place of its source. Random numbers are drawn as in `ensemble.releases`.
     """
     numbers = [np.arange(s.start, s.stop, s.step) if isinstance(s, range) else s for s in ranges]
     which = np.arange(len(ranges)) if sources is None else sources
@@ -177,10 +177,11 @@ def _sized(mass: FloatArray, radius: FloatArray, diameter: FloatArray, density: 
 
 
 def _measured(standing: PreparedTerrain, x: FloatArray, above: float | None) -> tuple[FloatArray, FloatArray, Flags]:
-    """Return how deep sources (S, 3) m are under the ground, how high above the ground, and which are off the terrain.
+    """Return depth under the ground, height above the ground, and a flag "off the terrain" of sources (S, 3) m.
 
     The result is three arrays (S,): depth under the ground (m; 0 above the ground); height above the highest ground at
-    the place in plan (m; NaN if other ground hangs over the source); True for sources off the terrain.
+    the place in plan (m; NaN for a source under the ground, under an overhang or off the terrain); True for sources off
+    the terrain. If `above` is given, the depth is 0, and the height is `above` for each source over the terrain.
 
     above : height above the ground (m) to which all sources are moved, or None
     """

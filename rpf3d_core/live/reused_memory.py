@@ -1,4 +1,4 @@
-"""Memory for the terrains of a live simulator; a new terrain reuses memory whose terrain is no longer in use."""
+"""Provide memory for the terrains of a live simulator; a new terrain reuses the memory of an unused terrain."""
 
 import weakref
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""The scene of a live simulator: from a scene file, or from single parameters named like the keys of a scene file.
+"""Make the scene of a live simulator from a scene file, or from single parameters named like the keys of such a file.
 
 A live scene is the same `Scene` as the scene of a run. Terrain and sources arrive in messages, so the scene has
 placeholders for terrain and sources. If the user gives no default material, the scene has that of thesis table 5-1.
@@ -86,7 +86,8 @@ def live_parameters() -> tuple[SceneField, ...]:
     """Return the fields of a scene that users may give as single parameters, in the order of the reference.
 
     `SceneField.default` of each result is the value that the scene has if no parameter gives the field; None if the
-    scene then has no such field. For a field of a model or an effect, this holds if the model or the effect is named.
+    scene then has no such field. For a field of a model or an effect, it is the value if a scene names this model or
+    effect.
     """
     standard = live_scene({})
     offered = (field for field in scene_fields() if why_excluded(field.key) is None)
@@ -140,9 +141,9 @@ def _from_file(path: str, given: Mapping[str, Any]) -> Scene:
 
 
 def _fault(name: str, value: Any) -> str | None:
-    """Return a sentence on an error in the name of a parameter, or in the model that it names; None without an error.
+    """Return a sentence if the name of a parameter is wrong, or if its value names a model that does not exist.
 
-    All other values are checked when the scene is made of them.
+    The result is None without an error. All other values are checked later, when the scene is made of them.
     """
     known = {field.key: field for field in live_parameters()} if name else {}
     if name not in known:
@@ -199,8 +200,8 @@ def _copied(value: Any) -> Any:
 def _default(field: SceneField, standard: Scene) -> Any:
     """Return the value that a field has if no parameter gives it.
 
-    For a field of a model or effect, this is the field's own default, else the value in `standard`, the scene without
-    parameters.
+    For a field of a model or effect, this is the default of the field. For any other field, it is the value in
+    `standard`, the scene without parameters.
     """
     if field.within or field.names:
         return field.default

@@ -16,9 +16,9 @@ MOST_STEPS = 2000
 def shown_areas(areas: Outlines, cells: TerrainCells, raster: Raster, frame: Frame) -> Mapping[str, list[FloatArray]]:
     """Return the outlines of each area, by name, as closed lines (T, 3) m on the ground, map frame.
 
-    The height of a line is that of the ground in the cells that the line crosses. Parts of a line without ground get
-    heights between those of the two nearest parts with ground. A ring that crosses no cell with known height is left
-    out.
+    A line has the height of the ground in the cells that the line crosses. For a part without ground, the height is
+    interpolated between the nearest parts with ground on both sides. A ring that crosses no cell with known height is
+    left out.
 
     areas : rings (P, 2) m, local frame, with or without the first corner repeated
     cells : heights of the ground in the cells of `raster`; frame : the terrain's local frame
@@ -32,8 +32,10 @@ def shown_areas(areas: Outlines, cells: TerrainCells, raster: Raster, frame: Fra
 def _laid_on(ring: FloatArray, cells: TerrainCells, raster: Raster) -> FloatArray:
     """Return one outline as a closed line (T, 3) m on the ground, local frame.
 
-    Its points are the corners, and points about a cell apart; on a long outline they are farther apart (MOST_STEPS).
-    The line is empty if it crosses no cell with known height.
+    The points of the line are the corners of the outline, and points between them at distances of about a cell; on a
+    long outline, the distances are larger (MOST_STEPS). The line is empty if it crosses no cell with known height.
+
+    ring : (P, 2) m, corners of the outline, local frame
     """
     corners = np.vstack([ring, ring[:1]])
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
@@ -48,7 +50,10 @@ def _laid_on(ring: FloatArray, cells: TerrainCells, raster: Raster) -> FloatArra
 
 
 def _height(x: FloatArray, y: FloatArray, cells: TerrainCells, raster: Raster) -> FloatArray:
-    """Return the height (N,) m of the ground at places in plan (m); NaN outside the map and where no ground is near."""
+    """Return the height (N,) m of the ground at places (x, y) in plan, (N,) m each; NaN if it is not known.
+
+    The height is not known outside the map, and where `cells` has no height. All lengths are in the local frame.
+    """
     column, row = np.floor((x - raster.x) / raster.cell), np.floor((y - raster.y) / raster.cell)
     inside = (column >= 0) & (column < raster.nx) & (row >= 0) & (row < raster.ny)
     cell = np.where(inside, row * raster.nx + column, 0).astype(np.int64)

@@ -112,7 +112,7 @@ class PreparedTerrain:
     def lowest_ground(self, places: FloatArray) -> FloatArray:
         """Return the height (N,) m, local frame, of the lowest corner of all facets above or below each place.
 
-        The height is infinite at a place without a facet. places : (N, 2) m in plan, local frame
+        The height is +infinite at a place without a facet. places : (N, 2) m in plan, local frame
         """
         lowest, x = np.full(len(places), np.inf), self._above(places)
         facets, at = self.ground.facets, np.arange(len(places))
@@ -232,10 +232,11 @@ def _flights(scene: Scene, terrain: Terrain) -> tuple[Flight, LiveSets | None]:
 def stand_after(before: PreparedTerrain, ground: Surveyed) -> PreparedTerrain:
     """Prepare a terrain for answers after a patch; only the changed part is computed again.
 
-    before : the prepared terrain without the patch; the result uses its memory, so `before` must not be used any more
-
     Everything is computed again if the patch changes the raster of the maps or the terrain's frame, and with the
     reference engine.
+
+    before : the prepared terrain without the patch; the result uses its memory, so `before` must not be used any more
+    ground : the terrain with the patch
     """
     terrain, facets, engine, changed = ground.terrain, ground.facets, ground.engine, ground.changed
     scene, raster = before.scene, before.tallies.ground.raster

@@ -54,10 +54,11 @@ class StoredSurveys(NamedTuple):
         return max(now - self.pieces[-1].received_ns, 0) / 1e9
 
     def patches_ns(self, latest_ns: int) -> tuple[int, ...]:
-        """Return when each patch of the terrain was received (ns, by the machine's clock), at most `latest_ns`.
+        """Return when each patch of the terrain was received (ns, by the machine's clock).
 
-        For a terrain that was stored whole after patches, the times of these patches are not known: each gets the time
-        at which that terrain was built. The number of these patches may be a lower bound (`StoredSurvey.patches`).
+        A time later than `latest_ns` is replaced by `latest_ns`. For a terrain that was stored whole after patches, the
+        times of these patches are not known: each gets the time at which that terrain was built. The number of these
+        patches may be a lower bound (`StoredSurvey.patches`).
         """
         first, *patches = self.pieces
         times = [first.received_ns] * first.patches + [patch.received_ns for patch in patches]
@@ -99,7 +100,7 @@ class Store:
 
     A new whole terrain replaces the surveys that are not yet written.
 
-    fault : a sentence on why the terrain could not be saved, or the folder not be locked; None without a fault
+    fault : a sentence on why the terrain could not be saved or the folder could not be locked; None without a fault
     """
 
     def __init__(
@@ -131,7 +132,7 @@ class Store:
     def keep(self, ground: LiveTerrain, survey: Survey, is_patch: bool = False) -> None:
         """Queue the survey of a new terrain for writing, and return without waiting for the disk.
 
-        ground : the new terrain; survey : the whole survey that it was built from, or its last patch
+        ground : the new terrain; survey : the whole survey that the terrain was built from, or the last patch
         is_patch : True if the survey is a patch; a patch that replaced the whole terrain is stored as a whole survey
 
         After `most_patches` patches, or if a survey is missing on disk, the terrain is copied and stored whole. The

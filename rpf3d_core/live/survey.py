@@ -60,7 +60,7 @@ def points_of(survey: Survey) -> int:
 
 
 def check_points(points: int, most: int = MOST_POINTS) -> None:
-    """Raise TerrainError if a survey has more than `most` points, before memory is used for it.
+    """Raise TerrainError if a survey has more than `most` points; call this before memory is used for the survey.
 
     points : number of points that the message announces
     """

@@ -1,4 +1,4 @@
-"""Hazard zones for display: the facets with at least each of the user's reach levels, and the outlines around them."""
+"""Make the hazard zones for display: for each reach level of the user, the facets of the zone and its outline."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,8 +28,8 @@ def shown_zones(maps: HazardMaps, terrain: Terrain, levels: Sequence[float]) -> 
 
     levels : reach levels (-), ascending
 
-    The facets of a zone have a reach probability of at least its level and below the next level, so zones do not
-    overlap. The outline of a zone encloses all facets of at least its level.
+    The facets of a zone have a reach probability of at least the level of the zone and below the next level, so zones
+    do not overlap. The outline of a zone encloses all facets whose reach probability is at least the level of the zone.
     """
     share = reach_probability(maps.facets, maps.flown)
     band = np.searchsorted(levels, share, side="right")

@@ -84,9 +84,11 @@ def _view(name: str, eye: tuple[FloatArray, FloatArray], hidden: Iterable[str] =
 
 
 def _series(origin: str, name: str, largest: float) -> Any:
-    """Return a view that plots one quantity of several rocks over time, from 0 to the largest value.
+    """Return a view that plots one quantity of several rocks over time.
 
     The view has no legend, because 20 names would cover the lines.
+
+    origin : path of the entities with the quantity; name : title; largest : end of the value axis, which begins at 0
     """
     import rerun.blueprint as rrb
 
@@ -109,7 +111,7 @@ def point_of_view(terrain: Terrain, samples: PathSamples) -> tuple[FloatArray, F
 
 
 def _ahead(samples: PathSamples) -> FloatArray:
-    """Return the unit vector (2,) of the rocks' mean direction of travel in plan; south if there are no paths."""
+    """Return the unit vector (2,) of the rocks' mean travel in plan; south if there are no paths or the mean is 0."""
     south = np.array([0.0, -1.0])
     if len(samples.x) == 0:
         return south

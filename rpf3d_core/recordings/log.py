@@ -174,7 +174,7 @@ def log_ends(recording: Any, deposits: Deposits) -> None:
 
 
 def log_moving_rocks(recording: Any, flights: Flights, rows: IntArray, gravity: float) -> None:
-    """Write the positions of moving rocks at FRAMES moments to a recording, as `world/rocks`, so that it can be played.
+    """Write moving rocks to a recording, as `world/rocks`: their positions at FRAMES moments.
 
     rows : (N,) rows of the rocks in `Deposits`; gravity : m/s^2
     """

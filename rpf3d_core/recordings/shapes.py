@@ -62,11 +62,11 @@ def parted_mesh(
 def _parted(
     triangles: NDArray[np.integer], kind: NDArray[np.integer], count: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Return the distinct pairs of a vertex and the kind of a facet at it, and the facets as indices into the pairs.
+    """Return the distinct pairs (vertex, kind of a facet with this vertex), and the facets as indices into the pairs.
 
-    Return the vertices (N,) and the kinds (N,) of the pairs, ordered by vertex, and the facets (F, 3). Most vertices
-    have facets of one kind only. Only the other vertices are sorted: sorting all corners of a large mesh would take
-    most of the time of a recording.
+    The three arrays are: the vertices (N,) of the pairs; the kinds (N,) of the pairs; the facets (F, 3). The pairs are
+    ordered by vertex. Most vertices have facets of one kind only. Only the other vertices are sorted: sorting all
+    corners of a large mesh would take most of the time of a recording.
 
     triangles : (F, 3) vertices of the facets; kind : (F,) kind of each facet; count : number of vertices
     """
@@ -114,7 +114,10 @@ def strips_by_speed(samples: PathSamples, fastest: float) -> tuple[list[FloatArr
 
 
 def _vertex_normals(vertices: FloatArray, triangles: NDArray[np.int64]) -> FloatArray:
-    """Return unit normals (N, 3) at vertices (N, 3), for shading: the area-weighted mean of adjacent facets."""
+    """Return unit normals (N, 3) at vertices (N, 3) m, for shading.
+
+    The normal of a vertex is the area-weighted mean of the normals of its facets; it is 0 without a facet.
+    """
     area, corner = _areas(vertices, triangles), triangles.ravel()
     weights, total = np.empty((len(triangles), 3)), np.empty((len(vertices), 3))
     for axis in range(3):

@@ -63,15 +63,17 @@ def log_blocks(
 
 
 def frames_of(end: float) -> FloatArray:
-    """Return evenly spaced moments (T,) s at which a pose may be recorded, at least RATE per second.
+    """Return evenly spaced moments (T,) s from 0 to `end` at which a pose may be recorded, at least RATE per second.
 
-    end : last moment (s); the first moment is 0
+    end : last moment (s)
     """
     return np.linspace(0.0, end, math.ceil(end * RATE) + 1)
 
 
 def moving_frames(x: FloatArray, q: FloatArray, reach: float) -> NDArray[np.int64]:
-    """Return the indices of the poses to record: the first, the last, and each that differs visibly from the previous.
+    """Return the indices of the poses to record: the first, the last, and each pose that differs visibly.
+
+    Each pose is compared with the previous pose to record.
 
     x : (T, 3) m, positions of the centre; q : (T, 4) unit quaternions w, x, y, z
     reach : largest distance of a corner from the centre (m)

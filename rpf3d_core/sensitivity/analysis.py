@@ -83,7 +83,7 @@ def sensitivity(
     Raises
     ------
     InputError
-        The scene is refused, has no unknowns or a sample of a calibration, or a number in `asked` is out of range.
+        The scene is refused, has no unknowns, or has a sample of a calibration; or a number in `asked` is out of range.
     Stopped
         `stop` returned True.
     """

@@ -41,7 +41,7 @@ class Effects(NamedTuple):
 
 
 def trajectories(count: int, unknowns: int, seed: int) -> FloatArray:
-    """Return random trajectories (T, U + 1, U) (-) in the unit cube; each step moves one unknown.
+    """Return random trajectories (T, U + 1, U) (-) in the unit cube; each step moves one unknown by STEP (2/3).
 
     Each coordinate is one of LEVELS levels from 0 to 1.
 

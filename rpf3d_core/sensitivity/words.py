@@ -12,7 +12,8 @@ from rpf3d_core.sensitivity.sobol import Indices
 def decisive(found: Sensitivity, result: int) -> int | None:
     """Return the index of the unknown that affects a result most; None if no unknown affects this result.
 
-    The total Sobol indices decide, or the effects by Morris if there are no indices. result : index of the result
+    The total Sobol indices decide. If there are none, or one of them is unknown (NaN), the effects by Morris decide.
+    result : index of the result
     """
     sizes = found.effects.size[:, result]
     if found.indices is not None and np.isfinite(found.indices.total[:, result]).all():
@@ -43,8 +44,8 @@ def sentence_of(found: Sensitivity, result: int) -> str:
 def is_clear(found: Sensitivity, result: int) -> bool:
     """Return True if it is clear which unknown affects a result most.
 
-    The interval of its effect then lies above the intervals of all other unknowns. True as well if no unknown affects
-    the result, or if there is only one unknown. result : index of the result
+    This is so if the interval of the largest effect lies above the intervals of the effects of all other unknowns, if
+    no unknown affects the result, or if there is only one unknown. result : index of the result
     """
     unknown = decisive(found, result)
     if unknown is None or len(found.names) == 1:
@@ -74,7 +75,7 @@ def rows_of(found: Sensitivity) -> list[tuple[str, ...]]:
 
 
 def _unit_of_changes(unit: str) -> str:
-    """Return the unit of a change of a result: shares in per cent change by percentage points."""
+    """Return the unit in which a change of a result is stated: "percentage points" for "%", else `unit` itself."""
     return "percentage points" if unit == "%" else unit
 
 

@@ -11,11 +11,11 @@ GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 def rocks_of_set(number: int, sets: int, first: int, last: int, source: int) -> IntArray:
-    """Return the numbers (N,) of the rocks, within a range of a source's rocks, that fly with one parameter set.
+    """Return which rocks of a source fly with one parameter set: their numbers (N,), within a given range.
 
     For n sets, each n successive rocks of the source form a round, with one rock for each set. The order of the sets
-    differs from round to round: a source uses its release points in turn, so with a fixed order a set would always meet
-    the same points. The set of a rock does not depend on the number of rocks.
+    differs from round to round: a source uses its release points in turn, so with a fixed order the rocks of a set
+    would always start from the same points. The set of a rock does not depend on the number of rocks.
 
     number : number of the set, from 0; sets : number of sets; source : index of the source
     first, last : range of the source's rocks: number of the first rock, and the number after the last rock

@@ -32,7 +32,9 @@ def share_away(place: Surroundings, points: ArrayLike) -> float:
 
 
 def are_away(place: Surroundings, points: ArrayLike) -> NDArray[np.bool_]:
-    """Return flags (N,), True for each point that lies far from a place: outside it by more than its diagonal.
+    """Return flags (N,), True for each point that lies far from a place.
+
+    "Far" means: the distance from the rectangle of the place is more than the diagonal of the rectangle.
 
     place : a rectangle in plan; points : (N, 2) m, in the same coordinates
     """

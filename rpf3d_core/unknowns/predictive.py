@@ -73,7 +73,10 @@ def predictive_shares(counts: FloatArray, totals: FloatArray, level: float = LEV
 
 
 def shares_of_site(counts: FloatArray, totals: FloatArray) -> Interval:
-    """Return the predictive intervals (95 %) of N shares (-), at least as wide as `least_end` on both sides.
+    """Return the predictive intervals (95 %) of N shares (-), widened so that rare rocks are not underestimated.
+
+    The upper end is at least `least_end` of the counted rocks. The lower end is at most 1 minus `least_end` of the
+    rocks that are not counted.
 
     The live simulator uses `predictive_shares` instead, because alerts have their own limits for too few rocks. Cells
     of maps use `predictive_shares` too, because few sets reach a cell (`SetFigures.shares_of_cells`).
@@ -89,13 +92,14 @@ def shares_of_site(counts: FloatArray, totals: FloatArray) -> Interval:
 def least_end(counts: FloatArray, totals: FloatArray) -> FloatArray:
     """Return the smallest upper ends (N,) that predictive intervals of N shares (-) may have.
 
-    If a share p has the mean m over all sites, then P(p > x) <= m / x (Markov's inequality). So the upper end is at
-    most m / 0.025, where m is the upper end of the sampling interval of the mean share. It is also at most the upper
-    end of the sampling interval of the largest share of a single set. Where more than 2.5 % of the sets have a hit, the
-    ranks give the upper end, and the result is only the upper end for sets without any hit.
+    The result is the smaller of two bounds. First bound: if a share p has the mean m over all sites, then
+    P(p > x) <= m / x (Markov's inequality), so the upper end is at most m / 0.025; for m, the upper end of the sampling
+    interval of the mean share is used. Second bound: the upper end of the sampling interval of the largest share of a
+    single set. If more than 2.5 % of the sets have a hit, the ranks show the upper end; both bounds are then computed
+    as if no set had a hit.
 
     counts : (S, N) number of rocks of each set that the share counts, the hits; totals : (S, N) number of rocks of each
-    set. The sets have equal weights; sampling errors are those of the harmonic mean of the numbers of rocks.
+        set. The sets have equal weights; sampling errors are those of the harmonic mean of the numbers of rocks
     """
     tail, has = 0.5 * (1.0 - LEVEL), totals > 0
     sets = np.maximum(has.sum(axis=0), 1)
@@ -124,8 +128,9 @@ def holding(interval: Interval, counts: FloatArray, totals: FloatArray) -> Inter
 def _between(shares: FloatArray, totals: FloatArray, seen: FloatArray, sets: NDArray[np.int64]) -> FloatArray:
     """Return the variance (N,) of N shares between parameter sets, without noise, plus one standard error.
 
-    Noise is the variance of a share that is due to the number of rocks. It counts as 0 for a set of a single rock,
-    where it cannot be measured.
+    Noise is the variance of a share that is due to the number of rocks. The noise of a set with a single rock cannot be
+    measured and counts as 0.
+
     shares : (S, N) (-), shares in each set; totals : (S, N) number of rocks of each set
     seen : (N,) variance of the shares between sets, noise included; sets : (N,) number of sets with rocks
     """
