@@ -174,7 +174,10 @@ def _in_order(wanted: Sequence[str], received: Sequence[str]) -> bool:
 
 
 def _wait_for_topics(timeout: float, processes: list[subprocess.Popen[bytes]]) -> list[str]:
-    """Receive the recorder's diagnostics until it has recorded every expected topic; return the missing topics."""
+    """Wait until the recorder has recorded every expected topic, or a node has ended; return the missing topics.
+
+    timeout : longest time to wait (s)
+    """
     from rpf3d_ros.demo.diagnostic_listener import DiagnosticListener  # starts DDS threads, so not at the top
     from rpf3d_ros.recording.alert_entries import COUNT_OF_RECORDED
 

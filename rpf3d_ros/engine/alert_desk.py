@@ -85,7 +85,7 @@ class AlertDesk:
     thresholds : thresholds of the site; log : the decision log, None if the log could not be opened
     now : returns the time of the node's clock (ns)
     listener : publishes the alerts, and receives the reports of problems
-    standing : attribute: the faults that every decision contains until their cause has ended
+    standing : (attribute) the faults that every decision contains until their cause has ended
     expected : topics of sources that must publish
     has_sensors : True if the node also has topics of sensors; False if its only topic of sources is `clicked_point`
     heard : topics of sources that had published before the start, and must publish again
@@ -180,8 +180,8 @@ class AlertDesk:
         """Request that all evidence is forgotten; until every topic of sources publishes again, the alert has a fault.
 
         why : the reason why the state is unknown
-        reply : called on the thread of the alert desk after the decision without evidence has been published; before
-            the clock runs, called without a decision
+        reply : called on the thread of the alert desk after the decision without evidence has been published; if the
+            clock does not run yet, no decision is made and `reply` is called at once
         """
         self._requests.put(Request(faults=why, reply=reply))
 
@@ -290,7 +290,10 @@ class AlertDesk:
                 self._served.notify_all()
 
     def _serve(self, request: Request, following: Request | None) -> None:
-        """Carry out a request; following : the next request, None if no other request waits."""
+        """Carry out a request, usually with a decision; following : the next request, None if no other request waits.
+
+        If both requests are about sources without an answer, only the next one causes a decision, with both faults.
+        """
         now = self._now()
         if request.faults:
             self._evidence.lose() if request.is_error else self._evidence.forget(now)
@@ -408,7 +411,7 @@ class AlertDesk:
         """Write to the log; return why this failed, "" if it did not fail. The alert is published in both cases.
 
         write : writes to the log. The waiting time counts from the first write for a request, because the alert waits
-            for all of them.
+            for all writes of the request.
         """
         if self._writing_since is None:
             self._writing_since = time.monotonic()

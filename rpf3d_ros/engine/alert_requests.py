@@ -45,7 +45,7 @@ class Request:
     def is_covered_by(self, later: "Request") -> bool:
         """True if this request can be skipped, because the decision on a later request covers it.
 
-        Otherwise new evidence would wait for many decisions while the outline of a moving machine changes.
+        Without skipping, new evidence would wait for many decisions while the outline of a moving machine changes.
         """
         return (self in (TICK, CHANGED, MOVED) and later.decides) or (self in (TICK, MOVED) and later.is_moved)
 

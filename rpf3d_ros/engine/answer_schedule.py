@@ -30,7 +30,7 @@ class AnswerSchedule:
         self._interrupted: list[Trigger] = []
 
     def submit(self, trigger: Trigger) -> Trigger | None:
-        """Put a trigger in the queue; if the queue is full, return the dropped trigger of another wall, else None.
+        """Put a trigger in the queue; return the trigger of another wall that a full queue drops, else None.
 
         A dropped trigger is answered after all waiting triggers.
         """
@@ -117,7 +117,7 @@ class AnswerSchedule:
         self._interrupted = [each for each in kept if each is not trigger and self._answered.holds(each)]
 
     def _to_be_completed(self) -> Trigger | None:
-        """Return an interrupted trigger of another wall whose answer must still be completed; None without one."""
+        """Return an interrupted trigger of another wall whose answer must still be completed; None if there is none."""
         if self._unfinished is not None or self._latest is None:
             return None
         others = self._answered.others(self._latest)
@@ -132,7 +132,7 @@ class AnswerSchedule:
         return [*self._again, *(trigger for trigger in every if not any(trigger is each for each in self._again))]
 
     def _next_again(self) -> Trigger | None:
-        """Return the next of the triggers to answer again; None without one.
+        """Return the next trigger to answer again; None if there is none.
 
         A trigger is skipped if a newer trigger of its region has replaced it, or if it is too old.
         """

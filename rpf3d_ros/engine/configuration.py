@@ -253,6 +253,8 @@ def _restored(
     Without a store, or if the store is empty, the terrain is None and the sentence "". If the terrain cannot be read,
     or was stored with another origin of the map, the terrain is None and the sentence gives the reason. The simulator
     then starts without a terrain.
+
+    map_origin : survey coordinates (m) of the map's origin; now_ns : present time (ns)
     """
     before = TerrainBefore(read_ns=time.time_ns())
     if store is None:
@@ -276,7 +278,7 @@ def _restored(
 
 
 def _check_origin(last: StoredSurveys, map_origin: tuple[float, float, float]) -> None:
-    """Raise InputError if surveys were stored with an unknown `map_origin` (m), or with another one than the node's."""
+    """Raise InputError if surveys were stored with an unknown `map_origin`, or not with the node's `map_origin` (m)."""
     stored = last.pieces[-1].map_origin
     if stored is None:
         raise InputError("it was stored by an older version, without map_origin: publish the whole terrain")

@@ -90,7 +90,7 @@ class Flyer:
         self._thread.start()
 
     def submit(self, trigger: Trigger) -> Trigger | None:
-        """Put a trigger in the queue; if the queue is full, return the dropped trigger of another wall, else None.
+        """Put a trigger in the queue; return the trigger of another wall that a full queue drops, else None.
 
         A dropped trigger is answered after all waiting triggers.
         """

@@ -5,7 +5,7 @@ regions, and the refused message may have reported others: so the fault of such 
 would be too old, or until a person acknowledges after a message was understood. While a topic has several publishers,
 the fault stays, because it is unknown which publisher sent the understood message. If the last refused message of a
 topic is longer ago than sources may be old, an acknowledgement ends the fault of the topic without an understood
-message. Neither a restart nor a node that is not active for some time ends it.
+message. A fault also stays after a restart, and while the node is not active.
 """
 
 from collections.abc import Callable

@@ -38,7 +38,7 @@ class TerrainBefore(NamedTuple):
 
     read_ns : time when the store was read, by the machine's clock (ns)
     patches_ns : times when the patches in the restored terrain were received, by the machine's clock (ns)
-    unread : number of stored patches that cannot be read; unreadable : why no terrain can be read, "" if one can
+    unread : number of stored patches that cannot be read; unreadable : why no terrain can be read, "" if a terrain can
     """
 
     read_ns: int = 0

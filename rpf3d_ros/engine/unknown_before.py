@@ -34,8 +34,8 @@ class UnknownBefore:
         """Note an acknowledgement; return why the fault stays, or "" if it has ended.
 
         by : name of the person; now_ns : present time (ns)
-        other_faults : the other faults at this time. If there are any, the acknowledgement does not count, and neither
-            do earlier ones, because the person cannot have seen the danger
+        other_faults : the other faults at this time. If there are any, neither this acknowledgement nor earlier
+            acknowledgements count, because the person cannot have seen the danger
         """
         if other_faults:
             self._persons = {}

@@ -44,9 +44,9 @@ class Moment(NamedTuple):
     def follows(self, whole: "Moment") -> bool:
         """True if a patch of this moment changes the terrain of a whole survey of the moment `whole`.
 
-        The stamps decide, because a survey may be published long after it was made, or published again. If they are
-        equal, or one of both has no stamp, the times of publication decide. The same holds for a refused whole survey
-        in place of the patch.
+        The stamps decide, because a survey may be published long after it was made, or published again. If the
+        stamps are equal, or one of the messages has no stamp, the times of publication decide. The method is also used
+        for a refused whole survey in place of the patch.
         """
         if self.stamp_ns is None or whole.stamp_ns is None or self.stamp_ns == whole.stamp_ns:
             return self.published_ns > whole.published_ns
@@ -78,8 +78,8 @@ class Chapter(Generic[M]):
     """A whole survey, waiting or in use, with the patches that belong on top of it.
 
     whole : the waiting survey, None for the survey in use; moment : when the survey was published
-    early : patches that were published after the survey, but received before it
-    missing : number of patches as in `early` that are no longer kept; they become `lost` if the survey is used
+    early : patches that were published after the survey, but received before the survey
+    missing : number of early patches that are no longer kept; they count as `lost` if the survey is used
     patches : waiting patches that were received after the survey
     lost : number of patches on this survey that will not be in the terrain: dropped, refused, or received too early
     refused : later whole surveys that were refused
@@ -149,8 +149,8 @@ class WaitingTerrain(Generic[M]):
     ) -> None:
         """Note that messages were refused, or lost, before they were queued.
 
-        kind : "whole" or "patch"; published_ns : time of publication of the message (ns), 0 if it is not known; of lost
-            patches, a time after their publication
+        kind : "whole" or "patch"; published_ns : time of publication of the message (ns), 0 if it is not known; for
+            lost patches, a time after their publication
         why : the reason, for a whole survey; count : number of patches
         stamp_ns : stamp of the message (ns), or a later time; None for a message without a stamp
         """

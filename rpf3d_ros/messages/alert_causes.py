@@ -48,7 +48,10 @@ def _cause_of(level: Level, raised: AreaAlert | None) -> str:
 
 
 def _fault_of(one: Alert | AreaAlert, faults: Sequence[str]) -> str:
-    """Return the first fault that names the area; for the site, or if no fault names the area, the first fault."""
+    """Return the first fault that names the area; for the site, or if no fault names the area, the first fault.
+
+    "" if there is no fault.
+    """
     named = (fault for fault in faults if isinstance(one, AreaAlert) and fault.startswith(f"{one.name}: "))
     return next(named, next(iter(faults), ""))
 

@@ -36,8 +36,10 @@ SMALLEST = 1e-36
 def columns_of_cloud(cloud: "PointCloud2", names: Sequence[str]) -> dict[str, NDArray[Any]]:
     """Return the named fields of a point cloud as columns (height, width), without copying the data.
 
-    Each column has the type of its field. Raises MessageRefused as `check_sizes`, and if a field is missing, has an
-    unknown type, has more than one value, or lies outside the point.
+    Each column has the type of its field.
+
+    Raises MessageRefused in the cases of `check_sizes`, and if a field is missing, has an unknown type, has more than
+    one value, or lies outside the point.
     """
     check_sizes(cloud)
     fields = [_field(cloud, name) for name in names]
@@ -60,7 +62,7 @@ def positions_of_cloud(cloud: "PointCloud2") -> FloatArray:
 
     Only a cloud that is not dense may contain NaN.
 
-    Raises MessageRefused as `columns_of_cloud`, and also:
+    Raises MessageRefused in the cases of `columns_of_cloud`, and also:
     for x, y, z that are not floating point; for infinite points; for NaN in a cloud that is marked as dense; for
     float32 coordinates beyond `FARTHEST`, which have already lost centimetres; and for coordinates below `SMALLEST`
     that are not 0, which are probably bytes in the wrong order.

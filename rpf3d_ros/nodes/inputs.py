@@ -214,7 +214,7 @@ class Inputs:
         return int(self._node.get_clock().now().nanoseconds)
 
     def _subscribe_sensor(self, kind: Any, topic: str, callback: Callable[[str, Any], None]) -> Any:
-        """Subscribe to a topic of a sensor, of which no message may be lost without a fault."""
+        """Subscribe to a topic of a sensor, and report a fault whenever messages of the topic were lost."""
 
         def take(_: str, message: Any, info: Mapping[str, Any]) -> None:
             self._check_gaps(topic, message.header, info)
