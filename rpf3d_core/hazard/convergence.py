@@ -22,7 +22,7 @@ DOUBLINGS = 2
 class Place:
     """The results in one zone or area of interest, from which the program decides whether more rocks must fly.
 
-    reached, stopped : shares of all rocks (-); half_width : half the width of the wider one of both 95 % intervals (-)
+    reached, stopped : shares of all rocks (-); half_width : half the width of the wider of their 95 % intervals (-)
     energy_p95 : J, None for fewer than 20 rocks
     """
 
@@ -46,7 +46,7 @@ class Step:
 
 
 def step_of(maps: HazardMaps, zones: Sequence[str]) -> Step:
-    """Return the results in the areas of interest or, if the scene has none, in the zones that rocks reached.
+    """Return the results in all areas of interest or, if the scene has no areas, in the zones that rocks reached.
 
     zones : names of all zones, in the terrain's order
     """

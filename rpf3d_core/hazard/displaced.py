@@ -127,7 +127,7 @@ def _facets_below(places: FloatArray, engine: Engine) -> IntArray:
 
 
 def percentiles_of(samples: list[Sample]) -> FloatArray:
-    """Return the percentiles `PERCENTILES` (S, P) of S samples, NaN for a sample without values."""
+    """Return the percentiles `PERCENTILES` (S, P) of S samples, in their unit; NaN for a sample without values."""
     nothing = [np.nan] * len(PERCENTILES)
     return np.array([sample.percentiles(PERCENTILES) if sample.count else nothing for sample in samples])
 
@@ -154,7 +154,7 @@ def moved_cells(cells: IntArray, rocks: NDArray[Any], move: FloatArray, raster: 
 
 
 def zones_in_plan(facets: Facets, zones: int) -> NDArray[np.bool_]:
-    """Return flags (Z,), True for each zone that has a facet that is not vertical; zones : Z."""
+    """Return flags (Z,), True for each zone that has a facet that is not vertical; zones : number Z of zones."""
     inclined = np.abs(np.asarray(facets.normals)[:, 2]) > VERTICAL
     return np.asarray(np.bincount(np.asarray(facets.zone)[inclined], minlength=zones) > 0)
 

@@ -89,13 +89,16 @@ class SetFigures:
         return self.flown >= ENOUGH
 
     def outcome(self, *outcomes: Outcome) -> list[float]:
-        """Return the predictive interval of the share of rocks with one of the outcomes: lower and upper end (-)."""
+        """Return the predictive interval of the share of rocks with one of the outcomes: lower and upper end (-).
+
+        The interval is widened if few or no sets have these outcomes (`shares_of_site`).
+        """
         return _ends(shares_of_site(self._with_outcome(*outcomes), self.rocks[:, None]))
 
     def seen_outcome(self, *outcomes: Outcome) -> list[float]:
-        """Return the predictive interval of the share of rocks with one of the outcomes: lower and upper end (-).
+        """Return the predictive interval of the share of rocks with one of the outcomes, without widening.
 
-        Unlike in `outcome`, the interval is not widened for outcomes that few or no sets have.
+        Lower and upper end (-). In contrast, `outcome` widens the interval if few or no sets have these outcomes.
         """
         return _ends(predictive_shares(self._with_outcome(*outcomes), self.rocks[:, None]))
 
@@ -104,12 +107,12 @@ class SetFigures:
         return np.array([[float(sum(each[outcome] for outcome in outcomes))] for each in self.outcomes])
 
     def shares_of_cells(self, counts: FloatArray) -> Interval:
-        """Return the predictive intervals of the shares (-) of all rocks that come to N map cells.
+        """Return the predictive intervals of the shares (-) of rocks that reach each of N map cells.
 
         Unlike in `shares_of_site`, the intervals are not widened for cells that few sets reach. The widened upper ends
         would be nearly the same in most cells, and would hide where rocks go.
 
-        counts : (S, N) numbers of rocks of each set
+        counts : (S, N) number of rocks of each set that reached each cell
         """
         return predictive_shares(counts, np.broadcast_to(self.rocks[:, None], counts.shape))
 

@@ -83,7 +83,10 @@ def _from_impacts(run: RunFiles) -> Segments | None:
 
 
 def _to_the_ends(ends: Ends, impacts: ImpactRows, gravity: float) -> Segments:
-    """Return the last segment of each rock: from its last impact, or its release if it has no impact, to its end."""
+    """Return the last segment of each rock: from its last impact, or its release if it has no impact, to its end.
+
+    gravity : m/s^2
+    """
     count = len(ends.runout)
     last = np.flatnonzero(np.append(impacts.row[1:] != impacts.row[:-1], True)[: len(impacts.row)])
     struck = impacts.row[last]
@@ -169,10 +172,12 @@ def first_passages(segments: Segments, origin: FloatArray, along: FloatArray, di
 def largest_speeds_at_impacts(
     segments: Segments, origin: FloatArray, along: FloatArray, distance: FloatArray, within: float
 ) -> FloatArray:
-    """Return the largest speed (R,) m/s of each rock just before and after its impacts near a distance; 0 without one.
+    """Return the largest speed (R,) m/s of each rock just before and after its impacts near a distance.
 
-    The speeds are the recorded ones: a segment that is not a flight has the larger speed of its ends, which may belong
-    to another place.
+    The speed is 0 for a rock without an impact there.
+
+    The speeds are the recorded speeds of the impacts, not the speeds of segments: a segment that is not a flight has
+    the larger speed of its ends, which may belong to another place.
 
     origin, along, distance : as in `first_passages`; within : largest distance (m) of an impact from `distance`
     """

@@ -48,7 +48,7 @@ class RunCounts(NamedTuple):
         return f"{number:,} of {self.rocks:,} rocks{', partial' if self.rocks < self.planned else ''}"
 
     def drawn(self, number: int) -> str:
-        """Return the end of a legend entry that says how many of the rocks are drawn; "" if all are drawn.
+        """Return text for the end of a legend entry: how many of the rocks are drawn; "" if all are drawn.
 
         number : number of drawn rocks
         """

@@ -291,7 +291,7 @@ def _distributions(scene: Scene, totals: Totals, figures: Any) -> dict[str, Any]
 
 
 def _of_the_centre(scene: Scene) -> str:
-    """Return the text that says that heights are those of the centre of mass; "" for points and spheres."""
+    """Return the note that heights are heights of the centre of mass; "" for points and spheres."""
     return ", of the centre of mass" if scene.rock.is_body else ""
 
 

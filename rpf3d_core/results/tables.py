@@ -155,7 +155,7 @@ def with_energies(table: pa.Table, deposits: Deposits) -> pa.Table:
 def with_spins(table: pa.Table, deposits: Deposits, impacts: Impacts, density: float) -> pa.Table:
     """Return the table of I impacts with added columns: spins (rad/s), and rotational and total energies (J).
 
-    Spins are those before and after the impact; energies are those before the impact.
+    The spins are before and after the impact; the energies are before the impact.
 
     density : of the rocks, kg/m^3
     """

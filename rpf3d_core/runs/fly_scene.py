@@ -74,7 +74,7 @@ def fly_scene(
     precompiler : compiles the loops that the run needs
     shown : number of rocks to keep in memory, None for all
     sink : function that receives the deposits and impacts of each group of rocks
-    rounds : rounds to fly instead of those of the scene
+    rounds : rounds to fly; None for the rounds of the scene, or of `control.first`
     """
     scene = prepared.scene
     of_sets = _flights_over_sets(prepared) if scene.has_unknowns else None
@@ -177,7 +177,7 @@ def _fly_rounds(
     """Fly round after round until the target is met, the rounds are used up, or the run is stopped.
 
     Return the number of planned rocks, and with `rocks: auto` the convergence after each round. The releases have
-    already been checked; with `rocks: auto`, only those of the first round.
+    already been checked; with `rocks: auto`, only the releases of the first round.
     plan : the rounds; control : progress reports, and the function that is called after each round
     fly : function that flies a round, and returns False if the run was stopped
     places : function that returns the hazard maps of all rocks flown so far, with shares of rocks in zones and areas

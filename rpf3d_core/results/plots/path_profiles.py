@@ -65,7 +65,7 @@ def travelled(samples: PathSamples) -> FloatArray:
 
 
 def terrain_below(terrain: Terrain, points: FloatArray) -> FloatArray:
-    """Return the height (N,) m of the terrain straight below points (N, 3), local frame; NaN where there is none."""
+    """Return the height (N,) m of the terrain straight below points (N, 3) m, local frame; NaN without terrain."""
     near = _facets_near(terrain, points)
     height = np.full(len(points), np.nan)
     if len(near) == 0:
