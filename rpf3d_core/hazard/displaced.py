@@ -135,8 +135,8 @@ def percentiles_of(samples: list[Sample]) -> FloatArray:
 def moved_cells(cells: IntArray, rocks: NDArray[Any], move: FloatArray, raster: Raster) -> tuple[IntArray, FloatArray]:
     """Return the map cells (M,) that rocks reach on displaced paths, and how many rocks reach each cell (M,).
 
-    A displaced cell overlaps four cells; its rocks are divided among them by area. Parts outside the raster are left
-    out.
+    A displaced cell overlaps up to four cells; its rocks are divided among these cells by area. Parts outside the
+    raster do not count.
 
     cells, rocks : (N,) cells on the paths as simulated, and how many rocks reached each; move : displacement (2,) m
     """

@@ -155,7 +155,7 @@ class SetFigures:
     def percentile(self, name: str) -> dict[str, list[float | None]]:
         """Return the predictive interval of each percentile of a distribution in `SAMPLES`, by name of the percentile.
 
-        Both ends are None if the interval is unknown.
+        The ends are in the unit of the distribution. Both ends are None if the interval is unknown.
         """
         displaced = self.displaced if self.is_displaced(name) else None
         found = ranked_if_enough(self.percentiles[name] if displaced is None else displaced.runout)

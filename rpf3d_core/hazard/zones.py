@@ -77,8 +77,8 @@ def upper_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
     """Return a hazard zone for each level (-) of the upper end of the predictive interval of reach probability.
 
     Such a zone contains the zone of `reach_zones` for this level, and the cells that may reach the level, depending on
-    the unknowns of the scene. It also contains the reached cells whose predictive interval is unknown,
-    because too few parameter sets have flown. Without parameter sets the list is empty.
+    the unknowns of the scene. It also contains the reached cells whose predictive interval is unknown, because too few
+    parameter sets have flown. Without parameter sets the list is empty.
     """
     if maps.reach_band is None:
         return []

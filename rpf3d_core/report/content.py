@@ -238,7 +238,7 @@ def _pictures(run: RunFiles, section: CriticalSection | None) -> Iterator[Elemen
 
 
 def _cells_without_energy(run: RunFiles) -> str:
-    """Return a sentence on the reached cells without an energy, because too few rocks came; "" without such cells."""
+    """Return a sentence on the reached cells without an energy: too few rocks reached them; "" without such cells."""
     reached, energy = read_hazard(run, "reach_probability"), read_hazard(run, "energy_j", "p95")
     if reached is None:
         return ""

@@ -160,7 +160,7 @@ def _cut(grid: HazardGrid, corners: FloatArray, longest: float, most: int) -> Fl
 
 
 def _near_values(grid: HazardGrid, corners: FloatArray) -> NDArray[np.bool_]:
-    """Return flags (N,): True for a triangle (N, 3, 3) m whose box in plan meets a cell with a value."""
+    """Return flags (N,): True for a triangle (N, 3, 3) m whose box in plan touches a cell with a value."""
     known = np.pad(np.cumsum(np.cumsum(~np.isnan(grid.values), axis=0), axis=1), ((1, 0), (1, 0)))
     rows, columns = grid.values.shape
     column = (corners[:, :, 0] - grid.x) / grid.dx
@@ -172,7 +172,7 @@ def _near_values(grid: HazardGrid, corners: FloatArray) -> NDArray[np.bool_]:
 
 
 def _cells(places: FloatArray, number: int) -> tuple[IntArray, IntArray]:
-    """Return the first cell (N,) that triangles meet on an axis, and the cell (N,) after the last one.
+    """Return the first cell (N,) that each triangle touches on an axis, and the cell (N,) after the last such cell.
 
     places : (N, 3) corners on this axis, in cells; number : number of cells on this axis
     """

@@ -14,7 +14,7 @@ UNEQUAL = 1.2
 
 
 def warnings_of_run(run: Run) -> list[str]:
-    """Return all warnings about a run: first those about its figures (`doubts_of_run`), then those about its files."""
+    """Return all warnings about a run: first warnings about its figures (`doubts_of_run`), then about its files."""
     return [*doubts_of_run(run), *notes_of_run(run)]
 
 

@@ -41,7 +41,7 @@ class RunCounts(NamedTuple):
     def describe_some(self, number: int) -> str:
         """Return how many rocks a picture shows, as text for its title, such as '100 of 1,000 rocks'.
 
-        number : number of rocks in the picture; if all rocks flown are in the picture, the text is that of `describe`
+        number : number of rocks in the picture; if all rocks flown are in the picture, the text is as from `describe`
         """
         if number >= self.rocks:
             return self.describe()

@@ -3,7 +3,7 @@
 Positions and directions are in the input's own axes and coordinates; lengths in m, times in s, speeds in m/s,
 energies (translational) in J. A value that does not exist (no ground contact, height not computed) is left empty.
 
-Rocks with a shape have additional columns. Positions and heights of these rocks are those of the centre of mass.
+Rocks with a shape have additional columns. Positions and heights of these rocks refer to the centre of mass.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

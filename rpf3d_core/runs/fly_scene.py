@@ -69,7 +69,7 @@ def fly_scene(
     """Fly the rocks of a prepared scene, round by round, and return the finished run.
 
     A round is a number of rocks after which results are checked; with `rocks: auto` there are several. The run ends
-    when all rocks have flown, when the target is met, or when `control.stop` returns True.
+    when all rocks have flown, when the target is reached, or when `control.stop` returns True.
 
     precompiler : compiles the loops that the run needs
     shown : number of rocks to keep in memory, None for all
@@ -174,7 +174,7 @@ def _fly_rounds(
     prepared: Prepared, stream: Stream, fly: Callable[[AnyRound], bool], plan: Sequence[AnyRound], control: RunControl,
     places: Callable[[], HazardMaps], so_far: Callable[[int, Sequence[Step]], Run],
 ) -> tuple[int, list[Step]]:  # fmt: skip
-    """Fly round after round until the target is met, the rounds are used up, or the run is stopped.
+    """Fly round after round until the target is reached, all rounds have flown, or the run is stopped.
 
     Return the number of planned rocks, and with `rocks: auto` the convergence after each round. The releases have
     already been checked; with `rocks: auto`, only the releases of the first round.

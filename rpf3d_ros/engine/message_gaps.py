@@ -28,8 +28,8 @@ class Numbered(NamedTuple):
 class _FirstMessage(NamedTuple):
     """The first message of a publisher; messages before it may have been lost.
 
-    taken_ns : when the message was read (ns since the epoch); queued : number of messages that waited at that time,
-        including the message itself, as far as they have been read
+    taken_ns : when the message was read (ns since the epoch)
+    queued : number of messages read so far that waited in the queue at that time, this message included
     """
 
     taken_ns: int

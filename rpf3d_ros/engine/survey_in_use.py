@@ -87,7 +87,7 @@ class SurveyInUse(NamedTuple):
         return arrival.stamp_ns < self.cloud_ns or (again and digest != self.digest)
 
     def followed_by(self, arrival: Arrival, digest: str, stamp_ns: int, now_ns: int) -> "SurveyInUse":
-        """Return the survey in use after the survey of a message has replaced this one, or repeats it.
+        """Return the survey in use after the survey of a message was used: a new survey, or this survey again.
 
         digest : SHA-256 (hex) of the survey in the message
         stamp_ns : time (ns) from which the age of the survey counts; now_ns : present time (ns)

@@ -187,8 +187,8 @@ class WaitingTerrain(Generic[M]):
     def put_whole(self, survey: M, moment: Moment | None = None) -> None:
         """Queue a whole survey; if too many wait, drop the oldest that has not been built.
 
-        A latched survey may be received again. It is ignored if it is already in the queue or in use, because patches
-        may have been applied to it, and if a later survey has replaced it.
+        A latched survey may be received again. The survey is then ignored if it is in the queue, in use, or replaced by
+        a later survey: patches that were applied to the survey must not be lost.
         """
         with self._changed:
             known = (*(each.moment for each in self._chapters), *self._replaced)
@@ -253,8 +253,8 @@ class WaitingTerrain(Generic[M]):
     def repeated(self, lost: int = 0) -> None:
         """Note that the last taken whole survey is the survey of the terrain in use, which was published again.
 
-        The patches since this survey still belong on top of it, and patches and surveys that the terrain lacks are
-        still missing. As in `accepted`, other surveys that waited are dropped.
+        The patches since this survey stay in the terrain, and patches and surveys that the terrain lacks are still
+        missing. As in `accepted`, other surveys that waited are dropped.
 
         lost : number of patches that were in the terrain, and are not any more
         """
@@ -271,7 +271,7 @@ class WaitingTerrain(Generic[M]):
             del self._chapters[1 : place + 1]
 
     def refused(self, why: str = "") -> None:
-        """Note that the last taken whole survey cannot be used; its patches go to the survey before it.
+        """Note that the last taken whole survey cannot be used; its patches are added to the previous survey.
 
         why : the reason
         """
@@ -327,7 +327,7 @@ class WaitingTerrain(Generic[M]):
             self._kept.popleft().patch = None
 
     def _refused_after(self, tried: Chapter[M]) -> list[RefusedSurvey]:
-        """Return the refused surveys that are newer than a survey, but were received before it."""
+        """Return the refused surveys that are newer than the survey of `tried`, but were received earlier."""
         before = [survey for chapter in self._chapters[: self._chapters.index(tried)] for survey in chapter.refused]
         return [survey for survey in before if tried.moment is not None and survey.moment.follows(tried.moment)]
 

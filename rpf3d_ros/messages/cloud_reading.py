@@ -80,7 +80,7 @@ def check_sizes(cloud: "PointCloud2") -> None:
     """Check the announced sizes of a cloud without reading or allocating its points.
 
     Raises MessageRefused for a cloud without points, for data shorter than the announced sizes, and for data
-    that hold a further point: the publisher may have announced too few, and these points would be lost silently.
+    with room for a further point: the publisher may have announced too few points, and the rest would be lost silently.
     """
     if cloud.width * cloud.height == 0 or cloud.point_step == 0:
         raise MessageRefused("the cloud holds no points; width, height and point_step must be at least 1")

@@ -38,7 +38,7 @@ class RockEntries:
     """Converts the rocks of each answer to entries of a recording: the same chosen rocks in all topics of an answer.
 
     The paths of the rocks are drawn as lines from trajectories/points, which contains every rock. The published line
-    markers are drawn only if no such points arrive; until then, the markers wait in `held`.
+    markers are drawn only if no such points arrive; the markers wait in `held` until this is known.
     """
 
     def __init__(self, frame: MapFrame, times: EntryTimes, areas: Areas, most: int) -> None:

@@ -88,9 +88,9 @@ def largest_height(facets: Facets, f: int, arc: Arc, low: float, high: float) ->
 
 @kernel
 def above_plane(facets: Facets, f: int, arc: Arc) -> tuple[float, float]:
-    """Return the height (m) of an arc's start vertically above the plane of facet f, and its rate of change (m/s).
+    """Return (c, b): the height c (m) of an arc's start vertically above the plane of facet f, and its rate b (m/s).
 
-    After t (s) the height is c + b t - g t^2 / 2.
+    After t (s) the height is c + b t - g t^2 / 2, with the gravity g of the arc.
     """
     n = stored_normal(facets, f)
     return dot(n, subtract(arc.x, corner(facets, f, 0))) / n[2], dot(n, arc.v) / n[2]

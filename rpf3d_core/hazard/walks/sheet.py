@@ -81,7 +81,7 @@ def sheet_after(sheet: Sheet, facets: Facets, locator: BucketLocator, changed: C
 
 @kernel
 def facet_beyond(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int, k: int) -> tuple[int, int]:
-    """Return the neighbour of facet f at side k, and the number (0 to 2) of the neighbour's side that both share.
+    """Return the neighbour of facet f at side k, and the number (0 to 2) of the shared side in the neighbour.
 
     Returns (NOTHING, 0) unless exactly one facet shares the side, with the same winding.
     """

@@ -62,7 +62,7 @@ class Track(NamedTuple):
 
 @kernel
 def tracks_of(pieces: Any, modes: Any, p: int) -> int:
-    """Return the number of tracks into which the path segment in row p is divided; 0 for a segment that takes no time.
+    """Return the number of tracks into which the path segment in row p is divided; 0 for a segment without duration.
 
     pieces : (S, 10) path segments: time, position and velocity at the start, velocity at the end
     modes : (S,) how the rock moves on each segment (`values.Mode`); row p + 1 begins at the end of segment p

@@ -84,7 +84,7 @@ def terrain_below(terrain: Terrain, points: FloatArray) -> FloatArray:
 
 
 def typical_rows(deposits: Deposits, rows: IntArray, runout: FloatArray) -> IntArray:
-    """Return the rows of at most three example rocks to draw: those of shortest, median and longest runout.
+    """Return the rows of at most three example rocks to draw: the rocks of shortest, median and longest runout.
 
     The rocks are chosen from the deposits among `rows`, or from all `rows` if none of their rocks is a deposit.
 
