@@ -86,7 +86,7 @@ def p95_change(steps: Sequence[Step]) -> float | None:
 
 
 def is_enough(steps: Sequence[Step], half_width: float, p95_energy: float) -> bool:
-    """True if enough rocks have flown: the last step meets the targets for shares and for p95 energies.
+    """True if enough rocks have flown: the last step reaches the targets for shares and for p95 energies.
 
     half_width : target for half the width of the interval of a share (-)
     p95_energy : target for the relative change of a p95 energy (-)

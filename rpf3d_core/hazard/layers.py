@@ -94,7 +94,7 @@ def rank_values(tally: CellTally, q: int, bins: NDArray[np.uint32], ranks: Count
 def _columns(tally: CellTally, q: int) -> slice:
     """Return the columns of a tally's bins that belong to a quantity q (0 energy, 1 speed, 2 height).
 
-    If bins have been merged in pairs, the columns are those of the merged bins.
+    If bins have been merged in pairs, the columns are columns of merged bins.
     """
     bins = tally.scales.bins
     return slice(sum(bins[:q]) >> tally.merges, sum(bins[: q + 1]) >> tally.merges)

@@ -47,7 +47,7 @@ Reached = tuple[IntArray, NDArray[Any]]
 class ReachBand(NamedTuple):
     """The predictive intervals of the reach probability of N map cells.
 
-    cell : (N,) numbers of the cells, ascending: those that rocks reached, or may reach with displaced paths
+    cell : (N,) numbers of the cells that rocks reached, or may reach with displaced paths, ascending
     low, high : (N,) lower and upper ends (-)
     """
 
@@ -63,7 +63,7 @@ class SetFigures:
     sets : the S sets; rocks : (S,) number of rocks flown with each set; outcomes : number of rocks by outcome, per set
     zones, areas : counts of each set in the zones and in the areas
     percentiles : for each name in `SAMPLES`, (S, P) percentiles `PERCENTILES` of each set; NaN for a set without values
-    cells : for each set, the map cells that its rocks reached and how many rocks reached each
+    cells : for each set, the map cells that its rocks reached, and how many rocks reached each cell
     displaced : results of the same rocks with paths displaced by the error of the model; None if this error is unknown
     barriers : predictive intervals at each barrier, `hazard.set_barriers.Bands`; empty without barriers
     """
@@ -187,7 +187,7 @@ class SetFigures:
         return ReachBand(cell=cell, low=low, high=high)
 
     def _moved_cells(self, maps: HazardMaps) -> list[Reached]:
-        """Return for each set the map cells that its displaced paths reach, and how many rocks reach each."""
+        """Return for each set the map cells that its displaced paths reach, and how many rocks reach each cell."""
         assert self.displaced is not None
         pairs = zip(self.cells, self.displaced.moves, strict=True)
         return [moved_cells(cells, rocks, move, maps.raster) for (cells, rocks), move in pairs]
@@ -244,7 +244,7 @@ class SetTally:
         return self._tallies if self._displaced is None else self._displaced.watch_of(number, self._tallies)
 
     def sink_of(self, number: int, sink: Sink) -> Sink:
-        """Return the function to call with the deposits and impacts of set `number`; it passes them on to `sink`."""
+        """Return the function to call with deposits and impacts of set `number`; it also calls `sink` with both."""
         return sink if self._displaced is None else self._displaced.sink_of(number, sink)
 
     def end(self, number: int) -> None:

@@ -34,7 +34,7 @@ class Segments(NamedTuple):
     time : (M,) s, duration of a flight; 0 on the ground and between points of kept paths; NaN for other motion
     speed : (M, 2) m/s at begin and end; gravity : m/s^2; rocks : number of rocks that have segments
     source : IMPACTS if the segments are from the impacts of all rocks, KEPT if from the kept paths
-    impacts : impacts with recorded speeds (the times of kept paths are NaN); None without impacts
+    impacts : impacts with recorded speeds; if `source` is KEPT, the times of impacts are NaN; None without impacts
     """
 
     row: IntArray
@@ -193,7 +193,8 @@ def largest_speeds_at_impacts(
 def _place_at(segments: Segments, some: IntArray, part: FloatArray) -> FloatArray:
     """Return points (N, 3) m within segments, such as the place of a passage; z is NaN if it is not known.
 
-    some : (N,) rows in `segments`; part : (N,) share (-) of the segment's length in plan, 0 at its begin
+    some : (N,) rows in `segments`
+    part : (N,) share (-) of the segment's length in plan, 0 at its begin and 1 at its end
     """
     x = segments.begin[some] + part[:, None] * (segments.end[some] - segments.begin[some])
     x[:, 2] += 0.5 * segments.gravity * segments.time[some] ** 2 * part * (1.0 - part)

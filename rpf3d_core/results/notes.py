@@ -38,7 +38,10 @@ def doubts_of_run(run: Run) -> list[str]:
 
 
 def _unequal_sets(run: Run) -> list[str]:
-    """Return a warning if an interrupted run has flown more rocks with some parameter sets than with others."""
+    """Return a list with a warning if an interrupted run has flown unequal numbers of rocks with its parameter sets.
+
+    The list is empty if the numbers are nearly equal, or if the run was not interrupted.
+    """
     sets = run.maps.sets
     if sets is None or run.totals.rocks >= run.planned or not sets.flown:
         return []

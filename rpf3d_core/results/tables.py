@@ -192,10 +192,10 @@ def with_poses(table: pa.Table, terrain: Terrain, deposits: Deposits) -> pa.Tabl
 
 
 def with_blows(table: pa.Table, deposits: Deposits, impacts: Impacts) -> pa.Table:
-    """Return the table of I impacts of bodies with the number of contacts of each impact and the energy after it (J).
+    """Return the table of I impacts of bodies with two added columns: number of contacts, energy after the impact (J).
 
     In the result, `energy_in_j` and `energy_out_j` are the kinetic energies before and after the impact, of translation
-    and rotation together.
+    and rotation together. The former values of `energy_in_j` are replaced.
     """
     mass, none = deposits.mass[impacts.row], np.empty(0)
     given = (impacts.contacts, impacts.energy_in, impacts.energy_out)

@@ -224,9 +224,10 @@ def _energy_p95(facts: Facts, kind: str, name: str) -> float | None:
 
 
 def _counted_in_both(a: Facts, b: Facts, kind: str, name: str, measure: str) -> tuple[Counted, Counted] | None:
-    """Return a share in run A and in run B; None if no rock reached the place in either run.
+    """Return a share in run A and in run B; None if rocks reached the place in neither run.
 
-    For `retained`, which is a share of the rocks that reached the place, rocks must have reached it in both runs.
+    For `retained`, a share of the rocks that reached the place, the result is also None if no rock reached the place in
+    one of the two runs.
 
     kind, name : of the place; measure : one of MEASURES
     """

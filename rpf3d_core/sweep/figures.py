@@ -25,7 +25,8 @@ UNKNOWN: Ends = (None, None)
 class Figure(NamedTuple):
     """One result of a cell of a sweep, with its 95 % intervals.
 
-    result : one of SHARES, ENERGY, HEIGHT and RUNOUT; for the whole run also the name of an outcome, for its share
+    result : one of SHARES, ENERGY, HEIGHT and RUNOUT; for the whole run also the name of an outcome, whose share is the
+        value
     kind, place : kind and name of the place, "" for the whole run
     unit : -, J or m; value : None if it is unknown, such as a share of no rocks
     low, high : ends of the 95 % interval: the predictive interval or, if it is unknown, the sampling interval

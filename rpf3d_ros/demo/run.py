@@ -144,7 +144,7 @@ def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[st
 
 
 def _play(options: argparse.Namespace, content: ShiftContent, processes: list[subprocess.Popen[bytes]]) -> list[str]:
-    """Play the shift to the nodes; return the missing nodes, levels and topics."""
+    """Play the shift to the nodes; return what is missing: names of ended nodes, alert levels and topics."""
     from rpf3d_ros.demo.shift import LENGTH, Shift
     from rpf3d_ros.demo.stand_in import StandIn  # starts DDS threads, so it is imported after the child processes start
     from rpf3d_ros.interface.simulated_clock import SimulatedClock

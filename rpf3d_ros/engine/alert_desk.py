@@ -136,7 +136,7 @@ class AlertDesk:
     def wait_for_room(self, seconds: float) -> bool:
         """Wait at most `seconds` until fewer than MOST_UNDECIDED answers wait for their decision.
 
-        Return True if fewer wait, or if the desk is closed; False after the time. The thread that flies rocks calls
+        Return True if fewer wait or the desk is closed, False if the time is over. The thread that flies rocks calls
         this method, so that answers do not come faster than a slow disk can log their decisions. Each answer needs its
         own decision, because a later answer may show less danger.
         """
@@ -152,8 +152,8 @@ class AlertDesk:
     def _ask(self, request: Request) -> None:
         """Queue a request CHANGED or MOVED, unless an equal request already waits.
 
-        One request is enough, because it is served with the state of that time. So the queue stays short while the disk
-        hangs.
+        One request is enough, because the decision uses the state at the time of the decision. So the queue stays short
+        while the disk hangs.
         """
         with self._served:
             if request not in self._asked:
@@ -188,7 +188,7 @@ class AlertDesk:
     def lose(self, why: str) -> None:
         """Request that all evidence is forgotten because of an error of the program.
 
-        Afterwards, a message of a topic counts only if its stamp is later than that of the topic's last message. If a
+        Afterwards, a message counts only if its stamp is later than the stamp of the last message of its topic. If a
         source of topic `clicked_point` is lost, the alert has a fault until the source would be too old.
 
         why : the reason why the state is unknown

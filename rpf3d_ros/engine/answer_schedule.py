@@ -103,7 +103,7 @@ class AnswerSchedule:
         self._unfinished = None
 
     def _wants_latest(self) -> bool:
-        """True if the newest trigger must be answered again, so that its answer is the one published last.
+        """True if the newest trigger must be answered again, so that its answer is published last.
 
         This is necessary after a change of the terrain or the areas, and after an answer to another trigger, but not
         before all interrupted answers are complete.
@@ -124,7 +124,7 @@ class AnswerSchedule:
         return next((each for each in self._interrupted if any(each is one for one in others)), None)
 
     def _in_turn(self, latest: Trigger) -> list[Trigger]:
-        """Return all triggers to answer again, in order: first those that still wait since an earlier change.
+        """Return all triggers to answer again, in order: first triggers that still wait since an earlier change.
 
         latest : the newest trigger
         """

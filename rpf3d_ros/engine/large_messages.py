@@ -230,7 +230,7 @@ class LargeMessages:
                 report_error(partial(self._refused, topic.name, published_ns), error)
 
     def _report(self, errors: Sequence[Exception]) -> None:
-        """Report the errors of a check if they differ from those of the previous check; report "" when they have ended.
+        """Report the errors of a check if they differ from the previous check; report "" when they have ended.
 
         errors : the errors of this check, empty without errors
         """

@@ -12,8 +12,8 @@ ADVICE = "a higher level may have been held: look at every area, then acknowledg
 class UnknownBefore:
     """The fault that the level held before the start is unknown, with the persons who have acknowledged the fault.
 
-    The acknowledgements of as many persons as the site demands end the fault, whatever level is held, because any level
-    may have been held. Only one thread may call.
+    The fault ends when as many persons as the site demands have acknowledged it. This number does not depend on the
+    present level, because any level may have been held. Only one thread may call.
     """
 
     def __init__(self, why: str, terms: AcknowledgeSpec) -> None:

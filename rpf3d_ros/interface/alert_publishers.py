@@ -78,7 +78,7 @@ class AlertPublishers:
             self._sound()
 
     def beat(self) -> None:
-        """Publish the last alert again if a heartbeat is due; call this several times per HEARTBEAT.
+        """Publish the last alert again if a heartbeat is due; call this several times within HEARTBEAT (s).
 
         Only `alarm`, as true, is published if there is no decision yet, if `sound_alarm` was called after the last
         decision, or if the validity of the last decision has ended. If only the validity has ended, `alarm` is

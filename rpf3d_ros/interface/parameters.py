@@ -233,7 +233,7 @@ class SimulatorParameters(SourceParameters):
 
 
 def _not_empty(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names without empty ones: a ROS parameter for no names is a list with an empty name."""
+    """Return the names that are not empty: a ROS parameter for no names is a list with an empty name."""
     return tuple(name for name in names if name)
 
 

@@ -103,7 +103,7 @@ class MapFrame:
         return bool(abs(self.other.rotation[2, 2]) < LEVEL)
 
     def check(self, frame_id: str) -> None:
-        """Raise MessageRefused for a foreign frame: any frame but the map frame, the survey frame and that of `other`.
+        """Raise MessageRefused for a foreign frame: not the map frame, the survey frame or the frame of `other`.
 
         An empty name is refused, too.
         """

@@ -31,7 +31,7 @@ Colour = tuple[float, float, float, float]
 class Strip(NamedTuple):
     """One drawn trajectory.
 
-    points : (T, 3) m, T >= 2
+    points : (T, 3) m, map frame, T >= 2
     colours : (T, 4) red, green, blue, opacity, 0 to 255
     """
 

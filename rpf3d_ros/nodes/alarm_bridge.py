@@ -71,9 +71,9 @@ class AlarmBridgeNode(Node):
         self.create_timer(LOOK, self.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def look(self) -> None:
-        """Open or close the contacts by the last messages and their age, and report a change in the diagnostics.
+        """Open or close the contacts according to the last messages and their age; report a change in the diagnostics.
 
-        The change is reported on another thread, because a log that hangs must not delay the next look.
+        The change is reported on another thread, because a log that hangs must not delay the next call.
         """
         self.state.note_publishers({topic: self._publishers_of(topic) for topic in self._subscriptions_of})
         why = self.state.why_open(time.monotonic(), self.get_clock().now().nanoseconds)

@@ -100,7 +100,9 @@ class FileContact:
         self._thread.start()
 
     def set(self, is_closed: bool) -> None:
-        """Ask the contact's thread to close or open the contact, and return at once; call this every LOOKED seconds.
+        """Ask the contact's thread to close the contact if `is_closed` is True, else to open it; return at once.
+
+        Call this at least every LOOKED seconds; otherwise the thread opens the contact.
 
         The contact cannot be closed while another program holds a lock on the file to read it; the next attempt follows
         after BEAT seconds.

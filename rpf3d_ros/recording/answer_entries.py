@@ -80,7 +80,7 @@ class AnswerEntries:
     def zones(self, array: Any) -> Iterator[RecordingEntry]:
         """Yield the entries of a message of hazard/zones, if its content is new.
 
-        The first entries delete the zones of the previous message; the others draw facets and outline of each zone.
+        The first entries delete the zones of the previous message; the rest draws facets and outline of each zone.
         """
         levels = by_name(facets_of_markers(array, self._frame), HAZARD, "level")
         outlines = by_name(outlines_of_markers(array, self._frame), HAZARD, "level")

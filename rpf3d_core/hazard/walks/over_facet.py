@@ -21,7 +21,7 @@ A wall 20 m high would be 2 um wide in plan, and the height above its plane woul
 def under(facets: Facets, f: int, arc: Arc, begin: float, end: float) -> tuple[float, float]:
     """Return when an arc is over facet f in plan: begin and end (s); end <= begin if never.
 
-    begin, end : times (s) on the arc between which the facet is searched
+    begin, end : the result is limited to these times (s) of the arc
 
     The arc is a straight line in plan. The line enters and leaves a triangle through the two edges whose ends lie on
     different sides of the line. The positions of these ends along and across the line give the crossings.
