@@ -1,7 +1,7 @@
 """Find which parts of a rock's path lie inside areas of interest; the times are exact and need no cells.
 
-A track is a part of a path that is straight in plan. It crosses the outlines of an area, including those of holes, at
-exact times. Between two crossings, the track is either inside or outside the area.
+A track is a part of a path that is straight in plan. It crosses the outlines of an area, including the outlines of
+holes, at exact times. Between two crossings, the track is either inside or outside the area.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,8 +35,8 @@ class Areas(NamedTuple):
 def areas_of(outlines: Mapping[str, Sequence[FloatArray]]) -> Areas:
     """Return areas of interest in the form that compiled loops read.
 
-    outlines : for each area, its closed outline and the outlines of its holes, each (P, 2) m. The last point of an
-        outline may repeat the first.
+    outlines : for each area, its closed outline and the outlines of its holes, each (P, 2) m, local frame. The last
+        point of an outline may repeat the first.
     """
     edges = [np.concatenate([_edges(ring) for ring in rings]) for rings in outlines.values()]
     first = np.concatenate([[0], np.cumsum([len(some) for some in edges])]).astype(np.int64)
@@ -46,7 +46,7 @@ def areas_of(outlines: Mapping[str, Sequence[FloatArray]]) -> Areas:
 
 
 def _edges(ring: FloatArray) -> FloatArray:
-    """Return the edges (P, 4) m of a closed outline of points (P, 2) m: start and end of each edge."""
+    """Return the edges (P, 4) m of a closed outline `ring` (P, 2) m: x, y of the start and x, y of the end of each."""
     return np.concatenate([ring, np.roll(ring, -1, axis=0)], axis=1)
 
 
@@ -67,7 +67,9 @@ def contains_point(areas: Areas, a: int, x: Vec) -> bool:
 
 @kernel
 def crossing_time(areas: Areas, e: int, x: Vec, v_x: float, v_y: float) -> float:
-    """Return the time (s) until a point that moves in plan reaches the line through edge number e; negative if passed.
+    """Return the time (s) until a point that moves in plan reaches the line through edge number e.
+
+    The time is negative if the point has passed the line. The point must not move parallel to the line.
 
     x : start of the point, m; v_x, v_y : its velocity in plan, m/s
     """

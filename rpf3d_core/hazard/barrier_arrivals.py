@@ -106,7 +106,9 @@ def empty_crossed(panels: int, barriers: int) -> Crossed:
 
 @loop
 def find_arrivals(barriers: Barriers, flown: FlownRocks, crossed: Crossed, found: BarrierArrivals) -> None:
-    """Find the arrivals of flown rocks at the barriers, and write the arrivals to `found`; failed rocks are left out.
+    """Find the arrivals of flown rocks at the barriers, and write the arrivals to `found`.
+
+    Rocks whose simulation failed are skipped.
 
     crossed : working memory, from `empty_crossed`
     """
@@ -131,7 +133,7 @@ def _contact(
 ) -> None:
     """Record an arrival of a rock in `found` if row q of the impacts is a contact with a barrier.
 
-    impacts, facets : columns as in `FlownRocks`; did : result of the arrival if there is one, THROUGH or HELD
+    impacts, facets : columns as in `FlownRocks`; did : the result to record for an arrival, THROUGH or HELD
     """
     panel = barriers.panel
     k = FIRST_OBSTACLE - facets[q] - barriers.first
@@ -260,7 +262,7 @@ def _pass(
 
 @kernel
 def _passes_as(barriers: Barriers, b: int, height: float, high: float) -> int:
-    """Return how a rock crosses the plane of a panel of barrier b without a contact: OVER or THROUGH; else NEVER.
+    """Return the result of a crossing of a panel's plane without a contact: OVER, THROUGH, or NEVER for no arrival.
 
     The result is NEVER if the crossing is a contact, which has a row among the impacts, or is below the panel's foot.
 

@@ -243,7 +243,7 @@ def _benches(kind: str, names: Sequence[str], layers: Layers, maps: HazardMaps) 
 
 
 def _with_lost(bench: Bench, lost: int, flown: int) -> Bench:
-    """Return the row with two more shares: rocks lost to holes, and rocks that reached the place if all lost rocks had.
+    """Return the row with the shares `lost`, and `reached_at_most`: if all lost rocks had also reached the place.
 
     lost, flown : number of rocks lost to holes, and of all rocks flown
     """
@@ -308,7 +308,7 @@ def share_text(share: dict[str, Any]) -> str:
 
 
 def interval_in_percent(low: float, high: float) -> str:
-    """Return an interval of a share in per cent as text, rounded outward, such as `79-89`."""
+    """Return an interval of a share in per cent as text, rounded outward, such as `79-89`; low, high : ends (-)."""
     decimals = min(_decimals(0.5 * (high - low)), SHORT)
     return interval_as((low, high), lambda end, side: in_percent(end, decimals, side))
 

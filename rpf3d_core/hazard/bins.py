@@ -55,8 +55,8 @@ class Scales(NamedTuple):
 class Binning(NamedTuple):
     """The bins of all hazard maps of an ensemble: how fine they are, and how much memory they may take.
 
-    coarse : scales of squares and facets; fine : scales of zones and areas
-    limit : bytes for the counts of squares and facets, half for each; above it, bins are merged in pairs
+    coarse : bins of map cells and facets; fine : bins of zones and areas
+    limit : memory (bytes) for the counts of map cells and facets, half for each; bins are merged in pairs to stay below
     """
 
     coarse: Scales
@@ -75,7 +75,7 @@ def scales_of(
 ) -> Scales:
     """Return the bins that cover all energies, speeds and heights of rocks that fall at most `drop` (m).
 
-    drop : largest fall of a rock below its release (m); fastest : largest speed of release (m/s)
+    drop : largest fall of a rock below its release (m); gravity : m/s^2; fastest : largest speed of release (m/s)
     lightest, heaviest : bounds of the rocks' masses (kg)
     per_octave : bins per octave; spins : True if energies include rotation, so that speeds need bins of their own
     """
@@ -91,7 +91,7 @@ def scales_of(
 def bin_of(bits: int, bins: int, per_octave: int) -> int:
     """Return the number of the bin that a value >= 0 belongs to, at least 0 and at most the last bin.
 
-    bits : double-precision bits, read as a whole number, of the value divided by the largest value of the bins
+    bits : the value divided by the largest value of the bins, as a double whose 64 bits are read as a whole number
     bins : number of bins; per_octave : number of bins over which values double
     """
     x = (bits & MANTISSA) * 2.0**-52

@@ -49,7 +49,10 @@ def filled_cell(sources: Sequence[Source], rocks: int, low: Vec, high: Vec) -> f
 
 
 def coarsest_cell(low: Vec, high: Vec) -> float:
-    """Return the largest cell size (m) for a map over a box, if the scene does not state a cell size."""
+    """Return the largest cell size (m) for a map over a box, if the scene does not state a cell size.
+
+    low, high : corners of the box (m)
+    """
     return max(high[0] - low[0], high[1] - low[1]) / LEAST_CELLS
 
 

@@ -22,7 +22,7 @@ DOUBLINGS = 2
 class Place:
     """The results in one zone or area of interest, from which the program decides whether more rocks must fly.
 
-    reached, stopped : shares of all rocks (-); half_width : half the width of the wider one of both 95 % intervals (-)
+    reached, stopped : shares of all rocks (-); half_width : half the width of the wider of their 95 % intervals (-)
     energy_p95 : J, None for fewer than 20 rocks
     """
 
@@ -46,7 +46,7 @@ class Step:
 
 
 def step_of(maps: HazardMaps, zones: Sequence[str]) -> Step:
-    """Return the results in the areas of interest or, if the scene has none, in the zones that rocks reached.
+    """Return the results in all areas of interest or, if the scene has no areas, in the zones that rocks reached.
 
     zones : names of all zones, in the terrain's order
     """
@@ -86,7 +86,7 @@ def p95_change(steps: Sequence[Step]) -> float | None:
 
 
 def is_enough(steps: Sequence[Step], half_width: float, p95_energy: float) -> bool:
-    """True if enough rocks have flown: the last step meets the targets for shares and for p95 energies.
+    """True if enough rocks have flown: the last step reaches the targets for shares and for p95 energies.
 
     half_width : target for half the width of the interval of a share (-)
     p95_energy : target for the relative change of a p95 energy (-)

@@ -127,7 +127,7 @@ def _facets_below(places: FloatArray, engine: Engine) -> IntArray:
 
 
 def percentiles_of(samples: list[Sample]) -> FloatArray:
-    """Return the percentiles `PERCENTILES` (S, P) of S samples, NaN for a sample without values."""
+    """Return the percentiles `PERCENTILES` (S, P) of S samples, in their unit; NaN for a sample without values."""
     nothing = [np.nan] * len(PERCENTILES)
     return np.array([sample.percentiles(PERCENTILES) if sample.count else nothing for sample in samples])
 
@@ -135,8 +135,8 @@ def percentiles_of(samples: list[Sample]) -> FloatArray:
 def moved_cells(cells: IntArray, rocks: NDArray[Any], move: FloatArray, raster: Raster) -> tuple[IntArray, FloatArray]:
     """Return the map cells (M,) that rocks reach on displaced paths, and how many rocks reach each cell (M,).
 
-    A displaced cell overlaps four cells; its rocks are divided among them by area. Parts outside the raster are left
-    out.
+    A displaced cell overlaps up to four cells; its rocks are divided among these cells by area. Parts outside the
+    raster do not count.
 
     cells, rocks : (N,) cells on the paths as simulated, and how many rocks reached each; move : displacement (2,) m
     """
@@ -154,7 +154,7 @@ def moved_cells(cells: IntArray, rocks: NDArray[Any], move: FloatArray, raster: 
 
 
 def zones_in_plan(facets: Facets, zones: int) -> NDArray[np.bool_]:
-    """Return flags (Z,), True for each zone that has a facet that is not vertical; zones : Z."""
+    """Return flags (Z,), True for each zone that has a facet that is not vertical; zones : number Z of zones."""
     inclined = np.abs(np.asarray(facets.normals)[:, 2]) > VERTICAL
     return np.asarray(np.bincount(np.asarray(facets.zone)[inclined], minlength=zones) > 0)
 
@@ -201,5 +201,5 @@ def tallies_of_places(tallies: Tallies) -> Tallies:
 
 
 def _empty(tally: CellTally, cells: int, limit: float = math.inf) -> CellTally:
-    """Return an empty tally of `cells` cells with the settings of another; limit : bytes above which it merges bins."""
+    """Return an empty tally of `cells` cells with the settings of `tally`; limit : bytes above which it merges bins."""
     return CellTally(cells, tally.scales, limit, tally.compiled, tally.ways)

@@ -25,7 +25,7 @@ MOST = 0.5
 class ReachedCells(NamedTuple):
     """The S cells of a map that rocks reached.
 
-    column, row : (S,) place of each cell, from 0; rocks : (S,) distinct rocks that reached it
+    column, row : (S,) place of each cell, from 0; rocks : (S,) distinct rocks that reached the cell
     cell : m, side of a cell; widest : m, longer side of the whole map
     """
 

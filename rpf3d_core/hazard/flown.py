@@ -9,7 +9,7 @@ from rpf3d_core.ensemble.flights import FloatArray
 class FlownRocks(NamedTuple):
     """The records of N flown rocks, which are counted in hazard maps.
 
-    impacts, facets : (I, 9) and (I,), impacts of all rocks, and the facet of each
+    impacts, facets : (I, 9) and (I,), impacts of all rocks, and the facet that each impact struck
     pieces, modes : (S, 10) and (S,), path segments of all rocks, and how the rock moves on each, such as in flight
     first : (N + 1, 2) first row of each rock in impacts and in pieces; at the end, the numbers of rows
     finals, counts : (N, 8) and (N, 4), final state and counts of each rock

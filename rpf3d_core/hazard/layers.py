@@ -53,7 +53,10 @@ def _edges(tally: CellTally, q: int) -> FloatArray:
 
 
 def _percentiles_of(tally: CellTally, found: Found, edges: list[FloatArray]) -> StatisticArray:
-    """Return the percentiles (3, S, P) of energy, speed and height in S cells; NaN for cells with too few rocks."""
+    """Return the percentiles (3, S, P) of energy (J), speed (m/s) and height (m) in S cells; NaN for too few rocks.
+
+    edges : edges of the bins of energy, speed and height, from `_edges`
+    """
     found_values = np.full((3, len(found.cell), len(PERCENTILES)), np.nan, dtype=np.float32)
     values, many, first = [bin_values(some) for some in edges], np.flatnonzero(found.rocks >= FEWEST_ROCKS), 0
     for bins in tally.bins_found(many):
@@ -77,7 +80,9 @@ def bins_of(tally: CellTally, q: int) -> NDArray[np.uint32]:
 
 
 def rank_values(tally: CellTally, q: int, bins: NDArray[np.uint32], ranks: CountArray) -> FloatArray:
-    """Return for N cells the value (N,) of a quantity q for the rock of a given rank, as the middle of the rock's bin.
+    """Return the value (N,) of a quantity q of one rock in each of N cells: the rock with a given rank.
+
+    The value is the middle of the rock's bin.
 
     q : 0 energy (J), 1 speed (m/s), 2 height (m); bins : (N, B) counts of the cells in the bins of q
     ranks : (N,) place of the rock among the rocks of its cell in ascending order, from 1
@@ -89,7 +94,7 @@ def rank_values(tally: CellTally, q: int, bins: NDArray[np.uint32], ranks: Count
 def _columns(tally: CellTally, q: int) -> slice:
     """Return the columns of a tally's bins that belong to a quantity q (0 energy, 1 speed, 2 height).
 
-    If bins have been merged in pairs, the columns are those of the merged bins.
+    If bins have been merged in pairs, the columns are columns of merged bins.
     """
     bins = tally.scales.bins
     return slice(sum(bins[:q]) >> tally.merges, sum(bins[: q + 1]) >> tally.merges)

@@ -26,9 +26,10 @@ FEWEST_ROCKS = 20
 class CellStatistics:
     """Statistics over the rocks that reached a cell, of each rock's largest value there, such as its energy.
 
-    Every array is (S,), of the cells of a `Layers`.
-    largest : rounded to float32; mean : exact to 2^-35 of the largest value that the scene can produce, then float32
-    p50, p90, p95, p99 : exact to `Layers.percentiles_within`; NaN for fewer than `FEWEST_ROCKS` rocks
+    Every array is (S,), for the cells of a `Layers`, in the unit of the quantity.
+    largest : rounded to float32
+    mean : error at most 2^-35 of the largest value that the scene can produce, before it is rounded to float32
+    p50, p90, p95, p99 : relative error at most `Layers.percentiles_within`; NaN for fewer than `FEWEST_ROCKS` rocks
     """
 
     largest: StatisticArray
@@ -83,8 +84,8 @@ class Layers:
 class Raster(NamedTuple):
     """Square cells of a side `cell` (m) in plan, local frame: nx columns eastwards, ny rows northwards from x, y (m).
 
-    Cell (i, j) is number j nx + i and reaches from x + i cell up to, but not including, x + (i + 1) cell; likewise in
-    y.
+    Cell (i, j) is number j nx + i and reaches from x + i cell up to, but not including, x + (i + 1) cell; in y the
+    same holds with j.
     """
 
     x: float

@@ -36,7 +36,7 @@ def passage_per_metre(maps: HazardMaps) -> Passage:
     With k = (sum of l)^2 / sum of l^2, the relative variance of that mean is (N / k - 1) / N. A share of k out of N
     rocks has the same relative variance. So the interval is the Wilson interval of this share, scaled to the value. If
     the paths of all rocks that cross the cell have one length, k is the number of these rocks. If all lengths in a cell
-    are 0, the interval is that of a share of 0 out of N rocks whose paths are one cell width long.
+    are 0, the interval is computed from a share of 0 out of N rocks whose paths are one cell width long.
 
     Raises
     ------

@@ -77,7 +77,7 @@ def counts_of(layers: Layers) -> list[tuple[Quantity, CountArray]]:
 
 
 def spreads_of(layers: Layers) -> list[tuple[Quantity, CellStatistics]]:
-    """Return the quantities energy (J), speed (m/s) and height (m), each with its statistics, arrays (S,)."""
+    """Return the quantities energy (J), speed (m/s) and height (m), each with its statistics in arrays (S,)."""
     return [(ENERGY, layers.energy), (SPEED, layers.speed), (HEIGHT, layers.height)]
 
 

@@ -99,7 +99,7 @@ def places(scale: Scale, values: Values) -> FloatArray:
 
 
 def colours_at(place: FloatArray) -> NDArray[np.uint8]:
-    """Return the colours (N, 3) sRGB at places (N,) on a colour scale, 0 to 1 (-)."""
+    """Return the sRGB colours (N, 3), 0 to 255, at places (N,) on a colour scale, 0 (low end) to 1 (high end)."""
     stops = np.linspace(0.0, 1.0, len(COLOURS))
     return np.stack([np.interp(place, stops, channel) for channel in COLOURS.T], axis=-1).round().astype(np.uint8)
 

@@ -49,7 +49,7 @@ class BarrierSets:
 def _bands(at: Sequence[AtBarrier], rocks: FloatArray) -> Bands:
     """Return the predictive intervals at one barrier.
 
-    at : the counts of each of S sets there; rocks : (S,) number (-) of rocks flown with each set
+    at : the counts of each of S sets at the barrier; rocks : (S,) number (-) of rocks flown with each set
     """
     came = np.array([float(each.first[1:].sum()) for each in at])
     did = {name: np.array([float(each.first[place]) for each in at]) for name, place in FIRST.items()}

@@ -75,7 +75,7 @@ class PlaceTally:
 
     @property
     def reached(self) -> FloatArray:
-        """The number of rocks (S, P) (-) of each set that reached each place."""
+        """Numbers (S, P) of rocks (-): how many rocks of each set reached each place."""
         return self._counts[:, 0].astype(float)
 
     def energies(self, fewest: int) -> FloatArray:

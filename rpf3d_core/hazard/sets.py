@@ -47,7 +47,7 @@ Reached = tuple[IntArray, NDArray[Any]]
 class ReachBand(NamedTuple):
     """The predictive intervals of the reach probability of N map cells.
 
-    cell : (N,) numbers of the cells, ascending: those that rocks reached, or may reach with displaced paths
+    cell : (N,) numbers of the cells that rocks reached, or may reach with displaced paths, ascending
     low, high : (N,) lower and upper ends (-)
     """
 
@@ -63,7 +63,7 @@ class SetFigures:
     sets : the S sets; rocks : (S,) number of rocks flown with each set; outcomes : number of rocks by outcome, per set
     zones, areas : counts of each set in the zones and in the areas
     percentiles : for each name in `SAMPLES`, (S, P) percentiles `PERCENTILES` of each set; NaN for a set without values
-    cells : for each set, the map cells that its rocks reached and how many rocks reached each
+    cells : for each set, the map cells that its rocks reached, and how many rocks reached each cell
     displaced : results of the same rocks with paths displaced by the error of the model; None if this error is unknown
     barriers : predictive intervals at each barrier, `hazard.set_barriers.Bands`; empty without barriers
     """
@@ -89,13 +89,16 @@ class SetFigures:
         return self.flown >= ENOUGH
 
     def outcome(self, *outcomes: Outcome) -> list[float]:
-        """Return the predictive interval of the share of rocks with one of the outcomes: lower and upper end (-)."""
+        """Return the predictive interval of the share of rocks with one of the outcomes: lower and upper end (-).
+
+        The interval is widened if few or no sets have these outcomes (`shares_of_site`).
+        """
         return _ends(shares_of_site(self._with_outcome(*outcomes), self.rocks[:, None]))
 
     def seen_outcome(self, *outcomes: Outcome) -> list[float]:
-        """Return the predictive interval of the share of rocks with one of the outcomes: lower and upper end (-).
+        """Return the predictive interval of the share of rocks with one of the outcomes, without widening.
 
-        Unlike in `outcome`, the interval is not widened for outcomes that few or no sets have.
+        Lower and upper end (-). In contrast, `outcome` widens the interval if few or no sets have these outcomes.
         """
         return _ends(predictive_shares(self._with_outcome(*outcomes), self.rocks[:, None]))
 
@@ -104,12 +107,12 @@ class SetFigures:
         return np.array([[float(sum(each[outcome] for outcome in outcomes))] for each in self.outcomes])
 
     def shares_of_cells(self, counts: FloatArray) -> Interval:
-        """Return the predictive intervals of the shares (-) of all rocks that come to N map cells.
+        """Return the predictive intervals of the shares (-) of rocks that reach each of N map cells.
 
         Unlike in `shares_of_site`, the intervals are not widened for cells that few sets reach. The widened upper ends
         would be nearly the same in most cells, and would hide where rocks go.
 
-        counts : (S, N) numbers of rocks of each set
+        counts : (S, N) number of rocks of each set that reached each cell
         """
         return predictive_shares(counts, np.broadcast_to(self.rocks[:, None], counts.shape))
 
@@ -152,7 +155,7 @@ class SetFigures:
     def percentile(self, name: str) -> dict[str, list[float | None]]:
         """Return the predictive interval of each percentile of a distribution in `SAMPLES`, by name of the percentile.
 
-        Both ends are None if the interval is unknown.
+        The ends are in the unit of the distribution. Both ends are None if the interval is unknown.
         """
         displaced = self.displaced if self.is_displaced(name) else None
         found = ranked_if_enough(self.percentiles[name] if displaced is None else displaced.runout)
@@ -184,7 +187,7 @@ class SetFigures:
         return ReachBand(cell=cell, low=low, high=high)
 
     def _moved_cells(self, maps: HazardMaps) -> list[Reached]:
-        """Return for each set the map cells that its displaced paths reach, and how many rocks reach each."""
+        """Return for each set the map cells that its displaced paths reach, and how many rocks reach each cell."""
         assert self.displaced is not None
         pairs = zip(self.cells, self.displaced.moves, strict=True)
         return [moved_cells(cells, rocks, move, maps.raster) for (cells, rocks), move in pairs]
@@ -241,7 +244,7 @@ class SetTally:
         return self._tallies if self._displaced is None else self._displaced.watch_of(number, self._tallies)
 
     def sink_of(self, number: int, sink: Sink) -> Sink:
-        """Return the function to call with the deposits and impacts of set `number`; it passes them on to `sink`."""
+        """Return the function to call with deposits and impacts of set `number`; it also calls `sink` with both."""
         return sink if self._displaced is None else self._displaced.sink_of(number, sink)
 
     def end(self, number: int) -> None:

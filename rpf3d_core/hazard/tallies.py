@@ -146,7 +146,7 @@ class Tallies:
     def _visit(self, scratch: Scratch, flown: FlownRocks, begin: int, heights: FloatArray) -> int:
         """Collect the visits of rocks, from number `begin` on, until the working memory is full.
 
-        Return the number of the first rock whose visits were not collected; N if the visits of all rocks were.
+        Return the number of the first rock whose visits were not collected; N if all visits were collected.
 
         heights : (N,) m, receives the largest height of each rock above the terrain
         """

@@ -28,7 +28,7 @@ class Matrix(NamedTuple):
         lowest; None for no zone. A name may occur several times.
     percentile : the percentile of energy that is compared with the levels, one of `maps.PERCENTILES`
     object_width : width across the rocks' path of an object that may be hit, plus the diameter of a rock (m). The
-        probability is then that of a hit; if None, the probability is the reach probability of the cell
+        probability is then the probability of a hit; if None, it is the reach probability of the cell
     """
 
     energy_levels: tuple[float, ...]
@@ -47,7 +47,7 @@ class Matrix(NamedTuple):
 class Zone(NamedTuple):
     """A hazard zone: the map cells of one level of reach probability, or of one class of the matrix.
 
-    kind : "reach_probability", all cells with at least a level (zones of lower levels contain those of higher levels);
+    kind : "reach_probability", all cells with at least a level (zones of lower levels contain zones of higher levels);
         UPPER, all cells with at least a level at the upper end of the predictive interval; "matrix", all cells of a
         class
     level : of reach probability (-), None for a class; name : of the class, None for a level
@@ -76,9 +76,9 @@ def reach_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
 def upper_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
     """Return a hazard zone for each level (-) of the upper end of the predictive interval of reach probability.
 
-    Such a zone contains the zone of `reach_zones` for this level, and the cells where the unknowns of the scene leave
-    it open whether the level is reached. It also contains the reached cells whose predictive interval is unknown,
-    because too few parameter sets have flown. Without parameter sets the list is empty.
+    Such a zone contains the zone of `reach_zones` for this level, and the cells that may reach the level, depending on
+    the unknowns of the scene. It also contains the reached cells whose predictive interval is unknown, because too few
+    parameter sets have flown. Without parameter sets the list is empty.
     """
     if maps.reach_band is None:
         return []

@@ -217,7 +217,7 @@ def _further_faces(beyond: BeyondToe) -> list[Element]:
 
 
 def _pictures(run: RunFiles, section: CriticalSection | None) -> Iterator[Element]:
-    """Yield the 3D view, the map and the hazard map; section : the critical section, None without one."""
+    """Yield the 3D view, the map and the hazard map; section : the critical section, None if there is none."""
     seen, along = terrain_seen(run), directions(run.ends).mean(axis=0)
     looking = along / max(float(np.linalg.norm(along)), 1e-9)
     small = f", reduced from {seen.of:,} triangles to {len(seen.triangles):,}" if seen.of > MOST_TRIANGLES else ""
@@ -238,7 +238,7 @@ def _pictures(run: RunFiles, section: CriticalSection | None) -> Iterator[Elemen
 
 
 def _cells_without_energy(run: RunFiles) -> str:
-    """Return a sentence on the reached cells without an energy, because too few rocks came; "" without such cells."""
+    """Return a sentence on the reached cells without an energy: too few rocks reached them; "" without such cells."""
     reached, energy = read_hazard(run, "reach_probability"), read_hazard(run, "energy_j", "p95")
     if reached is None:
         return ""

@@ -2,7 +2,7 @@
 
 A triangle has the largest value of all cells that it touches in plan, so a map may show too much but never too little.
 Cells with the value FEW have no known value: it may be larger than every known one. A triangle that touches such a cell
-and a known one is FEW if its middle is in a FEW cell, so that a low value next to the cell does not stand for the cell.
+and a known value is FEW if its middle is in a FEW cell, so that the cell does not get a low value from its neighbour.
 """
 
 from collections.abc import Iterable
@@ -73,7 +73,9 @@ def longest_edge(corners: FloatArray) -> float:
 
 
 def touched_values(grid: HazardGrid, corners: FloatArray) -> FloatArray:
-    """Return the value (N,) of triangles (N, 3, 3) m: the largest one that each touches, or FEW; NaN without a value.
+    """Return the value (N,) of triangles (N, 3, 3) m: the largest value of the cells that each touches, or FEW.
+
+    NaN for a triangle that touches no cell with a value.
 
     A triangle is FEW if it touches no known value, or if the cell under its middle is FEW.
     """
@@ -89,7 +91,7 @@ def touched_values(grid: HazardGrid, corners: FloatArray) -> FloatArray:
 def largest_touched(grid: HazardGrid, corners: FloatArray) -> FloatArray:
     """Return the largest value (N,) of the cells that each triangle (N, 3, 3) m touches in plan; NaN without a value.
 
-    A vertical triangle is a line in plan. On the border of two cells, such a triangle touches both of them.
+    A vertical triangle is a line in plan. On the border of two cells, such a triangle touches both cells.
     """
     plan = (corners[:, :, :2] - (grid.x, grid.y)) / (grid.dx, grid.dy)  # in cells: a cell is a unit square
     low, high = _touched_range(plan)
@@ -111,9 +113,11 @@ def largest_touched(grid: HazardGrid, corners: FloatArray) -> FloatArray:
 
 
 def _touch(plan: FloatArray, middle: FloatArray) -> NDArray[np.bool_]:
-    """Return flags (K,): True if a triangle in plan touches a cell, given that its box does (separating axes).
+    """Return flags (K,): True if a triangle touches a cell in plan; the box of each triangle touches its cell.
 
-    plan : (K, 3, 2) corners, and middle : (K, 2) middles of the cells, both in cells
+    The method is that of separating axes, here the normals of the triangle's edges.
+
+    plan : (K, 3, 2) corners of the triangles; middle : (K, 2) middles of the cells; both in cells
     """
     touched = np.ones(len(plan), dtype=bool)
     for corner in range(3):
@@ -127,7 +131,10 @@ def _touch(plan: FloatArray, middle: FloatArray) -> NDArray[np.bool_]:
 
 
 def _touched_range(plan: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the ends (N, A) of triangles on A axes, moved so that rounding is no overlap, but a line touches cells.
+    """Return the lowest and the highest coordinate (N, A) of triangles on A axes, in cells, moved by TOUCHING.
+
+    Both are moved inward, so that a triangle next to a cell does not touch the cell because of rounding. If a triangle
+    is only a point on an axis, both are moved outward, so that the triangle touches the cells on both sides.
 
     plan : (N, 3, A) corners on the axes, in cells
     """
@@ -153,7 +160,7 @@ def _cut(grid: HazardGrid, corners: FloatArray, longest: float, most: int) -> Fl
 
 
 def _near_values(grid: HazardGrid, corners: FloatArray) -> NDArray[np.bool_]:
-    """Return flags (N,): True for a triangle (N, 3, 3) m whose box in plan meets a cell with a value."""
+    """Return flags (N,): True for a triangle (N, 3, 3) m whose box in plan touches a cell with a value."""
     known = np.pad(np.cumsum(np.cumsum(~np.isnan(grid.values), axis=0), axis=1), ((1, 0), (1, 0)))
     rows, columns = grid.values.shape
     column = (corners[:, :, 0] - grid.x) / grid.dx
@@ -165,7 +172,7 @@ def _near_values(grid: HazardGrid, corners: FloatArray) -> NDArray[np.bool_]:
 
 
 def _cells(places: FloatArray, number: int) -> tuple[IntArray, IntArray]:
-    """Return the first cell (N,) that triangles meet on an axis, and the cell (N,) after the last one.
+    """Return the first cell (N,) that each triangle touches on an axis, and the cell (N,) after the last such cell.
 
     places : (N, 3) corners on this axis, in cells; number : number of cells on this axis
     """

@@ -132,7 +132,7 @@ def _ground(footing: Footing) -> str:
 
 
 def _on_faces(footings: dict[str, Footing]) -> list[str]:
-    """Return a clause for each barrier of the scene of which a share of at least SLIGHT stands on a face.
+    """Return a clause for each barrier that stands on a face with at least the share SLIGHT of its line.
 
     footings : the ground along each barrier, by name of the barrier
     """

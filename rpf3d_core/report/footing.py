@@ -24,8 +24,8 @@ class Footing(NamedTuple):
     """The ground where a fence would stand, at many points of its line.
 
     steep : share (-) of the points on ground steeper than BUILDABLE; None if the ground is not known at any point
-    slope : median slope (degrees) of the steep points if these are at least MOSTLY of all points, else of the other
-        points; None if the ground is not known at any point
+    slope : median slope (degrees) of the steep points if their share is at least MOSTLY, else of the points that are
+        not steep; None if the ground is not known at any point
     """
 
     steep: float | None

@@ -164,7 +164,7 @@ def _coefficients(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:
 def _range(run: RunFiles, path: str) -> str | None:
     """Return the range of the unknown that sets the value at a key path as text; None if no unknown sets the value.
 
-    For a prior, the range is the one that the scene states: parameter sets do not reach its ends. For a value from a
+    For a prior, the range is as the scene states it, because parameter sets do not reach its ends. For a value from a
     calibration sample, it is the range of the parameter sets.
     """
     key = _unknown_at(run, path)

@@ -37,7 +37,7 @@ class FencePlace(NamedTuple):
     distance : m beyond the toe; passed : share (-) of all rocks that pass the place
     footing : slope of the ground on the lines of all rocks, at this distance from the toe
     energy, height : 95th percentiles (J, m) over the rocks that pass
-    crossed : number of rocks from which the energy is computed: those whose known paths pass the place
+    crossed : number of rocks from which the energy is computed: rocks with a known path that passes the place
     source, height_source : IMPACTS or KEPT, where the energy and the height are from
     """
 
@@ -111,8 +111,11 @@ def segments_at(
 ) -> tuple[Segments, Segments]:
     """Return the segments for the energy and for the height at a distance (m) beyond the toe.
 
-    Segments from impacts show the energy if most passages of this place are flights (MOSTLY), and the p95 height if
-    more than FOR_HEIGHTS of them are: the heights of the others are not known. The last of `choices` is used otherwise.
+    Segments from impacts are used for the energy if at least the share MOSTLY of the passages at this distance are
+    flights. These segments are also used for the p95 height if the share of flights is above FOR_HEIGHTS, because the
+    height of other passages is not known. In all other cases the last item of `choices` is used.
+
+    choices : possible segments, from `segments_of`
     """
     for segments in choices[:-1]:
         flies = _passages(run, beyond, segments, distance).flies
@@ -177,8 +180,8 @@ def passing(
 
     Each rock counts at its first passage. Energy is translational. If the rock strikes the ground within STEP (0.25 m)
     of the distance, the larger of its energies just before and after the impact counts, because the place of the toe is
-    not known more accurately. Height is measured from the ground to the centre of
-    the rock. An unknown height is BEYOND, so that percentiles count an unknown height as larger than all known heights.
+    not known more accurately. Height is measured from the ground to the centre of the rock. An unknown
+    height is BEYOND, so that percentiles count an unknown height as larger than all known heights.
     """
     reach, along = _reach(run, beyond, distance)
     start = run.ends.release[:, :2]
@@ -199,11 +202,11 @@ def _passages(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: fl
 
 
 def _reach(run: RunFiles, beyond: BeyondToe, distance: float) -> tuple[FloatArray, FloatArray]:
-    """Return the distance (R,) m of a place from each release, and the direction (R, 2) of each rock.
+    """Return the distance (R,) m from each rock's release to a place beyond its toe, and its direction (R, 2).
 
-    Both are NaN for rocks without a toe.
+    The direction is a unit vector in plan. Both are NaN for rocks without a toe.
 
-    distance : m beyond the toe
+    distance : of the place beyond the toe (m)
     """
     reach, along = np.full(len(run.ends.runout), np.nan), np.full((len(run.ends.runout), 2), np.nan)
     reach[beyond.rows], along[beyond.rows] = np.maximum(beyond.toe + distance, NEAREST), beyond.along

@@ -34,7 +34,7 @@ class Segments(NamedTuple):
     time : (M,) s, duration of a flight; 0 on the ground and between points of kept paths; NaN for other motion
     speed : (M, 2) m/s at begin and end; gravity : m/s^2; rocks : number of rocks that have segments
     source : IMPACTS if the segments are from the impacts of all rocks, KEPT if from the kept paths
-    impacts : impacts with recorded speeds (the times of kept paths are NaN); None without impacts
+    impacts : impacts with recorded speeds; if `source` is KEPT, the times of impacts are NaN; None without impacts
     """
 
     row: IntArray
@@ -83,7 +83,10 @@ def _from_impacts(run: RunFiles) -> Segments | None:
 
 
 def _to_the_ends(ends: Ends, impacts: ImpactRows, gravity: float) -> Segments:
-    """Return the last segment of each rock: from its last impact, or its release if it has no impact, to its end."""
+    """Return the last segment of each rock: from its last impact, or its release if it has no impact, to its end.
+
+    gravity : m/s^2
+    """
     count = len(ends.runout)
     last = np.flatnonzero(np.append(impacts.row[1:] != impacts.row[:-1], True)[: len(impacts.row)])
     struck = impacts.row[last]
@@ -169,10 +172,12 @@ def first_passages(segments: Segments, origin: FloatArray, along: FloatArray, di
 def largest_speeds_at_impacts(
     segments: Segments, origin: FloatArray, along: FloatArray, distance: FloatArray, within: float
 ) -> FloatArray:
-    """Return the largest speed (R,) m/s of each rock just before and after its impacts near a distance; 0 without one.
+    """Return the largest speed (R,) m/s of each rock just before and after its impacts near a distance.
 
-    The speeds are the recorded ones: a segment that is not a flight has the larger speed of its ends, which may belong
-    to another place.
+    The speed is 0 for a rock without an impact there.
+
+    The speeds are the recorded speeds of the impacts, not the speeds of segments: a segment that is not a flight has
+    the larger speed of its ends, which may belong to another place.
 
     origin, along, distance : as in `first_passages`; within : largest distance (m) of an impact from `distance`
     """
@@ -188,7 +193,8 @@ def largest_speeds_at_impacts(
 def _place_at(segments: Segments, some: IntArray, part: FloatArray) -> FloatArray:
     """Return points (N, 3) m within segments, such as the place of a passage; z is NaN if it is not known.
 
-    some : (N,) rows in `segments`; part : (N,) share (-) of the segment's length in plan, 0 at its begin
+    some : (N,) rows in `segments`
+    part : (N,) share (-) of the segment's length in plan, 0 at its begin and 1 at its end
     """
     x = segments.begin[some] + part[:, None] * (segments.end[some] - segments.begin[some])
     x[:, 2] += 0.5 * segments.gravity * segments.time[some] ** 2 * part * (1.0 - part)

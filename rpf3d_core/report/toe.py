@@ -127,7 +127,7 @@ def _shift(run: RunFiles, rows: NDArray[np.int64], along: FloatArray) -> FloatAr
 def directions(ends: Ends) -> FloatArray:
     """Return the unit vector (N, 2) in plan from the release to the end of each rock.
 
-    Rocks with a runout below SHORTEST get the mean direction of all rocks.
+    Rocks with a runout below SHORTEST get the mean direction of all rocks; (1, 0) if no rock has moved.
     """
     way = ends.end[:, :2] - ends.release[:, :2]
     length = np.linalg.norm(way, axis=1)
@@ -141,7 +141,7 @@ def toes(run: RunFiles, release: FloatArray, along: FloatArray, runout: FloatArr
     """Return the distance (N,) m in plan from each release to the foot of the first face; NaN where there is none.
 
     release : (N, 3) m; along : (N, 2) unit vectors
-    runout : (N,) m; the search ends at the runout or at the 95th percentile of all runouts, whichever is larger
+    runout : (N,) m; the search ends at the largest of: the runout, the 95th percentile of all runouts, LEAST_REACH
     """
     if len(runout) == 0:
         return np.empty(0)

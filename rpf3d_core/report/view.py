@@ -193,7 +193,7 @@ def _mesh(corners: FloatArray) -> dict[str, Any]:
 def draped(seen: Seen, grid: HazardGrid) -> tuple[FloatArray, FloatArray]:
     """Return a hazard map draped over the terrain: corners (N, 3, 3) m and values (N,) of triangles.
 
-    The triangles are lifted a little; the values are those of `draped_facets`.
+    The triangles are lifted a little (`raised_by`); the values are as in `draped_facets`.
     """
     fine, values = draped_facets(grid, seen.vertices[seen.triangles])
     normal = np.cross(fine[:, 1] - fine[:, 0], fine[:, 2] - fine[:, 0])

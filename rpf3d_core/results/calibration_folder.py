@@ -12,7 +12,7 @@ STATE, PLAN = "state", "plan.json"
 
 
 def is_calibration(folder: Path) -> bool:
-    """Return True if a folder is that of a calibration, finished or interrupted."""
+    """Return True if a folder is the folder of a calibration, finished or interrupted."""
     return (folder / FOUND).is_file() or (folder / STATE / PLAN).is_file()
 
 

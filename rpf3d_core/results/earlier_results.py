@@ -33,7 +33,7 @@ def read_summary(folder: str | Path) -> dict[str, Any]:
     ------
     InputError
         The folder has no summary, or its summary is damaged, is not rpf3d's, or does not have all keys of PARTS. If
-        the folder is that of a calibration, the message names the command that runs the calibrated scene.
+        it is the folder of a calibration, the message names the command that runs the calibrated scene.
     """
     path = Path(folder) / SUMMARY
     try:

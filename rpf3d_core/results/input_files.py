@@ -8,7 +8,7 @@ SCENE = "scene"
 
 
 def input_files(scene: Scene) -> list[dict[str, str]]:
-    """Return key, full path and digest (SHA-256, 64 hex digits) of the scene file and of each file that it names.
+    """Return key, full path and digest (SHA-256, 64 hex digits) of the scene file and of all files named in it.
 
     A file that does not exist is left out, such as the scene file of a scene made in Python.
     """

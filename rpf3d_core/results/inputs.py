@@ -87,7 +87,7 @@ def _ground(run: Run) -> str:
 
 
 def ground_known_by(scene: Scene) -> str:
-    """Return the origin of the coefficients of a scene's ground, as one of four constants.
+    """Return what the coefficients of a scene's ground are based on, as one of four constants.
 
     ASSUMED : single values; RANGES : ranges from books or estimates; CALIBRATED : the sample of a calibration only
     PARTLY : the sample of a calibration, and further ranges
@@ -140,7 +140,7 @@ def _library(scene: Scene) -> dict[str, dict[str, Any]]:
 
 
 def _plain(span: "Range") -> dict[str, float | None]:
-    """Return a range of the library with the keys of a prior of the scene: min, max, mean and sd."""
+    """Return a range of the library with the keys of a prior: min, max, mean and sd, each None if not stated."""
     return {"min": span.low, "max": span.high, "mean": span.mean, "sd": span.sd}
 
 

@@ -75,7 +75,7 @@ def _write_vtp(path: Path, terrain: Terrain) -> None:
 def _write_stl(path: Path, terrain: Terrain) -> None:
     """Write a terrain as binary STL (`formats/stl.py`): float32, without zones.
 
-    Normals are zero; readers then take them from the winding of the vertices.
+    Normals are written as zero; readers then compute normals from the winding of the vertices.
     """
     records = np.zeros(len(terrain.triangles), RECORD)
     records["corners"] = _points(terrain)[terrain.triangles]

@@ -14,7 +14,7 @@ UNEQUAL = 1.2
 
 
 def warnings_of_run(run: Run) -> list[str]:
-    """Return all warnings about a run: first those about its figures (`doubts_of_run`), then those about its files."""
+    """Return all warnings about a run: first warnings about its figures (`doubts_of_run`), then about its files."""
     return [*doubts_of_run(run), *notes_of_run(run)]
 
 
@@ -38,7 +38,10 @@ def doubts_of_run(run: Run) -> list[str]:
 
 
 def _unequal_sets(run: Run) -> list[str]:
-    """Return a warning if an interrupted run has flown more rocks with some parameter sets than with others."""
+    """Return a list with a warning if an interrupted run has flown unequal numbers of rocks with its parameter sets.
+
+    The list is empty if the numbers are nearly equal, or if the run was not interrupted.
+    """
     sets = run.maps.sets
     if sets is None or run.totals.rocks >= run.planned or not sets.flown:
         return []

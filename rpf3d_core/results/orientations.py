@@ -53,7 +53,7 @@ def blocks_of(scene: Any, deposits: Deposits) -> "list[Polyhedron]":
 def moments_of(blocks: "Sequence[Polyhedron]", deposits: Deposits) -> FloatArray | None:
     """Return the principal moments of inertia (R, 3) of each rock's shape per unit of mass (m^2); None without shapes.
 
-    The moments are those of the shape at the size in its file, not at the size of the rock. This is enough, because the
+    The moments belong to the shape at the size in its file, not at the size of the rock. This is enough, because the
     rotation of a rock depends only on the ratios of the moments.
 
     blocks : the shapes, from `blocks_of`

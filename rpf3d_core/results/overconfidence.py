@@ -189,7 +189,7 @@ def behind_a_crest(deposits: Deposits, names: Sequence[str], rocks: str = "rocks
 
     A source is reported if more than the share MANY_BEHIND of its rocks stopped less than HARDLY_FELL (m) below the
     release. Sources are judged singly, because the share of all rocks would hide one such source. At most NAMED sources
-    have a sentence; a last sentence states the number of the others.
+    have a sentence; a last sentence states the number of further sources.
 
     names : names of the sources; rocks : the word for rocks in the sentences, in the plural
     """

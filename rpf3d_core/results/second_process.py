@@ -135,7 +135,7 @@ def _started(module: str, name: str) -> "subprocess.Popen[bytes] | None":
 
 
 def _how(code: int) -> str:
-    """Return how a process ended, in words, from its exit code."""
+    """Return in words how a process ended; code : exit code, negative for the number of a signal."""
     return f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
 
 

@@ -41,14 +41,14 @@ class RunCounts(NamedTuple):
     def describe_some(self, number: int) -> str:
         """Return how many rocks a picture shows, as text for its title, such as '100 of 1,000 rocks'.
 
-        number : number of rocks in the picture; if all rocks flown are in the picture, the text is that of `describe`
+        number : number of rocks in the picture; if all rocks flown are in the picture, the text is as from `describe`
         """
         if number >= self.rocks:
             return self.describe()
         return f"{number:,} of {self.rocks:,} rocks{', partial' if self.rocks < self.planned else ''}"
 
     def drawn(self, number: int) -> str:
-        """Return the end of a legend entry that says how many of the rocks are drawn; "" if all are drawn.
+        """Return text for the end of a legend entry: how many of the rocks are drawn; "" if all are drawn.
 
         number : number of drawn rocks
         """

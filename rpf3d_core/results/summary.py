@@ -184,7 +184,7 @@ def _left_out(figures: Any, name: str) -> dict[str, str]:
 
 
 def _barriers(maps: HazardMaps) -> dict[str, Any]:
-    """Return the section `barriers` of summary.json; with a misfit, each barrier states that its intervals omit it."""
+    """Return the section `barriers` of summary.json; with a misfit, it states that intervals omit the misfit."""
     from rpf3d_core.results.hazard_files.barriers_report import barriers_section
 
     has_misfit = maps.sets is not None and maps.sets.displaced is not None
@@ -291,7 +291,7 @@ def _distributions(scene: Scene, totals: Totals, figures: Any) -> dict[str, Any]
 
 
 def _of_the_centre(scene: Scene) -> str:
-    """Return the text that says that heights are those of the centre of mass; "" for points and spheres."""
+    """Return the note that heights are heights of the centre of mass; "" for points and spheres."""
     return ", of the centre of mass" if scene.rock.is_body else ""
 
 

@@ -3,7 +3,7 @@
 Positions and directions are in the input's own axes and coordinates; lengths in m, times in s, speeds in m/s,
 energies (translational) in J. A value that does not exist (no ground contact, height not computed) is left empty.
 
-Rocks with a shape have additional columns. Positions and heights of these rocks are those of the centre of mass.
+Rocks with a shape have additional columns. Positions and heights of these rocks refer to the centre of mass.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -155,7 +155,7 @@ def with_energies(table: pa.Table, deposits: Deposits) -> pa.Table:
 def with_spins(table: pa.Table, deposits: Deposits, impacts: Impacts, density: float) -> pa.Table:
     """Return the table of I impacts with added columns: spins (rad/s), and rotational and total energies (J).
 
-    Spins are those before and after the impact; energies are those before the impact.
+    The spins are before and after the impact; the energies are before the impact.
 
     density : of the rocks, kg/m^3
     """
@@ -192,10 +192,10 @@ def with_poses(table: pa.Table, terrain: Terrain, deposits: Deposits) -> pa.Tabl
 
 
 def with_blows(table: pa.Table, deposits: Deposits, impacts: Impacts) -> pa.Table:
-    """Return the table of I impacts of bodies with the number of contacts of each impact and the energy after it (J).
+    """Return the table of I impacts of bodies with two added columns: number of contacts, energy after the impact (J).
 
     In the result, `energy_in_j` and `energy_out_j` are the kinetic energies before and after the impact, of translation
-    and rotation together.
+    and rotation together. The former values of `energy_in_j` are replaced.
     """
     mass, none = deposits.mass[impacts.row], np.empty(0)
     given = (impacts.contacts, impacts.energy_in, impacts.energy_out)

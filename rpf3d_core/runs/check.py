@@ -61,7 +61,7 @@ class Cost:
     engine : name of the engine of the run; fly_s : time (s) to fly all rocks
     compile_s : time (s) to compile; 0 for the reference engine, or if the compiled code is in the disk cache
     impacts : mean number of impacts of a rock; pilot : number of pilot rocks
-    unresolved : number of pilot rocks that ended unresolved
+    unresolved : number of pilot rocks with the outcome `unresolved_contact`
     """
 
     rocks: int
@@ -224,7 +224,7 @@ def _with_pilot(report: Check, prepared: Prepared, releases: Releases) -> Check:
 
     The warnings on effects are about missing effects, and about effects that change nothing.
 
-    releases : of the checked rocks, from which those of the pilot run are chosen
+    releases : of all checked rocks; the rocks of the pilot run are chosen from them
     """
     chosen = _pilots(releases.source)
     few = taken(releases, chosen)
@@ -242,7 +242,7 @@ def _with_pilot(report: Check, prepared: Prepared, releases: Releases) -> Check:
 
 
 def _pilots(source: IntArray) -> IntArray:
-    """Return the rows (P,) of the pilot rocks: PILOT_ROCKS (20) evenly spread ones, and some of each rare source.
+    """Return the rows (P,) of the pilot rocks: PILOT_ROCKS (20) evenly spread rocks, and some of each rare source.
 
     A rare source has fewer than OF_A_SOURCE (3) of the evenly spread rocks; up to OF_A_SOURCE of its rocks are added.
     At most PILOT_ROCKS rare sources count.

@@ -39,7 +39,7 @@ def effects_called_for(scene: Scene, flown: Flights) -> Iterator[str]:
 
 
 def _carrying_on(scene: Scene) -> str:
-    """Return the ground model to suggest for a scene without one, so that rocks move on after their bounces.
+    """Return the ground model to suggest for a scene without a ground model, so that rocks move on after bouncing.
 
     The result is `sliding`, or the first ground model that may be combined with the scene's model of impacts.
     """

@@ -49,8 +49,8 @@ class Counted(NamedTuple):
 class ShareDifference(NamedTuple):
     """One share of rocks in a zone or area of interest, in two runs A and B, with the test of the difference.
 
-    kind : ZONE or AREA; place : name of the zone or area; measure : one of MEASURES, such as "stopped"; for the
-        share of rocks that barriers caught, the three are OUTCOME, ALL_ROCKS and CAUGHT
+    kind : ZONE or AREA; place : name of the zone or area; measure : one of MEASURES, such as "stopped". For
+        the share of all rocks that barriers caught, `kind` is OUTCOME, `place` ALL_ROCKS and `measure` CAUGHT
     a, b : the share in run A and in run B
     interval : 95 % interval of share B - share A (-); p : two-sided p value
     p_holm : p after Holm's correction for the number of differences
@@ -224,9 +224,10 @@ def _energy_p95(facts: Facts, kind: str, name: str) -> float | None:
 
 
 def _counted_in_both(a: Facts, b: Facts, kind: str, name: str, measure: str) -> tuple[Counted, Counted] | None:
-    """Return a share in run A and in run B; None if no rock reached the place in either run.
+    """Return a share in run A and in run B; None if rocks reached the place in neither run.
 
-    For `retained`, which is a share of the rocks that reached the place, rocks must have reached it in both runs.
+    For `retained`, a share of the rocks that reached the place, the result is also None if no rock reached the place in
+    one of the two runs.
 
     kind, name : of the place; measure : one of MEASURES
     """

@@ -75,6 +75,7 @@ def decimals_of(counted: Counted) -> int:
 def points(change: float, interval: tuple[float, float], decimals: int = 0) -> str:
     """Return a difference of two shares (-) with its interval as text for a table, in percentage points.
 
+    change, interval : the difference and the ends of its interval (-)
     decimals : fewest decimals; more are written if the interval needs them
     """
     decimals = max(decimals, decimals_for(interval[1] - interval[0]))
@@ -88,7 +89,7 @@ def decimals_for(width: float) -> int:
 
 
 def p_text(p: float) -> str:
-    """Return a p value as text for a table."""
+    """Return a p value as text with two significant digits; `< SMALLEST_P` for a smaller value."""
     return f"< {SMALLEST_P:g}" if p < SMALLEST_P else f"{p:.2g}"
 
 

@@ -49,7 +49,7 @@ def fly_one(prepared: Prepared, source: int, rock: int, threads: int | None = No
 
 
 def rows_of(deposits: Deposits, rock: FarthestRock) -> np.ndarray:
-    """Return the rows (0 or 1) of a rock, or of one of its fragments, in a table of deposits."""
+    """Return the row numbers of a rock, or of one of its fragments, in a table of deposits: an array (0,) or (1,)."""
     is_rock = (deposits.source == rock.source) & (deposits.rock == rock.rock) & (deposits.piece == rock.piece)
     return np.flatnonzero(is_rock)
 

@@ -69,12 +69,12 @@ def fly_scene(
     """Fly the rocks of a prepared scene, round by round, and return the finished run.
 
     A round is a number of rocks after which results are checked; with `rocks: auto` there are several. The run ends
-    when all rocks have flown, when the target is met, or when `control.stop` returns True.
+    when all rocks have flown, when the target is reached, or when `control.stop` returns True.
 
     precompiler : compiles the loops that the run needs
     shown : number of rocks to keep in memory, None for all
     sink : function that receives the deposits and impacts of each group of rocks
-    rounds : rounds to fly instead of those of the scene
+    rounds : rounds to fly; None for the rounds of the scene, or of `control.first`
     """
     scene = prepared.scene
     of_sets = _flights_over_sets(prepared) if scene.has_unknowns else None
@@ -174,10 +174,10 @@ def _fly_rounds(
     prepared: Prepared, stream: Stream, fly: Callable[[AnyRound], bool], plan: Sequence[AnyRound], control: RunControl,
     places: Callable[[], HazardMaps], so_far: Callable[[int, Sequence[Step]], Run],
 ) -> tuple[int, list[Step]]:  # fmt: skip
-    """Fly round after round until the target is met, the rounds are used up, or the run is stopped.
+    """Fly round after round until the target is reached, all rounds have flown, or the run is stopped.
 
     Return the number of planned rocks, and with `rocks: auto` the convergence after each round. The releases have
-    already been checked; with `rocks: auto`, only those of the first round.
+    already been checked; with `rocks: auto`, only the releases of the first round.
     plan : the rounds; control : progress reports, and the function that is called after each round
     fly : function that flies a round, and returns False if the run was stopped
     places : function that returns the hazard maps of all rocks flown so far, with shares of rocks in zones and areas

@@ -133,7 +133,7 @@ def fly_part(scene: Scene, part: Round, shown: int | None, paths: int, threads: 
     Parameters
     ----------
     part : for each source, the number of the first rock of the part, and the number after the last
-    shown : number of rocks to keep in memory, None for all; paths : number of these rocks whose path is also kept
+    shown : number of rocks to keep in memory, None for all; paths : how many of these rocks also keep their path
     threads : number of threads for the compiled engine
 
     Raises

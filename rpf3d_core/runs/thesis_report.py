@@ -37,7 +37,7 @@ NOT_SEEN = "no rock stops there"
 
 
 class ThesisColumn(NamedTuple):
-    """One column of the thesis' table: the counts of the thesis, and those of rpf3d for comparison.
+    """One column of the thesis' table: the counts of the thesis, and the counts of rpf3d for comparison.
 
     printed : the printed column; thesis_a, thesis_b : counts of run A and run B of the thesis, out of 21 rocks
     a, b, part : counts of rocks that stopped in the column's zones, in run A, run B and the third run of rpf3d; rocks

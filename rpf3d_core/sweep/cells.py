@@ -50,7 +50,7 @@ def cells_of(scene: Scene, varied: Sequence[Varied], rocks: Rocks = None) -> lis
 
     The scene of a cell is the scene that results if the user writes the values of the cell into the scene file.
 
-    scene : scene of the file, without choices of the caller; varied : keys with their values
+    scene : the scene as its file states it; varied : keys with their values
     rocks : number of rocks of each cell, or "auto"; None for the setting of the scene
 
     Raises

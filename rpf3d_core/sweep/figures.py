@@ -25,7 +25,8 @@ UNKNOWN: Ends = (None, None)
 class Figure(NamedTuple):
     """One result of a cell of a sweep, with its 95 % intervals.
 
-    result : one of SHARES, ENERGY, HEIGHT and RUNOUT; for the whole run also the name of an outcome, for its share
+    result : one of SHARES, ENERGY, HEIGHT and RUNOUT; for the whole run also the name of an outcome, whose share is the
+        value
     kind, place : kind and name of the place, "" for the whole run
     unit : -, J or m; value : None if it is unknown, such as a share of no rocks
     low, high : ends of the 95 % interval: the predictive interval or, if it is unknown, the sampling interval
@@ -69,11 +70,12 @@ def _percentile(run: Run, what: tuple[str, str, str], sample: Sample) -> Figure:
 def _without_far_ends(run: Run, runout: Figure) -> Figure:
     """Return the figure of the p95 runout; value and upper ends become None if too many rocks did not stop.
 
-    The p95 runout is that of the rocks that stopped. Most of the other rocks went on beyond the terrain. If they are
-    more than 5 % of all rocks, they determine the p95 runout of all rocks, so the value is unknown. The upper end of an
-    interval is unknown if the interval of the share of the other rocks reaches above 5 %. This interval is not widened
-    for shares that hardly any parameter set has (`unknowns.predictive.least_end`), because most runouts would then be
-    unknown. With fewer such rocks, the p95 runout of all rocks is larger than the value (`tables.STOPPED_NOTE`).
+    The p95 runout is computed from the rocks that stopped. Most of the other rocks went on beyond the terrain. If the
+    other rocks are more than 5 % of all, they determine the p95 runout of all rocks, so the value is unknown. The upper
+    end of an interval is unknown if the interval of the share of the other rocks reaches above 5 %. This interval is
+    not widened for shares that hardly any parameter set has (`unknowns.predictive.least_end`), because most runouts
+    would then be unknown. With fewer such rocks, the p95 runout of all rocks is larger than the value
+    (`tables.STOPPED_NOTE`).
 
     runout : figure of the p95 runout of the rocks that stopped
     """
@@ -111,7 +113,7 @@ def _of_barriers(maps: HazardMaps, rocks: int) -> Iterator[Figure]:
     """Yield the figures of each barrier: share of rocks that reached the barrier, caught share, p95 energy, p95 height.
 
     The caught share is a share of the rocks that reached the barrier. Energy (J), and height (m) above the ground, are
-    those of a rock when it first reaches the barrier.
+    measured when a rock first reaches the barrier.
 
     rocks : number of all rocks of the run
     """

@@ -32,7 +32,7 @@ MOST_PLACES = 6
 
 
 def check_out(out: str | Path) -> Path:
-    """Return the absolute path of the folder of a sweep, which is new, empty, or that of an earlier sweep.
+    """Return the absolute path of a folder for a sweep: a new or empty folder, or the folder of an earlier sweep.
 
     Raises
     ------
@@ -114,7 +114,7 @@ def _curves(
     what: tuple[str, Place],
     scale: float,
 ) -> list[Curve]:
-    """Return the curves of a figure over the values of the first key: one for each combination of the other values.
+    """Return the curves of a figure over the values of the first key: one for each combination of the other keys.
 
     what : result, and kind and name of its place; scale : factor from the figure to the axis
     """

@@ -147,5 +147,5 @@ def _write(path: Path, record: CellRecord) -> None:
 
 @cache
 def _versions() -> Mapping[str, str | None]:
-    """Return the versions of all packages that affect a result, read once."""
+    """Return the versions of all packages that affect a result; they are read only once in a process."""
     return versions()

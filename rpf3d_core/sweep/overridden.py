@@ -33,7 +33,7 @@ def check_rocks(scene: Scene, keys: Sequence[str], totals: Iterable[int | str | 
 def check_libraries(scenes: Iterable[Scene], keys: Sequence[str]) -> None:
     """Refuse a varied key `library` without effect.
 
-    The key has no effect if all its materials state all coefficients of the library's entry themselves.
+    The key has no effect if each material with this key states all coefficients of the library's entry itself.
 
     scenes : the scenes of the cells; keys : key paths of all varied keys
 

@@ -150,7 +150,7 @@ def _values(cell: Cell) -> tuple[str, ...]:
 
 
 def _on_brackets(cells: Sequence[Cell], records: Sequence[CellRecord]) -> str:
-    """Return what the brackets in the tables contain, in words."""
+    """Return text that explains which intervals the brackets in the tables contain."""
     if not have_unknowns(cells):
         return f"{SAMPLING_NOTE}; the scene has no unknowns"
     shown = {figure.interval for record in records for figure in record.figures if _is_printed(figure)}
@@ -165,19 +165,27 @@ def _of_runs(records: Sequence[CellRecord]) -> Iterator[Figure]:
 
 
 def _is_printed(figure: Figure) -> bool:
-    """Return True if a figure may appear in the tables with an interval."""
+    """Return True if the tables on the screen may show a figure: it is known, and a share or about the whole run."""
     return figure.value is not None and (figure.result in (REACHED, RETAINED) or not figure.kind)
 
 
 def _percent(figure: Figure | None, has_unknowns: bool) -> str:
-    """Return a share in per cent with its intervals, such as `84.5 % (79-89; 83-86)`; "-" if the share is unknown."""
+    """Return a share in per cent with its intervals, such as `84.5 % (79-89; 83-86)`; "-" if the share is unknown.
+
+    has_unknowns : as in `_brackets`
+    """
     if figure is None or figure.value is None:
         return "-"
     return f"{in_percent(figure.value, SHORT)} %{_brackets(figure, has_unknowns, _interval_in_percent)}"
 
 
 def _number(figure: Figure | None, scale: float, has_unknowns: bool) -> str:
-    """Return a figure times a scale with its intervals, the wider first, such as `84.8 (11.2-136; 83.1-86.6)`."""
+    """Return a figure times a scale with its intervals, as text such as `84.8 (11.2-136; 83.1-86.6)`.
+
+    The predictive interval comes first. "-" or, for too many rocks that did not stop, BEYOND_TERRAIN if unknown.
+
+    has_unknowns : as in `_brackets`
+    """
     if figure is None or figure.value is None:
         return BEYOND_TERRAIN if figure is not None and is_beyond_terrain(figure) else "-"
 
@@ -190,8 +198,8 @@ def _number(figure: Figure | None, scale: float, has_unknowns: bool) -> str:
 def _brackets(figure: Figure, has_unknowns: bool, text: Callable[[Ends], str]) -> str:
     """Return the predictive and the sampling interval of a figure, in brackets, as text.
 
-    Without a predictive interval, the text has only the sampling interval. This interval is marked as such if the scene
-    has unknowns.
+    Without a predictive interval, the text has only the sampling interval. If the scene has
+    unknowns, the text marks this interval with SAMPLING_ONLY.
 
     has_unknowns : True if a cell of the sweep has unknowns
     text : function that returns the ends of an interval as text

@@ -57,7 +57,7 @@ def _with_number(alike: Sequence[tuple[Cell, str]], of: int) -> str:
 
 
 def _few_sets(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
-    """Return a sentence that names cells with too few parameter sets for predictive intervals; [] if there are none."""
+    """Return a list with a sentence that names cells with too few parameter sets for predictive intervals, or []."""
     few = [
         f"{cell.describe()} ({record.sets})"
         for cell, record in zip(cells, records, strict=True)
@@ -71,7 +71,10 @@ def _few_sets(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]
 
 
 def places_that_stay(cells: Sequence[Cell]) -> list[str]:
-    """Return a sentence on the places that keep their coordinates while a varied key moves the slope; [] if none."""
+    """Return a list with a sentence on places that keep their coordinates while a varied key moves the slope.
+
+    The list is empty if there are no such places.
+    """
     scene = cells[0].scene
     moving = [key for key in cells[0].values if any(map(_moves_benches, steps_to(scene, key)))]
     if scene.terrain.benches is None or not moving or not (places := list(_places_of(scene))):

@@ -144,7 +144,7 @@ def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[st
 
 
 def _play(options: argparse.Namespace, content: ShiftContent, processes: list[subprocess.Popen[bytes]]) -> list[str]:
-    """Play the shift to the nodes; return the missing nodes, levels and topics."""
+    """Play the shift to the nodes; return what is missing: names of ended nodes, alert levels and topics."""
     from rpf3d_ros.demo.shift import LENGTH, Shift
     from rpf3d_ros.demo.stand_in import StandIn  # starts DDS threads, so it is imported after the child processes start
     from rpf3d_ros.interface.simulated_clock import SimulatedClock
@@ -174,7 +174,10 @@ def _in_order(wanted: Sequence[str], received: Sequence[str]) -> bool:
 
 
 def _wait_for_topics(timeout: float, processes: list[subprocess.Popen[bytes]]) -> list[str]:
-    """Receive the recorder's diagnostics until it has recorded every expected topic; return the missing topics."""
+    """Wait until the recorder has recorded every expected topic, or a node has ended; return the missing topics.
+
+    timeout : longest time to wait (s)
+    """
     from rpf3d_ros.demo.diagnostic_listener import DiagnosticListener  # starts DDS threads, so not at the top
     from rpf3d_ros.recording.alert_entries import COUNT_OF_RECORDED
 

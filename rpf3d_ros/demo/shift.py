@@ -202,6 +202,6 @@ class Shift:
 
 
 def level_of(data: bytes) -> str:
-    """Return the alert level of the site in a message of `alerts`; "" if it has none."""
+    """Return the alert level of the site in a message of `alerts`; "" if the message has no status of the site."""
     healths = healths_of(deserialize_message(data, DiagnosticArray))
     return next((health.values["level"] for health in healths if health.name == ALERT), "")

@@ -112,6 +112,6 @@ def with_muck(bench: FloatArray) -> FloatArray:
 
 
 def patch_message(points: FloatArray, stamp_ns: int) -> object:
-    """Return a PointCloud2 of a grid (H, W, 3) m, map frame, for terrain/update."""
+    """Return a grid of points (H, W, 3) m, map frame, as a PointCloud2 for terrain/update; stamp_ns : stamp (ns)."""
     header = Header(frame_id=MapFrame().name, stamp=stamp_of(stamp_ns))
     return cloud_of_grid(header, GridSurvey(points))

@@ -64,7 +64,7 @@ class StandIn:
         self._executor.spin_once(timeout_sec=seconds)
 
     def wait(self, condition: Callable[[], Any], seconds: float) -> Any:
-        """Handle messages until a condition is true or time (s) is up; return the last value of the condition."""
+        """Handle messages until a condition is true, for at most `seconds` (s); return the condition's last value."""
         deadline = time.monotonic() + seconds
         while not (answer := condition()) and time.monotonic() < deadline:
             self.spin_once()
@@ -99,7 +99,7 @@ class StandIn:
         return (False, "no answer") if answer is None else (bool(answer.success), str(answer.message))
 
     def _call(self, client: Any, request: Any, seconds: float) -> Any:
-        """Return the reply of a service, or None if it does not arrive in time."""
+        """Return the reply of a service; None if no reply arrives within `seconds` (s)."""
         if not self.wait(client.service_is_ready, seconds):
             return None
         future = client.call_async(request)

@@ -43,8 +43,8 @@ class AlarmState:
     The contact may be closed only while all of these conditions hold:
 
     - each topic has one publisher, and both publishers are of the same node
-    - at least two alerts have arrived since the start, and since the publisher was last lost: since its last missed
-      deadline, its death, or an alert that was not understood
+    - at least two alerts have arrived since the start, and since the publisher was last lost; a publisher is lost if
+      it misses a deadline, if it dies, or if an alert is not understood
     - the last messages of both topics are not stale, and the last alert is still valid: by the time since its arrival,
       and by the clock of the bridge
     - for `stale_s`, all alerts came from one run of the simulator, with rising sequence numbers

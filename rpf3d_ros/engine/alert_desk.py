@@ -85,7 +85,7 @@ class AlertDesk:
     thresholds : thresholds of the site; log : the decision log, None if the log could not be opened
     now : returns the time of the node's clock (ns)
     listener : publishes the alerts, and receives the reports of problems
-    standing : attribute: the faults that every decision contains until their cause has ended
+    standing : (attribute) the faults that every decision contains until their cause has ended
     expected : topics of sources that must publish
     has_sensors : True if the node also has topics of sensors; False if its only topic of sources is `clicked_point`
     heard : topics of sources that had published before the start, and must publish again
@@ -136,7 +136,7 @@ class AlertDesk:
     def wait_for_room(self, seconds: float) -> bool:
         """Wait at most `seconds` until fewer than MOST_UNDECIDED answers wait for their decision.
 
-        Return True if fewer wait, or if the desk is closed; False after the time. The thread that flies rocks calls
+        Return True if fewer wait or the desk is closed, False if the time is over. The thread that flies rocks calls
         this method, so that answers do not come faster than a slow disk can log their decisions. Each answer needs its
         own decision, because a later answer may show less danger.
         """
@@ -152,8 +152,8 @@ class AlertDesk:
     def _ask(self, request: Request) -> None:
         """Queue a request CHANGED or MOVED, unless an equal request already waits.
 
-        One request is enough, because it is served with the state of that time. So the queue stays short while the disk
-        hangs.
+        One request is enough, because the decision uses the state at the time of the decision. So the queue stays short
+        while the disk hangs.
         """
         with self._served:
             if request not in self._asked:
@@ -180,15 +180,15 @@ class AlertDesk:
         """Request that all evidence is forgotten; until every topic of sources publishes again, the alert has a fault.
 
         why : the reason why the state is unknown
-        reply : called on the thread of the alert desk after the decision without evidence has been published; before
-            the clock runs, called without a decision
+        reply : called on the thread of the alert desk after the decision without evidence has been published; if the
+            clock does not run yet, no decision is made and `reply` is called at once
         """
         self._requests.put(Request(faults=why, reply=reply))
 
     def lose(self, why: str) -> None:
         """Request that all evidence is forgotten because of an error of the program.
 
-        Afterwards, a message of a topic counts only if its stamp is later than that of the topic's last message. If a
+        Afterwards, a message counts only if its stamp is later than the stamp of the last message of its topic. If a
         source of topic `clicked_point` is lost, the alert has a fault until the source would be too old.
 
         why : the reason why the state is unknown
@@ -290,7 +290,10 @@ class AlertDesk:
                 self._served.notify_all()
 
     def _serve(self, request: Request, following: Request | None) -> None:
-        """Carry out a request; following : the next request, None if no other request waits."""
+        """Carry out a request, usually with a decision; following : the next request, None if no other request waits.
+
+        If both requests are about sources without an answer, only the next one causes a decision, with both faults.
+        """
         now = self._now()
         if request.faults:
             self._evidence.lose() if request.is_error else self._evidence.forget(now)
@@ -408,7 +411,7 @@ class AlertDesk:
         """Write to the log; return why this failed, "" if it did not fail. The alert is published in both cases.
 
         write : writes to the log. The waiting time counts from the first write for a request, because the alert waits
-            for all of them.
+            for all writes of the request.
         """
         if self._writing_since is None:
             self._writing_since = time.monotonic()

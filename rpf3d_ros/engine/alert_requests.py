@@ -16,8 +16,8 @@ class Request:
     region : the region of the evidence; evidence : new evidence, or None; topic : topic of the evidence's sources
     faults : the reason why the state is unknown; all evidence is then forgotten, and every topic must publish again.
         "" if there is no such reason
-    is_error : True if the reason is an error of the program; then only messages with a stamp later than that of the
-        last message of their topic count
+    is_error : True if the reason is an error of the program; then a message counts only if its stamp is later than the
+        stamp of the last message of its topic
     acknowledged : an acknowledgement, whose name and reason are not checked yet
     shown : the faults that were shown when the acknowledgement was given, except the fault that the acknowledgement
         may end
@@ -45,7 +45,7 @@ class Request:
     def is_covered_by(self, later: "Request") -> bool:
         """True if this request can be skipped, because the decision on a later request covers it.
 
-        Otherwise new evidence would wait for many decisions while the outline of a moving machine changes.
+        Without skipping, new evidence would wait for many decisions while the outline of a moving machine changes.
         """
         return (self in (TICK, CHANGED, MOVED) and later.decides) or (self in (TICK, MOVED) and later.is_moved)
 

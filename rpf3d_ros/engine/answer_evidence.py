@@ -13,7 +13,7 @@ from rpf3d_ros.engine.configuration import version
 class EvidenceContext:
     """The values that evidence needs in addition to those of an answer: terrain, time and seed.
 
-    standing : the prepared terrain in use, or None
+    standing : the prepared terrain in use, None if there is none
     at_ns : time of the answer (ns); seed : random seed of the scene
     """
 

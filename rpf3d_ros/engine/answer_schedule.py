@@ -30,7 +30,7 @@ class AnswerSchedule:
         self._interrupted: list[Trigger] = []
 
     def submit(self, trigger: Trigger) -> Trigger | None:
-        """Put a trigger in the queue; if the queue is full, return the dropped trigger of another wall, else None.
+        """Put a trigger in the queue; return the trigger of another wall that a full queue drops, else None.
 
         A dropped trigger is answered after all waiting triggers.
         """
@@ -103,7 +103,7 @@ class AnswerSchedule:
         self._unfinished = None
 
     def _wants_latest(self) -> bool:
-        """True if the newest trigger must be answered again, so that its answer is the one published last.
+        """True if the newest trigger must be answered again, so that its answer is published last.
 
         This is necessary after a change of the terrain or the areas, and after an answer to another trigger, but not
         before all interrupted answers are complete.
@@ -117,14 +117,14 @@ class AnswerSchedule:
         self._interrupted = [each for each in kept if each is not trigger and self._answered.holds(each)]
 
     def _to_be_completed(self) -> Trigger | None:
-        """Return an interrupted trigger of another wall whose answer must still be completed; None without one."""
+        """Return an interrupted trigger of another wall whose answer must still be completed; None if there is none."""
         if self._unfinished is not None or self._latest is None:
             return None
         others = self._answered.others(self._latest)
         return next((each for each in self._interrupted if any(each is one for one in others)), None)
 
     def _in_turn(self, latest: Trigger) -> list[Trigger]:
-        """Return all triggers to answer again, in order: first those that still wait since an earlier change.
+        """Return all triggers to answer again, in order: first triggers that still wait since an earlier change.
 
         latest : the newest trigger
         """
@@ -132,7 +132,7 @@ class AnswerSchedule:
         return [*self._again, *(trigger for trigger in every if not any(trigger is each for each in self._again))]
 
     def _next_again(self) -> Trigger | None:
-        """Return the next of the triggers to answer again; None without one.
+        """Return the next trigger to answer again; None if there is none.
 
         A trigger is skipped if a newer trigger of its region has replaced it, or if it is too old.
         """

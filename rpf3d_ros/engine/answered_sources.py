@@ -21,7 +21,7 @@ class AnsweredSources:
         self._last: dict[Hashable, Trigger] = {}
 
     def note(self, region: Hashable, trigger: Trigger) -> None:
-        """Keep a trigger as the last trigger of its region; if too many are kept, forget the one noted first.
+        """Keep a trigger as the last trigger of its region; if too many are kept, forget the trigger noted first.
 
         A trigger without sources is not kept, but removes the triggers of its topic that have an older stamp.
         """

@@ -10,7 +10,7 @@ CAUSE = "area: {}"
 
 
 class AreasBefore:
-    """The topics with an area now, and those that had an area before the restart or pause and have not published since.
+    """The topics with an area now, and silent topics: they had an area before a restart or pause, but not yet again.
 
     report : called with the cause and the sentence of each fault; an empty sentence ends the fault. Only one thread may
         call `announce`, `interrupted` and `received`.

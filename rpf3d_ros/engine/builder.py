@@ -70,7 +70,7 @@ class Builder:
 
     waiting : the queue of surveys; flyer : the thread that flies rocks; listener : receives reports
     store : keeps the terrain on disk, None for no store; now : returns the present time (ns) by the node's clock
-    in_use : the whole survey in use at the start; replaced : digests of meshes that were in use before it
+    in_use : the whole survey in use at the start; replaced : digests of meshes that were in use before this survey
     """
 
     def __init__(
@@ -205,10 +205,10 @@ class Builder:
 def _stood_on(before: PreparedTerrain, ground: LiveTerrain) -> PreparedTerrain:
     """Return the prepared terrain after a patch.
 
-    before : the prepared terrain before the patch; ground : the terrain with the patch, which has changed its arrays
+    before : the prepared terrain before the patch; ground : the terrain with the patch
 
-    Raises MessageRefused in place of TerrainError, because the thread that flies rocks takes a TerrainError to mean
-    that nothing was changed.
+    Raises MessageRefused if the terrain cannot be used. A TerrainError would be wrong: the thread that flies rocks
+    takes a TerrainError to mean that the terrain is unchanged, but the patch has already changed its arrays.
     """
     try:
         return stand_after(before, ground)

@@ -55,7 +55,7 @@ class StationConfiguration:
     """Everything that a configured simulator needs: scene, thresholds, log, store and last terrain.
 
     workshop : builds the terrains; store : keeps the terrain on disk, None if no store is named
-    standing : the prepared terrain from the store; None if the store has none, or if the terrain cannot be read
+    standing : the prepared terrain from the store; None if the store has no terrain, or if it cannot be read
     standing_report : age of this terrain and its unreadable patches, or why it cannot be read; "" if there is none
     thresholds : of the site, None if there are no alerts
     log : the decision log, None if there are no alerts or if the log cannot be opened
@@ -78,7 +78,7 @@ class StationConfiguration:
 
     @property
     def most_ahead(self) -> float:
-        """Time (s) that stamps may be ahead of the clock: `most_ahead`, and at most `clock_tolerance_s` of a site file.
+        """Time (s) that stamps may be ahead of the clock: `most_ahead`, but at most the site's `clock_tolerance_s`.
 
         A message with a stamp further ahead is refused when it is received, because the combined evidence of several
         regions contains the oldest stamp only.
@@ -156,7 +156,7 @@ def _check_places(scene: Scene) -> None:
 
     Too small means smaller than any real area of interest (`areas.too_small`).
 
-    The coordinates of an area that is too far away may be those of the survey, and the coordinates of an area that is
+    The coordinates of an area that is too far away may be survey coordinates, and the coordinates of an area that is
     too small may be degrees or kilometres.
     """
     for name, polygons in read_areas(scene).items():
@@ -253,6 +253,8 @@ def _restored(
     Without a store, or if the store is empty, the terrain is None and the sentence "". If the terrain cannot be read,
     or was stored with another origin of the map, the terrain is None and the sentence gives the reason. The simulator
     then starts without a terrain.
+
+    map_origin : survey coordinates (m) of the map's origin; now_ns : present time (ns)
     """
     before = TerrainBefore(read_ns=time.time_ns())
     if store is None:
@@ -276,7 +278,7 @@ def _restored(
 
 
 def _check_origin(last: StoredSurveys, map_origin: tuple[float, float, float]) -> None:
-    """Raise InputError if surveys were stored with an unknown `map_origin` (m), or with another one than the node's."""
+    """Raise InputError if surveys were stored with an unknown `map_origin`, or not with the node's `map_origin` (m)."""
     stored = last.pieces[-1].map_origin
     if stored is None:
         raise InputError("it was stored by an older version, without map_origin: publish the whole terrain")

@@ -74,7 +74,7 @@ class Flyer:
 
         spread : distribution of the rocks around each source; size : number of rocks of an answer, and size of clusters
         sources : the queue of triggers; results : yields a number for each result, that is for each stage of an answer
-        answered : keeps the triggers that are answered again after a change; None to answer only the latest again
+        answered : keeps the triggers that are answered again after a change; None for the latest trigger only
         """
         self._spread, self._size, self._results, self._listener = spread, size, results, listener
         answered = answered or AnsweredSources()
@@ -90,7 +90,7 @@ class Flyer:
         self._thread.start()
 
     def submit(self, trigger: Trigger) -> Trigger | None:
-        """Put a trigger in the queue; if the queue is full, return the dropped trigger of another wall, else None.
+        """Put a trigger in the queue; return the trigger of another wall that a full queue drops, else None.
 
         A dropped trigger is answered after all waiting triggers.
         """
@@ -101,7 +101,7 @@ class Flyer:
     def hand_over(self, ready: PreparedTerrain | None = None, change: Change | None = None) -> Handover:
         """Ask for a change of the terrain, and wait until the new terrain is in use.
 
-        ready, change : as in `Handover`; give one of them
+        ready, change : as in `Handover`; give one of the two
 
         Raises the exceptions of the change. Raises InputError if the flyer is closed, or if there is no terrain to
         change.

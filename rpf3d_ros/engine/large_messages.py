@@ -189,7 +189,7 @@ class LargeMessages:
         return {topic.name: each.qos_profile for topic, each in zip(self._topics, self._subscriptions, strict=True)}
 
     def close(self) -> None:
-        """Take no more messages; the message in progress is completed first."""
+        """End all subscriptions; a message that is being processed is completed first."""
         self._closed.set()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join()
@@ -212,7 +212,7 @@ class LargeMessages:
             pause = AFTER_ERROR if self._order.errors else AT_REST if at_rest else PAUSE
 
     def _take_from_rclpy(self, topic: LargeTopic, data: bytes, info: Mapping[str, int]) -> None:
-        """Take a message from the executor, with the message information of rclpy."""
+        """Pass on a message that the executor of rclpy has taken; info : the message information of rclpy."""
         self._hand_on(topic, data, info["source_timestamp"])
 
     def _hand_on(self, topic: LargeTopic, content: Buffer, published_ns: int, lost: int = 0) -> None:
@@ -230,7 +230,7 @@ class LargeMessages:
                 report_error(partial(self._refused, topic.name, published_ns), error)
 
     def _report(self, errors: Sequence[Exception]) -> None:
-        """Report the errors of a check if they differ from those of the previous check; report "" when they have ended.
+        """Report the errors of a check if they differ from the previous check; report "" when they have ended.
 
         errors : the errors of this check, empty without errors
         """

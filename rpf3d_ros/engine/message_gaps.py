@@ -28,8 +28,8 @@ class Numbered(NamedTuple):
 class _FirstMessage(NamedTuple):
     """The first message of a publisher; messages before it may have been lost.
 
-    taken_ns : when the message was read (ns since the epoch); queued : number of messages that waited at that time,
-        including the message itself, as far as they have been read
+    taken_ns : when the message was read (ns since the epoch)
+    queued : number of messages read so far that waited in the queue at that time, this message included
     """
 
     taken_ns: int
@@ -92,10 +92,12 @@ class MessageGaps:
         return last
 
     def _overwritten(self, received_ns: int) -> int:
-        """Return for how many publishers this message shows that the queue was full when their first message was read.
+        """Return the number of publishers whose queue is now known to have been full at their first message.
 
-        received_ns : when this message was received (ns since the epoch). If it was received before a first message was
-            read, both messages waited in the queue at the same time.
+        A message that was received before the first message of a publisher was read waited in the queue together with
+        this first message. The queue was full if `depth` messages waited. Each publisher is counted once.
+
+        received_ns : when a message was received (ns since the epoch)
         """
         waiting = [each._replace(queued=each.queued + 1) for each in self._first if received_ns <= each.taken_ns]
         self._first = [each for each in waiting if not 0 < self._depth <= each.queued]

@@ -1,11 +1,11 @@
 """Remember the topics of sources and areas with a refused message: a fault, because the message may report danger.
 
-The fault of a topic stands until a later message of the topic is understood. A message of sources reports only some
-regions, and the refused message may have reported others: so the fault of such a topic stands until the refused sources
-would be too old, or until a person acknowledges after a message was understood. While a topic has several publishers,
-the fault stays, because it is unknown which publisher sent the understood message. If the last refused message of a
-topic is longer ago than sources may be old, an acknowledgement ends the fault of the topic without an understood
-message. Neither a restart nor a node that is not active for some time ends it.
+The fault of a topic lasts until a later message of the topic is understood. A message of sources reports only some
+regions, and the refused message may have reported other regions. So the fault of a topic of sources lasts until the
+refused sources would be too old, or until a person acknowledges after a message was understood. While a topic has
+several publishers, the fault stays, because it is unknown which publisher sent the understood message. If the last
+refused message of a topic is longer ago than sources may be old, an acknowledgement ends the fault of the topic without
+an understood message. A fault also stays after a restart, and while the node is not active.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,7 @@ class Refusal(NamedTuple):
     """The refused messages of a topic with a fault.
 
     why : why the first of these messages was refused; it may have been received before a restart
-    at : when the last of them was refused (s, steady clock)
+    at : when the last of these messages was refused (s, steady clock)
     is_followed : True if a later message of the topic was understood
     """
 
@@ -63,7 +63,7 @@ class RefusedInputs:
             self._tell(topic, why)
 
     def understood(self, topic: str, speakers: Callable[[], int], now: float, is_whole: bool) -> None:
-        """Note an understood message of a topic, which may end the topic's fault; do nothing if it has none.
+        """Note an understood message of a topic, which may end the topic's fault; do nothing without a fault.
 
         While the topic has several publishers, the fault stays as it is. Otherwise the fault ends if `is_whole` is
         True, or if the last refused message is longer ago than `silence_s`. If the fault does not end, a person can end
@@ -89,8 +89,8 @@ class RefusedInputs:
         """Note an acknowledgement; return the topics whose faults it ends, none until enough persons have acknowledged.
 
         The fault of a topic can end if a message was understood after the last refused message, or if the last refused
-        message is longer ago than `silence_s`. An acknowledgement counts only for topics that met this condition when
-        the person acknowledged. A message that is refused later, on any topic, cancels all acknowledgements.
+        message is longer ago than `silence_s`. An acknowledgement counts only for topics for which this condition was
+        true when the person acknowledged. A message that is refused later, on any topic, cancels all acknowledgements.
 
         by : name of the person; now : time (s, steady clock)
         """

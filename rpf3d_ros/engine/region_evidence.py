@@ -24,9 +24,9 @@ class TopicEvidence(NamedTuple):
         return self.evidence.trigger_stamp_ns
 
     def with_faults_of(self, other: "TopicEvidence") -> "TopicEvidence":
-        """Return this evidence with the faults of other evidence added, because the other evidence is not kept.
+        """Return this evidence with the faults of `other` added, for example that patches are missing in the terrain.
 
-        Example of such a fault: patches are missing in the terrain.
+        The faults would be lost otherwise, because `other` is not kept.
         """
         faults = tuple(dict.fromkeys((*self.evidence.faults, *other.evidence.faults)))
         return self._replace(evidence=self.evidence._replace(faults=faults))

@@ -90,7 +90,7 @@ class SourceTopics:
 
     @property
     def oldest_ns(self) -> int | None:
-        """Stamp (ns) of the topic that has published longest ago, and will be silent first; None without topics."""
+        """The oldest of the topics' last stamps (ns): this topic will be silent first; None if no topic has a stamp."""
         return min(self._last.values(), default=None)
 
     def forget(self) -> None:
@@ -119,8 +119,11 @@ class SourceTopics:
     def _missing(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
         """Return a fault for each topic with lost messages whose sources would not be too old yet.
 
-        After a restart or `forget`, a loss in the future happened before the clock went back: it counts as a loss at
-        this time. Otherwise the clock may be wrong for a moment only, so the time of the loss stays.
+        After a restart or `forget`, a loss with a time in the future happened before the clock went back. The loss then
+        counts as if it happened at `now_ns`. In all other cases the clock may be wrong for a moment only, so the time
+        of the loss stays.
+
+        oldest_ns : time (ns) before which sources are too old; now_ns : present time (ns)
         """
         latest_ns = now_ns if self._is_new_time else max((now_ns, *self._missed.values()))
         self._is_new_time = False

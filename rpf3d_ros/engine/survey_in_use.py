@@ -62,8 +62,8 @@ class SurveyInUse(NamedTuple):
     mesh : bytes and transform of the last message with this survey; the bytes are empty if the survey is not a mesh
     patches : number of patches in the terrain since this survey
     is_mesh : True if the survey is a mesh, or its kind is not known
-    cloud_ns, cloud_digest : stamp (ns) and digest of the last survey in use that was a cloud, so that neither it
-        nor an older cloud returns after another survey has replaced it; 0 and "" if none is known
+    cloud_ns, cloud_digest : stamp (ns) and digest of the last survey in use that was a cloud, so that this
+        cloud and older clouds are refused after another survey has replaced it; 0 and "" if no such cloud is known
     """
 
     digest: str = ""
@@ -75,9 +75,9 @@ class SurveyInUse(NamedTuple):
     cloud_digest: str = ""
 
     def is_older(self, arrival: Arrival, digest: str, now_ns: int) -> bool:
-        """True if a message is a cloud that is older than the last cloud in use, or that cloud again after a mesh.
+        """True if a message is a cloud that is older than the last cloud in use, or repeats it after a mesh.
 
-        False if the clock went back before the start, so that the stamp of that cloud is in the future.
+        False if the clock went back before the start, so that the stamp of the last cloud in use is in the future.
 
         digest : SHA-256 (hex) of the survey in the message; now_ns : present time (ns), 0 before the clock begins
         """
@@ -87,10 +87,10 @@ class SurveyInUse(NamedTuple):
         return arrival.stamp_ns < self.cloud_ns or (again and digest != self.digest)
 
     def followed_by(self, arrival: Arrival, digest: str, stamp_ns: int, now_ns: int) -> "SurveyInUse":
-        """Return the survey in use after the survey of a message has replaced this one, or repeats it.
+        """Return the survey in use after the survey of a message was used: a new survey, or this survey again.
 
-        digest : SHA-256 (hex) of the survey in the message; stamp_ns : the time from which its age counts (ns)
-        now_ns : present time (ns)
+        digest : SHA-256 (hex) of the survey in the message
+        stamp_ns : time (ns) from which the age of the survey counts; now_ns : present time (ns)
         """
         cloud_ns, cloud_digest = self.cloud_ns, self.cloud_digest
         if not arrival.is_mesh and (arrival.stamp_ns >= cloud_ns or 0 < now_ns < cloud_ns):
@@ -128,7 +128,7 @@ class SurveyInUse(NamedTuple):
 def survey_in_use(ground: LiveTerrain | None, memory: Mapping[str, Any]) -> SurveyInUse:
     """Return the whole survey that is in use when the node starts.
 
-    ground : the restored terrain, None without one
+    ground : the restored terrain, None if there is none
     memory : the facts that `terrain_to_remember` and the builder saved before the start
     """
     before = SurveyInUse(

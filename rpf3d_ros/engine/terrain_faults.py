@@ -38,7 +38,7 @@ class TerrainBefore(NamedTuple):
 
     read_ns : time when the store was read, by the machine's clock (ns)
     patches_ns : times when the patches in the restored terrain were received, by the machine's clock (ns)
-    unread : number of stored patches that cannot be read; unreadable : why no terrain can be read, "" if one can
+    unread : number of stored patches that cannot be read; unreadable : why no terrain can be read, "" if a terrain can
     """
 
     read_ns: int = 0
@@ -84,9 +84,9 @@ def not_restored(memory: Mapping[str, Any], ground: LiveTerrain | None, unread: 
     """Return the patches and survey that the terrain had before the start, and that the restored terrain lacks.
 
     Without a store, all patches are missing. With a store, surveys and patches may be missing that were not written
-    before the node was killed. The digests show this. The numbers of patches do not, because a store counts from 0
-    again at each whole terrain that it writes. If the digests differ and no stored patch is unreadable, at least one
-    patch counts as missing. This also applies if the restored terrain is newer than `memory`, which can happen with
+    before the node was killed. The digests show this. The numbers of patches do not show it, because a store counts
+    from 0 again at each whole terrain that it writes. If the digests differ and no stored patch is unreadable, at least
+    one patch counts as missing. This also applies if the restored terrain is newer than `memory`, which can happen with
     messages of the last second before a kill.
 
     memory : from `terrain_to_remember`; ground : the restored terrain; None if there is none

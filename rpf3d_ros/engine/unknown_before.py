@@ -12,8 +12,8 @@ ADVICE = "a higher level may have been held: look at every area, then acknowledg
 class UnknownBefore:
     """The fault that the level held before the start is unknown, with the persons who have acknowledged the fault.
 
-    The acknowledgements of as many persons as the site demands end the fault, whatever level is held, because any level
-    may have been held. Only one thread may call.
+    The fault ends when as many persons as the site demands have acknowledged it. This number does not depend on the
+    present level, because any level may have been held. Only one thread may call.
     """
 
     def __init__(self, why: str, terms: AcknowledgeSpec) -> None:
@@ -34,8 +34,8 @@ class UnknownBefore:
         """Note an acknowledgement; return why the fault stays, or "" if it has ended.
 
         by : name of the person; now_ns : present time (ns)
-        other_faults : the other faults at this time. If there are any, the acknowledgement does not count, and neither
-            do earlier ones, because the person cannot have seen the danger
+        other_faults : the other faults at this time. If there are any, neither this acknowledgement nor earlier
+            acknowledgements count, because the person cannot have seen the danger
         """
         if other_faults:
             self._persons = {}

@@ -34,7 +34,7 @@ class WaitingSources:
         self.dropped = 0
 
     def put(self, trigger: Trigger) -> Trigger | None:
-        """Put a trigger in the queue; if more than `most` then wait, remove and return the one that has waited longest.
+        """Put a trigger in the queue; if more than `most` then wait, remove and return the longest-waiting trigger.
 
         Return None if no trigger must be removed. The new trigger replaces the waiting triggers whose places are all in
         its own region. A trigger with a source at another place stays, because nothing newer is known about this
@@ -51,9 +51,10 @@ class WaitingSources:
         return self._waiting.pop(next(iter(self._waiting)))
 
     def take(self) -> Trigger | None:
-        """Remove and return the trigger with the place whose last turn is longest ago; None if nothing waits.
+        """Remove and return the trigger with the place that was answered longest ago; None if no trigger waits.
 
-        Places without a turn so far come first; among equals, the newest trigger.
+        A place is a square in plan or a clicked place (`region_of`). Triggers with a place that was not answered yet
+        are first; of equal triggers, the newest is first.
         """
         if not self._waiting:
             return None

@@ -44,9 +44,9 @@ class Moment(NamedTuple):
     def follows(self, whole: "Moment") -> bool:
         """True if a patch of this moment changes the terrain of a whole survey of the moment `whole`.
 
-        The stamps decide, because a survey may be published long after it was made, or published again. If they are
-        equal, or one of both has no stamp, the times of publication decide. The same holds for a refused whole survey
-        in place of the patch.
+        The stamps decide, because a survey may be published long after it was made, or published again. If the
+        stamps are equal, or one of the messages has no stamp, the times of publication decide. The method is also used
+        for a refused whole survey in place of the patch.
         """
         if self.stamp_ns is None or whole.stamp_ns is None or self.stamp_ns == whole.stamp_ns:
             return self.published_ns > whole.published_ns
@@ -78,8 +78,8 @@ class Chapter(Generic[M]):
     """A whole survey, waiting or in use, with the patches that belong on top of it.
 
     whole : the waiting survey, None for the survey in use; moment : when the survey was published
-    early : patches that were published after the survey, but received before it
-    missing : number of patches as in `early` that are no longer kept; they become `lost` if the survey is used
+    early : patches that were published after the survey, but received before the survey
+    missing : number of early patches that are no longer kept; they count as `lost` if the survey is used
     patches : waiting patches that were received after the survey
     lost : number of patches on this survey that will not be in the terrain: dropped, refused, or received too early
     refused : later whole surveys that were refused
@@ -149,8 +149,8 @@ class WaitingTerrain(Generic[M]):
     ) -> None:
         """Note that messages were refused, or lost, before they were queued.
 
-        kind : "whole" or "patch"; published_ns : time of publication of the message (ns), 0 if it is not known; of lost
-            patches, a time after their publication
+        kind : "whole" or "patch"; published_ns : time of publication of the message (ns), 0 if it is not known; for
+            lost patches, a time after their publication
         why : the reason, for a whole survey; count : number of patches
         stamp_ns : stamp of the message (ns), or a later time; None for a message without a stamp
         """
@@ -187,8 +187,8 @@ class WaitingTerrain(Generic[M]):
     def put_whole(self, survey: M, moment: Moment | None = None) -> None:
         """Queue a whole survey; if too many wait, drop the oldest that has not been built.
 
-        A latched survey may be received again. It is ignored if it is already in the queue or in use, because patches
-        may have been applied to it, and if a later survey has replaced it.
+        A latched survey may be received again. The survey is then ignored if it is in the queue, in use, or replaced by
+        a later survey: patches that were applied to the survey must not be lost.
         """
         with self._changed:
             known = (*(each.moment for each in self._chapters), *self._replaced)
@@ -253,8 +253,8 @@ class WaitingTerrain(Generic[M]):
     def repeated(self, lost: int = 0) -> None:
         """Note that the last taken whole survey is the survey of the terrain in use, which was published again.
 
-        The patches since this survey still belong on top of it, and patches and surveys that the terrain lacks are
-        still missing. As in `accepted`, other surveys that waited are dropped.
+        The patches since this survey stay in the terrain, and patches and surveys that the terrain lacks are still
+        missing. As in `accepted`, other surveys that waited are dropped.
 
         lost : number of patches that were in the terrain, and are not any more
         """
@@ -271,7 +271,7 @@ class WaitingTerrain(Generic[M]):
             del self._chapters[1 : place + 1]
 
     def refused(self, why: str = "") -> None:
-        """Note that the last taken whole survey cannot be used; its patches go to the survey before it.
+        """Note that the last taken whole survey cannot be used; its patches are added to the previous survey.
 
         why : the reason
         """
@@ -327,7 +327,7 @@ class WaitingTerrain(Generic[M]):
             self._kept.popleft().patch = None
 
     def _refused_after(self, tried: Chapter[M]) -> list[RefusedSurvey]:
-        """Return the refused surveys that are newer than a survey, but were received before it."""
+        """Return the refused surveys that are newer than the survey of `tried`, but were received earlier."""
         before = [survey for chapter in self._chapters[: self._chapters.index(tried)] for survey in chapter.refused]
         return [survey for survey in before if tried.moment is not None and survey.moment.follows(tried.moment)]
 

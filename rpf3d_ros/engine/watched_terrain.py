@@ -34,7 +34,7 @@ class WatchedTerrain:
             self._known = None if self._known is None else DigestHistory(self._known.present, now_ns)
 
     def faults(self, parts: Sequence[Evidence], now_ns: int) -> tuple[str, ...]:
-        """Return the fault of answers over a former terrain that count for too long; empty if there are none.
+        """Return the fault of answers that still count too long after their terrain was replaced; empty if none do.
 
         parts : the evidence of each region; now_ns : present time (ns)
         """

@@ -27,7 +27,7 @@ EARLY = 0.15
 class PublishedAlert(NamedTuple):
     """The last published alert, kept so that it can be published again.
 
-    header : frame and stamp of its message of `alerts`
+    header : frame and stamp of the message on topic `alerts`
     result : number of the live result on which the alert was decided; None if there was no result
     """
 
@@ -51,11 +51,14 @@ class AlertPublishers:
         self.closed = False
 
     def publish(self, alert: Alert, evidence: Evidence | None, frame: str) -> bool:
-        """Publish the alert of a decision on `alarm` and `alerts`; return False, without publishing, if inactive.
+        """Publish the alert of a decision on `alarm` and `alerts`; return False if the node is inactive.
+
+        An inactive node publishes nothing.
 
         `alerts` has the stamp of the oldest sources of the decision, or the time of the decision if there is no answer.
 
-        evidence : the evidence of the decision, None if there is no answer; frame : frame of `alerts`
+        evidence : the evidence of the decision, None if there is no answer
+        frame : frame of the message on `alerts`
         """
         if self.closed or not self._alerts.is_activated:
             return False
@@ -75,7 +78,7 @@ class AlertPublishers:
             self._sound()
 
     def beat(self) -> None:
-        """Publish the last alert again if a heartbeat is due; call this several times per HEARTBEAT.
+        """Publish the last alert again if a heartbeat is due; call this several times within HEARTBEAT (s).
 
         Only `alarm`, as true, is published if there is no decision yet, if `sound_alarm` was called after the last
         decision, or if the validity of the last decision has ended. If only the validity has ended, `alarm` is

@@ -68,7 +68,7 @@ class AnswerPublishers:
 def messages_of(
     header: Header, answer: Answer, parameters: SimulatorParameters, made: Time
 ) -> Iterator[tuple[str, Any]]:
-    """Yield (topic, message) for each topic of an answer; a message is made only when it is asked for.
+    """Yield (topic, message) for each topic of an answer; each message is made only when the caller asks for it.
 
     The hazard grid is first, because it is the most urgent message; `results` is last.
 

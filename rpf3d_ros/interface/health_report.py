@@ -48,8 +48,8 @@ class HealthReport:
     def set(self, part: str, level: int, message: str, values: Mapping[str, str] | None = None) -> None:
         """Set the state of a part of the node, for example "terrain".
 
-        A changed level or sentence is published at once, or within PERIOD if the last publication was less than SPACING
-        ago. The state is logged if it is not OK, and when it is OK again.
+        A changed level or sentence is published at once, or within PERIOD (s) if the last publication was less than
+        SPACING (s) ago. The state is logged if it is not OK, and when it is OK again.
 
         level : OK, WARN, ERROR or STALE; message : a sentence; values : further figures, by name
         """

@@ -105,7 +105,7 @@ class SourceParameters(InputParameters):
 
     @property
     def recorded_sensors(self) -> RecordedSensors:
-        """The topics of sources. Raises InputError if a topic is given twice, or cannot have sources of a sensor."""
+        """The topics of sources. Raises InputError if a topic is given twice, or is a topic of rpf3d for other data."""
         sensors = RecordedSensors(poses=_not_empty(self.source_topics), clouds=_not_empty(self.source_cloud_topics))
         sensors.check()
         return sensors
@@ -114,7 +114,8 @@ class SourceParameters(InputParameters):
 class SensorTopics(NamedTuple):
     """The topics of sources, one for each sensor.
 
-    poses, clouds : topics with pose messages, and with cloud messages; expected : the topics that must publish
+    poses, clouds : topics with pose messages, and with cloud messages
+    expected : topics of either kind that must publish; the silence of an expected topic is a fault
     """
 
     poses: tuple[str, ...]
@@ -210,7 +211,8 @@ class SimulatorParameters(SourceParameters):
     def sensors(self) -> SensorTopics:
         """The topics of sources.
 
-        Raises InputError as `recorded_sensors`, and if a topic is expected or optional but not subscribed to, or both.
+        Raises InputError in the cases of `recorded_sensors`, if an expected or optional topic is not a topic of
+        sources, and if a topic is both expected and optional.
         """
         poses, clouds = self.recorded_sensors
         expected, optional = _not_empty(self.expected_topics), _not_empty(self.optional_topics)
@@ -224,14 +226,14 @@ class SimulatorParameters(SourceParameters):
         return SensorTopics(poses=poses, clouds=clouds, expected=tuple(name for name in must if name not in optional))
 
     def _named(self, parameter_name: str) -> tuple[str, ...]:
-        """Return the topics of a list parameter; () if the list has its default, whose topics need not exist."""
+        """Return the topics that a user listed in a parameter; () for the default list, whose topics may not exist."""
         default = next(each.default for each in fields(self) if each.name == parameter_name)
         value = tuple(getattr(self, parameter_name))
         return () if value == default else _not_empty(value)
 
 
 def _not_empty(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names without empty ones: a ROS parameter for no names is a list with an empty name."""
+    """Return the names that are not empty: a ROS parameter for no names is a list with an empty name."""
     return tuple(name for name in names if name)
 
 
@@ -356,7 +358,10 @@ class ParameterLock:
 
 
 def descriptor(about: Field[Any], fixed: bool = True) -> ParameterDescriptor:
-    """Return the description and range of a parameter, as ROS tools show them."""
+    """Return the description and range of a parameter, as ROS tools show them.
+
+    about : dataclass field of the parameter; fixed : True if the parameter is read-only
+    """
     meta = about.metadata
     described = ParameterDescriptor(description=meta["description"], read_only=fixed)
     if meta["choices"]:

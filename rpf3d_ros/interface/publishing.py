@@ -17,7 +17,7 @@ def publishers_of(
 
     This is for programs that publish in place of a sensor.
 
-    topics : keys of `known`; known : type and kind of the topics
+    topics : keys of `known`; known : message type and quality of service of each topic, by name
     """
     return {
         name: node.create_publisher(known[name].message_class, name, given_qos(known[name].offered))

@@ -82,7 +82,7 @@ class RecordedSensors(NamedTuple):
     clouds: tuple[str, ...] = (CLOUD_SOURCES,)
 
     def check(self) -> None:
-        """Raise InputError if a topic is given twice, or is a topic of rpf3d with other content."""
+        """Raise InputError if a topic is given twice, or is a topic of rpf3d for other data than sources."""
         given = (*self.poses, *self.clouds)
         for name in given:
             if given.count(name) > 1:
@@ -104,9 +104,9 @@ def topics_with(sensors: RecordedSensors) -> dict[str, RecordedTopic]:
 
 
 def topic_called(name: str, namespace: str = "", topics: Mapping[str, RecordedTopic] = TOPICS) -> str | None:
-    """Return the key in `topics` for the full name of a topic, as in a bag; None if the topic is not recorded.
+    """Return the key in `topics` of a topic with a given full name; None if the topic is not recorded.
 
-    namespace : namespace of the nodes, with or without slashes; "" for none
+    name : full name, as in a bag; namespace : namespace of the nodes, with or without slashes; "" for none
 
     >>> topic_called("/mine/terrain/mesh", "/mine"), topic_called("/diagnostics", "/mine"), topic_called("/odom")
     ('terrain/mesh', '/diagnostics', None)

@@ -27,7 +27,7 @@ class SceneParameters:
     """The fields of a scene as parameters of the simulator node, and the values that were given for them."""
 
     def __init__(self, node: Node) -> None:
-        """Declare all fields. Raises InputError, one line for each parameter, if the given values form no scene."""
+        """Declare all fields. Raises InputError, with a line for each wrong parameter, if the scene is not valid."""
         self._node = node
         self._fields = {field.key: field for field in live_parameters()}
         given = {name: value for name in (SCENE, *self._fields) if (value := _override(node, name)) not in (None, "")}
@@ -106,7 +106,8 @@ def _kind(field: SceneField) -> type:
 def _override(node: Node, name: str) -> Any:
     """Return the value of a parameter from the command line or a parameter file, before its type is checked.
 
-    The parameter is declared without a type, because the scene's model checks the value.
+    The value is None if none was given. The parameter is declared without a type for this call only, because the
+    scene's model checks the value.
     """
     if not node.has_parameter(name):
         node.declare_parameter(name, None, ParameterDescriptor(dynamic_typing=True))

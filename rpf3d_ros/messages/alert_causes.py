@@ -14,7 +14,7 @@ NOTHING, SOURCES, FAULT, NOT_KNOWN = "nothing", "sources", "fault", "unknown"
 
 
 def causes_of_site(alert: Alert) -> dict[str, str]:
-    """Return the values that explain the level of the site: cause, cluster of sources, terrain, and since when.
+    """Return the values that explain the level of the site: cause, cluster of sources, terrain and start time.
 
     The cause is that of the first area whose held level is the held level of the site.
     """
@@ -23,12 +23,15 @@ def causes_of_site(alert: Alert) -> dict[str, str]:
 
 
 def causes_of_area(area: AreaAlert, alert: Alert) -> dict[str, str]:
-    """Return the values that explain the level of an area: cause, cluster of sources, terrain, and since when."""
+    """Return the values that explain the level of an area: cause, cluster of sources, terrain and start time."""
     return _values(area, area, alert)
 
 
 def _values(one: Alert | AreaAlert, raised: AreaAlert | None, alert: Alert) -> dict[str, str]:
-    """Return the values of the site or an area; raised : the area whose limits caused the held level, or None."""
+    """Return the values that explain the level of the site or of an area (`one`), from an alert.
+
+    raised : the area whose limits caused the held level, None if there is none
+    """
     cause = _cause_of(one.level, raised)
     origin = raised.origin if raised is not None and cause == SOURCES else None
     return {
@@ -48,7 +51,10 @@ def _cause_of(level: Level, raised: AreaAlert | None) -> str:
 
 
 def _fault_of(one: Alert | AreaAlert, faults: Sequence[str]) -> str:
-    """Return the first fault that names the area; for the site, or if no fault names the area, the first fault."""
+    """Return the first fault that names the area; for the site, or if no fault names the area, the first fault.
+
+    "" if there is no fault.
+    """
     named = (fault for fault in faults if isinstance(one, AreaAlert) and fault.startswith(f"{one.name}: "))
     return next(named, next(iter(faults), ""))
 

@@ -40,8 +40,8 @@ def alerts_message(
     The message of the site's status contains the reasons; the values contain the figures that a bridge to a PLC needs.
     The status of an area is named after the area.
 
-    header : frame and stamp of the message; the stamp is that of the oldest sources of the decision, or the time of the
-        decision if there is no answer
+    header : frame and stamp of the message; the stamp must belong to the oldest sources of the decision, or be the time
+        of the decision if there is no answer
     result : number of the result (stage of an answer) on which the decision is based; None if there is no answer
     publication : number and time of the publication, for a consumer that must notice a repeated or an old message
     """

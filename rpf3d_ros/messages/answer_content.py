@@ -26,12 +26,14 @@ x, y, z are in m, t in s, speed in m/s, energy in J; rocks are counted from 0.
 class AnswerContent(NamedTuple):
     """The rocks of an answer that are shown, as columns in the map frame.
 
+    The units are m (x, y, z, runout), s after the release (t), m/s (speed) and J (energy); `rock` is the rock's number.
+
     trajectories : x, y, z, t, rock, speed, energy; grouped by rock, in order of time
     impacts : x, y, z, t, rock, speed, energy; speed and energy just before each impact
     deposits : x, y, z, t, rock, runout, speed, energy; one row for each rock that stopped or was caught on the terrain,
         with the greatest speed and energy of its path
 
-    Each of the three has a column `result`: the number of the result, different for each stage of an answer.
+    Each group of columns also has `result`: the number of the result, different for each stage of an answer.
     """
 
     trajectories: Columns

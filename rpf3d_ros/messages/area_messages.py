@@ -24,9 +24,9 @@ def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArra
 
     A polygon without corners deletes the area: the list is then empty.
 
-    Raises MessageRefused for a foreign frame, and for corners that are not finite, are too many or form no polygon;
-    also for float32 coordinates beyond `FARTHEST`, because they have lost centimetres; and for corners of equal height
-    in a tilted frame, because an outline without heights has no place in plan; and for an area below `SMALLEST`.
+    Raises MessageRefused for a foreign frame, for corners that are not finite, are too many or form no polygon, and for
+    an area below `SMALLEST`. Also refused are float32 coordinates beyond `FARTHEST`, because they have lost
+    centimetres, and corners of equal height in a tilted frame: an outline without heights has no place in plan there.
     """
     frame.check(polygon.header.frame_id)
     corners = polygon.polygon.points

@@ -36,8 +36,10 @@ SMALLEST = 1e-36
 def columns_of_cloud(cloud: "PointCloud2", names: Sequence[str]) -> dict[str, NDArray[Any]]:
     """Return the named fields of a point cloud as columns (height, width), without copying the data.
 
-    Each column has the type of its field. Raises MessageRefused as `check_sizes`, and if a field is missing, has an
-    unknown type, has more than one value, or lies outside the point.
+    Each column has the type of its field.
+
+    Raises MessageRefused in the cases of `check_sizes`, and if a field is missing, has an unknown type, has more than
+    one value, or lies outside the point.
     """
     check_sizes(cloud)
     fields = [_field(cloud, name) for name in names]
@@ -60,7 +62,7 @@ def positions_of_cloud(cloud: "PointCloud2") -> FloatArray:
 
     Only a cloud that is not dense may contain NaN.
 
-    Raises MessageRefused as `columns_of_cloud`, and also:
+    Raises MessageRefused in the cases of `columns_of_cloud`, and also:
     for x, y, z that are not floating point; for infinite points; for NaN in a cloud that is marked as dense; for
     float32 coordinates beyond `FARTHEST`, which have already lost centimetres; and for coordinates below `SMALLEST`
     that are not 0, which are probably bytes in the wrong order.
@@ -78,7 +80,7 @@ def check_sizes(cloud: "PointCloud2") -> None:
     """Check the announced sizes of a cloud without reading or allocating its points.
 
     Raises MessageRefused for a cloud without points, for data shorter than the announced sizes, and for data
-    that hold a further point: the publisher may have announced too few, and these points would be lost silently.
+    with room for a further point: the publisher may have announced too few points, and the rest would be lost silently.
     """
     if cloud.width * cloud.height == 0 or cloud.point_step == 0:
         raise MessageRefused("the cloud holds no points; width, height and point_step must be at least 1")

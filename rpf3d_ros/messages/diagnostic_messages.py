@@ -18,7 +18,7 @@ def diagnostics_of(stamp: Time, healths: Iterable[Health]) -> DiagnosticArray:
 
 
 def of_unit(message: DiagnosticArray, namespace: str) -> DiagnosticArray:
-    """Set the hardware id of a message to that of a node in a namespace, and return the message.
+    """Set the hardware id in a node's message: `rpf3d` and the node's namespace; return the message.
 
     Two pits in one ROS domain can then be distinguished.
 

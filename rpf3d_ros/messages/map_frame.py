@@ -40,7 +40,7 @@ class RigidTransform(NamedTuple):
         return np.asarray(points @ self.rotation.T + self.translation)
 
     def directions(self, directions: FloatArray) -> FloatArray:
-        """Return directions or velocities (..., 3) of the other frame in the map frame: rotated, not shifted."""
+        """Return directions (-) or velocities (m/s), (..., 3), of the other frame in the map frame; without shift."""
         return np.asarray(directions @ self.rotation.T)
 
 
@@ -83,7 +83,7 @@ class MapFrame:
         return f"check the transform of frame '{frame_id}'"
 
     def directions(self, directions: FloatArray, frame_id: str) -> FloatArray:
-        """Return directions or velocities (..., 3) of a message, converted from frame_id to the map frame.
+        """Return directions (-) or velocities (m/s), (..., 3), of a message, converted from frame_id to the map frame.
 
         Raises MessageRefused for a foreign frame.
         """
@@ -103,7 +103,7 @@ class MapFrame:
         return bool(abs(self.other.rotation[2, 2]) < LEVEL)
 
     def check(self, frame_id: str) -> None:
-        """Raise MessageRefused for a foreign frame: any frame but the map frame, the survey frame and that of `other`.
+        """Raise MessageRefused for a foreign frame: not the map frame, the survey frame or the frame of `other`.
 
         An empty name is refused, too.
         """

@@ -35,7 +35,8 @@ class Layout(NamedTuple):
     """The fields of a marker that rpf3d sets; all others are zero or empty, and the pose does not move the points.
 
     kind, action : type and action of visualization_msgs/Marker
-    scale : m; colour : red, green, blue, opacity
+    scale : sizes x, y, z (m), with the meaning of Marker.msg for this type, such as x for the width of lines
+    colour : red, green, blue, opacity, 0 to 1
     points : (N, 3) m
     colours : (N, 4) red, green, blue, opacity, 0 to 1; (0, 4) if `colour` applies to all points
     """

@@ -31,7 +31,7 @@ Colour = tuple[float, float, float, float]
 class Strip(NamedTuple):
     """One drawn trajectory.
 
-    points : (T, 3) m, T >= 2
+    points : (T, 3) m, map frame, T >= 2
     colours : (T, 4) red, green, blue, opacity, 0 to 255
     """
 
@@ -51,8 +51,8 @@ def strips_of_markers(array: "MarkerArray", frame: MapFrame) -> list[Strip]:
 def facets_of_markers(array: "MarkerArray", frame: MapFrame) -> dict[str, tuple[FloatArray, Colour]]:
     """Return the facets of hazard zones in a marker message: namespace -> corners (F, 3, 3) m, and colour.
 
-    The corners are in the map frame. Raises MessageRefused as `strips_of_markers`, and if the number of a marker's
-    points is not a multiple of 3.
+    The corners are in the map frame. Raises MessageRefused in the cases of `strips_of_markers`, and if the number of a
+    marker's points is not a multiple of 3.
     """
     found = {}
     for marker in _shapes(array, TRIANGLE_LIST):
@@ -66,7 +66,7 @@ def facets_of_markers(array: "MarkerArray", frame: MapFrame) -> dict[str, tuple[
 def outlines_of_markers(array: "MarkerArray", frame: MapFrame) -> dict[str, tuple[list[FloatArray], Colour]]:
     """Return the outlines in a marker message: namespace -> lines (T, 3) m, map frame, and colour.
 
-    Raises MessageRefused as `strips_of_markers`, and if a LINE_LIST has an odd number of points.
+    Raises MessageRefused in the cases of `strips_of_markers`, and if a LINE_LIST has an odd number of points.
     """
     found: dict[str, tuple[list[FloatArray], Colour]] = {}
     for marker in _shapes(array, LINE_STRIP, LINE_LIST):

@@ -32,8 +32,8 @@ SIZE_WHOLE = re.compile(
 def check_names(names: Collection[str]) -> None:
     """Raise MessageRefused if a velocity or size of the sources seems to be in a field that is not read.
 
-    Case, and all characters other than letters and digits, do not matter. A field that looks like a velocity does no
-    harm if a field `vx`, `vy` or `vz` is there, nor does a size next to a field `diameter`.
+    Case, and all characters other than letters and digits, do not matter. A field that looks like a velocity is allowed
+    if the cloud has a field `vx`, `vy` or `vz`. A field that looks like a size is allowed if the cloud has `diameter`.
 
     names : of the fields of the cloud
     """
@@ -54,5 +54,5 @@ def check_names(names: Collection[str]) -> None:
 
 
 def _is_like(word: str, anywhere: "re.Pattern[str]", whole: "re.Pattern[str]") -> bool:
-    """Return True if a name in lower case contains one pattern, or equals another pattern."""
+    """Return True if a part of a name (lower case) matches `anywhere`, or if the whole name matches `whole`."""
     return bool(anywhere.search(word) or whole.fullmatch(word))

@@ -71,7 +71,7 @@ def sources_of_poses(poses: PoseArray, frame: MapFrame, speed: float = 1.0) -> S
 
 
 def doubt_of_poses(poses: PoseArray, speed: float) -> str:
-    """Return a warning if the rocks are perhaps thrown in a direction that no one intended; "" otherwise.
+    """Return a warning if rocks may be thrown in a direction that the publisher did not intend; "" otherwise.
 
     If no pose of a message is rotated, its orientations may be the default values of a program that knows no direction.
 
@@ -172,7 +172,11 @@ def quaternions_along(velocities: FloatArray) -> FloatArray:
 def _sources(
     header: Header, frame: MapFrame, positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None = None
 ) -> Sources:
-    """Return the sources of a message, converted to the map frame."""
+    """Return the sources of a message, converted to the map frame.
+
+    positions : (S, 3) m and velocities : (S, 3) m/s, in the frame of `header`
+    diameters : (S,) m, NaN if unknown; None if no source has a diameter
+    """
     ours = Header(stamp=header.stamp, frame_id=frame.name)
     return Sources(
         header=ours, positions=frame.points(positions, header.frame_id),

@@ -31,9 +31,9 @@ def placed(poses: "PoseArray", frame: MapFrame) -> tuple[FloatArray, FloatArray]
 
 
 def x_axes(turns: FloatArray) -> FloatArray:
-    """Return the directions (R, 3) of the x axis after rotation by quaternions (R, 4); zero for a zero quaternion.
+    """Return the x axis (R, 3), rotated by unit quaternions (R, 4) x, y, z, w; zero for a zero quaternion.
 
-    An x axis is the first column of the rotation matrix.
+    The rotated x axis is the first column of the rotation matrix.
     """
     x, y, z, w = turns.T
     return np.stack([w * w + x * x - y * y - z * z, 2 * (x * y + z * w), 2 * (x * z - y * w)], axis=-1)

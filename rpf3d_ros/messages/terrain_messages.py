@@ -35,7 +35,8 @@ FEWEST_POINTS = 3
 def check_cloud(cloud: "PointCloud2", frame: MapFrame, most: int = MOST_POINTS) -> None:
     """Check a cloud without reading its points: its frame, its sizes and its number of points.
 
-    Raises MessageRefused. The check takes microseconds, so a callback can wait for it.
+    Raises MessageRefused for a foreign frame, wrong sizes (`check_sizes`) and more than `most` points. The check takes
+    microseconds, so a callback can wait for it.
     """
     frame.check(cloud.header.frame_id)
     _check_count(cloud.height * cloud.width, most)
@@ -46,8 +47,12 @@ def survey_of_cloud(cloud: "PointCloud2", frame: MapFrame, most: int = MOST_POIN
     """Return the survey in a cloud of terrain/points or terrain/update.
 
     A cloud with at least two rows and two columns is a grid, any other cloud scattered points. A point with a NaN is a
-    hole of a grid, and is left out of scattered points. Raises MessageRefused as `check_cloud` and
-    `positions_of_cloud`, if a grid has only NaN points, and if fewer than `FEWEST_POINTS` scattered points remain.
+    hole of a grid, and is left out of scattered points.
+
+    most : largest number of points
+
+    Raises MessageRefused in the cases of `check_cloud` and `positions_of_cloud`, if a grid has only NaN points, and if
+    fewer than `FEWEST_POINTS` scattered points remain.
     """
     check_cloud(cloud, frame, most)
     if cloud.height > 1 and cloud.width > 1:
@@ -85,8 +90,8 @@ def mesh_of_cdr(data: Buffer, frame: MapFrame, frame_id: str, most: int = MOST_P
     frame_id : frame of the mesh, from a parameter, because a Mesh has no header
 
     Raises MessageRefused for another encapsulation, for lengths that do not fit the buffer, for more than `most`
-    vertices or twice as many triangles, for indices beyond the vertices, for vertices that are not finite, and as
-    `MapFrame.points`. No memory is allocated before its length has been checked.
+    vertices or twice as many triangles, for indices beyond the vertices, for vertices that are not finite, and in
+    the cases of `MapFrame.points`. No memory is allocated before its length has been checked.
     """
     triangles, vertices = _split_mesh(data, most)
     if not bool(np.isfinite(vertices).all()):

@@ -36,7 +36,10 @@ NOT_ALONE = 4
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Acknowledge the alert; return the exit code: 0 to 4 as in the module's docstring, 128 + the signal's number."""
+    """Acknowledge the alert; return the exit code: 0 if the level was lowered, else 1 to 4, or 128 + a signal's number.
+
+    1 : refused; 2 : no simulator; 3 : result not known yet; 4 : another person must acknowledge, too
+    """
     words = sys.argv[1:] if args is None else list(args)
     options = _options(arguments_of_program(words))
     return unless_signalled(lambda: _acknowledged(options, words))
@@ -124,7 +127,7 @@ def _simulator_in_namespace(node: "Node", until: float) -> str:
     until : time (s, monotonic) at which the search ends
 
     Raises InputError if there is none; the message names the simulators of other namespaces. A simulator of another
-    namespace is never returned, because it may be that of another pit.
+    namespace is never returned, because it may belong to another pit.
     """
     own = f"{node.get_namespace().rstrip('/')}/{SIMULATOR}"
     names: list[str] = []

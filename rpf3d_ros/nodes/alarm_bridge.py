@@ -71,9 +71,9 @@ class AlarmBridgeNode(Node):
         self.create_timer(LOOK, self.look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def look(self) -> None:
-        """Open or close the contacts by the last messages and their age, and report a change in the diagnostics.
+        """Open or close the contacts according to the last messages and their age; report a change in the diagnostics.
 
-        The change is reported on another thread, because a log that hangs must not delay the next look.
+        The change is reported on another thread, because a log that hangs must not delay the next call.
         """
         self.state.note_publishers({topic: self._publishers_of(topic) for topic in self._subscriptions_of})
         why = self.state.why_open(time.monotonic(), self.get_clock().now().nanoseconds)
@@ -95,7 +95,7 @@ class AlarmBridgeNode(Node):
         """Return the full names of the nodes that publish a topic.
 
         If the ROS graph shows fewer publishers than the liveliness events of DDS report, the name "unknown" is added
-        for each of the others.
+        for each publisher that the graph does not show.
         """
         seen = self.get_publishers_info_by_topic(self._subscriptions_of[topic].topic_name)
         names = [f"{one.node_namespace.rstrip('/')}/{one.node_name}" for one in seen]
@@ -134,7 +134,7 @@ class AlarmBridgeNode(Node):
             self.look()
 
     def destroy_node(self) -> None:
-        """Open all contacts, so that every reader takes the alarm to be on, then destroy the node."""
+        """Open all contacts, which every reader must treat as an alarm, then destroy the node."""
         for contact in self.contacts:
             contact.close()
         self.contacts = []

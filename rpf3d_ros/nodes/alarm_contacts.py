@@ -44,7 +44,7 @@ class Wanted:
         self._is_closed, self._said_at = False, 0.0
 
     def set(self, is_closed: bool) -> None:
-        """Store whether the contact must be closed or open, and the time of the call."""
+        """Store the state that the contact must have, and the time of the call; is_closed : True for closed."""
         with self.changed:
             is_new, self._is_closed, self._said_at = is_closed != self._is_closed, is_closed, time.monotonic()
             if is_new:
@@ -100,7 +100,9 @@ class FileContact:
         self._thread.start()
 
     def set(self, is_closed: bool) -> None:
-        """Ask the contact's thread to close or open the contact, and return at once; call this every LOOKED seconds.
+        """Ask the contact's thread to close the contact if `is_closed` is True, else to open it; return at once.
+
+        Call this at least every LOOKED seconds; otherwise the thread opens the contact.
 
         The contact cannot be closed while another program holds a lock on the file to read it; the next attempt follows
         after BEAT seconds.
@@ -176,7 +178,7 @@ class TcpContact:
     """Sends a line `closed` or `open` to each connected program, on loopback, every REPEAT seconds and at each change.
 
     A program must treat the contact as open if the connection ends, or if no line arrives for two seconds. A program
-    that cannot be accepted, for example because too many files are open, receives no line until it can.
+    whose connection cannot be accepted yet, for example because too many files are open, receives no line until then.
     """
 
     def __init__(self, port: int) -> None:
@@ -187,7 +189,7 @@ class TcpContact:
         threading.Thread(target=self._accept, name="contact", daemon=True).start()
 
     def set(self, is_closed: bool) -> None:
-        """Close or open the contact; call this at least every LOOKED seconds."""
+        """Close the contact if `is_closed` is True, else open it; call this at least every LOOKED seconds."""
         self._wanted.set(is_closed)
 
     def close(self) -> None:

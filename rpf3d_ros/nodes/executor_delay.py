@@ -19,9 +19,9 @@ LONGEST = 0.05
 class ExecutorDelay:
     """A timer that reports in /diagnostics how long the executor was busy at most since the last report.
 
-    The reported time is that of the longest round of callbacks (`TimedExecutor`), or the delay of the timer itself if
-    that is longer, for example because another thread holds the interpreter's lock. With another executor, the reported
-    time is the delay of the timer alone.
+    The reported time is the duration of the longest round of callbacks (`TimedExecutor`), or the delay of the timer
+    itself if that is longer, for example because another thread holds the interpreter's lock. With another executor,
+    the reported time is the delay of the timer alone.
     """
 
     def __init__(self, node: Node, health: HealthReport) -> None:

@@ -77,7 +77,10 @@ class _Pump:
                 data = data[self._passed_on(data) :]
 
     def _passed_on(self, data: bytes) -> int:
-        """Write bytes to the original file; return how many can be discarded: all if the reader has gone."""
+        """Write bytes to the original file; return the number of bytes written, or of all bytes if the reader has gone.
+
+        Return 0 if nothing can be written now; the caller then tries again.
+        """
         try:
             return os.write(self._real, data)
         except BlockingIOError:  # the descriptor was made non-blocking by another program

@@ -154,11 +154,11 @@ class Inputs:
         self._health.set("terrain", ERROR, why)
 
     def on_points(self, data: Buffer, published_ns: int) -> None:
-        """Take a point cloud (CDR bytes) as the new terrain: points in rows, or scattered points."""
+        """Queue a point cloud (CDR bytes) as the new terrain: points in rows, or scattered points."""
         self._survey("terrain/points", data, lambda cloud: self._whole(cloud, published_ns), published_ns)
 
     def on_mesh(self, data: Buffer, published_ns: int) -> None:
-        """Take a mesh (CDR bytes) as the new terrain; its time of arrival counts as its stamp."""
+        """Queue a mesh (CDR bytes) as the new terrain; the time of arrival replaces the missing stamp."""
         now = self._now()
 
         def take() -> None:
@@ -177,7 +177,7 @@ class Inputs:
         self._try("terrain/mesh", take, published_ns)
 
     def on_update(self, data: Buffer, published_ns: int) -> None:
-        """Take a point cloud (CDR bytes) as a patch, which replaces a part of the terrain."""
+        """Queue a point cloud (CDR bytes) as a patch, which replaces a part of the terrain."""
 
         def take(cloud: PointCloud2) -> None:
             arrival = self._arrival(cloud)
@@ -188,17 +188,17 @@ class Inputs:
     # --- called on the executor's thread
 
     def on_poses(self, topic: str, poses: PoseArray) -> None:
-        """Take each pose as a source of rocks; a message without poses means that no rock is moving."""
+        """Queue all poses as sources of rocks; a message without poses means that no rock is moving."""
         speed = self._parameters.release_speed
         self._doubts[topic] = doubt_of_poses(poses, speed)
         self._sources(topic, poses.header, lambda frame: sources_of_poses(poses, frame, speed))
 
     def on_point(self, topic: str, point: PointStamped) -> None:
-        """Take a clicked point as a source of rocks."""
+        """Queue a clicked point as a source of rocks."""
         self._sources(topic, point.header, lambda frame: sources_of_point(point, frame))
 
     def on_cloud(self, topic: str, cloud: PointCloud2) -> None:
-        """Take each point of a cloud as a source of rocks, with size and velocity if the cloud has these fields."""
+        """Queue all points of a cloud as sources of rocks, with size and velocity if the cloud has these fields."""
         self._sources(topic, cloud.header, lambda frame: sources_of_cloud(cloud, frame))
 
     def on_polygon(self, topic: str, polygon: PolygonStamped) -> None:
@@ -214,7 +214,7 @@ class Inputs:
         return int(self._node.get_clock().now().nanoseconds)
 
     def _subscribe_sensor(self, kind: Any, topic: str, callback: Callable[[str, Any], None]) -> Any:
-        """Subscribe to a topic of a sensor, of which no message may be lost without a fault."""
+        """Subscribe to a topic of a sensor, and report a fault whenever messages of the topic were lost."""
 
         def take(_: str, message: Any, info: Mapping[str, Any]) -> None:
             self._check_gaps(topic, message.header, info)
@@ -288,7 +288,7 @@ class Inputs:
         self._take(topic, header, take)
 
     def _take(self, topic: str, header: Header, take: Callable[[], None], published_ns: int = 0) -> None:
-        """Process a message with `take`; refuse a stamp older than the last one of the topic, or in the future."""
+        """Process a message with `take`; refuse a stamp that is older than the topic's last stamp, or in the future."""
         stamp = nanoseconds(header.stamp)
 
         def guarded() -> None:

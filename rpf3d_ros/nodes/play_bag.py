@@ -43,9 +43,11 @@ def main(args: Sequence[str] | None = None) -> int:
 
 
 def inputs_of(bag: Path, namespace: str, sensors: RecordedSensors | None = None) -> dict[str, RecordedTopic]:
-    """Return the topics in a bag that are inputs of the simulator; arguments as of `topics_of`.
+    """Return the topics in a bag that are inputs of the simulator.
 
-    Raises InputError if there are none.
+    bag, namespace, sensors : as in `topics_of`
+
+    Raises InputError in the cases of `topics_of`, and if the bag has no such topic.
     """
     given = {name: topic for name, topic in topics_of(bag, namespace, sensors).items() if topic.given}
     if not given:

@@ -88,7 +88,7 @@ class PublisherReports:
         self._report([*wrong, *mute], seen)
 
     def understood(self, topic: str) -> None:
-        """Note that a message of a topic was accepted; if the topic had a fault as mute, it ends at the next check."""
+        """Note that a message of a topic was accepted; the fault of a mute topic then ends at the next check."""
         self._mute.understood(topic)
 
     def _report(self, findings: Sequence[PublisherFinding], seen: Mapping[str, Sequence[SeenPublisher]]) -> None:

@@ -61,7 +61,7 @@ class ScenePublisherNode(Node):
         self.get_logger().info(f"poses have no speed: set release_speed of rpf3d_simulator to {asked}, {where}")
 
     def look(self) -> None:
-        """Publish the terrain again for new subscribers; publish the sources once they have enough subscribers."""
+        """Publish the terrain again for new subscribers, and the sources as soon as they have enough subscribers."""
         subscribers = self.terrain.get_subscription_count()
         if subscribers > self.served:
             self.terrain.publish(self.mesh)
@@ -70,7 +70,7 @@ class ScenePublisherNode(Node):
             self.publish_sources()
 
     def repeat(self) -> None:
-        """Publish the sources again, if they were published, and fewer than `repetitions` times (0 for no limit)."""
+        """Publish the sources again if they were published 1 to `repetitions` - 1 times; without limit if that is 0."""
         most = self.parameters.repetitions
         if self.repeated and (most == 0 or self.repeated < most):
             self.publish_sources()

@@ -40,7 +40,7 @@ class AlertEntries:
         if the message does not contain the area, for example because a machine has left.
 
         The entries have the time of the decision or, if the message lacks this time, the stamp of the message. This
-        stamp is that of the sources, so several decisions on the same sources have the same stamp.
+        is the stamp of the sources, so several decisions on the same sources have the same stamp.
         """
         alerts = alerts_of(array)
         stamp_ns = decided_at_ns(alerts) or nanoseconds(array.header.stamp)

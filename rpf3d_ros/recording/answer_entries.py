@@ -80,7 +80,7 @@ class AnswerEntries:
     def zones(self, array: Any) -> Iterator[RecordingEntry]:
         """Yield the entries of a message of hazard/zones, if its content is new.
 
-        The first entries delete the zones of the previous message; the others draw facets and outline of each zone.
+        The first entries delete the zones of the previous message; the rest draws facets and outline of each zone.
         """
         levels = by_name(facets_of_markers(array, self._frame), HAZARD, "level")
         outlines = by_name(outlines_of_markers(array, self._frame), HAZARD, "level")
@@ -141,7 +141,10 @@ class AnswerEntries:
 def _contents(
     levels: Mapping[str, tuple[FloatArray, Colour]], outlines: Mapping[str, tuple[list[FloatArray], Colour]]
 ) -> "list[np.ndarray]":
-    """Return names, facets, lines and colours of hazard zones as arrays, to compare them."""
+    """Return names, facets, lines and colours of hazard zones as arrays, to compare them.
+
+    levels : name -> corners (F, 3, 3) m of the facets, and colour; outlines : name -> lines (T, 3) m, and colour
+    """
     named = [np.array([*levels, "", *outlines])]
     facets = [part for corners, colour in levels.values() for part in (corners, np.array(colour))]
     return [*named, *facets, *(part for lines, colour in outlines.values() for part in (*lines, np.array(colour)))]

@@ -24,8 +24,8 @@ HELP = "topics of sources as {}, between commas, as the nodes' parameter; withou
 def sensors_in(reader: Any, poses: str | None = None, clouds: str | None = None) -> RecordedSensors:
     """Return the topics of sources in an open bag.
 
-    poses, clouds : names between commas that the user has given; None: the names that the recorder has noted in the
-        bag, or the default topic if none are noted
+    poses, clouds : names of topics from the user, separated by commas; None for the names that the recorder has noted
+        in the bag, or for the default topic if no names are noted
 
     Raises InputError if a name is given twice, or is another topic of rpf3d.
     """

@@ -150,7 +150,7 @@ def finite_positions(cloud: Any, frame: MapFrame) -> FloatArray:
 
 
 def column_of(cloud: Any, name: str) -> np.ndarray:
-    """Return one column (N,) of a cloud."""
+    """Return the values (N,) of the field `name` in the N points of a cloud."""
     return columns_of_cloud(cloud, (name,))[name].ravel()
 
 

@@ -24,7 +24,7 @@ _left: list[threading.Thread] = []
 def flush(stream: Any, seconds: float) -> None:
     """Wait until all rows of a stream are in its file.
 
-    Raises RuntimeError if this takes more than `seconds`, or if the writer thread has ended.
+    Raises RuntimeError if this takes more than `seconds` (s), or if the writer thread has ended.
     """
     until = time.monotonic() + seconds
     while True:
@@ -39,8 +39,8 @@ def flush(stream: Any, seconds: float) -> None:
 def close(stream: Any, seconds: float) -> None:
     """Write the waiting rows and the file's footer.
 
-    Raises RuntimeError in the same cases as `flush`. After an error, a separate thread releases the stream, because
-    the release may never end.
+    Raises RuntimeError in the same cases as `flush`, with the time limit `seconds` (s). After an error, a separate
+    thread releases the stream, because the release may never end.
     """
     try:
         flush(stream, seconds)

@@ -122,7 +122,7 @@ class RecordingFiles:
     def check(self) -> None:
         """Begin a new file if the last file could not be written, or has reached the limit of size or age.
 
-        Raises OSError or RuntimeError as `write`.
+        Raises OSError or RuntimeError as in `write`.
         """
         if self._recording is None:
             self._begin_again(0)

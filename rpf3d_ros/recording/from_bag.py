@@ -63,8 +63,8 @@ class Converted(NamedTuple):
 def sensors_of(bag: Path, source_topics: str | None = None, source_cloud_topics: str | None = None) -> RecordedSensors:
     """Return the topics of sources in a bag.
 
-    source_topics, source_cloud_topics : names between commas; None: the names that the recorder has noted in the bag,
-        or the default topic if none are noted
+    source_topics, source_cloud_topics : names of topics with poses and with clouds, separated by commas; None for the
+        names that the recorder has noted in the bag, or for the default topic if no names are noted
 
     Raises InputError if the bag cannot be read or is incomplete, or the names are wrong.
     """
@@ -86,7 +86,7 @@ def unread_of(bag: Path, namespace: str, sensors: RecordedSensors) -> list[str]:
 def topics_of(bag: Path, namespace: str = "", sensors: RecordedSensors | None = None) -> dict[str, RecordedTopic]:
     """Return the recorded topics that have messages in a bag, in the order of TOPICS.
 
-    namespace : namespace of the topics in the bag; sensors : topics of sources; None: as `sensors_of`
+    namespace : namespace of the topics in the bag; sensors : topics of sources, None for those of `sensors_of`
 
     Raises InputError if the bag cannot be read or is incomplete.
     """
@@ -99,7 +99,7 @@ def topics_of(bag: Path, namespace: str = "", sensors: RecordedSensors | None = 
 def messages_of(bag: Path, namespace: str = "", sensors: RecordedSensors | None = None) -> Iterator[Raw]:
     """Yield the messages of the recorded topics in a bag, in order of time.
 
-    namespace : namespace of the topics in the bag; sensors : topics of sources; None: as `sensors_of`
+    namespace : namespace of the topics in the bag; sensors : topics of sources, None for those of `sensors_of`
 
     Raises InputError if the bag cannot be read or is incomplete.
     """
@@ -164,7 +164,7 @@ def convert(
 
     out : path of the recording; frame : the map frame and survey frame of the messages
     mesh_frame : name of the frame of terrain/mesh; namespace : namespace of the topics in the bag
-    thinning : what the recording leaves out; sensors : topics of sources; None: as `sensors_of`
+    thinning : what the recording leaves out; sensors : topics of sources, None for those of `sensors_of`
 
     Raises InputError if the bag cannot be read or has none of the topics, OSError if the recording cannot be written.
     """

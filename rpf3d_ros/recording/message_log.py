@@ -27,7 +27,8 @@ MAPS = ("hazard/grid", "hazard/zones", "hazard/points")
 class Reading(NamedTuple):
     """A message that is to be recorded: its topic, and a function that returns its entries.
 
-    entries : deserializes and converts the message. Raises MessageRefused
+    entries : function that deserializes the message and returns its entries; raises MessageRefused for a message that
+        cannot be used
     """
 
     topic: str

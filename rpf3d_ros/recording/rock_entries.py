@@ -38,7 +38,7 @@ class RockEntries:
     """Converts the rocks of each answer to entries of a recording: the same chosen rocks in all topics of an answer.
 
     The paths of the rocks are drawn as lines from trajectories/points, which contains every rock. The published line
-    markers are drawn only if no such points arrive; until then, the markers wait in `held`.
+    markers are drawn only if no such points arrive; the markers wait in `held` until this is known.
     """
 
     def __init__(self, frame: MapFrame, times: EntryTimes, areas: Areas, most: int) -> None:
@@ -63,8 +63,8 @@ class RockEntries:
     def paths(self, cloud: Any) -> Iterator[RecordingEntry]:
         """Yield the entries for motion, points and lines of the rocks chosen from an answer.
 
-        Yield nothing if points and areas equal those of the previous answer. A cloud without points yields entries that
-        delete the points and lines of the last event, once.
+        Yield nothing if points and areas are the same as in the previous answer. A cloud without points yields entries
+        that delete the points and lines of the last event, once.
         """
         if cloud.width == 0:
             cleared = list(self._cleared(PATHS, cloud))
@@ -108,7 +108,7 @@ class RockEntries:
     def hits(self, topic: str, cloud: Any) -> Iterator[RecordingEntry]:
         """Yield the impacts or deposits of the chosen rocks; for impacts, also the energies of all rocks' impacts.
 
-        Yield nothing if the content equals that of the previous answer.
+        Yield nothing if the content is the same as in the previous answer.
         """
         if cloud.width == 0:
             yield from self._cleared(topic, cloud)
@@ -155,7 +155,9 @@ class RockEntries:
         return [rows[begin + evenly(end - begin, most)] for begin, end in zip(begins, ends, strict=True)]
 
     def _choice(self, points: FloatArray, rock: IntArray) -> IntArray:
-        """Return the numbers of the rocks to record: all rocks that reach an area, then others, evenly, up to `most`.
+        """Return the numbers of the rocks to record: all rocks that reach an area, and evenly spread other rocks.
+
+        The result has `most` rocks, or more if more rocks reach an area; all rocks if `most` is 0.
 
         points : (N, 3) m; rock : (N,) rock of each point, grouped by rock
         """

@@ -93,7 +93,7 @@ class Recording:
         )
 
     def update(self, number: int, points: FloatArray) -> None:
-        """Add a patch of the terrain as points (N, 3) m; patches with other numbers stay."""
+        """Add a patch of the terrain as points (N, 3) m; number : identifies the patch; other patches stay."""
         self._log(f"terrain/updates/{number}", self._points(points, UPDATE_COLOUR, POINT_PIXELS))
 
     def sources(self, positions: FloatArray, directions: FloatArray, sensor: str = "") -> None:
@@ -112,7 +112,7 @@ class Recording:
         self._log(_under("areas", name), self._rerun.LineStrips3D(outline, radii=-OUTLINE_PIXELS, colors=AREA_COLOUR))
 
     def area_outline(self, name: str, lines: list[FloatArray]) -> None:
-        """Add the outlines of an area of interest on the ground, lines (T, 3) m, next to its received outline."""
+        """Add the outlines of an area of interest on the ground, lines (T, 3) m; the outline of `area` stays, too."""
         strips = [_lifted(line) for line in lines]
         entity = _outline_of_area(name)
         self._log(entity, self._rerun.LineStrips3D(strips, radii=-OUTLINE_PIXELS, colors=AREA_COLOUR, labels=[name]))

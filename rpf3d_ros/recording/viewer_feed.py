@@ -92,7 +92,10 @@ class ViewerFeed:
             self.dropped += 1
 
     def close(self, seconds: float) -> bool:
-        """End the thread; return False if a hung viewer blocks the thread, which then ends with the process."""
+        """End the thread; return False if a hung viewer blocks the thread, which then ends with the process.
+
+        seconds : longest time (s) to wait for the thread
+        """
         self._closing.set()
         self._thread.join(seconds)
         return not self._thread.is_alive()
@@ -129,7 +132,7 @@ class ViewerFeed:
     def _empty(self) -> None:
         """Drop and count the entries that waited for a viewer: a new viewer receives the current state in their place.
 
-        The count `dropped` is that of lists of entries.
+        The attribute `dropped` counts lists of entries, not single entries.
         """
         while True:
             try:

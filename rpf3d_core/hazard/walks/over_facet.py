@@ -21,7 +21,7 @@ A wall 20 m high would be 2 um wide in plan, and the height above its plane woul
 def under(facets: Facets, f: int, arc: Arc, begin: float, end: float) -> tuple[float, float]:
     """Return when an arc is over facet f in plan: begin and end (s); end <= begin if never.
 
-    begin, end : only this part of the arc counts (s)
+    begin, end : the result is limited to these times (s) of the arc
 
     The arc is a straight line in plan. The line enters and leaves a triangle through the two edges whose ends lie on
     different sides of the line. The positions of these ends along and across the line give the crossings.
@@ -67,7 +67,7 @@ def crossing(a: float, across_a: float, b: float, across_b: float) -> float:
 
 @kernel
 def _holds(facets: Facets, f: int, x: Vec) -> bool:
-    """True if a point lies over facet f in plan; points over its sides count."""
+    """True if a point x (m) lies over facet f in plan; points over the sides of the facet count."""
     side = math.copysign(1.0, stored_normal(facets, f)[2])
     for k in range(3):
         a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)
@@ -78,7 +78,7 @@ def _holds(facets: Facets, f: int, x: Vec) -> bool:
 
 @kernel
 def largest_height(facets: Facets, f: int, arc: Arc, low: float, high: float) -> float:
-    """Return the largest height (m) of an arc above the plane of facet f between two times (s).
+    """Return the largest height (m) of an arc above the plane of facet f from the time `low` to the time `high` (s).
 
     The height is negative if the arc is always below the plane.
     """
@@ -88,9 +88,9 @@ def largest_height(facets: Facets, f: int, arc: Arc, low: float, high: float) ->
 
 @kernel
 def above_plane(facets: Facets, f: int, arc: Arc) -> tuple[float, float]:
-    """Return the height (m) of an arc's start vertically above the plane of facet f, and its rate of change (m/s).
+    """Return (c, b): the height c (m) of an arc's start vertically above the plane of facet f, and its rate b (m/s).
 
-    After t (s) the height is c + b t - g t^2 / 2.
+    After t (s) the height is c + b t - g t^2 / 2, with the gravity g of the arc.
     """
     n = stored_normal(facets, f)
     return dot(n, subtract(arc.x, corner(facets, f, 0))) / n[2], dot(n, arc.v) / n[2]

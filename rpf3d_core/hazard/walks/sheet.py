@@ -41,8 +41,8 @@ MIDDLE = (0.5137, 0.5071)
 class Sheet(NamedTuple):
     """What is known about the neighbours of F facets and about B buckets (search squares); at first UNKNOWN.
 
-    beyond : (3 F,) entry 3 f + k is for side k of facet f, which starts at corner k: 1 + 4 g + m if side m of facet g
-        is its only neighbour, else NOTHING
+    beyond : (3 F,) entry 3 f + k is for side k of facet f, which starts at corner k: 1 + 4 g + m if this side
+        has only one neighbour, side m of facet g; else NOTHING
     clear : (B,) YES if exactly one facet lies over each place of a bucket; alone : (F,) YES if all buckets under a
         facet are clear
     """
@@ -81,7 +81,7 @@ def sheet_after(sheet: Sheet, facets: Facets, locator: BucketLocator, changed: C
 
 @kernel
 def facet_beyond(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int, k: int) -> tuple[int, int]:
-    """Return the neighbour of facet f at side k, and the number (0 to 2) of the neighbour's side that both share.
+    """Return the neighbour of facet f at side k, and the number (0 to 2) of the shared side in the neighbour.
 
     Returns (NOTHING, 0) unless exactly one facet shares the side, with the same winding.
     """
@@ -146,7 +146,10 @@ def _is_clear(sheet: Sheet, locator: BucketLocator, facets: Facets, i: int, j: i
 
 @kernel
 def _least_inside(facets: Facets, f: int, x: float, y: float) -> float:
-    """Return how far a place in plan lies inside facet f (m), up to 1.42 times too large; negative outside."""
+    """Return the distance (m) in plan from a place x, y inside facet f to the nearest side; negative outside.
+
+    The result is 1 to 1.42 times the distance, because it is measured along an axis, which is faster.
+    """
     least = np.inf
     for k in range(3):
         a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)

@@ -62,7 +62,7 @@ class Track(NamedTuple):
 
 @kernel
 def tracks_of(pieces: Any, modes: Any, p: int) -> int:
-    """Return the number of tracks into which the path segment in row p is divided; 0 for a segment that takes no time.
+    """Return the number of tracks into which the path segment in row p is divided; 0 for a segment without duration.
 
     pieces : (S, 10) path segments: time, position and velocity at the start, velocity at the end
     modes : (S,) how the rock moves on each segment (`values.Mode`); row p + 1 begins at the end of segment p
@@ -85,6 +85,7 @@ def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gr
     modes : (S,) how the rock moves on each segment (`values.Mode`); row p + 1 begins at the end of segment p
     spins : (S, 2) twice the rotational energy per mass (m^2/s^2) at the start and the end of each segment; None if
         rocks do not spin
+    gravity : m/s^2
     """
     t, duration = pieces[p, 0], pieces[p + 1, 0] - pieces[p, 0]
     v = (pieces[p, 4], pieces[p, 5], pieces[p, 6])
@@ -181,7 +182,7 @@ def time_at(track: Track, t: float) -> float:
 
 @kernel
 def top_speed2(track: Track, begin: float, end: float) -> float:
-    """Return the largest squared speed (m^2/s^2) between two times along a track (s).
+    """Return the largest squared speed (m^2/s^2) from the time `begin` to the time `end` along a track (s).
 
     The largest value occurs at one of the two times, because the squared speed is a convex function of time.
     """
@@ -190,7 +191,7 @@ def top_speed2(track: Track, begin: float, end: float) -> float:
 
 @kernel
 def top_energy2(track: Track, begin: float, end: float) -> float:
-    """Return twice the largest kinetic energy (J/kg), rotation included, between two times along a track (s)."""
+    """Return twice the largest kinetic energy (J/kg), with rotation, from `begin` to `end` along a track (s)."""
     return max(_energy2_at(track.spin, track, begin), _energy2_at(track.spin, track, end))
 
 
@@ -211,7 +212,7 @@ def pace_of(v: float) -> float:
 
 @kernel
 def square_at(value: float, origin: float, side: float, count: int) -> int:
-    """Return the row or column of the grid cell that contains a coordinate (m); outside the grid, of the nearest cell.
+    """Return the row or column that contains a coordinate (m); outside the grid, the nearest row or column.
 
     origin : coordinate of the grid's border (m); side : of a cell (m); count : number of rows or columns
     """

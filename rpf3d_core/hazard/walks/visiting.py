@@ -86,7 +86,7 @@ def _fits(scratch: Scratch) -> bool:
 
 @kernel
 def _of_pieces(spins: Any) -> Any:
-    """Return the rotational energies at the ends of path segments for `tracks.track_of`; None if rocks do not spin.
+    """Return the argument `spins` of `tracks.track_of` for flown rocks; None if rocks do not spin.
 
     spins : `ensemble.spin.Spins` of the flown rocks; None if rocks do not spin
     """
@@ -141,7 +141,7 @@ def _walk_facets(walk: Walk, at: int) -> int:
 
 @kernel
 def _square(raster: Raster, x: float, y: float) -> int:
-    """Return the number of the map cell that contains a place in plan (m)."""
+    """Return the number of the map cell that contains the place x, y (m) in plan."""
     i = square_at(x, raster.x, raster.cell, raster.nx)
     return square_at(y, raster.y, raster.cell, raster.ny) * raster.nx + i
 

@@ -56,7 +56,7 @@ def write_benches(path: Path, benches: Sequence[Bench]) -> None:
 
 
 def _sampling(bench: Bench) -> list[Any]:
-    """Return the columns that benches.csv has only in a run over parameter sets."""
+    """Return a row's values in the columns that benches.csv has only in a run over parameter sets."""
     shares = [end for name in SHARES for end in getattr(bench, name)["sampling"] or (None, None)]
     return [*shares, *(bench.energy_predictive or ()), *(bench.energy_sampling or ())]
 

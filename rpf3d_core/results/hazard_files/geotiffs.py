@@ -1,6 +1,6 @@
 """Write the hazard maps as GeoTIFFs (hazard/*.tif), one file for each quantity, for GIS programs.
 
-The plan axes are those of the input, as in polygons of zones and areas: x and y, or x and z if y is up. The tag AXES
+The plan axes are the axes of the input, as in polygons of zones and areas: x and y, or x and z if y is up. The tag AXES
 names the two axes. The first row has the largest second coordinate.
 
 Nodata: in a percentile, NaN means that fewer than 20 rocks reached the cell; in another statistic or a time, NaN means
@@ -95,7 +95,7 @@ def _write_all(folder: Path, terrain: Terrain, maps: HazardMaps, system: "CRS | 
 def transform_of(raster: Raster, frame: Frame) -> Affine:
     """Return the transformation from columns and rows of a GeoTIFF to plan coordinates (m).
 
-    The order of the rows is that of `upright`. Columns and rows count from the outer corner of the first cell.
+    The order of the rows is as in `upright`. Columns and rows count from the outer corner of the first cell.
     """
     east, north, _ = frame.origin
     top = -(raster.y + north) if frame.up == "y" else raster.y + raster.ny * raster.cell + north

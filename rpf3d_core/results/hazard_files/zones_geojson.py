@@ -43,7 +43,7 @@ def write_hazard_zones(
     """Write zones.geojson: a polygon feature for each hazard zone that has cells.
 
     Zones of reach probability are first, lowest level first; then, in a run over parameter sets, zones of the upper end
-    of its predictive interval; then the zones of the matrix, highest class first.
+    of the predictive interval; then the zones of the matrix, highest class first.
 
     Parameters
     ----------

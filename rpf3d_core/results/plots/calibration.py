@@ -110,7 +110,7 @@ def _reached(predicted: Predicted, axis: int) -> tuple[FloatArray, FloatArray]:
 def _even_rows(weights: FloatArray) -> NDArray[np.int64]:
     """Return the rows (DRAWN,) of the stops to draw, chosen without random numbers.
 
-    weights : (M,) of all stops; the row of a stop of more weight is returned more often
+    weights : (M,) of all stops; the row of a stop with more weight is returned more often
     """
     reached = np.cumsum(weights)
     share = (np.arange(DRAWN) + 0.5) / DRAWN * reached[-1]
@@ -120,7 +120,8 @@ def _even_rows(weights: FloatArray) -> NDArray[np.int64]:
 def write_coverage(path: Path, rank: FloatArray, blocks: int) -> None:
     """Write coverage.png: how many of the observed blocks stopped within the predictive intervals of a calibration.
 
-    The picture shows the share of the blocks for intervals of each probability. The blocks were kept out of the fit.
+    The picture shows which share of the blocks stopped within intervals of each probability. The blocks were kept out
+    of the fit.
 
     rank : (K, 2) predicted probability that a rock stops nearer than the observed block, along and across the slope
     blocks : number of all blocks, at least K; a block without a prediction is outside all intervals

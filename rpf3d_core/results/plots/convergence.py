@@ -23,7 +23,7 @@ JOULE_PER_KJ = 1000.0
 def write_convergence(path: Path, name: str, steps: Sequence[Step], target: "TargetSpec") -> None:
     """Write convergence.png: widths of intervals, and 95th percentiles of energy, against the number of rocks.
 
-    name : of the scene, and the number of rocks, for the title; steps : at least one, in order of the number of rocks
+    name : name of the scene and number of rocks, for the title; steps : at least one, in order of the number of rocks
     """
     figure = Figure(figsize=(8.0, 8.0), layout="constrained")
     FigureCanvasAgg(figure)

@@ -252,7 +252,11 @@ def _ground(
     areas: Mapping[str, Sequence[FloatArray]],
     pictures: GroundPictures | None = None,
 ) -> MapBackground:
-    """Return the shaded terrain behind the hazard pictures: the part that rocks reached, and areas that overlap it."""
+    """Return the shaded terrain behind the hazard pictures: the part that rocks reached, and areas that overlap it.
+
+    releases : (N, 2 or 3) m; areas : name -> rings (N, 2) m; both in the local frame
+    pictures : pictures of the terrain that other maps share; None to make them here
+    """
     pictures, whole = pictures or GroundPictures(terrain), whole_window(terrain)
     window = window_with_areas(whole, np.concatenate([_reached(maps), releases[:, :2]]), areas)
     picture = pictures.hillshade(window, PIXELS)
@@ -275,8 +279,8 @@ def _release(count: int) -> dict[str, Any]:
 def _draw_cells(axes: Axes, terrain: Terrain, window: Window, theme: Theme, maps: HazardMaps) -> list[AxesImage]:
     """Draw the map cells in the window; return the images.
 
-    The first image shows the cells with a value, in the colours of the scale. A second image shows in the colour FEW
-    the cells that rocks reached, but too few rocks for a value; without such cells, there is no second image.
+    The first image shows the cells with a value, in the colours of the scale. A second image shows cells that too
+    few rocks reached for a value, in the colour FEW; without such cells, there is no second image.
     """
     raster = maps.raster
     shown, extent = _cells_in(raster, window)

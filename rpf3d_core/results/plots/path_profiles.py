@@ -65,7 +65,7 @@ def travelled(samples: PathSamples) -> FloatArray:
 
 
 def terrain_below(terrain: Terrain, points: FloatArray) -> FloatArray:
-    """Return the height (N,) m of the terrain straight below points (N, 3), local frame; NaN where there is none."""
+    """Return the height (N,) m of the terrain straight below points (N, 3) m, local frame; NaN without terrain."""
     near = _facets_near(terrain, points)
     height = np.full(len(points), np.nan)
     if len(near) == 0:
@@ -84,7 +84,7 @@ def terrain_below(terrain: Terrain, points: FloatArray) -> FloatArray:
 
 
 def typical_rows(deposits: Deposits, rows: IntArray, runout: FloatArray) -> IntArray:
-    """Return the rows of at most three example rocks to draw: those of shortest, median and longest runout.
+    """Return the rows of at most three example rocks to draw: the rocks of shortest, median and longest runout.
 
     The rocks are chosen from the deposits among `rows`, or from all `rows` if none of their rocks is a deposit.
 

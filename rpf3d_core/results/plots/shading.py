@@ -70,7 +70,7 @@ def hillshade(terrain: Terrain, view: PlanView) -> Picture:
 
 
 class _LitView(NamedTuple):
-    """A terrain seen from above under slanting light: the facet of each pixel, and the brightness of each facet.
+    """The terrain from above under slanting light: the facet of each pixel, and the brightness of each facet.
 
     facets : (N,) the facets that pixels show; pixel : (H, W) index into `facets`, N for a pixel without terrain
     light : (N,) brightness (-) of the facets: 0 in full shade, 1 if level, more if turned to the light
@@ -114,6 +114,8 @@ def _coloured(terrain: Terrain, view: _LitView, zone_colour: NDArray[np.uint8], 
 
 def upward_normals(vertices: FloatArray, triangles: NDArray[np.integer]) -> FloatArray:
     """Return the unit normals (F, 3) of facets on their upper side; zero for a facet without area.
+
+    vertices : (V, 3) m; triangles : (F, 3) indices of vertices
 
     This function does not use compiled code of the engines, because a process that only draws pictures loads none.
     """

@@ -125,7 +125,7 @@ def draw_ground(axes: Axes, terrain: Terrain, window: Window, ground: Picture) -
 
 
 def placed(terrain: Terrain, window: Window) -> Window:
-    """Return a rectangle, converted from the local frame to z-up input coordinates, which the axes of a map show."""
+    """Return a rectangle in the coordinates of a map's axes: input coordinates (m) with z up; window : local frame."""
     east, north, _ = terrain.frame.origin
     return Window(
         left=window.left + east, right=window.right + east, bottom=window.bottom + north, top=window.top + north
@@ -133,7 +133,7 @@ def placed(terrain: Terrain, window: Window) -> Window:
 
 
 def plan_of(terrain: Terrain, points: FloatArray) -> FloatArray:
-    """Return the plan coordinates (N, 2) m that the axes of a map show, from points (N, 2 or 3) m in the local frame.
+    """Return points (N, 2 or 3) m, local frame, in the coordinates of a map's axes (N, 2) m.
 
     The result is in the input's coordinates, turned so that z is up.
     """

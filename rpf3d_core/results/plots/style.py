@@ -36,7 +36,7 @@ def label(axes: Axes, x: str, y: str) -> None:
 
 
 def scale_in_words(exaggerated: float) -> str:
-    """Return the scale of heights of a section in words.
+    """Return the vertical exaggeration of a section in words, for the label of its heights.
 
     exaggerated : factor (-) by which heights are drawn larger than lengths, 1 for equal scales
     """

@@ -113,7 +113,7 @@ def _draw_curve(axes: Axes, curve: Curve, at: dict[str, float], number: int) -> 
 
 
 def _draw_band(axes: Axes, x: FloatArray, low: FloatArray, high: FloatArray, colour: str) -> None:
-    """Draw the band of a curve with P points, between neighbours whose intervals are known.
+    """Draw the band of a curve with P points: only between neighbouring points with known intervals.
 
     x : (P,) positions on the axis; low, high : (P,) lower and upper ends of the intervals; NaN if unknown
     """
@@ -123,7 +123,10 @@ def _draw_band(axes: Axes, x: FloatArray, low: FloatArray, high: FloatArray, col
 
 
 def _are_alone(low: FloatArray, high: FloatArray) -> NDArray[np.bool_]:
-    """Return a mask (P,) of the points that no band shows: an end or both neighbours' intervals are unknown.
+    """Return flags (P,), True for a point without a band to a neighbour.
+
+    A band connects neighbouring points with known intervals. So the interval of the point is unknown, or the intervals
+    of both neighbours are unknown.
 
     low, high : (P,) lower and upper ends of the intervals; NaN if unknown
     """
