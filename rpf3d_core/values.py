@@ -55,7 +55,7 @@ OUTCOME_SENTENCES: dict[Outcome, str] = {
     Outcome.STOPPED: "stopped on the ground",
     Outcome.LEFT_TERRAIN: "flew past the edge of the terrain",
     Outcome.CAUGHT: "was caught by a barrier",
-    Outcome.FRAGMENTED: "broke; its pieces fly on as rocks of their own",
+    Outcome.FRAGMENTED: "broke; its fragments fly on as separate rocks",
     Outcome.MAX_TIME: "was still moving at max_time; raise max_time to follow it further",
     Outcome.MAX_IMPACTS: (
         "used up max_impacts (impacts and slides over facets; or as many stretches of flight in air that hardly lets "

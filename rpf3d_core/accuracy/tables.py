@@ -142,13 +142,13 @@ def _unbought(prices: PriceList, target: float) -> list[str]:
     target : largest total error (-)
     """
     if not prices.parametric:
-        return ["parametric error: not known, because the scene gives every value of the ground as known; give ranges "
-                "with `library` or `prior`, for it is often the largest"]  # fmt: skip
+        return ["parametric error: unknown, because the scene gives every value of the ground as known. Give ranges "
+                "with `library` or `prior`: this error is often the largest"]  # fmt: skip
     error = errors_of_scene(prices)["parametric"]
     if error <= target:
         return []
-    return [f"rocks cannot buy {target:g}: with the ground as unknown as the scene says, the map may be off by "
-            f"{number(error)} however many rocks fly"]  # fmt: skip
+    return [f"no number of rocks reaches {target:g}: with the ranges that the scene gives for the ground, the map may be "
+            f"wrong by {number(error)} with any number of rocks"]  # fmt: skip
 
 
 def _rocks(number: int) -> str:

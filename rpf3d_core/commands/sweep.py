@@ -34,7 +34,7 @@ def sweep(
     rocks: RocksOption = None,
     workers: WorkersOption = None,
 ) -> None:
-    """Fly a scene with each combination of values of some keys, and compare what they hold: designs side by side.
+    """Fly a scene with each combination of values of some keys, and compare the designs side by side.
 
     Cells that have flown into the same folder do not fly again. After Ctrl-C, the same command goes on.
     """

@@ -127,7 +127,7 @@ def bench_document(terrain: Terrain, maps: HazardMaps, layers: list[Layer]) -> s
         f"rock's largest there, and needs {FEWEST_ROCKS} rocks. All zones are in `hazard/benches.csv`.",
         _table([text_header(benches), *text_rows(benches)]),
         *([lost_in_words(maps.lost, maps.flown) + "."] if maps.lost else []),
-        "# Colours\nOf facets that rocks came to, under `world/hazard`, from little to much:",
+        "# Colours\nColours of the facets that rocks reached, under `world/hazard`, from low to high:",
         _table([("layer", *_ordinals()), *(_legend(layer) for layer in layers)]),
         f"Reach probability is of a facet as a whole, so it grows with the facet: half of them are at least as large "
         f"as a square of {three_figures(math.sqrt(0.5) * typical_size(terrain))} m. Cells of the rasters in "

@@ -64,7 +64,7 @@ def recording_of(folder: str | Path) -> Path:
             f"{folder}: is not a folder; give the folder that `rpf3d run --out` wrote, or a recording (*{SUFFIX})"
         )
     if not path.is_file():
-        raise InputError(f"{folder}: holds no {RECORDING}; give the folder that `rpf3d run --out` wrote")
+        raise InputError(f"{folder}: contains no {RECORDING}; give the folder that `rpf3d run --out` wrote")
     return path
 
 

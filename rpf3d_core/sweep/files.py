@@ -101,10 +101,10 @@ def _most_held(records: Sequence[CellRecord], place: Place) -> float:
 
     The rank of a zone is the largest share of all rocks that stopped in the zone in any cell of the sweep. The rank of
     an area is this share plus 1, so that areas come before all zones. The rank of a barrier, which has no such share,
-    is 2, so that barriers come first.
+    is 3, so that barriers come first.
     """
     shares = [figure.value or 0.0 for record in records if (figure := figure_of(record, STOPPED, place))]
-    return max(shares, default=1.0) + (place[0] != "zone")
+    return max(shares, default=2.0) + (place[0] != "zone")
 
 
 def _curves(

@@ -256,7 +256,7 @@ def test_a_viewer_that_cannot_open_its_window_is_reported(tmp_path, monkeypatch)
 
 
 def test_replay_of_a_folder_without_a_recording_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"holds no run\.rrd"):
+    with pytest.raises(InputError, match=r"contains no run\.rrd"):
         recording_of(tmp_path)
     with pytest.raises(InputError, match="is not a folder"):
         recording_of(tmp_path / "nowhere")

@@ -152,7 +152,7 @@ def test_the_command_listens_at_no_other_address_and_leaves_no_child(tmp_path: P
 
 def test_a_folder_without_a_recording_is_refused_before_anything_starts(tmp_path: Path) -> None:
     done = rpf3d("replay", tmp_path, "--web")
-    assert done.returncode == 2 and done.stdout == "" and "holds no run.rrd" in done.stderr
+    assert done.returncode == 2 and done.stdout == "" and "contains no run.rrd" in done.stderr
 
 
 @pytest.mark.long
