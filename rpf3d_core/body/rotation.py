@@ -75,7 +75,8 @@ class Turning(NamedTuple):
     """The constants of one torque-free motion of a body.
 
     moments : principal moments, ascending, in m2 (per unit of mass) or kg m2
-    q, w : orientation and spin (rad/s, in body axes) at time 0; L : length of the angular momentum
+    q, w : orientation and spin (rad/s, in body axes) at time 0; L : length of the angular momentum, in the unit of the
+        moments times rad/s
     fastest : rad/s, a spin that the motion never exceeds
     axes, cycle : the relabelled axes and the cycle of the spin
     start : constant quaternion; start times the turn of a later time is the orientation of the body at that time

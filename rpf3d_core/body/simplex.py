@@ -181,5 +181,5 @@ def direction(simplex: Simplex) -> Vec:
 
 @kernel
 def _at_right_angles(v: Vec, along: Vec) -> Vec:
-    """Return the part (3,) of v at right angles to a vector that is not 0."""
+    """Return the component (3,) of v at right angles to the vector `along`, which is not 0."""
     return subtract(v, scale(dot(v, along) / dot(along, along), along))

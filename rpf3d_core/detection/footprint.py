@@ -236,12 +236,12 @@ def _any_touches(corners: Any, f: int, footprint: Footprint, c: int) -> bool:
 
 @kernel
 def _touch(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
-    """Return True if triangles f and g are within the slack (m) of each other in plan: no side of either parts them.
+    """Return True if triangles f and g are within the slack (m) of each other in plan.
 
     one, other : (N, 9) m, arrays with the corners of f and of g
 
-    For a triangle without area in plan, a side cannot show a gap beyond the ends of the triangle; only the boxes along
-    x and y can.
+    The triangles are farther apart if a side of f or g, or a gap between their boxes along x or y, separates them. The
+    boxes are needed for a triangle without area in plan: its sides do not show a gap beyond its ends.
     """
     for axis in range(2):
         if min(one[f, axis], one[f, 3 + axis], one[f, 6 + axis]) \

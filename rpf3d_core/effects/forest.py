@@ -1,8 +1,8 @@
 """Single trees: vertical stems that take energy from a rock and deflect it.
 
 A rock meets a stem where the distance in plan from the rock to the stem's axis falls to the sum of both radii, if the
-rock is then between the foot of the tree and its top. Dorren and Berger (2006, Tree Physiology 26:63-71): a stem of DBH
-d (cm) takes at most
+rock is then between the foot of the tree and its top. Dorren and Berger (2006, Tree Physiology 26:63-71): a stem with
+the diameter d (cm) at breast height (DBH) takes at most
 
     E_max = FE 38.7 d^2.31 J                                       (UNCONFIRMED)
 

@@ -204,8 +204,8 @@ def _make_all(effect: Fragmentation, seed: int, which: Any, key: Any, parents: A
 def thrown(effect: Fragmentation, v: Vec, n: Vec, tilt: float, turn: float) -> Vec:
     """Return the velocity (m/s) of a fragment of a rock that broke at an impact.
 
-    The directions of fragments are spread evenly over a cone about v. A direction whose angle to the ground is below
-    `effect.least_angle` is raised to this angle.
+    The speed is |v| times `effect.speed_kept`. The directions of fragments are spread evenly over a cone about v. A
+    direction whose angle to the ground is below `effect.least_angle` is raised to this angle.
 
     v : m/s, velocity of the rock after the impact; n : unit normal of the ground
     tilt, turn : uniform numbers in [0, 1) that select the direction
