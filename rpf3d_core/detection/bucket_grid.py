@@ -121,7 +121,9 @@ def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArra
 
 
 def _count_all(facets: Facets, grid: Grid, starts: NDArray[np.int64], share: Share) -> bool:
-    """Count the facets in bucket k into starts[k + 1]; return False if all buckets together have too many entries.
+    """Write the number of facets in each bucket k into starts[k + 1]; return False if their sum is too large.
+
+    The sum, which is the number of entries of all buckets, may be at most ENTRIES_PER_FACET times the number of facets.
 
     starts : (cells + 1,), all 0 before the call; share : runs the work in parallel
     """
@@ -147,7 +149,7 @@ def _cells(low: FloatArray, high: FloatArray, cell: float) -> Grid:
 
 
 def _buckets(grid: Grid) -> int:
-    """Return the number of cells of a grid, each of which gets one bucket."""
+    """Return the number of buckets of a grid: one for each cell."""
     return grid.nx * grid.ny
 
 
@@ -199,7 +201,7 @@ def common(a: CellRectangle, b: CellRectangle) -> CellRectangle:
 
 @loop
 def _count(corners: Any, slack: float, grid: Grid, band: CellRectangle, most: int, starts: Any) -> int:
-    """Count the facets in bucket k into starts[k + 1], for the rows of a band; return the sum of the counts.
+    """Add the number of facets in each bucket k of a band of rows to starts[k + 1]; return the sum of these numbers.
 
     The function stops as soon as the sum exceeds `most`.
 

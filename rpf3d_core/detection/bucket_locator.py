@@ -198,7 +198,7 @@ def _earliest_in_bucket(
 
 @kernel
 def _next_overlapping(boxes: Any, entry: int, stop: int, probe: int) -> int:
-    """Return the number of the next entry of a bucket whose facet may lie under the arc; `stop` if there is none.
+    """Return the next entry of a bucket with a facet whose box in plan overlaps the box of the arc; `stop` for none.
 
     An entry is one facet in one bucket.
 

@@ -128,7 +128,7 @@ def patched_locator(
 
 
 def _move(array: NDArray[Any], begin: int, end: int, shift: int) -> None:
-    """Move the elements `begin` to `end` - 1 of an array by `shift` places, because a patch changes the entry count."""
+    """Move the elements `begin` to `end` - 1 of an array by `shift` places, because a patch changes their number."""
     if shift:
         array[begin + shift : end + shift] = array[begin:end]
 
@@ -181,9 +181,10 @@ def _block(corners: Any, slack: float, grid: Grid, sides: Any) -> None:
 
 @loop
 def _count_some(corners: Any, slack: float, grid: Grid, block: CellRectangle, most: int, starts: Any) -> bool:
-    """Count the new facets in cell k of a rectangle into starts[k + 1]; return False if there are too many.
+    """Add the number of new facets in each cell k of a rectangle to starts[k + 1]; return False if there are too many.
 
     The function stops and returns False as soon as the facets have more than `most` entries; otherwise it returns True.
+    An entry is one facet in one cell of the whole grid.
 
     corners : (S, 9) m, of the new facets; slack : m by which each facet is widened
     block : the rectangle of cells; starts : (cells + 1,), changed

@@ -25,7 +25,7 @@ So the ground still carries a rock at the edge of a hole.
 
 
 class CapFacets(NamedTuple):
-    """The caps that close the gaps of a terrain: facets that end the path of a rock that passes through them.
+    """The caps that close the gaps of a terrain, as facets: a path that passes through a cap ends there.
 
     facets : the caps; their `zone` is not a zone, but the outcome of a rock that passes through; their tolerance is
         CRACK times the tolerance of the terrain, so that no rock passes between a cap and the ground

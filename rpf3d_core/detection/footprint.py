@@ -86,7 +86,7 @@ def near_patch(thin: FloatArray, locator: BucketLocator, footprint: Footprint) -
 def over_what_goes(
     points: FloatArray, corners: FloatArray, locator: BucketLocator, marks: NDArray[np.uint8]
 ) -> NDArray[np.bool_]:
-    """Return (N,) True for each point (N, 2) m that lies, in plan, in a facet that the patch removes (mark GOES).
+    """Return (N,) True for each point (N, 2) m that lies, in plan, in a facet marked GOES, which the patch removes.
 
     corners : (F, 9) m, of the ground; marks : (F,) of the facets
     """

@@ -26,7 +26,7 @@ FALLEN = -2
 
 @model_function
 def comes_behind(contact: object, left: PreviousContact) -> bool:
-    """Return True if a rock meets the other side of the ground than at its last contact: it may have fallen through.
+    """Return True if a rock meets a different side of the ground than at its last contact: it may have fallen through.
 
     left : the last contact
     """
@@ -40,7 +40,7 @@ def not_known_to(contact: object, left: PreviousContact) -> bool:
 
 @comes_behind.rule(Contact)
 def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
-    """Return True if a rock meets the other side of the ground than at its last contact.
+    """Return True if a rock meets a different side of the ground than at its last contact.
 
     On ground without holes, such a rock has fallen through the ground. A rock that bounces to and fro between two
     sheets of ground has not fallen through.

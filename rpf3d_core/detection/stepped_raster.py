@@ -18,7 +18,7 @@ from rpf3d_core.vectors import dot, subtract
 
 
 class SteppedRaster(NamedTuple):
-    """The fixed-step method on a raster: a terrain of squares of two facets each.
+    """The fixed-step method on a raster, that is, on a terrain that consists of squares of two facets each.
 
     x, y : m, south-west corner of the first square; cell : m, side of a square
     nx, ny : number of squares eastwards and northwards
