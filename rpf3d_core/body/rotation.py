@@ -113,7 +113,7 @@ def turning_of(moments: Vec, q: Quaternion, w: Vec) -> Turning:
 
 @routine
 def turned_for(turning: Turning, t: float) -> tuple[Quaternion, Vec]:
-    """Return the unit quaternion and the spin (rad/s, in body axes) after t seconds, t >= 0.
+    """Return the orientation (unit quaternion) and the spin (rad/s, in body axes) of a body after t seconds, t >= 0.
 
     Source: van Zon & Schofield 2007, JCP 225:145.
     """

@@ -161,7 +161,7 @@ def first_tree(forest: Forest, arc: Arc, passed: int, until: float, rock: RockCo
 
 @at_obstacle.rule(Forest)
 def at_tree(forest: Forest, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the result for a rock that hits a tree: it loses all speed, or is deflected with the remaining energy.
+    """Return the result for a rock that hits a tree: the rock loses all speed, or continues in another direction.
 
     motion : at the hit; number : of the obstacle in the scene; for another obstacle than a tree, nothing changes
     met : number of meetings of the rock with obstacles so far, which selects random numbers

@@ -139,7 +139,7 @@ def _parts(counts: IntArray, most: int) -> list[tuple[int, int]]:
 
 
 def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: dict[Any, int]) -> IntArray:
-    """Return, for each of N broken rocks, the fragment number (N,) after which its new fragments are numbered.
+    """Return the last fragment number (N,) in use before the new fragments of each of N broken rocks are numbered.
 
     A family is all fragments of one released rock. The returned number is the last number used in the family of the
     broken rock, 0 if the family has no fragments yet. If several of the N broken rocks belong to one family, their new

@@ -43,7 +43,7 @@ class Solid(NamedTuple):
 
 
 def read_block(path: Path, corners: int) -> tuple[Polyhedron, tuple[str, ...]]:
-    """Return the shape of a rock, a convex hull with at most `corners` corners, from a mesh file, and the findings.
+    """Return the shape of a rock from a mesh file, a convex hull with at most `corners` corners, and the findings.
 
     The corners are the outermost points of the mesh in `corners` directions, which a Fibonacci sphere in the axes of
     the file gives. The shape is then turned to its principal axes. The volume of this hull is below the volume of the
