@@ -122,7 +122,7 @@ def _largest_goal(rows: Any, count: int) -> float:
 def one_by_one(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity, left: float) -> Velocity:
     """Return the velocity of a body after inelastic impacts at single contacts, until no contact approaches.
 
-    The contact that approaches fastest is solved first.
+    The contact that approaches fastest is solved first. At most SINGLE impacts are solved.
 
     left : approach speed (m/s), relative to the contacts' goal velocities, that counts as no approach
     points, rows, count, moments, velocity : as in `inelastic`
@@ -143,9 +143,11 @@ def one_by_one(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloc
 def impact(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity, slow: float) -> Velocity:
     """Return the velocity of a body after an impact at all its contacts at once; the body never gains energy.
 
+    All contacts have the restitution of the contact that approaches fastest.
+
     velocity : of the body before the impact
-    points, rows, count, moments : as in `inelastic`; the impulses that are left in `points` must not be used: they are
-        those of the last call of `inelastic`, and not those of the whole impact
+    points, rows, count, moments : as in `inelastic`; do not use the impulses in `points` afterwards, because they are
+        not the impulses of the whole impact, but of the last call of `inelastic`
     slow : approach speed (m/s) below which an impact is inelastic, so that a body can stop
     """
     speed = norm(velocity.v) + norm(velocity.w) * size_of(moments)

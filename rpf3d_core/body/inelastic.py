@@ -89,9 +89,11 @@ def local_velocity(row: Any, velocity: Velocity) -> Vec:
 def solve_contact(row: Any, velocity: Velocity, mu: float, share: float) -> tuple[Velocity, float]:
     """Return the velocity of a body after the exact solution of one contact, and the change of the contact's velocity.
 
-    The change (m/s) is a sum over the local axes without their coupling, to see whether the sweeps have converged. The
-    other contacts keep their impulses. The contact's impulse changes by a share (-) of the way to the solution; it
-    stays in the friction cone, because the cone is convex. The new impulse is written into the row.
+    The other contacts keep their impulses. The contact's impulse changes by a share (-) of its distance from the
+    solution. The new impulse stays in the friction cone, because the cone is convex; it is written into the row.
+
+    The change (m/s) is a sum of three speeds: for each local axis, the change of velocity along this axis by the change
+    of the impulse along the same axis. A small sum shows that the sweeps have converged.
 
     row : the solver's row of the contact; mu : friction (-)
     """

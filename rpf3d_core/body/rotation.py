@@ -75,7 +75,8 @@ class Turning(NamedTuple):
     """The constants of one torque-free motion of a body.
 
     moments : principal moments, ascending, in m2 (per unit of mass) or kg m2
-    q, w : orientation and spin (rad/s, in body axes) at time 0; L : length of the angular momentum
+    q, w : orientation and spin (rad/s, in body axes) at time 0; L : length of the angular momentum, in the unit of the
+        moments times rad/s
     fastest : rad/s, a spin that the motion never exceeds
     axes, cycle : the relabelled axes and the cycle of the spin
     start : constant quaternion; start times the turn of a later time is the orientation of the body at that time
@@ -112,7 +113,7 @@ def turning_of(moments: Vec, q: Quaternion, w: Vec) -> Turning:
 
 @routine
 def turned_for(turning: Turning, t: float) -> tuple[Quaternion, Vec]:
-    """Return the unit quaternion and the spin (rad/s, in body axes) after t seconds, t >= 0.
+    """Return the orientation (unit quaternion) and the spin (rad/s, in body axes) of a body after t seconds, t >= 0.
 
     Source: van Zon & Schofield 2007, JCP 225:145.
     """

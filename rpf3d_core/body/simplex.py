@@ -116,9 +116,9 @@ def hides(a: Vec, b: Vec, c: Vec, d: Vec) -> bool:
 
 @kernel
 def in_solid(a: Vertex, old: Simplex, apart: bool) -> Simplex:
-    """Return the part of the tetrahedron of the new vertex a and the triangle `old` that is nearest to the origin.
+    """Return the part nearest to the origin of the tetrahedron of the new vertex a and the triangle `old`.
 
-    The triangle `old` itself cannot be nearest.
+    The result is not the triangle `old` itself, which cannot be nearest.
 
     apart : true if body and facet are known to be apart, so that the origin cannot lie inside the tetrahedron
     """
@@ -139,7 +139,7 @@ def in_solid(a: Vertex, old: Simplex, apart: bool) -> Simplex:
 
 @kernel
 def extended(a: Vertex, old: Simplex, apart: bool) -> Simplex:
-    """Return the part of the simplex of the new vertex a and `old` that is nearest to the origin.
+    """Return the part nearest to the origin of the edge, triangle or tetrahedron of the new vertex a and `old`.
 
     old : a simplex of 1 to 3 vertices; apart : as in `in_solid`
     """
@@ -181,5 +181,5 @@ def direction(simplex: Simplex) -> Vec:
 
 @kernel
 def _at_right_angles(v: Vec, along: Vec) -> Vec:
-    """Return the part (3,) of v at right angles to a vector that is not 0."""
+    """Return the component (3,) of v at right angles to the vector `along`, which is not 0."""
     return subtract(v, scale(dot(v, along) / dot(along, along), along))

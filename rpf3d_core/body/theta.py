@@ -116,7 +116,7 @@ class Phase(NamedTuple):
     """The phase of theta 1 along a line in the complex plane, as weights of waves.
 
     first, second : weights of the four waves in the real part and in the imaginary part of theta 1
-    rate : negative rate of change of the phase per unit of the argument, at the argument for which cn is 0
+    rate : minus the rate of change of the phase per unit of the argument, at the argument for which cn is 0
     """
 
     first: Four

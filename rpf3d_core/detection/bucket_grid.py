@@ -37,7 +37,7 @@ MARGIN = 0.1
 
 
 class Grid(NamedTuple):
-    """A grid of nx by ny square cells with side `cell` (m), from the corner x, y (m)."""
+    """A grid in plan of nx by ny square cells with side `cell` (m); x, y (m) is its south-west corner."""
 
     x: float
     y: float
@@ -59,7 +59,7 @@ class Buckets(NamedTuple):
     """For each cell of a grid, the facets that a search must test there: for cell k, ids[starts[k] : starts[k + 1]].
 
     starts : (nx ny + 1,); ids : (E,) numbers of facets, in ascending order within a bucket until a patch is applied
-    boxes : (E,) uint32, the part of the cell that each facet may lie over (`packed_box`)
+    boxes : (E,) uint32, the box in plan of each facet within the cell (`plan_boxes.packed_box`)
     """
 
     starts: NDArray[np.int64]
@@ -68,10 +68,10 @@ class Buckets(NamedTuple):
 
 
 def sorted_into_buckets(facets: Facets, memory: Memory = fresh, share: Share = one_by_one) -> tuple[Grid, Buckets]:
-    """Return a grid over F facets and its buckets; a facet is in each bucket whose cell its box in plan touches.
+    """Return a grid over F facets and its buckets: the bucket of a cell lists all facets whose boxes touch the cell.
 
-    The box in plan of each facet is widened by REACH tolerances. The outermost cells of the grid extend outwards
-    without limit.
+    A box is the bounding box of a facet in plan, widened by REACH tolerances. The outermost cells of the grid extend
+    outwards without limit.
 
     memory : allocates the arrays; share : runs the work in parallel; neither changes the content of the arrays
     """
@@ -95,9 +95,9 @@ def bands(grid: Grid) -> list[CellRectangle]:
 def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArray[np.int64]]:
     """Return the grid for a terrain, and an array (cells + 1,) with the number of facets in bucket k at index k + 1.
 
-    Cells are as wide as the median facet. The grid covers the whole terrain or, if it would then have too many cells,
-    only most facets: the outermost buckets then contain the few distant facets, and cells stay small. Cells become
-    wider if there are still too many cells, or if wide facets have too many entries.
+    The side of a cell is the median width of the facets. The grid covers the whole terrain. If it would then have too
+    many cells, the grid covers most facets only, and the outermost buckets contain the few distant facets. Cells become
+    wider if there are still too many cells, or if the facets have too many entries.
 
     memory : allocates the array; share : runs the work in parallel
     """
@@ -121,7 +121,9 @@ def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArra
 
 
 def _count_all(facets: Facets, grid: Grid, starts: NDArray[np.int64], share: Share) -> bool:
-    """Count the facets in bucket k into starts[k + 1]; return False if all buckets together have too many entries.
+    """Write the number of facets in each bucket k into starts[k + 1]; return False if their sum is too large.
+
+    The sum, which is the number of entries of all buckets, may be at most ENTRIES_PER_FACET times the number of facets.
 
     starts : (cells + 1,), all 0 before the call; share : runs the work in parallel
     """
@@ -147,7 +149,7 @@ def _cells(low: FloatArray, high: FloatArray, cell: float) -> Grid:
 
 
 def _buckets(grid: Grid) -> int:
-    """Return the number of cells of a grid, each of which gets one bucket."""
+    """Return the number of buckets of a grid: one for each cell."""
     return grid.nx * grid.ny
 
 
@@ -163,9 +165,9 @@ def cell_index(value: float, origin: float, cell: float, count: int) -> int:
 
 @kernel
 def cells_under(corners: Any, f: int, slack: float, grid: Grid) -> CellRectangle:
-    """Return the cells that facet f may lie over: those that the box in plan around the widened facet touches.
+    """Return the cells that the box of facet f touches in plan; the facet lies over no other cell.
 
-    corners : (F, 9) m, of all facets; slack : m, by which the facet is widened
+    corners : (F, 9) m, of all facets; slack : m, by which the box is widened on all sides
     """
     low_x, high_x = min(corners[f, 0], corners[f, 3], corners[f, 6]), max(corners[f, 0], corners[f, 3], corners[f, 6])
     low_y, high_y = min(corners[f, 1], corners[f, 4], corners[f, 7]), max(corners[f, 1], corners[f, 4], corners[f, 7])
@@ -199,7 +201,7 @@ def common(a: CellRectangle, b: CellRectangle) -> CellRectangle:
 
 @loop
 def _count(corners: Any, slack: float, grid: Grid, band: CellRectangle, most: int, starts: Any) -> int:
-    """Count the facets in bucket k into starts[k + 1], for the rows of a band; return the sum of the counts.
+    """Add the number of facets in each bucket k of a band of rows to starts[k + 1]; return the sum of these numbers.
 
     The function stops as soon as the sum exceeds `most`.
 
@@ -224,7 +226,7 @@ def _count(corners: Any, slack: float, grid: Grid, band: CellRectangle, most: in
 def _fill(corners: Any, slack: float, grid: Grid, band: CellRectangle, cursor: Any, ids: Any, boxes: Any) -> None:
     """Write the facets in each bucket of a band of rows, in ascending order.
 
-    cursor : the next free index in `ids` of each bucket
+    cursor : (cells + 1,) for each bucket, the index in `ids` of its next entry; changed
     corners : (F, 9) m; slack : m by which each facet is widened; band : the rows, from `bands`
     ids, boxes : (E,) receive number and `box_over` of the facet of each entry, as in `Buckets`
     """
@@ -240,7 +242,7 @@ def _fill(corners: Any, slack: float, grid: Grid, band: CellRectangle, cursor: A
 
 @kernel
 def box_over(corners: Any, f: int, slack: float, grid: Grid, i: int, j: int) -> int:
-    """Return the part of a cell that facet f may lie over, packed into one integer (`plan_boxes`).
+    """Return the box in plan of facet f within one cell, packed into one integer (`plan_boxes.packed_box`).
 
     i, j : column and row of the cell; slack : m by which the facet is widened
     corners : (F, 9) m, of all facets

@@ -123,9 +123,9 @@ def checks_falls(locator: BucketLocator) -> bool:
 
 @kernel
 def _pace(v: float) -> float:
-    """Return the inverse of an arc's velocity along an axis, 1 / v (s/m), with the sign of v.
+    """Return 1 / v (s/m), the time that an arc takes per metre along an axis; negative for a negative velocity v (m/s).
 
-    The result is inf if v (m/s) is too small, of either sign, for the arc to leave a cell.
+    The result is inf, for a positive or negative v, if |v| is too small for the arc to leave a cell.
     """
     return 1.0 / v if abs(v) > SLOWEST else math.inf
 
@@ -138,7 +138,7 @@ def _leave_time(index: int, count: int, level: int, origin: float, cell: float, 
 
     level : cell size, 0 for the buckets (`slabs.py`); count : number of cells of this size along the axis
     origin, cell : start of the grid along the axis, and side of a bucket (m)
-    x, pace : start of the arc (m), and inverse of its speed along the axis (s/m)
+    x, pace : start of the arc (m), and inverse of its velocity along the axis (s/m), from `_pace`
     """
     if pace == math.inf or index == (count - 1 if pace > 0.0 else 0):
         return math.inf
@@ -198,7 +198,7 @@ def _earliest_in_bucket(
 
 @kernel
 def _next_overlapping(boxes: Any, entry: int, stop: int, probe: int) -> int:
-    """Return the number of the next entry of a bucket whose facet may lie under the arc; `stop` if there is none.
+    """Return the next entry of a bucket with a facet whose box in plan overlaps the box of the arc; `stop` for none.
 
     An entry is one facet in one bucket.
 

@@ -36,9 +36,9 @@ Plan = tuple[float, float]
 
 
 class Entries(NamedTuple):
-    """The S new facets of a patch, listed by cell, for the cells of a rectangle counted row by row (`cell_in`).
+    """For each cell of a rectangle, the new facets of a patch (S in total) that the cell contains.
 
-    The facets in cell k are ids[starts[k] : starts[k + 1]].
+    The facets in cell k are ids[starts[k] : starts[k + 1]]; the cells are counted row by row (`cell_in`).
 
     starts : (cells + 1,); ids : (E,) numbers of facets within the patch, 0 to S - 1
     """
@@ -128,7 +128,7 @@ def patched_locator(
 
 
 def _move(array: NDArray[Any], begin: int, end: int, shift: int) -> None:
-    """Move the elements `begin` to `end` - 1 of an array by `shift` places, because a patch changes the entry count."""
+    """Move the elements `begin` to `end` - 1 of an array by `shift` places, because a patch changes their number."""
     if shift:
         array[begin + shift : end + shift] = array[begin:end]
 
@@ -142,7 +142,7 @@ def most_entries(facets: int) -> int:
 
 
 def _whole_cells(block: CellRectangle, locator: BucketLocator) -> CellRectangle:
-    """Return a rectangle of buckets, widened to whole cells of the largest size; all their slabs are computed again."""
+    """Return a rectangle of buckets, widened to whole cells of the largest size, in which slabs are computed again."""
     low, high = (block.left, block.bottom), (block.right, block.top)
     (left, bottom), (right, top) = (
         tuple(k // BAND * BAND for k in low), tuple(-(-k // BAND) * BAND for k in high),
@@ -151,7 +151,7 @@ def _whole_cells(block: CellRectangle, locator: BucketLocator) -> CellRectangle:
 
 
 def _over_block(locator: BucketLocator, facets: Facets, block: CellRectangle, share: Share) -> None:
-    """Compute the slabs over a rectangle of buckets again, in parallel, one column of wide cells after another."""
+    """Compute the slabs over a rectangle of buckets again, in parallel: one task per column of the widest cells."""
     table, slack = slab_table(locator.slabs, locator.nx), REACH * facets.tolerance
     some = [block._replace(left=a, right=min(a + BAND, block.right)) for a in range(block.left, block.right, BAND)]
     share([
@@ -181,9 +181,10 @@ def _block(corners: Any, slack: float, grid: Grid, sides: Any) -> None:
 
 @loop
 def _count_some(corners: Any, slack: float, grid: Grid, block: CellRectangle, most: int, starts: Any) -> bool:
-    """Count the new facets in cell k of a rectangle into starts[k + 1]; return False if there are too many.
+    """Add the number of new facets in each cell k of a rectangle to starts[k + 1]; return False if there are too many.
 
     The function stops and returns False as soon as the facets have more than `most` entries; otherwise it returns True.
+    An entry is one facet in one cell of the whole grid.
 
     corners : (S, 9) m, of the new facets; slack : m by which each facet is widened
     block : the rectangle of cells; starts : (cells + 1,), changed
@@ -203,8 +204,9 @@ def _count_some(corners: Any, slack: float, grid: Grid, block: CellRectangle, mo
 
 @loop
 def _fill_some(corners: Any, slack: float, grid: Grid, block: CellRectangle, cursor: Any, ids: Any) -> None:
-    """Write the new facets in each cell of a rectangle into `ids`; cursor : the next free index of each cell.
+    """Write the new facets in each cell of a rectangle into `ids`.
 
+    cursor : (cells,) for each cell, the index in `ids` of its next facet; changed
     corners : (S, 9) m, of the new facets; slack : m by which each facet is widened; block : the rectangle of cells
     """
     for f in range(corners.shape[0]):

@@ -25,7 +25,7 @@ So the ground still carries a rock at the edge of a hole.
 
 
 class CapFacets(NamedTuple):
-    """The caps that close the gaps of a terrain: facets that end the path of a rock that passes through them.
+    """The caps that close the gaps of a terrain, as facets: a path that passes through a cap ends there.
 
     facets : the caps; their `zone` is not a zone, but the outcome of a rock that passes through; their tolerance is
         CRACK times the tolerance of the terrain, so that no rock passes between a cap and the ground
@@ -65,7 +65,7 @@ def is_on_free_side(contact: object) -> bool:
 
 @is_on_free_side.otherwise
 def is_not_known(contact: object) -> bool:
-    """Return False for the contact of a sphere, which does not store the side of the ground that it touches."""
+    """Return False: the contact of a sphere does not store which side of the ground the sphere touches."""
     return False
 
 
@@ -99,7 +99,7 @@ def no_loss(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
 
 @loss_on.rule(CapLocator)
 def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Loss:
-    """Return the first passage of an arc through a cap of a terrain with gaps; NO_LOSS if the rock does not fall.
+    """Return the first passage of an arc through a cap of a terrain with gaps; NO_LOSS if no rock falls through.
 
     contact, end : as in `loss_on`
     """

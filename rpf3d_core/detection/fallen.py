@@ -161,10 +161,11 @@ def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
     where : the result at the place: OVER (above the ground), UNDER (below the ground) or OFF (outside the terrain)
 
     OFF finishes the check: the rock has not fallen. A rock that leaves across the outer edge of the terrain may pass
-    under the mesh later, but only after it was outside the terrain. To find a place outside the terrain, the time
-    between `over` and `under` is halved repeatedly; the rock has fallen if no such place is found, or if the rock was
-    above the ground at no tested place. At the first place, OFF does not finish the check, because rounding at a seam
-    may be the cause.
+    under the mesh later, but only after it was outside the terrain. At the first place, OFF does not finish the check,
+    because rounding at a seam may be the cause.
+
+    UNDER finishes the check if no place before was above the ground: the rock has fallen. Otherwise the time between
+    `over` and `under` is halved repeatedly, to find a place outside the terrain. The rock has fallen if there is none.
 
     asked : state of the check before; end : s, end of the flight
     """

@@ -86,7 +86,7 @@ def near_patch(thin: FloatArray, locator: BucketLocator, footprint: Footprint) -
 def over_what_goes(
     points: FloatArray, corners: FloatArray, locator: BucketLocator, marks: NDArray[np.uint8]
 ) -> NDArray[np.bool_]:
-    """Return (N,) True for each point (N, 2) m that lies, in plan, in a facet that the patch removes (mark GOES).
+    """Return (N,) True for each point (N, 2) m that lies, in plan, in a facet marked GOES, which the patch removes.
 
     corners : (F, 9) m, of the ground; marks : (F,) of the facets
     """
@@ -236,12 +236,12 @@ def _any_touches(corners: Any, f: int, footprint: Footprint, c: int) -> bool:
 
 @kernel
 def _touch(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
-    """Return True if triangles f and g are within the slack (m) of each other in plan: no side of either parts them.
+    """Return True if triangles f and g are within the slack (m) of each other in plan.
 
     one, other : (N, 9) m, arrays with the corners of f and of g
 
-    For a triangle without area in plan, a side cannot show a gap beyond the ends of the triangle; only the boxes along
-    x and y can.
+    The triangles are farther apart if a side of f or g, or a gap between their boxes along x or y, separates them. The
+    boxes are needed for a triangle without area in plan: its sides do not show a gap beyond its ends.
     """
     for axis in range(2):
         if min(one[f, axis], one[f, 3 + axis], one[f, 6 + axis]) \

@@ -139,9 +139,10 @@ def _carries(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
 
     left : the contact from which the rock starts
 
-    A sliding rock must move onto facet f. The facet that the rock has just left carries the rock only along an edge of
-    this facet. A rock at rest is carried by every other facet; `_approach` then prefers the steepest descent. The
-    result is True for a rock that was flying, and for every rock in the last search (`search.py`).
+    - A facet other than the last facet carries a sliding rock that moves onto this facet, and every rock at rest; for a
+      rock at rest, `_approach` prefers the facet with the steepest descent.
+    - The last facet carries the rock only if the rock moves along an edge of this facet (`_goes_beside`).
+    - Every facet carries a rock that was flying and, in the last search (`search.py`), every rock.
     """
     if not left.resting or facets.tolerance > facets.crack:
         return True
@@ -166,7 +167,7 @@ def _passes_over(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> boo
 
 @kernel
 def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
-    """Return True if a sliding rock at the edge of facet f moves away from it: onto another facet, or off the terrain.
+    """Return True if a sliding rock at the edge of facet f moves onto another facet or off the terrain, not onto f.
 
     left : the contact from which the rock starts
 
@@ -309,9 +310,9 @@ def _glances(facets: Facets, arc: Arc, approach: float) -> bool:
 
 @kernel
 def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
-    """Return the time (s) when an arc that crossed the plane of facet f outside the facet, at time t, enters facet f.
+    """Return the time (s) when an arc enters facet f, if the arc crosses the plane of f at time t (s), but outside f.
 
-    Return inf if the arc is too far below the plane when it crosses the facet's edge.
+    Return inf if the arc crosses no edge of the facet after t, or is then too far below the plane.
 
     The planes of two facets with a common edge are known only to rounding. A glancing arc may cross the plane of each
     facet just outside this facet, and would then pass between the two facets. So the arc meets facet f where it
@@ -337,7 +338,8 @@ def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
 def _came_over_edge(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> bool:
     """Return True if a rock that rises through facet f at time t came over an edge of the facet, not out of the ground.
 
-    The arc was already on the plane of facet f at that edge.
+    The rock came over an edge if the arc crossed the line of an edge before t, and was then on the plane of facet f, or
+    at most NEAR tolerances behind the plane.
 
     A rock that flies in the plane of one facet may pass to a neighbouring facet that bends away. Rounding then puts the
     rock just behind the neighbouring facet at the common edge, although the rock has never been in the ground.

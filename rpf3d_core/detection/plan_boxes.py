@@ -4,7 +4,7 @@ The packed boxes of a usual bucket fit into one cache line.
 
 A coordinate is rounded to a part, one of 128 equal strips of a cell. One function (`part_of`) rounds all coordinates,
 and its result never decreases when a coordinate increases. So boxes that overlap in metres also overlap in parts, for
-any rounding; a few more boxes overlap only in parts.
+any rounding. A few boxes overlap in parts although they do not overlap in metres.
 """
 
 from rpf3d_core.jit.dispatch import kernel

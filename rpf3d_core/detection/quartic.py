@@ -27,7 +27,7 @@ class Quartic(NamedTuple):
 
 @kernel
 def value_at(q: Quartic, t: float) -> float:
-    """Return the value of a quartic polynomial at time t."""
+    """Return the value of a quartic polynomial at time t (s), in the unit of its coefficient c0."""
     return q.c0 + t * (q.c1 + t * (q.c2 + t * (q.c3 + t * q.c4)))
 
 

@@ -26,7 +26,7 @@ FALLEN = -2
 
 @model_function
 def comes_behind(contact: object, left: PreviousContact) -> bool:
-    """Return True if a rock meets the other side of the ground than at its last contact: it may have fallen through.
+    """Return True if a rock meets a different side of the ground than at its last contact: it may have fallen through.
 
     left : the last contact
     """
@@ -34,13 +34,13 @@ def comes_behind(contact: object, left: PreviousContact) -> bool:
 
 @comes_behind.otherwise
 def not_known_to(contact: object, left: PreviousContact) -> bool:
-    """Return False for the contact of a sphere, which does not store the side of the ground that it touches."""
+    """Return False: the contact of a sphere does not store which side of the ground the sphere touches."""
     return False
 
 
 @comes_behind.rule(Contact)
 def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
-    """Return True if a rock meets the other side of the ground than at its last contact.
+    """Return True if a rock meets a different side of the ground than at its last contact.
 
     On ground without holes, such a rock has fallen through the ground. A rock that bounces to and fro between two
     sheets of ground has not fallen through.
@@ -72,8 +72,9 @@ def takes_them_as_they_are(locator: object) -> bool:
 def sight(contact: object) -> tuple[float, float]:
     """Return which share (0 to 1) of a line of sight lies before the facet that it meets, and the side of this facet.
 
-    The share is inf if the line meets no facet. The side is +1.0 for the free side and -1.0 for the back. The check
-    whether a rock has fallen through the ground (`fallen.py`) needs both.
+    A line of sight leads straight up or down, from a place on the rock's path to beyond the terrain. The check whether
+    a rock has fallen through the ground (`fallen.py`) needs share and side. The share is inf if the line meets no
+    facet. The side is +1.0 for the free side and -1.0 for the back.
 
     contact : the contact of the line with the facet; one rule for each class of contacts
     """

@@ -58,6 +58,7 @@ class Course(NamedTuple):
 class Touch(NamedTuple):
     """The contact of a sphere with a facet after t seconds (inf: none), with the speed `approach` (m/s) into the facet.
 
+    facet : number of the facet, -1 for none
     n : (3,) unit, from the point of contact to the centre; along : (3,) unit, along the touched edge, else zero
     face : True if the sphere touches the interior of the facet, False for an edge or a corner
     """
@@ -164,7 +165,10 @@ def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, b
 
 @kernel
 def _is_over(facets: Facets, f: int, course: Course, t: float) -> bool:
-    """Return True if the foot of a sphere on the plane of facet f lies on facet f at time t (s); False if t is inf."""
+    """Return True if the point of facet f's plane closest to a sphere's centre lies in facet f at time t (s).
+
+    The result is False if t is inf.
+    """
     return t < math.inf and contains(facets, f, course_position(course, t), False, facets.tolerance)
 
 
@@ -176,11 +180,11 @@ def _entry_time(facets: Facets, f: int, course: Course, n: Vec, t: float) -> flo
 
     n : normal of the facet towards the sphere
 
-    A sphere that rolls fast takes off where its facet and facet f bend away from each other. At an angle of 1e-10 to
-    1e-3, the sphere must come back to facet f at once. But rounding may have put the sphere just below the plane, or
-    the sphere may reach the plane before its foot has crossed the border of facet f. Then the sphere meets facet f at
-    this border, unless it rises, or is above the plane or more than NEAR tolerances below the plane. At a greater
-    depth, the sphere has met the edge before (RIM).
+    A sphere that rolls fast takes off at the edge between its facet and facet f, if f bends away. At an angle of 1e-10
+    to 1e-3 rad, the sphere must come back to facet f at once. But rounding may have put the sphere just below the
+    plane, or the sphere may reach the plane before its contact point has crossed the border of facet f. The sphere then
+    meets facet f at this border, if two conditions hold: the sphere does not rise there, and its distance from the
+    plane has changed since time t by at most NEAR tolerances. A sphere that sinks deeper has met the edge before.
     """
     x, v = course_position(course, t), course_velocity(course, t)
     later = time_into(facets, f, x, v, course.a, facets.tolerance)
@@ -307,10 +311,11 @@ def _lies_behind(facets: Facets, f: int, course: Course, foot: Vec) -> bool:
 
 @kernel
 def _time_into_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, until: float) -> float:
-    """Return the time (s) when a sphere hits an edge or corner that it touches at the start, behind a nearer feature.
+    """Return the time (s) when a sphere hits an edge or corner that it touches at the start, but not at once; or inf.
 
-    The sphere hits the edge or corner when both overlap by DEEP tolerances, or when the sphere has left and returns.
-    The result is inf if neither happens.
+    This function is for an edge or corner that does not stop the sphere at once (`_lies_behind`). The sphere hits it
+    when both overlap by DEEP tolerances, or when the sphere has moved away and returns. The result is inf if neither
+    happens.
 
     rim : the edge or corner; q, until : as in `_time_from_rim`
     """
@@ -325,11 +330,11 @@ def _time_into_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, until: 
 
 @kernel
 def _at_depth(q: Quartic, radius: float, depth: float, before: float) -> Quartic:
-    """Return the squared distance of a sphere from an edge or corner, minus (radius - depth)^2, as a polynomial (m^2).
+    """Return a polynomial of time: squared distance (m^2) of a sphere's centre from an edge, minus (radius - depth)^2.
 
-    q is this polynomial of time for another depth. The depth is the length by which the edge or corner is lowered.
+    The polynomial is 0 when the sphere overlaps the edge, or the corner, by the depth (m).
 
-    radius : of the sphere (m); depth, before : depth (m) in the result, and in q
+    q : the same polynomial with the depth `before` (m); radius : of the sphere (m)
     """
     return Quartic(c0=q.c0 + (depth - before) * (2.0 * radius - depth - before), c1=q.c1, c2=q.c2, c3=q.c3, c4=q.c4)
 
@@ -359,7 +364,7 @@ def _time_on_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, begin: fl
     """Return the time (s) when a flying sphere first touches an edge or a corner; inf for never.
 
     The polynomial q, the squared distance minus the squared radius, falls through zero at most twice. The result is the
-    first of these times at which the foot lies on the edge.
+    first of these times at which the sphere touches the edge between its ends (`_is_on`).
 
     rim : the edge or corner; begin, until : s, begin and end of the search
     """
@@ -376,7 +381,10 @@ def _time_on_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, begin: fl
 
 @kernel
 def _is_on(course: Course, rim: Rim, t: float) -> bool:
-    """Return True if the foot of a sphere on an edge's line lies on the edge at time t (s); True for a corner."""
+    """Return True if the point of an edge's line closest to a sphere's centre lies on the edge at time t (s).
+
+    The result is True for a corner.
+    """
     return 0.0 <= dot(subtract(course_position(course, t), rim.at), rim.along) <= rim.length
 
 

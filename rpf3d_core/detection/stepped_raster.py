@@ -18,9 +18,10 @@ from rpf3d_core.vectors import dot, subtract
 
 
 class SteppedRaster(NamedTuple):
-    """The fixed-step method on a raster: a terrain of squares of two facets each.
+    """The fixed-step method on a raster, that is, on a terrain that consists of squares of two facets each.
 
-    x, y : m, corner of the first square; cell : m, side of a square; nx, ny : squares eastwards and northwards
+    x, y : m, south-west corner of the first square; cell : m, side of a square
+    nx, ny : number of squares eastwards and northwards
     facet : (nx ny,) first facet of each square, south-east of its diagonal, -1 for a hole; the second facet of the
         square has the next number
     dt : time step, s

@@ -151,7 +151,7 @@ def _is_at_rim(facets: Facets, f: int, rims: int, x: Vec) -> bool:
 
 @kernel
 def _leads_over(facets: Facets, f: int, rims: int, x: Vec, way: Vec) -> bool:
-    """Return True if a path from x (3,) m straight along `way` (3,) stays over facet f long enough to be a contact.
+    """Return True if a path from x (3,) m straight along `way` (3,) stays over facet f long enough for a contact.
 
     The path must be longer than ALONGSIDE cracks up to an edge at the rim of the piece, and longer than the tolerance
     up to an edge where another facet follows.

@@ -29,9 +29,9 @@ class Sweep(NamedTuple):
 
 
 class Against(NamedTuple):
-    """Search for the contact whose normal points most against a vector `way` (3,), a velocity or a force.
+    """Search for the contact that most opposes a vector `way` (3,), a velocity (m/s) or an acceleration (m/s^2).
 
-    This contact stops a sphere that is pushed along the vector.
+    This contact has the most negative component of `way` along its normal, so it stops a sphere pushed along `way`.
 
     x : (3,) m, centre of the sphere; v, down : (3,) m/s and m/s^2, velocity and acceleration of the sphere
     radius : radius of the sphere (m); noise : rounding of `way`, in the unit of `way`
@@ -49,7 +49,7 @@ class Against(NamedTuple):
 
 
 class Nearest(NamedTuple):
-    """Search for the facet interior, edge or corner nearest to a point x (3,) m.
+    """Search for the interior, edge or corner of a facet that is nearest to a point x (3,) m.
 
     `Touch.t` of the result is the distance (m).
     """
@@ -82,7 +82,7 @@ def swept(quest: Sweep, facets: Facets, f: int, best: Touch) -> Touch:
 
 @looked_at.rule(Nearest)
 def nearest(quest: Nearest, facets: Facets, f: int, best: Touch) -> Touch:
-    """Return the feature nearer to the point x of the search: `best`, or the point of facet f that is closest to x.
+    """Return the result nearer to the point x of the search: `best`, or the point of facet f that is closest to x.
 
     `Touch.t` is the distance (m), and `Touch.n` the direction from the facet to x. If x lies on facet f, this direction
     is the upward normal of facet f.

@@ -84,7 +84,7 @@ def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: 
     """Return the earliest contact of an arc: search box after box until the best contact lies within the boxes.
 
     A box outside the terrain's box contains no facet and is not searched. Such boxes become longer without a limit, so
-    that a rock that starts far away needs few of them; a long box that overlaps the terrain's box is halved.
+    that a rock that starts far away needs few boxes. A long box that overlaps the terrain's box is halved.
 
     left : the contact from which the rock starts; end : s, later contacts are not searched
     """

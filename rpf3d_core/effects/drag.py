@@ -59,9 +59,10 @@ def braked_by_air(drag: Drag, motion: Motion, height: float, t: float, rock: Roc
 
 @longest_flight.rule(Drag)
 def while_drag_is_small(drag: Drag, motion: Motion, rock: RockContext) -> float:
-    """Return the longest time step (s) of a flight that keeps the accuracy, even at the speed at the end of the step.
+    """Return the longest time step (s) of a flight for which the position error stays within `drag.accuracy` (m).
 
-    The result is inf without drag.
+    The bound of the error uses the speed that gravity may give the rock by the end of the step. The result is inf
+    without drag.
 
     For d = -k |v| v: |d'| <= 2 k v, |d''(g, g)| <= 2 k g^2 and |d''(d, g)| <= 2 k |d| g. The errors in `air_step` are
     then at most |dx| <= h^3 k v (k v^2 / 12 + g / 3) and |dv| <= h^3 k g (k v^2 / 4 + g / 6).
@@ -75,7 +76,7 @@ def while_drag_is_small(drag: Drag, motion: Motion, rock: RockContext) -> float:
 
 @kernel
 def _stretch(drag: Drag, k: float, v: float) -> float:
-    """Return the longest time step (s) of a flight that keeps the accuracy at a speed v (m/s).
+    """Return the longest time step (s) of a flight at the speed v (m/s) with a position error within `drag.accuracy`.
 
     k : drag per metre (1/m)
     """

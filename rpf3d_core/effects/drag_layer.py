@@ -98,9 +98,10 @@ def stands_at(edges: Any, x: Vec) -> bool:
 
 @longest_flight.rule(DragLayer)
 def while_the_layer_brakes_little(layer: DragLayer, motion: Motion, rock: RockContext) -> float:
-    """Return the longest time step (s) of a flight that keeps the accuracy, even at the speed at the end of the step.
+    """Return the longest time step (s) of a flight for which the position error stays within `layer.accuracy` (m).
 
-    The result is inf if c is zero.
+    The bound of the error uses the speed that gravity may give the rock by the end of the step. The result is inf if c
+    is zero.
 
     For d = -q v with q = c / m: d' = -q and d'' = 0. The errors in `air_step` are then at most
     |dx| <= h^3 q (q v / 24 + g / 6) and |dv| <= h^3 q^2 g / 24. The layer also brakes an error in velocity: however
@@ -116,7 +117,7 @@ def while_the_layer_brakes_little(layer: DragLayer, motion: Motion, rock: RockCo
 
 @kernel
 def _stretch(layer: DragLayer, q: float, v: float) -> float:
-    """Return the longest time step (s) of a flight that keeps the accuracy at a speed v (m/s).
+    """Return the longest time step (s) of a flight at the speed v (m/s) with a position error within `layer.accuracy`.
 
     q : c / m (1/s)
     """

@@ -1,8 +1,8 @@
 """Single trees: vertical stems that take energy from a rock and deflect it.
 
 A rock meets a stem where the distance in plan from the rock to the stem's axis falls to the sum of both radii, if the
-rock is then between the foot of the tree and its top. Dorren and Berger (2006, Tree Physiology 26:63-71): a stem of DBH
-d (cm) takes at most
+rock is then between the foot of the tree and its top. Dorren and Berger (2006, Tree Physiology 26:63-71): a stem with
+the diameter d (cm) at breast height (DBH) takes at most
 
     E_max = FE 38.7 d^2.31 J                                       (UNCONFIRMED)
 
@@ -161,7 +161,7 @@ def first_tree(forest: Forest, arc: Arc, passed: int, until: float, rock: RockCo
 
 @at_obstacle.rule(Forest)
 def at_tree(forest: Forest, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
-    """Return the result for a rock that hits a tree: it loses all speed, or is deflected with the remaining energy.
+    """Return the result for a rock that hits a tree: the rock loses all speed, or continues in another direction.
 
     motion : at the hit; number : of the obstacle in the scene; for another obstacle than a tree, nothing changes
     met : number of meetings of the rock with obstacles so far, which selects random numbers

@@ -126,9 +126,9 @@ def _excess_of(created: float) -> float:
 
 @kernel
 def _off(excess: float, created: float) -> float:
-    """Return ln(a) - ln(created), where a is the value of A_new / A_0 that a size law with this excess needs.
+    """Return ln(a) - ln(created), where a is the value of A_new / A_0 that belongs to the size law with this excess.
 
-    The result is 0 for the size law that `_excess_of` searches, and above 0 if the excess is too small.
+    The result is 0 for the excess that `_excess_of` searches, and above 0 if the excess is too small.
     excess : 2 p / 3 - 1; created : A_new / A_0 (-), surface created by the impact / surface of the rock
     """
     return math.log(math.expm1(log_surface(excess))) - math.log(created)
@@ -145,7 +145,7 @@ def share_at(cascade: Cascade, rank: int) -> float:
 
 @kernel
 def count_from(cascade: Cascade, least: float) -> int:
-    """Return the number of fragments to simulate: those with at least a given share of the rock's volume.
+    """Return the number of fragments that have at least a given share of the rock's volume, so that they are simulated.
 
     least : the smallest share (-) of a fragment to simulate, > 0
     """

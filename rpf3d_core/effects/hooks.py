@@ -145,7 +145,7 @@ def as_long_as_it_takes(effect: object, motion: Motion, rock: RockContext) -> fl
 
 @longest_flight.rule(Chain)
 def shortest_of_all(chain: Chain, motion: Motion, rock: RockContext) -> float:
-    """Return the shortest of the longest time steps (s) that the effects of the chain allow."""
+    """Return the longest time step (s) with which all effects of the chain stay accurate; inf for no limit."""
     one, others = longest_flight(chain.head, motion, rock), longest_flight(chain.tail, motion, rock)
     return min(one, others)  # type: ignore[no-any-return]
 
@@ -184,10 +184,10 @@ def in_nothing(effect: object, motion: Motion, height: float, t: float, rock: Ro
 
 @in_air.rule(Chain)
 def air_of_all(chain: Chain, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
-    """Return the motion of a rock after all effects of the chain have acted on it in the air.
+    """Return the motion of a rock after all effects of the chain have acted on it in the air for t seconds.
 
-    The first effect acts for half of the time before the other effects, and for half after them, so that the result is
-    of second order (Strang).
+    The first effect acts for half of the time before the other effects, and for half after them, so that the result
+    is accurate to second order in t (Strang). height : as in `in_air`
     """
     before = in_air(chain.head, motion, height, 0.5 * t, rock)
     between = in_air(chain.tail, before, height, t, rock)

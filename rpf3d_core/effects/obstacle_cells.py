@@ -26,7 +26,7 @@ SLOWEST = 1e-9
 class ObstacleCells(NamedTuple):
     """The obstacles of one kind (trees or panels), sorted into a grid of nx by ny square cells in plan.
 
-    x, y : corner of the grid (m); cell : side of a cell (m)
+    x, y : south-west corner of the grid (m); cell : side of a cell (m)
     starts, ids : (nx ny + 1,) and (M,), the indices of the obstacles in cell k = j nx + i are
         ids[starts[k] : starts[k + 1]]. An obstacle is in each cell that its box touches
     """

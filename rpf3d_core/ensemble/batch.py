@@ -61,7 +61,7 @@ def written_of(rows: IntArray) -> Written:
 def some_of(batch: Written, impacts: Rocks, paths: Rocks) -> Written:
     """Return a copy of the records of N rocks that contains only the impacts and paths of flagged rocks.
 
-    All N rocks stay in the copy; a rock without flags has no impacts and no path there.
+    All N rocks stay in the copy. A rock whose impacts, or whose path, are not flagged has none there.
     impacts : (N,) True for a rock whose impacts are copied; paths : (N,) True for a rock whose path is copied
     """
     if not impacts.any() and not paths.any():

@@ -43,7 +43,8 @@ class Deposits:
         NaN for a rock that failed, and for all rocks if the ensemble flew without the callback `batches.Watch`
     ground_speed : m/s when the rock first enters sustained contact; NaN without sustained contact
     mass : kg; piece : number of a fragment within its rock, from 1; 0 for the rock itself; zeros by default
-    max_rotational_energy, max_total_energy : J, total is translation plus rotation; by default, rocks do not spin
+    max_rotational_energy, max_total_energy : J, total is translation plus rotation; NaN if rocks spin but no path was
+        recorded; by default, rocks do not spin
     pose, lift, why, shape : of rocks with a shape, (R, 4) final orientation w, x, y, z, height (m) by which they were
         lifted off the ground at the release, why they stopped (`bodies.rest.Stop`), and number of the shape; None for
         points and spheres

@@ -128,8 +128,13 @@ def poses_at(
 ) -> tuple[FloatArray, FloatArray]:
     """Return positions (T, 3) m and orientations (T, 4) w, x, y, z of one rock with a shape at ascending times (T,) s.
 
-    Times before the release or after the end, and errors, are treated as in `positions_at`.
+    Times before the release give the pose at the release; times after the end give the pose at the end.
     row, gravity : as in `positions_at`; moments : (R, 3) as in `sample_paths`
+
+    Raises
+    ------
+    KeyError
+        The rock has no path.
     """
     piece, fraction = _segments_at(paths, row, times)
     return along_pieces(paths, piece, fraction, gravity)[0], _orientations(paths, piece, fraction, moments)
@@ -158,7 +163,10 @@ def _segments_at(paths: Paths, row: int, times: FloatArray) -> tuple[IntArray, F
 
 
 def _orientations(paths: Paths, piece: IntArray, fraction: FloatArray, moments: FloatArray) -> FloatArray:
-    """Return the orientations (S, 4) of rocks with a shape within path segments; arguments as in `along_pieces`."""
+    """Return the orientations (S, 4) w, x, y, z of rocks with a shape within path segments.
+
+    piece, fraction : as in `along_pieces`; moments : (R, 3) as in `sample_paths`
+    """
     from rpf3d_core.ensemble.tumbling import orientations_along  # imported only for rocks with a shape
 
     return orientations_along(paths, piece, fraction * _durations(paths)[piece], fraction < 1.0, moments)
@@ -185,7 +193,7 @@ def along_pieces(
 
 
 def run_starts(values: NDArray[np.integer]) -> IntArray:
-    """Return the index at which each run of equal values begins, such as each rock in a column of row numbers (S,)."""
+    """Return the indices (N,) at which N runs of equal values begin in a column (S,), such as row numbers of rocks."""
     if len(values) == 0:
         return np.empty(0, dtype=np.int64)
     return np.concatenate([[0], np.flatnonzero(np.diff(values)) + 1])

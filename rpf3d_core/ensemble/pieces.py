@@ -139,7 +139,7 @@ def _parts(counts: IntArray, most: int) -> list[tuple[int, int]]:
 
 
 def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: dict[Any, int]) -> IntArray:
-    """Return, for each of N broken rocks, the fragment number (N,) after which its new fragments are numbered.
+    """Return the last fragment number (N,) in use before the new fragments of each of N broken rocks are numbered.
 
     A family is all fragments of one released rock. The returned number is the last number used in the family of the
     broken rock, 0 if the family has no fragments yet. If several of the N broken rocks belong to one family, their new
@@ -204,8 +204,8 @@ def _make_all(effect: Fragmentation, seed: int, which: Any, key: Any, parents: A
 def thrown(effect: Fragmentation, v: Vec, n: Vec, tilt: float, turn: float) -> Vec:
     """Return the velocity (m/s) of a fragment of a rock that broke at an impact.
 
-    The directions of fragments are spread evenly over a cone about v. A direction whose angle to the ground is below
-    `effect.least_angle` is raised to this angle.
+    The speed is |v| times `effect.speed_kept`. The directions of fragments are spread evenly over a cone about v. A
+    direction whose angle to the ground is below `effect.least_angle` is raised to this angle.
 
     v : m/s, velocity of the rock after the impact; n : unit normal of the ground
     tilt, turn : uniform numbers in [0, 1) that select the direction

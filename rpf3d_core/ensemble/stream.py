@@ -69,8 +69,8 @@ def blocks_of(first: Sequence[int], last: Sequence[int], size: int | None = None
     first, last : first rock number of each source, and the number after its last rock
     size : approximate number of rocks in a block; None for BLOCK
 
-    Each block takes every n-th rock of every source, so that the blocks flown so far represent all places of the
-    sources.
+    With n blocks, a block contains every n-th rock of every source, so that the blocks flown so far represent all
+    places of the sources. A source with fewer than n rocks has one rock in some blocks, and none in the other blocks.
     """
     blocks = -(-(sum(last) - sum(first)) // (BLOCK if size is None else size))
     for b in range(blocks):
@@ -78,7 +78,9 @@ def blocks_of(first: Sequence[int], last: Sequence[int], size: int | None = None
 
 
 def _share(low: int, high: int, b: int, blocks: int) -> range:
-    """Return the numbers of a source's rocks that belong to a block.
+    """Return the numbers of a source's rocks that belong to a block: every n-th rock, with n the number of blocks.
+
+    If the source has fewer than n rocks, the range contains one rock or no rock.
 
     low, high : first number of the source's rocks, and the number after the last; b : number of the block, from 0
     blocks : number of blocks

@@ -7,12 +7,14 @@ FEWEST_CORES = 2
 
 
 def usable_cores() -> int:
-    """Return the number of cores that this process may use; that of all cores if the system does not report it."""
+    """Return the number of cores that this process may use; if it is unknown, the number of all cores, at least 1."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def has_spare_core() -> bool:
-    """Return True if a processor core is free for a second process: the load is below the number of cores.
+    """Return True if a processor core is free for a second process.
+
+    The process must have at least FEWEST_CORES cores, and the system's load, if known, must be below their number.
 
     Without a free core, a second process costs time, because two processes need a sixth more computing time in total.
     """

@@ -42,7 +42,8 @@ class CoulombSphere(NamedTuple):
 
     e is the material's R_n, mu_r its rolling friction; the material's R_t is not used.
 
-    impact_friction : mu (-), or MATERIALS_OWN; tangential_restitution : e_t (-), in [0, 1]
+    impact_friction : mu (-); MATERIALS_OWN (-1) for the friction of each material
+    tangential_restitution : e_t (-), in [0, 1]
     """
 
     impact_friction: float

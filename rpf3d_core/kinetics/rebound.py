@@ -32,8 +32,8 @@ class RemainingBounces(NamedTuple):
 
     along : (3,) m, displacement due to the speed along the facet; down : (3,) m, displacement due to gravity
     v : (3,) m/s along the facet after the last bounce; t : total time of the bounces (s)
-    ends : False if the bounces never die out or have no known sum. Each bounce is then computed as a flight, down to a
-        millionth of `smallest_bounce`
+    ends : False if the bounces never die out or have no known sum. Each bounce is then computed as a flight, until a
+        bounce rises by less than a millionth of `smallest_bounce`
     """
 
     along: Vec

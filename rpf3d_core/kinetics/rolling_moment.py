@@ -125,7 +125,7 @@ def _slipping(u: Vec, s: Vec, q: Vec, friction: float, moment: float) -> Impulse
 
 @kernel
 def _spin_left(u: Vec, q: Vec, friction: float, length: float) -> Vec:
-    """Return a vector (3,) in the direction of the surface velocity due to spin after an impact: k (u + y q).
+    """Return k (u + y q), a vector (3,) m^2/s^2 in the direction of the surface velocity due to spin after an impact.
 
     friction : k; length : trial value of L = k (5/2 + y), as at the top of this file
     """

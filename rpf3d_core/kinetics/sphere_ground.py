@@ -4,7 +4,7 @@ Let v be the velocity of the centre, v_c the slip of the contact point, g_t the 
 the ground per mass, mu the friction and mu_r the rolling friction of the material:
     skidding    dv/dt = g_t - mu N v_c/|v_c|,   dv_c/dt = g_t - 7/2 mu N v_c/|v_c|
     rolling     dv/dt = 5/7 (g_t - mu_r N v/|v|), as long as 2/7 |g_t| <= mu N; otherwise the sphere skids down
-Rolling resistance acts through friction, so mu limits the resistance. If mu_r asks for more than this limit, the centre
+Rolling resistance acts through friction, so mu limits the resistance. If mu_r gives more than this limit, the centre
 moves like a rock that slides with mu, without further resistance; the reported spin is still the spin of a rolling
 sphere. The acceleration of a segment is constant. This is exact if the direction of friction is constant: straight down
 a slope, on level ground, and for a sphere that rolls without rolling friction. Otherwise the acceleration follows from
@@ -96,8 +96,8 @@ def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Sur
 def _turning_time(v: Vec, a: Vec, radius: float) -> float:
     """Return the time (s) until a velocity v (m/s), at constant acceleration a (m/s^2), has turned by TURN or is zero.
 
-    The result is inf if neither happens. It is also inf for a sphere that slows down within BACK times its radius (m):
-    such a sphere may turn by any angle.
+    The result is inf if neither happens. The result is also inf for a sphere so slow that the acceleration could stop
+    it within BACK times its radius (m): the velocity of such a sphere may turn by any angle in one segment.
     """
     speed, pull = norm(v), norm(a)
     if speed * speed <= 2.0 * BACK * radius * pull:

@@ -42,12 +42,13 @@ def family(name: str) -> Polyhedron:
     d / (|dx|^3 + |dy|^3 + |dz|^3)^(1/3), then stretched so that they fill the box. The points of a Fibonacci sphere
     follow no symmetry: no two faces are parallel within 0.25 degrees.
 
-    `eota111`, `eota221` : norm blocks of ETAG 027 and EAD 340059, with 24 corners and 26 faces: boxes of a : a : a and
-    a : a : a/2 whose edges and corners are cut off. At both ends of each edge, a quarter of its length is cut off. The
-    block then has 17/24 of the volume of its box, and 1 m3 needs lengths of 1.1218 m, or 1.4134 and 0.7067 m. This cut
-    follows from the published lengths for 1 m3, 1.122 m, and 1.4136 and 0.7068 m: their boxes have 1.4125 and
-    1.4124 m3, so the block has a share of 0.7080 of the box in both cases, and 17/24 is 0.7083. If only the corners of
-    a box were cut off (a truncated cube, also with 24 corners), the share would be at least 5/6.
+    `eota111`, `eota221` : norm blocks (standard blocks for tests of nets) of ETAG 027 and EAD 340059, with 24 corners
+    and 26 faces: boxes of a : a : a and a : a : a/2 whose edges and corners are cut off. At both ends of each edge, a
+    quarter of its length is cut off. The block then has 17/24 of the volume of its box, and 1 m3 needs lengths of
+    1.1218 m, or 1.4134 and 0.7067 m. This cut follows from the published lengths for 1 m3, 1.122 m, and 1.4136 and
+    0.7068 m: their boxes have 1.4125 and 1.4124 m3, so the block has a share of 0.7080 of the box in both cases, and
+    17/24 is 0.7083. If only the corners of a box were cut off (a truncated cube, also with 24 corners), the share would
+    be at least 5/6.
 
     Raises
     ------

@@ -106,7 +106,7 @@ def scaled_to_volume(polyhedron: Polyhedron, volume: float) -> Polyhedron:
 
 
 def hull_volume(points: FloatArray) -> float:
-    """Return the volume (m3) of the convex hull of points (P, 3) m; the errors are those of `polyhedron_of`."""
+    """Return the volume (m3) of the convex hull of points (P, 3) m; raise InputError as `polyhedron_of` does."""
     points = _checked(points)
     triangles, _, _ = _hull_triangles(points)
     return volume_and_centre(points, triangles.tolist())[0]

@@ -241,7 +241,7 @@ def stepping_over_squares(engine: Engine, x: float, y: float, cell: float, there
 
     engine : engine over the raster's facets, row by row; two facets for each square that is flagged in `there`
     there : (ny, nx) True for each square that has ground
-    x, y : corner of the first square, m; cell : side of a square, m; dt : time step, s
+    x, y : south-west corner of the first square, m; cell : side of a square, m; dt : time step, s
 
     A step finds a contact only when the rock is already below the ground. At the lowest ground, the rock is then below
     the bounding box of the terrain. The box of the copy is therefore extended downwards by its own diagonal.

@@ -1,4 +1,7 @@
-"""The contact of a moving rock with the ground: if the contact is slight, the rock slides on; otherwise it rebounds."""
+"""The contact of a moving rock with the ground: the rock slides on if the contact is slight, otherwise it rebounds.
+
+A contact is slight if a bounce off the facet would rise by less than smallest_bounce.
+"""
 
 from rpf3d_core.detection.contact import Contact, PreviousContact
 from rpf3d_core.effects.hooks import breaks, felt_normal, in_ground, still_at
@@ -29,7 +32,11 @@ def land(contact: object, physics: Physics, state: State, rock: RockContext, rec
 
 @land.rule(Contact)
 def land_point(contact: Contact, physics: Physics, state: State, rock: RockContext, record: Record) -> State:
-    """Return the state of a lumped mass after a contact: it slides on if the contact is slight, else it rebounds."""
+    """Return the state of a lumped mass after a contact with the ground: sliding, or after a rebound.
+
+    A rock that was sliding, or is released on the ground, slides if the facet or a gully carries it (`held_by`). Any
+    other rock rebounds.
+    """
     facets = physics.facets
     n = scale(contact.side, stored_normal(facets, contact.facet))
     released_on_ground = state.left.facet < 0 and contact.t == 0.0

@@ -97,9 +97,10 @@ def follow(physics: Physics, locator: Any, motion: Motion, rock: RockContext, re
 
 
 def no_event(physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
-    """Return the rock's state with the outcome FAILED: replaces `next_event` if its arithmetic raises an error.
+    """Return the rock's state with the outcome FAILED: the result of `next_event` if its computation raises an error.
 
-    Only plain Python raises; compiled code gives numbers that are not finite, which `checked` finds.
+    Only plain Python raises errors of arithmetic. Compiled code computes numbers that are not finite, and `checked`
+    finds these numbers.
     """
     return ended(state, FAILED)
 
@@ -130,7 +131,11 @@ def checked(before: State, after: State) -> State:
 
 @kernel
 def fly_on(physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
-    """Return the state after a flight: to the next contact, obstacle, gap or boundary of the terrain, or max_time."""
+    """Return the state of a rock after its next parabola.
+
+    The parabola ends at a contact, an obstacle, a gap or the boundary of the terrain, at max_time or, if an effect acts
+    in the air, after one time step.
+    """
     rock_now, gravity = rock_at(rock, state), physics.settings.gravity
     flown = next_parabola(physics, locator, state, rock_now)
     start, t = flown.start, flown.t
@@ -181,7 +186,7 @@ def _mid_air(left: PreviousContact) -> PreviousContact:
 
 @kernel
 def _meet(effects: Any, state: State, meeting: Meeting, rock: RockContext, record: Record) -> State:
-    """Return the state after a rock meets an obstacle (barrier or tree), which changes or ends the rock's motion.
+    """Return the state of a rock after it meets an obstacle (barrier or tree) that changes or ends its motion.
 
     effects : parameters of all effects of the scene; meeting : the obstacle; record : receives the meeting
     """

@@ -164,9 +164,12 @@ def _at_rest(state: State, motion: Motion) -> State:
 
 @kernel
 def _lift(held: Held, v: Vec, radius: float) -> float:
-    """Return by how much the motion around an edge or a corner reduces the push of the sphere on it: v^2 / R (m/s^2).
+    """Return v^2 / R (m/s^2), by which motion around an edge or a corner reduces the sphere's push on the ground.
 
-    The result is 0 on the interior of a facet and on two contacts. v : (3,) m/s, velocity of the centre
+    The push is per unit of mass. The result is 0 on the interior of a facet and on two contacts. On an edge, only the
+    component of the velocity across the edge counts.
+
+    v : (3,) m/s, velocity of the centre
     held : the contacts that carry the sphere; radius : of the sphere, m
     """
     if held.contacts != 1 or held.first.face:

@@ -44,7 +44,7 @@ class Held(NamedTuple):
 
 @kernel
 def most_against(locator: Any, facets: Facets, against: Against) -> Touch:
-    """Return the contact that blocks the motion of a sphere along a vector most; facet -1 if no contact blocks it.
+    """Return the contact that most blocks the motion of a sphere along a vector; facet -1 if no contact blocks it.
 
     against : the search, with the sphere and the vector
     """

@@ -66,7 +66,7 @@ def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion
 def sphere_has_room(model: CoulombSphere, locator: Swept, facets: Facets, motion: Motion) -> bool:
     """Return True if a sphere does not overlap the ground where it is set down, except by a rounding error.
 
-    In a slot that is narrower than the sphere, the sphere would otherwise stay inside the rock and count as stopped.
+    In a slot that is narrower than the sphere, the sphere would otherwise stay inside the ground and count as stopped.
     """
     touch = nearest_to(locator.locator, facets, motion.x, locator.radius)
     return not touch.t < locator.radius - SURE * facets.crack
@@ -95,9 +95,9 @@ def nearest_to(locator: Any, facets: Facets, x: Vec, reach: float) -> Touch:
 
 @kernel
 def is_slight(physics: Physics, n: Vec, speed: float, least: float) -> bool:
-    """Return True if a sphere that leaves a contact with `speed` (m/s) along the normal n rises too little to bounce.
+    """Return True if a sphere with `speed` (m/s) off the ground, along the normal n, rises less than smallest_bounce.
 
-    The limit is smallest_bounce. least : smallest share of gravity (-) that is assumed to press the sphere on the
+    least : smallest share of gravity (-) that is assumed to press the sphere on the
     contact; the true share is n_z
     """
     pressed = physics.settings.gravity * max(n[2], least)
@@ -106,9 +106,11 @@ def is_slight(physics: Physics, n: Vec, speed: float, least: float) -> bool:
 
 @land.rule(Touch)
 def land_sphere(contact: Touch, physics: Physics, state: State, rock: RockContext, record: Record) -> State:
-    """Return the state of a sphere after a contact in flight: it stays on the ground if the contact is slight.
+    """Return the state of a sphere after a contact in flight: on the ground if the contact is slight, else rebounded.
 
-    Otherwise it rebounds. A sphere without progress over many path segments ends here (`wedged`).
+    A contact is slight if the sphere only grazes the ground. For a sphere that was on the ground before, a contact is
+    also slight if a bounce at the speed into the ground would rise by less than smallest_bounce. The path of a sphere
+    without progress over WEDGED path segments ends here (`wedged`).
     """
     motion, n = state.motion, contact.n
     into = -dot(motion.v, n)

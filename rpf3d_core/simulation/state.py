@@ -21,8 +21,8 @@ class RockTally(NamedTuple):
     speed2 : largest squared speed (m^2/s^2)
     ground_speed : speed at the beginning of the first sustained contact (m/s), NaN before it
     facet : of the last contact, -1 before the first contact
-    idle : number of path segments without progress since the last segment with progress; of a lumped mass, flights
-        between two impacts do not count
+    idle : number of path segments without progress, that is, not longer than the tolerance, since the last longer
+        segment; of a lumped mass, flights between two impacts do not count
     """
 
     path: float

@@ -241,7 +241,7 @@ def along_line(v: Vec, line: Vec) -> Vec:
 def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
     """Return the outcome of a rock after a ground segment `piece`, or MOVING if the rock continues.
 
-    idle : number of segments without progress since the last segment with progress
+    idle : number of segments without progress since the last segment with progress, as in `RockTally`
     """
     if piece.late:
         return MAX_TIME
@@ -253,6 +253,8 @@ def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
 @kernel
 def _outcome_of_stuck(settings: Settings, v: Vec, idle: int) -> int:
     """Return the outcome of a rock with velocity v after `idle` segments without progress, or MOVING if it continues.
+
+    A segment without progress is not longer than the tolerance.
 
     After STUCK segments without progress, a rock that still moves, but not faster than STILL, has stopped. After WEDGED
     segments, a rock has stopped if it is too slow to rise by smallest_bounce; otherwise its contact is unresolved.

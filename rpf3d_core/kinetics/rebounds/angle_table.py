@@ -49,7 +49,10 @@ def impact_angle(motion: Motion, n: Vec) -> float:
 
 @kernel
 def restitution_at(table: AngleTable, angle: float) -> tuple[float, float]:
-    """Return R_n and R_t (-) of a table at an impact angle (degrees)."""
+    """Return R_n and R_t (-) of a table at an impact angle (degrees), linear between the angles of the table.
+
+    Beyond the first or last angle, the values of this angle are returned.
+    """
     last = len(table.angle) - 1
     if angle <= table.angle[0]:
         return float(table.R_n[0]), float(table.R_t[0])

@@ -101,7 +101,7 @@ def coulomb_limited(model: CoulombLimited, surface: Surface, motion: Motion, n: 
 
 @kernel
 def share_kept(R_t: float, speed: float, most: float) -> float:
-    """Return the share (-) of its speed along the ground that a rock keeps in an impact: R_t, or more at low friction.
+    """Return the share (-) of the speed along the ground that a rock keeps in an impact: R_t, or more at low friction.
 
     speed : along the ground before the impact (m/s); most : largest loss of this speed that friction allows (m/s)
     """

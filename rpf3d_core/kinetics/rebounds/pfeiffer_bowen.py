@@ -78,7 +78,7 @@ def friction(R_t: float, x: float) -> float:
 def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
     """Return CRSP's scaling factor F = R_t / ((v_n / (B R_n))^2 + 1) (-), computed without dividing by R_n.
 
-    F is 0 at R_n = 0. v_n : speed into the ground (m/s); B : reference speed (m/s)
+    F is R_t at v_n = 0, and else 0 at R_n = 0. v_n : speed into the ground (m/s); B : reference speed (m/s)
     """
     reach = B * R_n
     below = v_n * v_n + reach * reach
@@ -89,13 +89,15 @@ def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
 def pfeiffer_bowen_rest(
     model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> RemainingBounces:
-    """Return the sum of all remaining bounces; each impact keeps the shares of the speeds that slow impacts keep.
+    """Return the sum of all remaining bounces; each impact keeps the same shares of the speeds as a slow impact.
 
     Of the speed along the normal, a slow impact keeps the share r, the material's R_n. Of the speed along the ground, a
     slow impact of a rolling rock keeps the share q = sqrt(R_t f(0)). For a bounce that rises by h, the relative errors
     of r and q are about 2 g h / K^2 and (8 g h tan^2(slope)) / A^2. The sum assumes that the spin follows the speed
     that gravity adds in flight. So the displacement down the slope is too long, by at most
     8 h tan(slope) r q / ((1 - r q) (1 - r^2)): millimetres for bounces of 1 mm.
+
+    n : (3,) normal of the plane; gravity : g, m/s^2, above 0
     """
     q = math.sqrt(surface.R_t * friction(surface.R_t, 0.0))
     return sum_of_bounces(surface.R_n, q, motion, n, gravity)

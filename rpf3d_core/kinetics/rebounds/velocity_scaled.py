@@ -47,7 +47,8 @@ def velocity_scaled_rest(
 
     n : (3,) normal of the plane; gravity : m/s^2, above 0
 
-    For a bounce that rises by at most h, v_n^2 = 2 g h. R_n is therefore too high by the share 2 g h / K^2 (2.3e-4 at
-    1 mm). The relative error of the stop's time and place is at most 1 / (1 - R_n) times this share.
+    For a bounce that rises by at most h, v_n^2 is at most 2 g h. The relative error of R_n is therefore at most
+    2 g h / K^2 (2.3e-4 at 1 mm). The relative error of the stop's time and place is at most 1 / (1 - R_n) times the
+    error of R_n.
     """
     return sum_of_bounces(surface.R_n, surface.R_t, motion, n, gravity)

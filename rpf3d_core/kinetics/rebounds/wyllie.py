@@ -37,7 +37,7 @@ def wyllie(model: Wyllie, surface: Surface, motion: Motion, n: Vec, rock: RockCo
 
 @kernel
 def wyllie_R_n(angle: float) -> float:
-    """Return R_n (-) by Wyllie's law at an impact angle (degrees)."""
+    """Return R_n (-) by Wyllie's law at an impact angle (degrees), limited to 2, its value at 9.1 degrees and below."""
     return min(MOST, FACTOR * float(max(angle, FLAT) ** EXPONENT))
 
 

@@ -2,10 +2,10 @@
 
 Bodies use the same rules of effects as points, with three differences:
 
-- Obstacles are met on the path of the centre of mass.
-- At an obstacle, the energy of a body is that of translation and rotation. The rule receives the velocity of a rock
-  that has the same energy without spin. The factor by which the rule changes the speed then applies to the speed and
-  the spin of the body.
+- A body meets an obstacle where the path of its centre of mass meets the obstacle.
+- At an obstacle, the energy of rotation counts as well. The rule receives the velocity that a rock with the same total
+  energy, but without spin, would have. The factor by which the rule changes this speed then applies to both the speed
+  and the spin of the body.
 - Soft ground and air act on the centre of mass only; they do not change the spin.
 
 A scene without effects has None in place of a chain, so the rules of effects are not compiled for it.
@@ -44,7 +44,7 @@ class Met(NamedTuple):
 
 @kernel
 def with_velocity_of(motion: BodyMotion, v: Vec, share: float) -> BodyMotion:
-    """Return the motion of a body with the velocity v (3,) m/s in place of its own, and its spin times `share` (-)."""
+    """Return the motion of a body with the new velocity v (3,) m/s of its centre, and its spin times `share` (-)."""
     return BodyMotion(t=motion.t, x=motion.x, v=v, q=motion.q, w=scale(share, motion.w))
 
 
@@ -107,8 +107,9 @@ def height_of(physics: Physics, locator: Any, motion: BodyMotion) -> float:
 def braked(effects: Any, motion: BodyMotion, height: float, t: float, rock: RockContext) -> BodyMotion:
     """Return the motion of a body after the air alone, without gravity, has acted on its centre for t seconds.
 
-    height : of the centre above the ground, as in `in_air` (m); t : inf if no effect acts in the air, to return the
-        motion unchanged
+    The motion is unchanged if t is inf, which means that no effect acts in the air.
+
+    height : of the centre above the ground, as in `in_air` (m)
     effects : parameters of all effects of the scene; None if there are none
     """
     if effects is None or t == math.inf:

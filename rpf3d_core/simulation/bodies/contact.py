@@ -60,7 +60,7 @@ GROWTH, SHRINKAGE, SAFETY = 3.0, 0.3, 0.9
 
 
 class Carried(NamedTuple):
-    """The result of a step in contact.
+    """The result of a time step of a body in contact with the ground.
 
     motion : at the end; contacts : number of contacts at the end, which are in `room.points`
     moved : path bound at the end, as in `Ride` (m)
@@ -104,7 +104,7 @@ def contacts_of(
 
 @kernel
 def hits(room: Room, count: int, motion: BodyMotion, h: float, gravity: float) -> int:
-    """Return the index of the contact that approaches the ground fastest, if fast enough for an impact; else -1.
+    """Return the index of the contact that approaches the ground fastest; -1 if none is fast enough for an impact.
 
     An impact is faster than SLOW plus the speed that gravity adds in a step.
 
@@ -299,7 +299,7 @@ def _shortened(body: Body, motion: BodyMotion, h: float) -> float:
 def carry(
     body: Body, room: Room, count: int, physics: Physics, motion: BodyMotion, h: float, at: tuple[float, RockContext]
 ) -> Carried:
-    """Return the result of a step in contact.
+    """Move a body in contact with the ground through one time step; return the result.
 
     count : number of contacts in `room.points`; h : length of the step that is tried first (s)
     at : path bound of the body at the start, as in `Ride` (m), and the rock's data

@@ -114,8 +114,8 @@ def fly_on(
 ) -> tuple[Ride, bool]:  # fmt: skip
     """Return the state of a body after its next free flight, and True if the flight ends with contact.
 
-    Without contact, the path may have ended; if not, the next flight follows, for which the facets nearby may have to
-    be listed again.
+    Without contact, either the path has ended, as the outcome states, or another free flight follows. Before this
+    flight, the facets nearby may have to be listed again.
     """
     effects, facets = physics.effects, physics.facets
     path = _next_path(body, room, locator, physics, ride, rock)

@@ -84,9 +84,10 @@ def _after_impact(body: Body, room: Room, ride: Ride, physics: Physics, rock: Ro
 
 @kernel
 def press_on(body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext) -> Ride:
-    """Return the state of a body in contact after the facets around it are listed again, if this is necessary.
+    """List the facets around a body in contact again if the body has moved far; return the state of the body.
 
-    It is necessary if the body has moved far enough (MOVED_ON) since the last list; otherwise the state is unchanged.
+    The facets are listed again if the body has moved more than MOVED_ON times `margin_of` since the last list.
+    Otherwise the state is unchanged. The outcome of the state is NO_ROOM if the facets do not fit into `room`.
     """
     if norm(subtract(ride.motion.x, ride.centre)) <= MOVED_ON * margin_of(body):
         return ride

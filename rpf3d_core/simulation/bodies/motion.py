@@ -157,12 +157,12 @@ def rotational_energy(body: Body, motion: BodyMotion) -> float:
 
 @kernel
 def place_of(motion: BodyMotion, arm: Vec) -> Vec:
-    """Return the position (3,) m in space of a point of a body; arm : its position in the body's axes (m)."""
+    """Return the position (3,) m of a point of a body in the terrain's axes; arm : the same in the body's axes (m)."""
     return add(motion.x, turned(motion.q, arm))
 
 
 @kernel
 def in_body(motion: BodyMotion, p: Vec) -> Vec:
-    """Return the position (3,) m in the body's axes of a point p (3,) m in space."""
+    """Return the position (3,) m of a point in the body's axes; p : the same in the terrain's axes (3,) m."""
     x = motion.x
     return turned_back(motion.q, (p[0] - x[0], p[1] - x[1], p[2] - x[2]))

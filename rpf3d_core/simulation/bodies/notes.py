@@ -10,7 +10,7 @@ from rpf3d_core.values import Motion, Vec
 
 @kernel
 def motion_of(motion: BodyMotion) -> Motion:
-    """Return the motion of a body as a `Motion`, without orientation and with the spin in the axes of space."""
+    """Return the motion of a body as a `Motion`, without orientation and with the spin in the terrain's axes."""
     return Motion(t=motion.t, x=motion.x, v=motion.v, w=turned(motion.q, motion.w))
 
 
@@ -41,7 +41,8 @@ def note_blow(
 
     before, after : motion just before and just after; tally : running totals, which select the record's row
     contact : three values. The number of the facet that the body approached fastest, or `FIRST_OBSTACLE` minus the
-        number of the obstacle; the number of contacts; the normal (3,) of this facet or obstacle, in the axes of space
+        number of the obstacle; the number of contacts; the normal (3,) of this facet or obstacle, in the axes of the
+        terrain
     """
     i = record.first_impact + tally.impacts + tally.meetings
     if i >= len(record.facets):

@@ -23,6 +23,7 @@ STANDS_FOR, HELD_FOR, SLOW_FOR = 0.3, 2.0, 5.0
 class Stop(IntEnum):
     """Why a body counts as stopped.
 
+    NOT_STOPPED : the body does not count as stopped
     STANDS : its speed was at most STANDS (1 mm/s) for STANDS_FOR (0.3 s)
     HELD : it moved less than the skin for HELD_FOR (2 s), but may still jitter
     SLOW : it was slower than the ground's stop speed for SLOW_FOR (5 s)

@@ -34,7 +34,8 @@ class Ride(NamedTuple):
     centre : (3,) m, position around which the nearby facets (`Room.facets`) were listed
     moved : path bound (m): no point of the body has moved farther than this since the release, along its path
     contacts : number of contacts, 0 in flight; h : length of the next step in contact (s)
-    rest : since when the body has been at rest; tally : running totals; outcome : MOVING while the body moves
+    rest : times since which the body stands, is slow, or stays in one place; tally : running totals
+    outcome : MOVING while the body moves
     why : number of the `Stop` reason, or NOT_STOPPED
     passed : as in `simulation.state.State`; slip : m, as in `kinetics.slippage`, None if no ground has slip friction
     """
@@ -58,7 +59,7 @@ def after_flight(ride: Ride, motion: BodyMotion, moved: float, tally: RockTally,
 
     ride : state before; motion, moved, tally, outcome, passed : values after, as in `Ride`
 
-    A body faster than BRISK is no longer at rest.
+    If the body is faster than BRISK (m/s), its times of rest begin again (`no_rest`).
     """
     rest = ride.rest if norm(motion.v) <= BRISK else no_rest(motion)
     return Ride(

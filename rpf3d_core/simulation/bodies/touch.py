@@ -1,4 +1,4 @@
-"""Find the contacts of a body at one position: points of the body in the band of contact of a facet."""
+"""Find the contacts of a body at one position: points of the body with a gap of at most BAND skins from a facet."""
 
 from typing import Any
 
@@ -59,9 +59,9 @@ KEPT = 0.05
 
 @routine
 def touch(body: Body, room: Room, facets: Facets, motion: BodyMotion, moved: float) -> None:
-    """Mark the nearby facets within the band of contact of a body as TOUCHED, and all other nearby facets as AWAY.
+    """Mark the nearby facets with a gap of at most BAND times the body's skin as TOUCHED, and all others as AWAY.
 
-    Facets that may be within the band are examined again. moved : path bound of the body, as in `Ride` (m)
+    Facets whose gap may be that small are examined again. moved : path bound of the body, as in `Ride` (m)
     """
     band = BAND * body.skin
     for k in range(room.count[0]):
