@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from rpf3d_core.effects.hooks import FOR_POINTS, HOOKS, chain_of, links_of
+from rpf3d_core.effects.fragmentation import Fragmentation
+from rpf3d_core.effects.hooks import FOR_POINTS, HOOKS, breaks, chain_of, links_of
 from rpf3d_core.errors import InputError
 from rpf3d_core.kinetics.rebound import rebound
 from rpf3d_core.scene.model import Scene
@@ -40,6 +41,9 @@ def _check_hooks(scene: Scene, effects: list[Any]) -> None:
             raise InputError(f"{scene.path}: `effects` names {name}, which has no rule; its file must have a function "
                              f"decorated as @felt_normal.rule({name}) is, for one of the hooks "
                              f"{', '.join(hook.__name__ for hook in HOOKS)}")  # fmt: skip
+        if breaks.has_rule(type(effect)) and not isinstance(effect, Fragmentation):
+            raise InputError(f"{scene.path}: `effects` names {name}, which has a rule for breaks; only the effect "
+                             "`fragmentation` may break rocks, so remove the rule")  # fmt: skip
         for hook in FOR_POINTS:
             if scene.rock.is_body and hook.has_rule(type(effect)):
                 raise InputError(f"{scene.path}: `effects` names {name}, which has a rule for {hook.__name__}; rocks "

@@ -23,6 +23,19 @@ ground: sliding
 outputs: {pictures: false, recording: false}
 """
 
+BREAKER = """
+from typing import NamedTuple
+from rpf3d_core.effects.hooks import breaks
+from rpf3d_core.jit.dispatch import kernel
+
+class Breaker(NamedTuple):
+    share: float = 1.0
+
+@breaks.rule(Breaker)
+def breaks_always(effect, before, after, n, rock):
+    return True
+"""
+
 
 def blocks(kind: str) -> list[str]:
     """Return the code blocks of a language on the page."""
@@ -32,6 +45,7 @@ def blocks(kind: str) -> list[str]:
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """Return a folder with the Python files of the page."""
+    (tmp_path / "breaker.py").write_text(BREAKER)
     for name, text in zip(("sand.py", "stones.py"), blocks("python"), strict=True):
         (tmp_path / name).write_text(text)
     return tmp_path
@@ -77,6 +91,7 @@ def test_an_effect_of_no_strength_leaves_every_bit_as_it_was(folder: Path) -> No
         ("rebound: {sand.Sand: {}, constant: {}}", "exactly one"),
         ("rebound: {sand.Sand: {}, stones.Stones: {tilt_deg: 1}}", "exactly one"),
         ("rebound: {stones.Stones: {tilt_deg: 1}}", "@rebound.rule(Stones)"),
+        ("effects: {breaker.Breaker: {}}", "a rule for breaks; only the effect `fragmentation`"),
         ("effects: {stones.Stones: }", "without tilt_deg"),
         ("effects: {sand.Sand: }", "felt_normal"),
         ("effects: {broken.Broken: }", "broken.py, which cannot be run: ZeroDivisionError"),

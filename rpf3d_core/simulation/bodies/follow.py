@@ -22,6 +22,7 @@ from rpf3d_core.simulation.bodies.release import Release
 from rpf3d_core.simulation.bodies.rest import NOT_STOPPED, after_step, mean_speed, no_rest, why_stopped
 from rpf3d_core.simulation.bodies.ride import (
     FIRST_STEP,
+    NO_ROOM,
     Ride,
     after_flight,
     ended,
@@ -92,7 +93,8 @@ def press_on(body: Body, room: Room, locator: Any, physics: Physics, ride: Ride,
     if norm(subtract(ride.motion.x, ride.centre)) <= MOVED_ON * margin_of(body):
         return ride
     listed = listed_around(body, room, locator, physics, ride)
-    touch(body, room, physics.facets, ride.motion, ride.moved)
+    if listed.outcome != NO_ROOM:
+        touch(body, room, physics.facets, ride.motion, ride.moved)
     return listed
 
 
