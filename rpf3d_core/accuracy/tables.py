@@ -147,8 +147,8 @@ def _unbought(prices: PriceList, target: float) -> list[str]:
     error = errors_of_scene(prices)["parametric"]
     if error <= target:
         return []
-    return [f"no number of rocks reaches {target:g}: with the ranges that the scene gives for the ground, the map may be "
-            f"wrong by {number(error)} with any number of rocks"]  # fmt: skip
+    return [f"no number of rocks reaches {target:g}: with the ranges that the scene gives for the ground, the map may "
+            f"be wrong by {number(error)} with any number of rocks"]  # fmt: skip
 
 
 def _rocks(number: int) -> str:

@@ -50,14 +50,16 @@ def check_folder(out: Path, scene: Scene) -> None:
     state = out / STATE
     names = {entry.name for entry in out.iterdir()} if out.is_dir() else set()
     if foreign := sorted(names - {STATE, *RESULTS}):
-        raise InputError(f"{out}: contains {foreign[0]!r}, which is not part of a calibration; give a new or empty folder")
+        raise InputError(
+            f"{out}: contains {foreign[0]!r}, which is not part of a calibration; give a new or empty folder"
+        )
     if names and not (state / PLAN).is_file():
         raise InputError(f"{out}: contains no calibration to continue; give a new or empty folder")
     if not names:
         return
     if _read_plan(state / PLAN)["digest"] != digest_of(scene):
-        raise InputError(f"{out}: contains the calibration of another scene, of other data, or of an earlier version of "
-                         "rpf3d; give another folder")  # fmt: skip
+        raise InputError(f"{out}: contains the calibration of another scene, of other data, or of an earlier version "
+                         "of rpf3d; give another folder")  # fmt: skip
 
 
 def _read_plan(path: Path) -> dict[str, Any]:

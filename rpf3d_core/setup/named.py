@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from rpf3d_core.effects.fragmentation import Fragmentation
 from rpf3d_core.effects.hooks import FOR_POINTS, HOOKS, breaks, chain_of, links_of
 from rpf3d_core.errors import InputError
 from rpf3d_core.kinetics.rebound import rebound
@@ -41,13 +40,20 @@ def _check_hooks(scene: Scene, effects: list[Any]) -> None:
             raise InputError(f"{scene.path}: `effects` names {name}, which has no rule; its file must have a function "
                              f"decorated as @felt_normal.rule({name}) is, for one of the hooks "
                              f"{', '.join(hook.__name__ for hook in HOOKS)}")  # fmt: skip
-        if breaks.has_rule(type(effect)) and not isinstance(effect, Fragmentation):
+        if breaks.has_rule(type(effect)) and not _is_fragmentation(effect):
             raise InputError(f"{scene.path}: `effects` names {name}, which has a rule for breaks; only the effect "
                              "`fragmentation` may break rocks, so remove the rule")  # fmt: skip
         for hook in FOR_POINTS:
             if scene.rock.is_body and hook.has_rule(type(effect)):
                 raise InputError(f"{scene.path}: `effects` names {name}, which has a rule for {hook.__name__}; rocks "
                                  "with a shape have no such hook, so remove it, or `rock.shape`")  # fmt: skip
+
+
+def _is_fragmentation(effect: object) -> bool:
+    """Return True for the effect `fragmentation`; its module is imported only for a scene whose rocks may break."""
+    from rpf3d_core.effects.fragmentation import Fragmentation
+
+    return isinstance(effect, Fragmentation)
 
 
 def numbered(effects: list[Any]) -> list[Any]:

@@ -54,6 +54,22 @@ def test_a_body_without_room_at_its_release_or_above_is_reported_as_unresolved(e
     assert (end.x[0] == x).all() and end.t[0] == 0.0 and end.lift[0] == 0.0 and len(end.blows()) == 0
 
 
+def test_a_body_that_slides_to_more_facets_than_its_memory_holds_gets_more_memory(monkeypatch):
+    """The body slides down a plane of 45 degrees from large facets to facets of 0.5 m, with memory for four facets."""
+    coarse = np.array([(x, y, -x) for x in (-20.0, 0.0) for y in (-3.0, 3.0)])
+    fine = np.array([(x, y, -x) for x in np.arange(9) * 0.5 for y in np.arange(13) * 0.5 - 3.0])
+    triangles = np.vstack([np.asarray(grid_triangles(2, 2)), 4 + np.asarray(grid_triangles(9, 13))])
+    facets = facets_of(terrain_of(np.vstack([coarse, fine]), triangles))
+    above = (HALF + 0.5 * ACCURACY) * np.sqrt(2.0)
+    start, pose = np.array([-1.5, 0.05, 1.5 + above]), about((0, 1, 0), np.pi / 4)
+    bodies, terms = drop([BOX], start, pose, [1.0, 0.0, -1.0]), Terms((ground(0.2),), ACCURACY, 2000, 0.5)
+    usual = flown(engine_of("reference", facets), [BOX], bodies, terms)
+    monkeypatch.setattr("rpf3d_core.simulation.bodies.fly.FEWEST_FACETS", 4)
+    small = flown(engine_of("reference", facets), [BOX], bodies, terms)
+    assert usual.outcome[0] == Outcome.MAX_TIME and (usual.finals == small.finals)[np.isfinite(usual.finals)].all()
+    assert np.linalg.norm(usual.x[0] - start) > 1.0, "the body slides"
+
+
 def test_a_body_between_sheets_is_lifted_past_them_if_there_is_room_above():
     end = flown_over(sheets([0.0, 0.5, 1.0]), [BOX], drop([BOX], np.array([0.3, 0.1, 0.25])), TERMS)
     assert end.outcome[0] == Outcome.STOPPED
