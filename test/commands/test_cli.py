@@ -384,5 +384,5 @@ def test_a_pit_on_a_scene_of_its_own_can_be_flown(folder: Path) -> None:
 def test_a_folder_without_a_recording_is_not_replayed(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
 ) -> None:
-    assert "holds no run.rrd" in refused(monkeypatch, capsys, "replay", folder)
+    assert "contains no run.rrd" in refused(monkeypatch, capsys, "replay", folder)
     assert "is not a folder" in refused(monkeypatch, capsys, "replay", folder / "none")
