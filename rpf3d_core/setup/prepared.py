@@ -263,7 +263,8 @@ def scene_raster(
     Parameters
     ----------
     box : corners (m) of the terrain's box, if known
-    sources : sources whose rocks must fill the cells, if the scene gives no cell size; () if unknown
+    sources : if the scene gives no cell size, the cells are so large that most cells on the paths from these sources
+        get enough rocks for percentiles, as far as the terrain allows; () if unknown: no such limit
 
     Raises
     ------

@@ -73,7 +73,7 @@ def section_figure(drawing: SectionDrawing) -> Figure:
 
 
 def _heights(drawing: SectionDrawing) -> tuple[float, float]:
-    """Return the lowest and the highest elevation (m) of the picture."""
+    """Return the elevations (m) of the lower and the upper edge of the section: its contents plus a margin."""
     tops = np.array([top for _, _, _, top in drawing.fences])
     heights = np.concatenate([drawing.ground, tops, *(path[:, 1] for path in _paths(drawing))])
     low, high = float(np.nanmin(heights)), float(np.nanmax(heights))

@@ -169,7 +169,10 @@ def _rate(skin: float, gap: float, h: float) -> float:
 
 @kernel
 def _set_goals(body: Body, room: Room, count: int, motion: BodyMotion, gravity: float, h: float) -> None:
-    """Write the velocity that each contact should have at the start of a step of h seconds into `room.points`.
+    """Write into `room.points` the goal velocity of each contact, for a step of h seconds.
+
+    A contact that starts the step with its goal velocity has, on average over the step, the velocity of `_rate` along
+    the normal and no velocity along the ground.
 
     count : number of contacts in `room.points`; gravity : m/s^2
     """
