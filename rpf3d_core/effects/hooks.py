@@ -111,7 +111,7 @@ def ground_of_all(chain: Chain, zone: int, surface: Surface, motion: Motion, n: 
 
 @model_function
 def breaks(effect: object, before: Motion, after: Motion, n: Vec, rock: RockContext) -> bool:
-    """Return True if an impact breaks the rock: a hook for fragmentation.
+    """Return True if an impact breaks the rock: a hook for the effect `fragmentation` alone, which makes the fragments.
 
     before, after : motion just before and just after the impact; n : (3,) normal of the ground
     """

@@ -76,7 +76,7 @@ def _check_classes(files: Sequence[Path], clouds: Sequence[Cloud]) -> None:
     """Raise a TerrainError that names the first file whose points have no classes."""
     for path, cloud in zip(files, clouds, strict=True):
         if cloud.classes is None:
-            raise TerrainError(f"{path}: has no classes of points; leave the classes out, or import it separately")
+            raise TerrainError(f"{path}: has no classes of points; leave them out, or import the file separately")
 
 
 def _system_in_words(crs: str | None) -> str:

@@ -33,13 +33,17 @@ def models_of(scene: Scene, terrain: Terrain) -> Models:
 
 
 def _check_hooks(scene: Scene, effects: list[Any]) -> None:
-    """Refuse effects without any rule and, if the rocks have a shape, effects with a rule for a hook of points only."""
+    """Refuse effects with hooks that they cannot use.
+
+    These are effects without any rule, effects other than `fragmentation` with a rule for `breaks` and, if the rocks
+    have a shape, effects with a rule for a hook of points only.
+    """
     for effect in effects:
         name = type(effect).__name__
         if not any(hook.has_rule(type(effect)) for hook in HOOKS):
             raise InputError(f"{scene.path}: `effects` names {name}, which has no rule; its file must have a function "
                              f"decorated as @felt_normal.rule({name}) is, for one of the hooks "
-                             f"{', '.join(hook.__name__ for hook in HOOKS)}")  # fmt: skip
+                             f"{', '.join(hook.__name__ for hook in HOOKS if hook is not breaks)}")  # fmt: skip
         if breaks.has_rule(type(effect)) and not _is_fragmentation(effect):
             raise InputError(f"{scene.path}: `effects` names {name}, which has a rule for breaks; only the effect "
                              "`fragmentation` may break rocks, so remove the rule")  # fmt: skip

@@ -35,6 +35,7 @@ class Breaker(NamedTuple):
 def breaks_always(effect, before, after, n, rock):
     return True
 """
+"""An effect of the user's own that breaks rocks, in `breaker.py`."""
 
 
 def blocks(kind: str) -> list[str]:
@@ -44,7 +45,7 @@ def blocks(kind: str) -> list[str]:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Return a folder with the Python files of the page."""
+    """Return a folder with the Python files of the page and `breaker.py`."""
     (tmp_path / "breaker.py").write_text(BREAKER)
     for name, text in zip(("sand.py", "stones.py"), blocks("python"), strict=True):
         (tmp_path / name).write_text(text)
