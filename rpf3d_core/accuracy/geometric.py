@@ -71,8 +71,8 @@ def put_back(releases: Releases, before: Engine, after: Engine) -> Releases:
     """Return the releases moved onto another terrain, so that each rock starts at the same height above the ground.
 
     The height is measured to the ground straight below. Where the other terrain has no ground, the altitude stays the
-    same. If several sheets of ground lie above each other, the sheet whose altitude is nearest to that of the old
-    ground is used: a rock under an overhang stays under the overhang, and no rock starts under the ground.
+    same. If several sheets of ground lie above each other, the sheet nearest in altitude to the old ground is
+    used: a rock under an overhang stays under the overhang, and no rock starts under the ground.
 
     before, after : engines of the old and of the new terrain
     """

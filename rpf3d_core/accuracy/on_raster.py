@@ -63,6 +63,6 @@ def rastered(terrain: Terrain, engine: Engine, cell: float) -> tuple[Terrain, Sq
 
 
 def _zones_under(terrain: Terrain, engine: Engine, points: FloatArray) -> np.ndarray:
-    """Return the zone (N,) of the highest ground above or below N points (N, 3) m; zone 0 where there is no ground."""
+    """Return the zone (N,) of the highest ground above or below N points (N, 3) m; 0 without ground."""
     facet = highest_ground(engine, points).facet
     return np.where(facet >= 0, terrain.zone[facet], 0).astype(np.int32)

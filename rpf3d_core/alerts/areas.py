@@ -118,8 +118,8 @@ def undecided(
 def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
     """Return the held level of each area in the previous decision, by name, and one level for all other areas.
 
-    A decision in the log of an older version contains no areas. Then every area has the held level of the site, and the
-    names in the result are those of the areas that raised this level, read from the sentences in `held_by`.
+    A decision in the log of an older version contains no areas. Then every area has the held level of the site. The
+    result names the areas that raised this level; their names are read from the sentences in `held_by`.
     """
     if previous is None:
         return {}, Level.NORMAL

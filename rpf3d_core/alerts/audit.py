@@ -290,11 +290,11 @@ def _without(content: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
 def areas_changed(before: Alert | None, alert: Alert) -> list[tuple[str, Level, Level]]:
     """Return (name, level before, level after) of each area whose level changed, without changes equal to the site's.
 
-    A change equals that of the site if both levels are the same. The level before is NORMAL for an area that the
-    previous decision does not contain. The list is empty if there is no previous decision, or if the previous decision
-    contains no areas.
+    A change of an area equals the site's change if both levels are the same. An area without a previous level has
+    NORMAL as its level before. Without a previous decision, or with a previous decision without areas, the list is
+    empty.
 
-    before : the previous decision; alert : the decision
+    before : the previous decision, None without one; alert : the decision
     """
     if before is None or not before.areas:
         return []

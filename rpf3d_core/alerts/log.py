@@ -300,7 +300,7 @@ class DecisionLog:
             self.problems = (*self.problems, self.unknown)
 
     def _why_unknown(self, tails: list[Tail]) -> str:
-        """Return why the log may lack decisions that were made; "" if there is no sign of missing decisions.
+        """Return a sentence on why decisions may be missing in the log; "" without a sign of missing decisions.
 
         A log of an older version has neither a state file nor a witness.
         """

@@ -32,8 +32,8 @@ There, the distance to the facet equals the distance to the facet's plane.
 def ground_below_releases(engine: Engine, x: FloatArray) -> FloatArray:
     """Return height above ground (m), facet and side (R, 3) straight below releases x (R, 3) m.
 
-    The columns are as in `Reference.ground_below`: the facet is below 0 if there is no ground below; the side is 1 for
-    the free side of the facet, -1 for its back.
+    The result has the columns of `Reference.ground_below`. The facet is below 0 without ground below the release. The
+    side is 1 for the free side of the facet, -1 for the back.
 
     A rock that starts inside the ground, above an overhang, has the back of an overhanging facet below it. But the back
     of a facet excludes the facet's edges (`detection.narrow_phase`). A vertical line through an edge of the overhang

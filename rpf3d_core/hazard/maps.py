@@ -26,7 +26,7 @@ FEWEST_ROCKS = 20
 class CellStatistics:
     """Statistics over the rocks that reached a cell, of each rock's largest value there, such as its energy.
 
-    Every array is (S,), for the cells of a `Layers`, in the unit of the quantity.
+    Every array has one value for each of the S cells of a `Layers`, in the unit of the quantity.
     largest : rounded to float32
     mean : error at most 2^-35 of the largest value that the scene can produce, before it is rounded to float32
     p50, p90, p95, p99 : relative error at most `Layers.percentiles_within`; NaN for fewer than `FEWEST_ROCKS` rocks

@@ -73,7 +73,7 @@ class DigestHistory:
 
         If the digest was present in several periods, the last period that began before `made_ns` counts. If no period
         began before `made_ns`, the first period counts. So evidence never counts as younger than its rocks, even if an
-        outline changes back and forth. For a digest that is not known, the time is that of the beginning of the watch.
+        outline changes back and forth. An unknown digest counts as replaced at the beginning of the watch.
 
         made_ns : when (ns) the evidence with this digest was made
         """

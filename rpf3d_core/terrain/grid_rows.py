@@ -144,9 +144,9 @@ def _count(
 ) -> None:  # fmt: skip
     """Write, for each row of squares, the number of squares, the number of kept triangles, and twice the area in plan.
 
-    A square counts if it has four points; a triangle is kept if no side in plan is longer than `longest`. The area is
-    that of the squares with a kept triangle, positive if they face up. Only the rows of squares from `begin` to
-    `end` - 1 are counted.
+    A square counts if it has four points; a triangle is kept if no side in plan is longer than `longest`. Only squares
+    with a kept triangle add to the area; the area is positive if they face up. Only the rows of squares from `begin`
+    to `end` - 1 are counted.
 
     number : (H, W) vertex number of each point, -1 for a missing point; vertices : (V, 3) m
     longest : m, longest allowed side of a triangle in plan

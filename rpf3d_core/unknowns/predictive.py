@@ -99,7 +99,7 @@ def least_end(counts: FloatArray, totals: FloatArray) -> FloatArray:
     as if no set had a hit.
 
     counts : (S, N) number of rocks of each set that the share counts, the hits; totals : (S, N) number of rocks of each
-        set. The sets have equal weights; sampling errors are those of the harmonic mean of the numbers of rocks
+        set. The sets have equal weights; sampling errors are computed from the harmonic mean of the numbers of rocks
     """
     tail, has = 0.5 * (1.0 - LEVEL), totals > 0
     sets = np.maximum(has.sum(axis=0), 1)
