@@ -45,7 +45,7 @@ SITE = """
 site: benchmark
 valid_s: 10
 alarm_from: restrict
-evidence: {sources_max_age_s: 30, terrain_max_age_s: 86400, clock_tolerance_s: 0.5, fewest_rocks: 10,
+evidence: {sources_max_age_s: 30, terrain_max_age_s: 86400, clock_tolerance_s: 0.5, fewest_rocks: 40,
            most_unfinished: 0.02, reach_probability_is: share}
 areas: {bench: {watch: {reach_probability: 0.1}, restrict: {reach_probability: 0.5}}}
 """

@@ -9,13 +9,17 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 pytest.importorskip("live_stack", reason="the benchmarks are not part of an installed package")
 
 import live_messages
+import live_recorder
 import soak_ledger
+import soak_world
 from live_table import Row, Rows, print_table
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import PointCloud2
 from soak_ledger import Ledger
 
 from rpf3d_core.alerts.levels import Level
+from rpf3d_core.alerts.site import read_site
+from rpf3d_core.scene.reading import read_scene
 from rpf3d_ros.messages.cloud_reading import positions_of_cloud
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.result_messages import ResultFacts, results_message
@@ -91,3 +95,15 @@ def test_a_table_tells_a_missed_goal_by_its_exit_code(capsys, took, gap, code):
         row.add(0, {topic: round(took * 1e9) for topic in ("hazard/grid", "trajectories", "results")}, result(0.03))
     assert print_table([Rows(row, [(0, 0, 1_000_000)], [gap])]) == code
     assert "flying and tallies 30" in capsys.readouterr().out
+
+
+def test_the_scene_and_the_site_that_the_recorder_is_measured_with_are_accepted(tmp_path):
+    scene, site = tmp_path / "scene.yaml", tmp_path / "site.yaml"
+    scene.write_text(live_recorder.SCENE)
+    site.write_text(live_recorder.SITE)
+    watched = {area.name for area in read_scene(scene).areas_of_interest}
+    assert set(read_site(site).areas) == watched
+
+
+def test_the_scene_and_the_site_of_the_soak_test_are_accepted():
+    assert read_site(soak_world.SITE).areas and read_scene(soak_world.SCENE).areas_of_interest
