@@ -33,7 +33,11 @@ NUMBER = re.compile(r"\d+(\.\d+)?")
 class HealthReport:
     """The last state of each part of a node for /diagnostics, published together; several threads may use it."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, timer: bool = True) -> None:
+        """Begin without any part.
+
+        timer : False if the node itself calls `publish` every PERIOD (s), from a timer that it needs anyway
+        """
         self._node = node
         self._parts: dict[str, Health] = {}
         self._logged: dict[tuple[str, str], float] = {}
@@ -41,7 +45,8 @@ class HealthReport:
         self._publisher = node.create_publisher(
             DiagnosticArray, "/diagnostics", EVENTS, qos_overriding_options=OVERRIDABLE
         )
-        node.create_timer(PERIOD, self.publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        if timer:
+            node.create_timer(PERIOD, self.publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._published = -SPACING
         self.closed = False
 

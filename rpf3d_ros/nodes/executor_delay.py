@@ -17,18 +17,23 @@ LONGEST = 0.05
 
 
 class ExecutorDelay:
-    """A timer that reports in /diagnostics how long the executor was busy at most since the last report.
+    """Reports in /diagnostics, every PERIOD (s), how long the executor was busy at most since the last report.
 
-    The reported time is the duration of the longest round of callbacks (`TimedExecutor`), or the delay of the timer
+    The reported time is the duration of the longest round of callbacks (`TimedExecutor`), or the delay of the report
     itself if that is longer, for example because another thread holds the interpreter's lock. With another executor,
-    the reported time is the delay of the timer alone.
+    the reported time is the delay of the report alone.
     """
 
-    def __init__(self, node: Node, health: HealthReport) -> None:
+    def __init__(self, node: Node, health: HealthReport, timer: bool = True) -> None:
+        """Begin to measure.
+
+        timer : False if the node itself calls `report` every PERIOD (s), from a timer that it needs anyway
+        """
         self._node, self._health = node, health
         self._last = time.monotonic()
         self.longest = 0.0
-        node.create_timer(PERIOD, self.report, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        if timer:
+            node.create_timer(PERIOD, self.report, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def reset(self) -> None:
         """Ignore earlier delays, which were expected, for example because of compiling."""
@@ -36,7 +41,7 @@ class ExecutorDelay:
         self._busiest_round()
 
     def report(self) -> None:
-        """Report for how long (ms) the executor was busy at most since the last report; the timer calls this."""
+        """Report for how long (ms) the executor was busy at most since the last report."""
         now = time.monotonic()
         gap = max(now - self._last - PERIOD, self._busiest_round())
         self._last, self.longest = now, max(self.longest, gap)

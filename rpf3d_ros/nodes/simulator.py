@@ -31,7 +31,7 @@ from rpf3d_ros.nodes.configuring import (
     refuse_impossible_transitions,
     watch_clock,
 )
-from rpf3d_ros.nodes.executor_delay import ExecutorDelay
+from rpf3d_ros.nodes.executor_delay import PERIOD, ExecutorDelay
 from rpf3d_ros.nodes.heap import exempt_from_collection, free_unused_objects
 from rpf3d_ros.nodes.inputs import Inputs
 from rpf3d_ros.nodes.service_clients import clients_of
@@ -42,7 +42,10 @@ if TYPE_CHECKING:
 NAME = "rpf3d_simulator"
 
 TICK = 0.25
-"""Time (s) between two checks whether the validity of a decision ends soon, and other regular work."""
+"""Time (s) between two checks whether the validity of a decision ends soon, and other regular work.
+
+All regular work has one timer, because each waking of the executor costs rclpy about a millisecond of CPU time.
+"""
 
 NAMED_FOR = 10.0
 """Time (s) for which a value of `acknowledged_by` is valid; otherwise an old value could acknowledge a later alert."""
@@ -66,7 +69,7 @@ class SimulatorNode(LifecycleNode):
         parameters = declare(self, SimulatorParameters, fixed=False, others=self.scene_parameters.names)
         _ = parameters.frame, parameters.sensors  # raises an error here if one of them is refused
         self.lock = ParameterLock(self, free=("acknowledged_by",))
-        self.health = HealthReport(self)
+        self.health = HealthReport(self, timer=False)
         self.outlets = Outlets(
             answers=AnswerPublishers(self), alerts=AlertPublishers(self), health=self.health, logger=self.get_logger(),
             now=self._now,
@@ -76,10 +79,10 @@ class SimulatorNode(LifecycleNode):
         self.inputs: Inputs | None = None
         self.broken = ""
         self.abandoned = False
-        self._ticked, self._named_at = 0, -NAMED_FOR
+        self._ticked, self._named_at, self._reported_at = 0, -NAMED_FOR, time.monotonic()
         self._clock_watch, self._clock_stands = ClockWatch(parameters.clock_patience), False
         self.add_post_set_parameters_callback(self._note_name)
-        self.executor_delay = ExecutorDelay(self, self.health)
+        self.executor_delay = ExecutorDelay(self, self.health, timer=False)
         self._acknowledging = self.create_service(TriggerService, "~/acknowledge", self.on_acknowledge)
         self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))  # also if time goes back
         refuse_impossible_transitions(self)
@@ -165,15 +168,27 @@ class SimulatorNode(LifecycleNode):
             self.trigger_activate()
 
     def _tick(self) -> None:
-        """Do the station's regular work, and check if the clock went back.
+        """Repeat the diagnostics if they are due, check if the clock went back, and do the station's regular work.
 
         The clock is checked here, because ROS reports jumps of simulated time only.
         """
+        self._repeat_diagnostics()
         now = self._notice_jump()
         if self.station is not None and self.inputs is not None:
             self._check_clock(now)
             self.inputs.publishers.look()
             self.station.beat()
+
+    def _repeat_diagnostics(self) -> None:
+        """Report the delay of the executor, and publish all diagnostics, if PERIOD (s) has passed since the last time.
+
+        The times of two ticks differ a little from TICK, so half a tick is allowed.
+        """
+        now = time.monotonic()
+        if now - self._reported_at >= PERIOD - 0.5 * TICK:
+            self._reported_at = now
+            self.executor_delay.report()
+            self.health.publish()
 
     def _notice_jump(self) -> int:
         """Return the present time (ns); if the clock went back since the last call, first forget all sources."""

@@ -5,12 +5,15 @@ import math
 import numpy as np
 import pytest
 import scenes_of_facets as made
+import small_pit
 from obstacles_made import MASS, RADIUS, energy_of, fence, fences, rough_ground, thrown, with_effects
 from on_both_engines import BOTH, loses_energy
 from rolling_spheres import roll, spheres
 
 from rpf3d_core.kinetics.sphere_ground import TURN
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.builders.barriers import barriers_of
 from rpf3d_core.simulation import capped
 from rpf3d_core.simulation.record import FIRST_OBSTACLE
 from rpf3d_core.values import Mode, Outcome
@@ -203,6 +206,26 @@ def test_a_rock_meets_both_of_two_nets_that_cross_within_the_slack_of_its_path(e
     flights = over_a_floor(engine, x, 10.0 * heading, nets, friction=0.0)
     numbers = FIRST_OBSTACLE - flights.impacts.facet[met(flights)]
     assert sorted(nets.panel.barrier[numbers]) == [0, 1]
+
+
+@BOTH
+@pytest.mark.parametrize("places", [(0.0, 0.95, 1.9), (1.9, 0.95, 0.0), (0.95, 0.0, 1.9), (0.6, 1.2, 0.0, 1.8)])
+def test_a_rock_meets_nets_once_each_that_are_nearer_to_each_other_than_the_slack_by_pairs_only(
+    tmp_path, engine, places
+):
+    """The nets are parallel; each is within the slack of the next, but not of all. places : positions (slacks)"""
+    terrain = made.floor(cells=10)
+    slack = fence(terrain, LINE, 3.0, 1e3).slack
+    panels = ", ".join(
+        f"{{name: net{k}, along: [[{place * slack!r}, -8], [{place * slack!r}, 8]], height: 3, capacity_kj: 1}}"
+        for k, place in enumerate(places)
+    )
+    scene = read_scene(small_pit.scene_file(tmp_path, more=f"effects: {{barriers: {{panels: [{panels}]}}}}"))
+    nets = barriers_of(scene.effects.barriers, scene, terrain)
+    for heading in (10.0, -10.0):
+        flights = over_a_floor(engine, (-0.2 * heading, 0.5, 1.5), (heading, 1.0, 0.0), nets)
+        numbers = FIRST_OBSTACLE - flights.impacts.facet[met(flights)]
+        assert sorted(nets.panel.barrier[numbers]) == list(range(len(places)))
 
 
 @BOTH

@@ -38,6 +38,20 @@ def test_a_barrier_stands_on_the_ground_below_its_line(tmp_path):
     assert ((panel.z >= low - 1e-9) & (panel.z <= high + 1e-9)).all()
 
 
+def test_of_two_barriers_nearly_in_one_place_the_second_moves_onto_the_line_of_the_first(tmp_path):
+    """Of three lines along x = 30, only the second is near the first in plan; the third ends 1 m before it begins."""
+    near, past = "[[30, -20], [30, 0], [20, 10]]", "[[30.0000000001, 1], [30.0000000001, 9]]"
+    given = [("first", near), ("second", "[[30.0000000001, -25], [30.0000000002, 5]]"), ("third", past)]
+    panels = ", ".join(PANEL.format(along=line, height=3, capacity=1).replace("net", name) for name, line in given)
+    _, terrain, models = built(tmp_path, f"effects: {{barriers: {{panels: [{panels}]}}}}")
+    panel, slack = models.effects.head.panel, models.effects.head.slack
+    x = panel.x + terrain.frame.origin[0]
+    assert slack > 1e-9, "the lines are within the slack"
+    assert np.abs(x[panel.line == 2] - 30.0).max() < 1e-12, "the second, on the first section of the first"
+    assert np.abs(x[panel.line == 3] - 30.0).max() < 1e-12, "the third, on the second, which reaches it"
+    assert np.ptp(panel.y[panel.line == 2] + panel.dy[panel.line == 2]) > 20.0
+
+
 def test_lines_come_from_geojson_as_well(tmp_path):
     line = {"type": "MultiLineString", "coordinates": [[[-20, 0], [0, 0]], [[0, 10], [0, 30, 5]]]}
     (tmp_path / "lines.geojson").write_text(json.dumps(line))

@@ -1,10 +1,11 @@
 """Build the barriers of a scene on its terrain: each line is cut into parts that stand on one facet each."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rpf3d_core.effects.barriers import CORNER, Barriers, Panel
 from rpf3d_core.effects.obstacle_cells import cells_of
@@ -21,6 +22,19 @@ from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.terrain.sections import section_of
 
 JOULE_PER_KJ = 1000.0
+
+
+class _Straight(NamedTuple):
+    """A straight section of a barrier, between two corners of its line.
+
+    ends : (2, 2) m, in plan, local frame; barrier : number of its barrier
+    key, given : for messages: the key in the scene, and the whole line (P, 2 or 3) in the coordinates of the scene
+    """
+
+    ends: FloatArray
+    barrier: int
+    key: str
+    given: FloatArray
 
 
 class _BarrierPart(NamedTuple):
@@ -87,7 +101,29 @@ def _pieces(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Iterato
     InputError
         As `barriers_of`.
     """
-    number = 0
+    sections = list(_sections(model_spec, scene, terrain))
+    for number, straight in enumerate(_in_one_place(sections, NEAR * tolerance_of(terrain))):
+        begin, end = straight.ends
+        section = section_of(terrain, begin, end)
+        if section is None:
+            raise InputError(f"{straight.key} of {model_spec.panels[straight.barrier].name!r} leaves the terrain, or "
+                             f"crosses a hole in it: {extents(terrain, straight.given)}")  # fmt: skip
+        at = begin + section.share[..., None] * (end - begin)
+        feet = np.concatenate([at, section.z[..., None]], axis=-1)
+        yield from (
+            _BarrierPart(foot=foot, facet=int(f), line=number, barrier=straight.barrier)
+            for foot, f in zip(feet, section.facet, strict=True)
+        )
+
+
+def _sections(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Iterator[_Straight]:
+    """Yield the straight sections of all barriers, in the order of the scene.
+
+    Raises
+    ------
+    InputError
+        A line is damaged or has no length; the message names the key.
+    """
     for barrier, spec in enumerate(model_spec.panels):
         key = f"{scene.path}: `effects.barriers.panels[{barrier}].along`"
         try:
@@ -96,15 +132,44 @@ def _pieces(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Iterato
             raise InputError(f"{key} {fault}") from fault
         for line in lines:
             plan = local_plan(terrain.frame, line)
-            for begin, end in pairwise(plan):
-                section = section_of(terrain, begin, end)
-                if section is None:
-                    where = extents(terrain, line)
-                    raise InputError(f"{key} of {spec.name!r} leaves the terrain, or crosses a hole in it: {where}")
-                at = begin + section.share[..., None] * (end - begin)
-                feet = np.concatenate([at, section.z[..., None]], axis=-1)
-                yield from (
-                    _BarrierPart(foot=foot, facet=int(f), line=number, barrier=barrier)
-                    for foot, f in zip(feet, section.facet, strict=True)
-                )
-                number += 1
+            yield from (_Straight(ends=np.array(ends), barrier=barrier, key=key, given=line) for ends in pairwise(plan))
+
+
+def _in_one_place(sections: Sequence[_Straight], slack: float) -> Iterator[_Straight]:
+    """Yield sections, each moved onto the line of the first earlier section of another barrier that it nearly lies on.
+
+    The flight loop treats planes within the slack of each other as planes at the same place, so that a rock meets each
+    of them once (`effects/barriers.py`). Of three planes, the first may be within the slack of the second, and the
+    second within the slack of the third, but not the first of the third: then a rock would meet one of them twice.
+    After the move, two planes are either in one place or farther apart than the slack. Exception: planes that cross
+    each other at an angle of less than the slack over their length.
+
+    slack : m, largest distance of both ends of a section from the line onto which the section is moved
+    """
+    ends = np.array([section.ends for section in sections])
+    owners = np.array([section.barrier for section in sections])
+    for k, section in enumerate(sections):
+        near = _nearly_on(ends[:k], ends[k], slack) & (owners[:k] != section.barrier)
+        if near.any():
+            ends[k] = _onto(ends[near.argmax()], ends[k])
+        yield section._replace(ends=ends[k])
+
+
+def _nearly_on(lines: FloatArray, section: FloatArray, slack: float) -> NDArray[np.bool_]:
+    """Return for each line (N,) whether a section lies along it, with both of its ends within the slack of the line.
+
+    lines : (N, 2, 2) m, ends of the lines in plan; section : (2, 2) m, ends of the section; slack : m
+    """
+    way = lines[:, 1] - lines[:, 0]
+    length = np.maximum(np.hypot(way[:, 0], way[:, 1]), np.finfo(float).tiny)
+    east, north = np.moveaxis(section[None] - lines[:, None, 0], -1, 0)
+    off = np.abs(east * way[:, None, 1] - north * way[:, None, 0]) / length[:, None]
+    along = (east * way[:, None, 0] + north * way[:, None, 1]) / length[:, None]
+    overlaps = (along.max(axis=1) >= -slack) & (along.min(axis=1) <= length + slack)
+    return np.asarray((off <= slack).all(axis=1) & overlaps)
+
+
+def _onto(line: FloatArray, section: FloatArray) -> FloatArray:
+    """Return the ends (2, 2) m of a section after its projection at right angles onto a line, both (2, 2) m in plan."""
+    way = line[1] - line[0]
+    return np.asarray(line[0] + np.outer((section - line[0]) @ way / (way @ way), way))
