@@ -23,7 +23,7 @@ from rpf3d_core.commands.new import new
 from rpf3d_core.commands.pit import pit
 from rpf3d_core.commands.recover import recover
 from rpf3d_core.commands.replay import replay
-from rpf3d_core.commands.report import report
+from rpf3d_core.commands.report import ReportCommand, report
 from rpf3d_core.commands.run import run
 from rpf3d_core.commands.schema import schema
 from rpf3d_core.commands.screen import INTERRUPTED, CommandInterrupted, complaints, screen
@@ -48,7 +48,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 for command in COMMANDS:
-    app.command()(command)
+    app.command(cls=ReportCommand if command is report else None)(command)
 for entry in importlib.metadata.entry_points(group=FURTHER):
     app.command(entry.name)(entry.load())
 app.add_typer(imports, name="import")

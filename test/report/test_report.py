@@ -7,6 +7,7 @@ import shutil
 import sys
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -319,6 +320,15 @@ def test_one_path_for_both_reports_is_refused(unknown_ground, tmp_path) -> None:
     assert done.exit_code != 0 and not both.exists()
     with pytest.raises(InputError, match="is named for both the HTML report and the PDF"):
         write_report(unknown_ground, both, both)
+
+
+@pytest.mark.parametrize("options", [["--out", "{}", "--pdf"], ["--pdf", "--out", "{}"], ["--out={}", "--pdf"]])
+def test_a_pdf_without_a_path_is_written_next_to_the_html_file(monkeypatch, tmp_path, options: list[str]) -> None:
+    asked: list[Any] = []
+    monkeypatch.setattr("rpf3d_core.report.report.write_report", lambda *given: asked.append(given))
+    html = tmp_path / "wall.html"
+    done = CliRunner().invoke(app, ["report", "run", *(each.format(html) for each in options)])
+    assert done.exit_code == 0 and asked == [(Path("run"), html, tmp_path / "wall.pdf", "")]
 
 
 def test_the_draped_map_has_at_least_the_values_of_its_cells(known_ground) -> None:
