@@ -116,7 +116,10 @@ class _Found:
 
 
 def _check_sheet(corners: FloatArray) -> None:
-    """Raise TerrainError if a facet of the patch does not face upwards, because a patch must not fold over itself."""
+    """Raise TerrainError if a facet of the patch does not face upwards, because a patch must not fold over itself.
+
+    corners : (N, 9) m, the facets of the patch
+    """
     u, w = corners[:, 3:5] - corners[:, 0:2], corners[:, 6:8] - corners[:, 0:2]
     if not bool((u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0] > 0.0).all()):
         raise TerrainError(FOLDED)

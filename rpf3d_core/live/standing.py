@@ -130,9 +130,9 @@ class PreparedTerrain:
         return np.column_stack([places, np.full(len(places), self.ground.facets.high[2] + ABOVE_EVERYTHING)])
 
     def areas_with(self, live_areas: Outlines) -> Outlines:
-        """Return the outlines of all areas of interest, (P, 2) m, local frame: the scene's, then the live ones.
+        """Return the rings (P, 2) m, local frame, of all areas by name: first the scene's areas, then the live areas.
 
-        live_areas : rings (P, 2) m, map frame
+        A live area replaces an area of the scene with the same name. live_areas : rings (P, 2) m, map frame
         """
         shift = np.array(self.ground.terrain.frame.origin[:2])
         live = {name: [np.asarray(ring) - shift for ring in rings] for name, rings in live_areas.items()}
