@@ -68,7 +68,8 @@ class EnsembleSize:
 
     first : approximate number of rocks in the first stage, of all clusters together
     least : smallest number of rocks of each cluster from the second stage on, even if the result of fewer rocks is
-        accurate enough: an answer with fewer rocks cannot lower an alert level (`evidence.fewest_rocks` of the site file)
+        accurate enough: an answer with fewer rocks cannot lower an alert level (`evidence.fewest_rocks` of the site
+        file)
     cluster : m, side of the squares in plan whose sources form one cluster; 0: each source is a cluster; infinite: all
         sources are one cluster
     """
