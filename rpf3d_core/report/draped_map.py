@@ -1,8 +1,9 @@
 """Lay a hazard map over the triangles of a terrain, so that no cell that rocks reached is without a colour.
 
 A triangle has the largest value of all cells that it touches in plan, so a map may show too much but never too little.
-Cells with the value FEW have no known value: it may be larger than every known one. A triangle that touches such a cell
-and a known value is FEW if its middle is in a FEW cell, so that the cell does not get a low value from its neighbour.
+A cell with the value FEW was reached by too few rocks for a value; the true value may be larger than all known values.
+A triangle that touches FEW cells and cells with a known value is FEW if its middle is in a FEW cell, so that this cell
+does not get a low value from its neighbour.
 """
 
 from collections.abc import Iterable
