@@ -41,7 +41,7 @@ class Estimate:
 
     name : key path; prior : the prior's keys and values, as in the scene
     mean; low, high : mean and ends of the 90 % interval of the posterior, in the unit of the parameter
-    shrinkage : 1 minus the standard deviation of the posterior over that of the prior (-); 0 if nothing was learnt
+    shrinkage : 1 minus the ratio of two standard deviations, posterior over prior (-); 0 if the data showed nothing
     edge : share (-) of the posterior in the lowest twentieth of the prior's range, and share in the highest twentieth
     """
 

@@ -122,7 +122,7 @@ class SafeEnds(NamedTuple):
 
 
 def _known(pooled: float | None, end: float) -> list[float]:
-    """Return a list of the known figures, those that are neither None nor NaN.
+    """Return a list of the given figures that are known, that is, neither None nor NaN.
 
     pooled : figure of all rocks; end : figure over the parameter sets
     """

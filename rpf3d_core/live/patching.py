@@ -136,7 +136,7 @@ def _ring(
 ) -> NDArray[np.int64]:
     """Return the triangles (T, 3) that fill the gap between the remaining terrain and the border of the patch.
 
-    Vertex numbers below V are vertices of the terrain, which has V vertices. Numbers from V on are those of the patch.
+    Numbers below V are vertices of the terrain, which has V vertices. Vertex k of the patch has the number V + k.
 
     seam : (N, 2) edges between removed and remaining facets
     border : (M, 2) edges of the removed facets at the former boundary of the terrain, away from the patch

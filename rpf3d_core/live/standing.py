@@ -222,7 +222,7 @@ def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
 def _flights(scene: Scene, terrain: Terrain) -> tuple[Flight, LiveSets | None]:
     """Return the flight of a scene over a terrain (materials, settings, models), and the parameter sets of the scene.
 
-    Without unknowns, the parameter sets are None. With unknowns, the flight is that of the first set.
+    Without unknowns, the parameter sets are None. With unknowns, the first set gives the flight.
     """
     flight = scene_flight(scene, terrain)
     sets = live_sets(scene, terrain, flight)
