@@ -37,8 +37,8 @@ LATER_OF_AREA = ("since", "origin", "judged")
 class LevelChange(NamedTuple):
     """A decision that an audit shows: the first decision, or a decision with a change or with an acknowledgement.
 
-    Such a change is one of a level (of the site or of an area), of the alarm, from or to a fault, or of the
-    acknowledgements that wait for another person.
+    A change is one of these: the level or the held level of the site, or the level of an area, differs from the
+    previous decision; the alarm goes on or off; faults begin or end; other acknowledgements wait for another person.
 
     line : number of the line in the log; alert : the decision; before : the previous decision, None if there is none
     version : version of rpf3d that made the decision

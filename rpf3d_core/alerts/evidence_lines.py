@@ -40,8 +40,8 @@ def _area_evidence_content(area: AreaEvidence) -> dict[str, Any]:
 def _origins_content(origins: Origins) -> dict[str, Any]:
     """Return the origins of an area's figures as plain values, by figure.
 
-    The origins of `energy_high` and `first_arrival_low` are left out if they are None, every other origin if it equals
-    that of `reached`.
+    The origins of `energy_high` and `first_arrival_low` are left out if they are None. Any other origin is left out if
+    it equals the origin of `reached`.
     """
     others = {
         name: origin

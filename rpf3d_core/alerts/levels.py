@@ -62,8 +62,8 @@ class Judged(NamedTuple):
     """The outline for which an area is judged.
 
     outline : digest of the outline
-    moved_ns : time (ns) at which the area got a newer outline. Too few rocks have flown so far to judge the area for
-        the newer outline. None if there is no newer outline
+    moved_ns : time (ns) at which the area got a newer outline, for which too few rocks have flown so far; None if the
+        area has no newer outline
     """
 
     outline: str

@@ -135,7 +135,8 @@ def lacks_predictive(area: AreaEvidence, terms: EvidenceSpec) -> bool:
 def upper_end(area: AreaEvidence, terms: EvidenceSpec) -> float:
     """Return the upper end (-) of the interval of the share of rocks that reached an area.
 
-    This is the predictive interval if the site chooses it and it is known, else the sampling interval.
+    The interval is the predictive interval if the site chooses predictive intervals and the area has one, else the
+    sampling interval.
 
     terms : the site's rules for evidence
     """

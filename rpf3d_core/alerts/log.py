@@ -50,7 +50,8 @@ LARGEST_BYTES = 16 * 1024 * 1024
 class DecisionLog:
     """The decision log in a folder, open for one writer.
 
-    head : hash (64 hex digits) of the last line; if a user notes the hash elsewhere, an audit finds removed last lines
+    head : hash (64 hex digits) of the last line; with a hash that was noted elsewhere, an audit finds whether later
+        somebody removed the last lines
     last_alert : the last decision, from which a restarted node must continue; None if there is none
     problems : sentences about problems found on opening, such as an incomplete line; empty if there were none
     unknown : why a level above that of `last_alert` may have been held; "" if `last_alert` is certain. The reason

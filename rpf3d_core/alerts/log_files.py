@@ -24,7 +24,8 @@ class Tail(NamedTuple):
 
     end : position (bytes) after the last sound line; size : size of the file (bytes)
     last : the last sound line, None if the file has no sound line
-    decision : the last sound line with a decision; site : digest of the last thresholds in the file
+    decision : the last sound line with a decision, None if the file has no decision
+    site : digest of the last thresholds in the file, None if the file has no thresholds
     broken : True if a line before the last sound line was changed
     doubtful : True if a damaged line after the last decision may be a decision that was published. A line whose writing
         was interrupted does not count, because its decision was never published

@@ -44,7 +44,7 @@ class EvacuationSpec(StrictModel):
 
 
 class LimitsSpec(StrictModel):
-    """The limits of a level: the level is reached if at least one limit is reached or exceeded."""
+    """The limits of one level in an area; the level is reached if the rocks in the area reach at least one limit."""
 
     reach_probability: Share | None = Field(None, description="a share above 0 and up to 1 (-) of all rocks flown")
     p95_energy_j: Number | None = Field(
@@ -87,9 +87,10 @@ class AreaLimitsSpec(StrictModel):
 
 
 def _pairs(below: LimitsSpec, above: LimitsSpec) -> dict[str, tuple[float | None, float | None]]:
-    """Return each limit of two alert levels as a pair, to check that the lower level is reached first.
+    """Return each limit of a lower and a higher alert level as a pair, by key, to check their order.
 
-    Limits of the first arrival are negated, so that in every pair the second number must not be smaller.
+    In every pair, the second number must not be smaller than the first; for this, limits of the first arrival are
+    negated. A limit that a level does not have is None.
     """
     early, late = below.first_arrival_s, above.first_arrival_s
     return {
@@ -207,7 +208,9 @@ class Thresholds(StrictModel):
 
         With so few rocks, the upper end of the interval of the share is above the limit. If limits are compared with
         this end, the level is held without reason; if they are compared with the share, the level may be too low.
-        Limits of energy and arrival do not help, because dangerous rocks may be too rare to be simulated at all.
+
+        A `fewest_rocks` below LEAST_ROCKS (40) is refused whatever the limits are: limits of energy and arrival do not
+        help if dangerous rocks are too rare to be simulated at all.
         """
         fewest, lowest = self.evidence.fewest_rocks, min(self._shares(), default=None)
         if lowest and wilson_interval(0, fewest)[1] >= lowest[0]:

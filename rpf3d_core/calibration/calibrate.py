@@ -89,7 +89,7 @@ def calibrate(scene: Scene | str | Path, out: str | Path, control: Control, engi
 
 
 def deadline_after(budget: float | None) -> float:
-    """Return the `time.monotonic()` (s) at which a time budget ends that starts now.
+    """Return the end of a time budget that starts now, as `time.monotonic()` (s).
 
     budget : s; None for BUDGET_S (900 s)
 

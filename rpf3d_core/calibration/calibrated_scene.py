@@ -24,12 +24,12 @@ SAMPLE = "posterior.parquet"
 
 
 def sample_of(names: tuple[str, ...], values: FloatArray, weights: FloatArray, seed: int) -> ParameterSets:
-    """Return a sample of the posterior with equal weights, from sets (S, U) with weights (S,) whose sum is 1.
+    """Draw a sample of parameter sets with equal weights from the weighted sets (S, U) of the posterior.
 
     The number of sets is the effective number of samples, but at least FEWEST_SETS (50) and at most MOST_SETS (256).
     Source: Kitagawa 1996, J. Comput. Graph. Stat. 5:1-25: systematic resampling.
 
-    names : key paths of the U unknowns; values : (S, U) the U unknowns of each set
+    names : key paths of the U unknowns; values : (S, U) the U unknowns of each set; weights : (S,) of the sets, sum 1
     seed : of the random start of the resampling
     """
     count = int(np.clip(1.0 / (weights**2).sum(), FEWEST_SETS, MOST_SETS))

@@ -35,7 +35,7 @@ class Cell(NamedTuple):
 def column_of(path: Path, column: int | str, key: str) -> FloatArray:
     """Return the numbers (N,) in a column of a file of N points, each above 0.
 
-    Masses are in kg; a header that states another unit, such as `mass (t)`, converts them.
+    Masses are returned in kg: if the header states another unit, such as `mass (t)`, the masses are converted.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def _place_of(path: Path, header: Row, column: int | str, key: str) -> int:
 
 
 def _properties(path: Path, column: int | str, key: str) -> Iterator[Cell]:
-    """Yield a property of all points of a GeoJSON file, in their order."""
+    """Yield the value of a property for each point of a GeoJSON file, in the order of the points."""
     if not isinstance(column, str):
         raise InputError(f"{path}: `calibration.{key}` is {column}, but GeoJSON has no columns; give the name of a "
                          "property")  # fmt: skip

@@ -47,8 +47,9 @@ def _of_gates(slope: Slope, flown: list[Flown]) -> Iterator[str]:
 
 
 def _gates_without_rocks(slope: Slope, flown: list[Flown]) -> set[tuple[str, float]]:
-    """Return name and distance (m) of the gates at which all observations have the density 0 under every flown set.
+    """Return name and distance (m) of the gates at which no simulated rock of any flown set fits the observations.
 
+    At such a gate, all observed values of one kind, or the count of passed rocks, have the density 0 under every set.
     The densities are those for the misfit 0. With a larger misfit, a simulated rock that stopped before the gate would
     count as a rock that may have passed the gate.
     """
@@ -57,10 +58,11 @@ def _gates_without_rocks(slope: Slope, flown: list[Flown]) -> set[tuple[str, flo
 
 
 def _gate_columns(field: Field) -> Iterator[tuple[str, float, slice]]:
-    """Yield name and distance (m) of each gate, and the columns of `Flown.densities` that belong to it.
+    """Yield name and distance (m) of a gate, and columns of `Flown.densities` with observations of passed rocks.
 
-    A density in these columns is above 0 only if a simulated rock passed the gate: the values observed at the gate, and
-    the count of passed rocks. The column for the rocks that did not pass is left out.
+    There is one item for each kind of values observed at a gate, and one for each count of rocks that passed a gate. A
+    density in these columns is above 0 only if a simulated rock passed the gate. The column for the rocks that did not
+    pass is left out.
     """
     column = len(field.stops)
     for values in field.values:

@@ -135,6 +135,8 @@ def stop_densities(stops: Stops, observed: FloatArray, errors: FloatArray, alike
 def value_densities(values: FloatArray, observed: FloatArray, error: float) -> FloatArray:
     """Return the density (GROUPS, N) of simulated values (R,) at observed values (N,), such as speeds at a gate.
 
+    The unit of the density is 1 over the unit of the values.
+
     values : NaN for a rock without the value, such as a rock that did not reach the gate; these rocks do not count
     error : standard deviation of the measuring error, in the unit of the values
     """

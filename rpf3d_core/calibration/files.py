@@ -58,9 +58,9 @@ def import_writers() -> None:
 
 
 def write_result(out: Path, scene: Scene, slope: Slope, spec: CalibrationSpec, result: Result, found: Findings) -> None:
-    """Write all files of a calibration into its folder; for a refused one, only calibration.json and report.md.
+    """Write all files of a calibration into `out`; for a refused calibration, only calibration.json and report.md.
 
-    Result files of an earlier call are deleted first.
+    Result files of an earlier call are deleted first. out : folder of the calibration
     """
     for name in RESULTS:
         (out / name).unlink(missing_ok=True)

@@ -41,7 +41,7 @@ class Estimate:
 
     name : key path; prior : the prior's keys and values, as in the scene
     mean; low, high : mean and ends of the 90 % interval of the posterior, in the unit of the parameter
-    shrinkage : 1 minus the standard deviation of the posterior over that of the prior (-); 0 if nothing was learnt
+    shrinkage : 1 minus the ratio of two standard deviations, posterior over prior (-); 0 if the data showed nothing
     edge : share (-) of the posterior in the lowest twentieth of the prior's range, and share in the highest twentieth
     """
 
@@ -65,7 +65,7 @@ class Findings:
         All four scores are None if the calibration kept no observation out, because it has too few.
     rank : (K, 2) predicted probability that a stop has a smaller coordinate than each observed stop, along and across.
         Each prediction is made without this observed stop. It includes the measuring error but not the misfit, because
-        the stops of a run do not include the misfit either. None if no end points were observed; K is 0 if no observed
+        the stops of a run do not include the misfit either. None if no end points were kept out; K is 0 if no observed
         stop has a prediction
     whole_rank : (K, 2) as `rank`, but with the misfit added to the measuring error
     misfit : m, mean error of the model over the posterior; None if there were too few end points to estimate it
@@ -113,8 +113,10 @@ class Findings:
     def coverage(self) -> dict[str, Any] | None:
         """Return the shares (-) of kept-out blocks within their 50 and 90 % predictive intervals.
 
-        The result is None if no end points were observed. A block without a prediction counts as outside its intervals.
-        The key `with_misfit` has the shares for intervals that include the misfit of the model.
+        The result is None if no end points were kept out. A block without a prediction counts as outside its intervals.
+
+        The keys "50" and "90" have the shares by direction ("along" and "across" the slope); "blocks" is the number of
+        kept-out blocks. "with_misfit" has the shares for intervals that include the misfit, and the "misfit" (m).
         """
         if self.rank is None or self.whole_rank is None:
             return None
@@ -124,6 +126,8 @@ class Findings:
 
 def _shares_inside(rank: FloatArray, blocks: int) -> dict[str, dict[str, float]]:
     """Return the shares (-) of blocks within their 50 and 90 % intervals, along and across the slope.
+
+    The keys are "50" and "90", and for each of them "along" and "across".
 
     rank : (K, 2) of the blocks that have a prediction
     blocks : number of all blocks; a block without a prediction counts as outside its intervals

@@ -1,7 +1,7 @@
 """The probability that each simulated rock did what was counted in the field, with the error of the model.
 
-A simulated stop or passage has the error of the model (the misfit), like stops that are compared one by one. So a rock
-near the end of a section did what was counted only with a probability. Without an error, the probability is 0 or 1.
+A simulated stop or passage has the error of the model (the misfit), as in the densities of single stops (`density`). So
+for a rock near the end of a section, the probability is between 0 and 1. Without an error, the probability is 0 or 1.
 """
 
 from collections.abc import Callable

@@ -52,7 +52,7 @@ def passages(batch: Batch, directions: Directions, at: float, engine: Engine) ->
 
 
 def _segments(rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the indices of the events at the start and at the end of each path segment, as two arrays.
+    """Return the indices (K,) of the events at the starts of K path segments, and the indices (K,) at their ends.
 
     Two successive events of the same rock are the ends of a path segment. rows : (S,) rock of each event
     """
@@ -82,7 +82,10 @@ def _at_plane(
 
 
 def _above_ground(engine: Engine, x: FloatArray) -> FloatArray:
-    """Return the heights (K,) m of points (K, 3) m above the highest ground at their places in plan."""
+    """Return the heights (K,) m of points (K, 3) m above the highest ground at their places in plan.
+
+    The height of a point with no ground below or above it is below 0 and has no meaning.
+    """
     if not len(x):
         return np.empty(0)
     top = np.array(x)

@@ -114,8 +114,8 @@ def _student_density(x: FloatArray, sample: FloatArray, least: float) -> FloatAr
     """Return the predictive density (K, D) at x (K, D) of a normal distribution that is known only from a sample.
 
     sample : (N, D), N > 1; the D axes are independent
+    least : a smaller standard deviation of the sample counts as this value, in the unit of the sample
 
-    least : smallest standard deviation of the sample, in its unit
     Source: Gelman et al. 2013, Bayesian Data Analysis, section 3.2, with the prior 1 / variance.
     """
     count, free = len(sample), len(sample) - 1

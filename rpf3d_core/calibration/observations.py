@@ -102,7 +102,10 @@ def calibration_of(scene: Scene) -> CalibrationSpec:
 
 
 def directions_of(scene: Scene, frame: Frame) -> Directions:
-    """Return the directions along and across the slope, from `observed.along` of the scene; without it, x is along."""
+    """Return the directions along and across the slope, from `observed.along` of the scene.
+
+    If the scene has no section `observed`, the direction along the slope is the x axis of the input.
+    """
     along = (1.0, 0.0, 0.0) if scene.observed is None else scene.observed.along
     first = frame.directions_to_local(horizontal_direction(along, frame.up))
     axes = np.stack([first, [-first[1], first[0], 0.0]])

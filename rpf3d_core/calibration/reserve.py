@@ -46,7 +46,7 @@ class Reserve(NamedTuple):
 class Pace:
     """Measures the time that a parameter set takes, to decide whether another set would end in time.
 
-    workers : number of sets that fly at the same time; set_s : s, time of one set, 0 before the first has flown
+    workers : number of sets that fly at the same time; set_s : s, time of one set, 0 before the first set has flown
     """
 
     workers: int

@@ -82,7 +82,7 @@ class Result(NamedTuple):
 
     @property
     def is_complete(self) -> bool:
-        """True if all rounds are flown, the last one as well, so that more time adds nothing."""
+        """True if all rounds are flown, including the whole last round, so that more time adds nothing."""
         last = self.rounds - 1
         return last == MOST_ROUNDS - 1 and self.numbers.count(last) == sets_of_round(last, self.posterior.z.shape[1])
 

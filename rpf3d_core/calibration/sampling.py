@@ -104,7 +104,7 @@ def sets_of_round(number: int, unknowns: int) -> int:
 
 
 def first_proposal(unknowns: int) -> Proposed:
-    """Return the proposals before any flight: only that of the first round, which is the prior."""
+    """Return the proposals before any flight: only the proposal of the first round, which is the prior."""
     return Proposed(mixtures=(prior_mixture(unknowns),), power=0.0, covariance=np.eye(unknowns))
 
 

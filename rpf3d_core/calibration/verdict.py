@@ -189,9 +189,10 @@ def _is_too_few(share: float, blocks: int) -> bool:
 
 
 def gain_of(found: Findings) -> tuple[float, float]:
-    """Return the mean gain (-) of the score over that of a normal curve without physics, and its standard error (-).
+    """Return by how much (-) the score exceeds the score of a normal curve without physics, and the standard error (-).
 
-    The mean is over the kept-out blocks. Both results are 0 if the calibration has no scores, or no score of the curve.
+    The first result is the mean difference of the log scores of the kept-out blocks. Both results are 0 if the
+    calibration has no scores, or no score of the curve.
     """
     if found.held_out is None or found.curve is None:
         return 0.0, 0.0

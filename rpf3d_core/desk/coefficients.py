@@ -89,7 +89,7 @@ def materials_of(
 
 
 def drawn_elsewhere(scene: Scene, values: Mapping[str, Any]) -> dict[Steps, str]:
-    """Return the values of a scene that the desk cannot edit, because the section `unknowns` of the scene draws them.
+    """Return the values of a scene that its section `unknowns` draws, and why the desk cannot edit each value.
 
     A key of the result has the steps of a key path, such as ("materials", "rock", "friction"). A value of the result is
     the reason, as text for the user.

@@ -23,7 +23,7 @@ PAUSE = 0.05
 
 
 def prepared_for(scene: Scene, engine: str, ground: tuple[Terrain, FaultReport]) -> Prepared:
-    """Return a scene prepared for the given engine, even if the scene names another; the scene itself is not changed.
+    """Return a scene prepared for the given engine, even if the scene names another engine; the scene is not changed.
 
     Both engines give the same results to the last bit. Errors are as in `prepare`.
 

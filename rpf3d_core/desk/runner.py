@@ -98,7 +98,7 @@ class Runner:
     def prepare(self, written: Written) -> None:
         """Request the preparation of a scene and the compilation of its loops, so that its rocks can fly without delay.
 
-        Earlier requests that have not started are dropped.
+        Earlier requests to prepare a scene are dropped if the thread has not started to work on them.
         """
         self._asked = number = next(self._numbers)
         self._tasks.put(lambda: self._prepare(written) if number == self._asked else None)

@@ -13,7 +13,8 @@ Stamp = tuple[tuple[str, int, int], ...]
 def stamp_of(scene: Scene) -> Stamp:
     """Return path, size (bytes) and time of the last change (ns) of each file of a scene.
 
-    If two stamps of a scene are equal, the files have not changed between them.
+    Size and time of a missing file are -1. If two results for a scene are equal, the files have not changed between
+    the two calls.
     """
     return tuple((str(path), *_size_and_time(path)) for path in sorted({path for _, path in files_of(scene)}))
 

@@ -53,13 +53,16 @@ class SceneState(NamedTuple):
 
     @property
     def default_path(self) -> Path:
-        """The path where the scene is saved by default: a new file next to the opened file."""
+        """The path where the scene is saved by default: next to the opened file, with the suffix `_desk` in its name.
+
+        If the opened file already has this suffix, the result is its own path, with the ending .yaml.
+        """
         stem = self.path.stem if self.path.stem.endswith(SUFFIX) else f"{self.path.stem}{SUFFIX}"
         return self.path.with_name(f"{stem}.yaml")
 
     @property
     def report_path(self) -> Path:
-        """The path where the report is written by default."""
+        """The path where the report is written by default: next to the scene file, `<scene>_report.html`."""
         return self.path.with_name(f"{self.path.stem}_report.html")
 
     def edited(self, edit: Callable[[str], str]) -> "SceneState":

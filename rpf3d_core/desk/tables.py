@@ -30,7 +30,7 @@ def outcome_section(run: Run) -> dict[str, Any]:
 
 
 def progress_words(run: Run, last: bool = True) -> str:
-    """Return the numbers of rocks flown and planned and of impacts, the engine, and the time of the flights as text.
+    """Return a text on the progress of a run: rocks flown, rocks planned, impacts, engine and flight time (s).
 
     last : False while further rocks fly
     """

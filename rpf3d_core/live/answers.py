@@ -67,8 +67,9 @@ class EnsembleSize:
     """How many rocks an answer flies, and how its sources are divided into clusters.
 
     first : approximate number of rocks in the first stage, of all clusters together
-    least : smallest number of rocks of each cluster from the second stage on, even if the target is met with fewer
-        rocks: an answer with fewer rocks cannot lower an alert level (`evidence.fewest_rocks` of the site file)
+    least : smallest number of rocks of each cluster from the second stage on, even if the result of fewer rocks is
+        accurate enough: an answer with fewer rocks cannot lower an alert level (`evidence.fewest_rocks` of the site
+        file)
     cluster : m, side of the squares in plan whose sources form one cluster; 0: each source is a cluster; infinite: all
         sources are one cluster
     """
@@ -85,8 +86,8 @@ class Answer:
     result : number of this result; each stage of an answer has its own number
     stage : number of the stage, from 0. Each stage has about twice the rocks of the previous stage; the second stage
         may have more, to reach `EnsembleSize.least`
-    complete : True if this is the last answer to the trigger: the target is met, or the next stage would have more
-        rocks than `target.most_rocks`
+    complete : True if this is the last answer to the trigger: the result is as accurate as `target` of the scene
+        demands, or the next stage would have more rocks than `target.most_rocks`
     trigger, standing : the sources, and the prepared terrain that the rocks flew over
     sources : number of sources that released rocks
     flights : flights of some rocks of the first stage, for display
@@ -95,7 +96,8 @@ class Answer:
     evidence : for each area, the worst figures of all clusters of sources
     unfinished : number of rocks whose flight was cut off, in the worst cluster; scaled as if this cluster had as many
         rocks as the cluster with the fewest rocks
-    seconds : s, since the work on the trigger began; left_out : a sentence on the sources without rocks, and why
+    seconds : s, since the work on the trigger began
+    left_out : a sentence on the sources that release no rocks, and why; "" if there are none
     doubtful : a sentence on the sources that are too far from the ground, "" if there are none
     elsewhere : a sentence on the sources that are far from the place where the scene was calibrated, "" if there are
         few or none
@@ -196,7 +198,7 @@ def _clusters(
 ) -> list[ClusterTally]:
     """Return empty counts for each cluster of sources; an empty list if the message has no sources.
 
-    tallies : the counts of the answer; outlines : the areas of interest in them
+    tallies : the counts of the answer; outlines : rings of all areas of interest, local frame
     side : m, of the squares in plan whose sources form one cluster
     """
     if not len(released.places):
@@ -218,7 +220,7 @@ def _clusters(
 
 
 def _origin(standing: PreparedTerrain, trigger: Trigger, places: FloatArray) -> Origin:
-    """Return the origin of a cluster: the mean place of its sources, and which message and terrain they belong to.
+    """Return the origin of a cluster: mean place of its sources, message that contained the sources, and terrain.
 
     places : (N, 3) m, of the sources of the cluster, local frame
     """
@@ -242,7 +244,8 @@ def _fly(
 
     stream : flies the rocks; released : all sources
     numbers : two lists over all sources: number of the first rock to fly, and the number after the last rock
-    size : approximate number of rocks in a block (the function may stop after each block); None for the blocks of a run
+    size : approximate number of rocks in a block; None for blocks of the same size as in a run. The flight may stop
+        after each block. With unknowns, `size` has no effect
     """
     sources = cluster.sources
     first, last = ([column[i] for i in sources.tolist()] for column in numbers)

@@ -124,8 +124,8 @@ class AreaGround(NamedTuple):
     uncovered : share (-) of the area in plan that has no terrain below it. An area may have several outlines, such as
         the circles around machines. If more than half of one outline has no terrain, `uncovered` is at least the share
         of this outline without terrain
-    lowest : (m, local frame) estimate on the safe side of the lowest height of the ground in the area; -infinite if the
-        height is not known
+    lowest : m, local frame, estimated height of the lowest ground in the area, more likely too low than too high;
+        -infinite if the height is not known
     """
 
     uncovered: float
@@ -133,7 +133,7 @@ class AreaGround(NamedTuple):
 
 
 def outlines_for_places(areas: Mapping[str, Sequence[FloatArray]]) -> list[AreaOutline]:
-    """Return areas of interest prepared for tests whether places are inside, in the order of `areas`.
+    """Return an `AreaOutline` for each area of interest, in the order of `areas`.
 
     areas : rings (P, 2) m of each area, by name
     """
@@ -159,7 +159,7 @@ def reached_by(areas: Iterable[Sequence[FloatArray]], points: FloatArray, begins
 
 
 def _lines(points: FloatArray, begins: Indices) -> NDArray[np.object_]:
-    """Return paths as lines (R,); points, begins : as in `AreaOutline.is_crossed_by`."""
+    """Return R paths as shapely lines (R,); points, begins : as in `AreaOutline.is_crossed_by`."""
     # The first point of each path is repeated, because a line needs two points.
     plan = np.insert(points, begins, points[begins], axis=0)
     path = np.repeat(np.arange(len(begins)), np.diff(np.append(begins, len(points))) + 1)

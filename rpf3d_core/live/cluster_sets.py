@@ -88,7 +88,7 @@ def live_sets(scene: Scene, terrain: Terrain, flight: Flight) -> LiveSets | None
 class SafeEnds(NamedTuple):
     """The figures of a cluster in A areas, from all parameter sets, to compare with the site's limits; NaN if unknown.
 
-    share : predictive intervals, two arrays (A,), of the share (-) of rocks that reach each area
+    share : lower and upper ends (A,) (-) of the predictive intervals of the share of rocks that reach each area
     left_high : (A,) upper ends (-) of these intervals if every rock that left the terrain had reached all areas that it
         may have reached
     energy_high : (A,) J, upper ends of the p95 energy; energy_sets : (A,) number of sets that have a p95 energy
@@ -104,7 +104,8 @@ class SafeEnds(NamedTuple):
     def added_to(self, area: AreaEvidence, number: int) -> AreaEvidence:
         """Return the evidence of an area with these figures added.
 
-        The energy is at least the energy of all rocks together; the arrival time is at most that of all rocks.
+        `energy_high` is at least the energy of all rocks together. `first_arrival_low_s` is at most the first arrival
+        of all rocks together.
 
         number : index of the area in the arrays
         """
@@ -121,7 +122,7 @@ class SafeEnds(NamedTuple):
 
 
 def _known(pooled: float | None, end: float) -> list[float]:
-    """Return a list of the known figures, those that are neither None nor NaN.
+    """Return a list of the given figures that are known, that is, neither None nor NaN.
 
     pooled : figure of all rocks; end : figure over the parameter sets
     """
@@ -214,7 +215,7 @@ class ClusterSets:
 
         A rock that left the terrain and may have reached an area counts as a rock that reached this area.
 
-        found : result of `_share`, whose upper ends are lower bounds of the returned ends
+        found : result of `_share`; no returned end is below the upper end in `found`
         """
         totals = self._totals()
         counts = np.minimum(self._areas[-1].reached + self._left, totals)

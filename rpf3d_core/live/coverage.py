@@ -1,7 +1,8 @@
 """Find which share of an area of interest has no terrain below it, and how low the ground in the area is.
 
-A part of an area has no terrain below it if this part lies beyond the survey or over a hole of the survey. The share of
-a single outline without terrain replaces the share of the whole area if it is above one half and larger.
+A part of an area has no terrain below it if this part lies beyond the survey or over a hole of the survey. If a single
+outline of the area has a larger share without terrain than the whole area, and this larger share is above one half, the
+larger share counts for the area.
 """
 
 import math

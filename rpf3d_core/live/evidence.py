@@ -15,10 +15,10 @@ def together(parts: Sequence[Evidence]) -> Evidence:
 
     parts : the evidence of each wall, at least one, the newest last
 
-    The areas are those of the newest part that has areas. All numbers of rocks are scaled to the part with the fewest
+    The result has the areas of the newest part with areas. All numbers of rocks are scaled to the part with the fewest
     rocks and rounded up, so the result is as uncertain as that part. The result has the stamps of the oldest trigger
     and the oldest survey, the faults and notes of all parts, the total number of sources, and one digest of all
-    sources. The newest part gives all other values.
+    sources. The number of unfinished rocks is the largest of all parts. The newest part gives all other values.
     """
     newest = parts[-1]
     if len(parts) == 1:

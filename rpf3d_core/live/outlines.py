@@ -87,7 +87,7 @@ class DigestHistory:
 
 
 class WatchedOutlines:
-    """The outlines of all watched areas: the present and the former outlines of each. Any thread may call."""
+    """The present and the former outlines of each watched area. Any thread may call the methods."""
 
     def __init__(self) -> None:
         self._known: dict[str, DigestHistory] = {}

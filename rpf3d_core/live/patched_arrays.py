@@ -117,7 +117,10 @@ def _box(facets: Facets, change: PatchChange, marks: NDArray[np.uint8], share: S
 
 
 def _box_of_what_stays(facets: Facets, marks: NDArray[np.uint8], share: Share) -> FloatArray:
-    """Return the box (2, 3) m around the facets that a patch does not remove."""
+    """Return the low and high corner (2, 3) m of the box around the facets that a patch does not remove.
+
+    marks : (F,) STAYS or GOES for each facet; share : runs functions in parallel
+    """
     boxes = np.array([[[np.inf] * 3, [-np.inf] * 3]] * 2)
     share([
         lambda k=k, a=a, b=b: widen_to_corners(facets.corners, marks, a, b, boxes[k])  # type: ignore[misc]

@@ -116,7 +116,10 @@ class _Found:
 
 
 def _check_sheet(corners: FloatArray) -> None:
-    """Raise TerrainError if a facet of the patch does not face upwards, because a patch must not fold over itself."""
+    """Raise TerrainError if a facet of the patch does not face upwards, because a patch must not fold over itself.
+
+    corners : (N, 9) m, the facets of the patch
+    """
     u, w = corners[:, 3:5] - corners[:, 0:2], corners[:, 6:8] - corners[:, 0:2]
     if not bool((u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0] > 0.0).all()):
         raise TerrainError(FOLDED)
@@ -133,7 +136,7 @@ def _ring(
 ) -> NDArray[np.int64]:
     """Return the triangles (T, 3) that fill the gap between the remaining terrain and the border of the patch.
 
-    Vertex numbers below V are vertices of the terrain, which has V vertices. Numbers from V on are those of the patch.
+    Numbers below V are vertices of the terrain, which has V vertices. Vertex k of the patch has the number V + k.
 
     seam : (N, 2) edges between removed and remaining facets
     border : (M, 2) edges of the removed facets at the former boundary of the terrain, away from the patch

@@ -72,12 +72,13 @@ def check_no_fold(terrain: Terrain, normals: FloatArray, points: FloatArray) -> 
 
 
 def _depth(points: FloatArray, row: Indices, column: Indices) -> FloatArray:
-    """Return by how much (m) a grid folds back along its columns at each of N of its squares: (N,); 0 for no fold.
+    """Return the distances (N,) m by which a grid folds back along its columns at N given squares; 0 for no fold.
 
-    A run of these squares, one after the other along a column, folds back if a step from one row to the next has the
-    opposite direction to the step before or after it. The result for each square of the run is the length of the run.
+    Given squares in successive rows of one column form a run. A run folds back if, at one of its squares, the grid
+    changes its direction: the step from row to row is opposite to the step before or after. Each square of such a run
+    gets the length in plan of the whole run.
 
-    points : (H, W, 3) m; row, column : (N,) of the first corner of each square
+    points : (H, W, 3) m, the grid; row, column : (N,) indices of the first corner of each given square
     """
     last, step_back, is_back = points.shape[0] - 1, np.zeros(len(row)), np.zeros(len(row), dtype=bool)
     for side in (0, 1):

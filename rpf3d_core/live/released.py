@@ -64,7 +64,7 @@ class Released:
     places : (S, 3) m, local frame; velocities : (S, 3) m/s
     diameters : (S,) m, NaN for the size of the scene's rocks; None if all rocks have the size of the scene's rocks
     heights : (S,) m, height of each source above the highest ground below it; spread rocks start at the same height
-        above the ground at their own places; NaN if rocks are not spread
+        above the ground at their own places; NaN for a source whose rocks are not spread
     sound : (S,) True for sources that release rocks; left_out : a sentence on the other sources, "" if there are none
     doubtful : a sentence on sound sources that are too far from the ground, "" if there are none
     around : how rocks are spread around each source
@@ -200,7 +200,7 @@ def _distances(standing: PreparedTerrain, x: FloatArray, above: float | None) ->
     """Return the distance (S,) m of sources (S, 3) m from the ground straight below them.
 
     If all sources are moved to a height `above` (m), the function returns the distance from the highest ground straight
-    above or below them instead.
+    above or below them instead. The distance of a source off the terrain has no meaning: 0 or NaN.
     """
     if above is None:
         return np.asarray(standing.ground.engine.ground_below(x)[:, 0])
@@ -225,8 +225,9 @@ def _too_far(positions: FloatArray, distances: FloatArray, sound: Flags, highest
 def _over_top(standing: PreparedTerrain, x: FloatArray) -> FloatArray:
     """Return the highest ground at places (S, 3) m in plan, as three columns (S, 3).
 
-    The columns are those of `Engine.ground_below`, measured from a height above all terrain: height (m) above the
-    ground; number of the facet, -1 where there is no ground; side of the facet, 1 for the free side, -1 for the back.
+    The columns are those of `Engine.ground_below` for a point at each place, ABOVE_EVERYTHING above the whole terrain:
+    height (m) of this point above the ground; number of the facet, below 0 where there is no ground; side of the facet,
+    1 for the free side, -1 for the back.
     """
     top = np.array(x)
     top[:, 2] = standing.ground.facets.high[2] + ABOVE_EVERYTHING

@@ -1,7 +1,8 @@
 """Make the scene of a live simulator from a scene file, or from single parameters named like the keys of such a file.
 
 A live scene is the same `Scene` as the scene of a run. Terrain and sources arrive in messages, so the scene has
-placeholders for terrain and sources. If the user gives no default material, the scene has that of thesis table 5-1.
+placeholders for terrain and sources. If the user gives no default material, the scene has the default material of
+thesis table 5-1.
 """
 
 from collections.abc import Iterable, Mapping
@@ -86,8 +87,8 @@ def live_parameters() -> tuple[SceneField, ...]:
     """Return the fields of a scene that users may give as single parameters, in the order of the reference.
 
     `SceneField.default` of each result is the value that the scene has if no parameter gives the field; None if the
-    scene then has no such field. For a field of a model or an effect, it is the value if a scene names this model or
-    effect.
+    scene then has no such field. For a field of a model or an effect, `default` is the value that the field has if a
+    scene names this model or effect.
     """
     standard = live_scene({})
     offered = (field for field in scene_fields() if why_excluded(field.key) is None)
@@ -143,7 +144,7 @@ def _from_file(path: str, given: Mapping[str, Any]) -> Scene:
 def _fault(name: str, value: Any) -> str | None:
     """Return a sentence if the name of a parameter is wrong, or if its value names a model that does not exist.
 
-    The result is None without an error. All other values are checked later, when the scene is made of them.
+    The result is None without an error. All other values are checked later, when the scene is built.
     """
     known = {field.key: field for field in live_parameters()} if name else {}
     if name not in known:

@@ -130,9 +130,9 @@ class PreparedTerrain:
         return np.column_stack([places, np.full(len(places), self.ground.facets.high[2] + ABOVE_EVERYTHING)])
 
     def areas_with(self, live_areas: Outlines) -> Outlines:
-        """Return the outlines of all areas of interest, (P, 2) m, local frame: the scene's, then the live ones.
+        """Return the rings (P, 2) m, local frame, of all areas by name: first the scene's areas, then the live areas.
 
-        live_areas : rings (P, 2) m, map frame
+        A live area replaces an area of the scene with the same name. live_areas : rings (P, 2) m, map frame
         """
         shift = np.array(self.ground.terrain.frame.origin[:2])
         live = {name: [np.asarray(ring) - shift for ring in rings] for name, rings in live_areas.items()}
@@ -222,7 +222,7 @@ def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
 def _flights(scene: Scene, terrain: Terrain) -> tuple[Flight, LiveSets | None]:
     """Return the flight of a scene over a terrain (materials, settings, models), and the parameter sets of the scene.
 
-    Without unknowns, the parameter sets are None. With unknowns, the flight is that of the first set.
+    Without unknowns, the parameter sets are None. With unknowns, the first set gives the flight.
     """
     flight = scene_flight(scene, terrain)
     sets = live_sets(scene, terrain, flight)

@@ -1,9 +1,9 @@
 """Keep the last good terrain on disk, so that a simulator can load it after a restart and report its age.
 
 A folder contains the last whole survey and the patches since then. Each patch names the digest of the terrain to which
-it was added. Whenever the process ends, the folder contains a terrain that was in use: a whole survey replaces the
-previous one in one step, and patches that do not continue from it are ignored. Only one store at a time may use a
-folder: two stores would remove each other's patches.
+it was added. Whenever the process ends, the folder contains a terrain that was in use: a new whole survey replaces
+the previous whole survey in one step, and patches that do not continue from the new whole survey are ignored. Only one
+store at a time may use a folder: two stores would remove each other's patches.
 """
 
 import fcntl

@@ -1,7 +1,7 @@
 """Write and read one survey in one file; the file is always complete, and a damaged file is refused.
 
 The file consists of a line that names the kind of file, the length of a header, the header (JSON), the arrays, and the
-SHA-256 of all these. It is written under another name, flushed to the disk, and renamed in one step.
+SHA-256 of all these. The file is written under another name, flushed to the disk, and renamed in one step.
 """
 
 import hashlib

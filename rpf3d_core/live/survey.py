@@ -50,7 +50,7 @@ Survey = GridSurvey | MeshSurvey | CloudSurvey
 def points_of(survey: Survey) -> int:
     """Return the number of points in a survey, to compare it with a limit.
 
-    For a mesh, these are the vertices, or half of the triangles if that is more.
+    For a mesh, this is the larger of two numbers: the number of vertices, and half the number of triangles.
     """
     if isinstance(survey, MeshSurvey):
         return max(len(survey.vertices), len(survey.triangles) // 2)

@@ -1,8 +1,9 @@
 """Lay a hazard map over the triangles of a terrain, so that no cell that rocks reached is without a colour.
 
 A triangle has the largest value of all cells that it touches in plan, so a map may show too much but never too little.
-Cells with the value FEW have no known value: it may be larger than every known one. A triangle that touches such a cell
-and a known value is FEW if its middle is in a FEW cell, so that the cell does not get a low value from its neighbour.
+A cell with the value FEW was reached by too few rocks for a value; the true value may be larger than all known values.
+A triangle that touches FEW cells and cells with a known value is FEW if its middle is in a FEW cell, so that this cell
+does not get a low value from its neighbour.
 """
 
 from collections.abc import Iterable
@@ -38,7 +39,7 @@ def draped_facets(grid: HazardGrid, corners: FloatArray) -> tuple[FloatArray, Fl
     """Return a hazard map on the terrain: corners (M, 3, 3) m and values (M,) of the triangles that touch a value.
 
     The longest edges are cut first, until no edge is longer than half a cell or cuts have added MOST_DRAPED triangles.
-    The number of triangles of the terrain does not count, because most of them may need no cut.
+    The triangles of the terrain do not count towards this number, because most of them may need no cut.
 
     A triangle has the largest value of the cells that it touches, or FEW.
 
@@ -115,7 +116,7 @@ def largest_touched(grid: HazardGrid, corners: FloatArray) -> FloatArray:
 def _touch(plan: FloatArray, middle: FloatArray) -> NDArray[np.bool_]:
     """Return flags (K,): True if a triangle touches a cell in plan; the box of each triangle touches its cell.
 
-    The method is that of separating axes, here the normals of the triangle's edges.
+    Method: separating axes, here the normals of the triangle's edges.
 
     plan : (K, 3, 2) corners of the triangles; middle : (K, 2) middles of the cells; both in cells
     """

@@ -115,7 +115,7 @@ def _rock(run: RunFiles, rock: dict[str, Any]) -> Iterator[tuple[str, str, str]]
 
 
 def _size(run: RunFiles, path: str, value: Any, unit: str) -> str:
-    """Return the size of rocks as text; for a list of measured sizes, this is the list's file, number and range.
+    """Return the size of rocks as text; for measured sizes: the file, the number of values and their range.
 
     path : key path of the size; value : its value in the scene; unit : such as m
     """

@@ -34,8 +34,8 @@ NEAREST = 0.01
 class FencePlace(NamedTuple):
     """The rocks that pass a place beyond the toe: their share, energies and heights.
 
-    distance : m beyond the toe; passed : share (-) of all rocks that pass the place
-    footing : slope of the ground on the lines of all rocks, at this distance from the toe
+    distance : m beyond the toe; passed : share (-) of rocks that pass the place, out of all rocks with a toe
+    footing : slope of the ground on the lines of all rocks with a toe, at this distance from the toe
     energy, height : 95th percentiles (J, m) over the rocks that pass
     crossed : number of rocks from which the energy is computed: rocks with a known path that passes the place
     source, height_source : IMPACTS or KEPT, where the energy and the height are from
@@ -52,7 +52,7 @@ class FencePlace(NamedTuple):
 
 
 def shares_beyond(beyond: BeyondToe, sets: int, distance: FloatArray) -> list[Figure]:
-    """Return the share (-) of rocks that pass each distance (D,) m beyond the toe, with its 95 % intervals.
+    """Return the share (-) of rocks with a toe that pass each distance (D,) m beyond the toe, with its 95 % intervals.
 
     sets : number of parameter sets, 0 without unknowns
     """
@@ -202,9 +202,9 @@ def _passages(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: fl
 
 
 def _reach(run: RunFiles, beyond: BeyondToe, distance: float) -> tuple[FloatArray, FloatArray]:
-    """Return the distance (R,) m from each rock's release to a place beyond its toe, and its direction (R, 2).
+    """Return the distance (R,) m from each rock's release to a place beyond its toe, and the direction (R, 2) there.
 
-    The direction is a unit vector in plan. Both are NaN for rocks without a toe.
+    The direction is a unit vector in plan. Distance and direction are NaN for rocks without a toe.
 
     distance : of the place beyond the toe (m)
     """

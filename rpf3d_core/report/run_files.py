@@ -75,8 +75,8 @@ class RunFiles(NamedTuple):
 
     summary, inputs : content of summary.json and inputs.json; terrain : without zones, in the local frame
     moves : (S, 2) m, displacement in plan of the paths of each parameter set; None if the scene states no misfit
-    critical : path of the rock that stopped farthest from its release, if it is not among `paths`; None in results of
-        earlier versions
+    critical : path of the rock that stopped farthest from its release; None if this path is among `paths`, if no rock
+        stopped, and in results of earlier versions
     """
 
     folder: Path
@@ -120,7 +120,7 @@ def read_run(folder: Path) -> RunFiles:
     Raises
     ------
     InputError
-        The folder contains no result, or a damaged one, or one without inputs.json; or no rock has flown.
+        The folder contains no result, a damaged result, or a result without inputs.json; or no rock has flown.
     """
     summary = read_summary(folder)
     inputs = _inputs(folder)

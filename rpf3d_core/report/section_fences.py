@@ -65,7 +65,7 @@ def height_of(panel: dict[str, Any]) -> float:
 
 
 def _crossings(run: RunFiles, section: CriticalSection, panel: dict[str, Any]) -> Iterator[FenceInSection]:
-    """Yield the crossings of a barrier with a section, except crossings at places without ground.
+    """Yield the crossings of a barrier with the profile of a section, except crossings at places without ground.
 
     panel : values of the barrier, from `panels_of`
     """
@@ -96,9 +96,9 @@ def barrier_lines(run: RunFiles, panel: dict[str, Any]) -> list[FloatArray]:
 
 
 def _distances(line: FloatArray, along: FloatArray) -> list[float]:
-    """Return the distances (m) along a ray at which a line crosses the ray.
+    """Return the distances (m) along an axis at which a line crosses the axis; negative behind the axis' origin.
 
-    line : (P, 2) m, relative to the start of the ray; along : (2,) unit vector of the ray
+    line : (P, 2) m, relative to the origin of the axis; along : (2,) unit vector of the axis
     """
     ahead, across = line @ along, line @ np.array([-along[1], along[0]])
     crossed = np.flatnonzero((across[:-1] < 0.0) != (across[1:] < 0.0))

@@ -142,7 +142,7 @@ class FirstPassage(NamedTuple):
     """The first passage of each of N rocks past a given distance; row : (N,) row of the rock in `Ends`.
 
     speed : (N,) m/s, at the passage; x : (N, 3) m, place of the passage; z is NaN if the height is not known
-    flies : (N,) True for a passage in a flight that follows from two impacts
+    flies : (N,) True for a passage in a flight (`Segments.time` above 0); False for passages on kept paths
     """
 
     row: IntArray

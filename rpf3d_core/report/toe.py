@@ -49,7 +49,9 @@ class Figure(NamedTuple):
 
 
 class BeyondToe(NamedTuple):
-    """The distances beyond the toe at which N rocks stop; the rocks are an evenly spread selection of all.
+    """The distances beyond the toe at which N rocks stop.
+
+    The N rocks are the rocks with a toe among an evenly spread selection of all rocks.
 
     rows : (N,) rows of the rocks in `Ends`; along : (N, 2) unit vectors in plan, from release to end
     toe : (N,) m from the release to the toe
@@ -187,7 +189,7 @@ class SetValues(NamedTuple):
 def percentile_of(values: FloatArray, wanted: int, set_values: SetValues | None) -> Figure:
     """Return a percentile of values (N,) of rocks, with its sampling interval and its predictive interval.
 
-    The predictive interval includes the sampling interval.
+    The predictive interval includes the sampling interval. Without values, the percentile is None.
 
     wanted : the percentile, such as 90
     set_values : the values with parameter sets, displaced by the misfit if one is known; None without unknowns

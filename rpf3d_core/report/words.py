@@ -22,12 +22,15 @@ class Words(Protocol):
 
 
 def share(value: float | None) -> str:
-    """Return a share in per cent as text."""
+    """Return a share (-) as text in per cent; UNKNOWN for None."""
     return UNKNOWN if value is None else f"{in_percent(value, ONE_DECIMAL)} %"
 
 
 def share_interval(ends: Ends) -> str:
-    """Return the interval of a share in per cent as text; ends : lower and upper end (-), None if unknown."""
+    """Return the interval of a share as text in per cent; UNKNOWN if an end is None.
+
+    ends : lower and upper end (-), None for an unknown end, or None if both are unknown
+    """
     if ends is None or ends[0] is None or ends[1] is None:
         return UNKNOWN
     return f"{interval_in_percent(ends[0], ends[1])} %"
@@ -36,7 +39,7 @@ def share_interval(ends: Ends) -> str:
 def metres(value: float | None, side: Side = NEAREST) -> str:
     """Return a length (m) as text; BEYOND_TERRAIN for FAR or more, that is for rocks that did not stop.
 
-    side : rounding: NEAREST, LOW (down) or HIGH (up)
+    UNKNOWN for None. side : rounding: NEAREST, LOW (down) or HIGH (up)
     """
     if value is None:
         return UNKNOWN
@@ -62,8 +65,10 @@ def kilojoules(value: float | None, side: Side = NEAREST) -> str:
 def interval(ends: Ends, words: Words) -> str:
     """Return an interval as text, rounded outward; if only one end is known, "at least ..." or "at most ...".
 
-    ends : lower and upper end, None if unknown; words : function that turns a number into text with its unit, such as
-        `metres`
+    UNKNOWN if no end is known.
+
+    ends : lower and upper end, None for an unknown end, or None if both are unknown
+    words : function that turns a number into text with its unit, such as `metres`
     """
     if ends is None:
         return UNKNOWN
