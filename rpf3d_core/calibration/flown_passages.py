@@ -20,7 +20,7 @@ STEP = 0.5
 class Passages(NamedTuple):
     """The first passage of each of R rocks through a gate; NaN for a rock that did not pass.
 
-    speed : (R,) m/s; height : (R,) m, of the centre above the ground
+    speed : (R,) m/s; height : (R,) m, of the centre above the ground; NaN over a hole
     """
 
     speed: FloatArray
@@ -84,14 +84,14 @@ def _at_plane(
 def _above_ground(engine: Engine, x: FloatArray) -> FloatArray:
     """Return the heights (K,) m of points (K, 3) m above the highest ground at their places in plan.
 
-    The height of a point with no ground below or above it is below 0 and has no meaning.
+    The height is NaN at a place without ground, for example over a hole.
     """
     if not len(x):
         return np.empty(0)
     top = np.array(x)
     top[:, 2] = engine.facets.high[2] + ABOVE_EVERYTHING
-    drop = engine.ground_below(top)[:, 0]
-    return np.asarray(x[:, 2] - (top[:, 2] - drop))
+    drop, facet, _ = engine.ground_below(top).T
+    return np.where(facet < 0, np.nan, x[:, 2] - (top[:, 2] - drop))
 
 
 def visited(batch: Batch, inside: list[FloatArray]) -> NDArray[np.bool_]:

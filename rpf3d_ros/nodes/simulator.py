@@ -84,7 +84,7 @@ class SimulatorNode(LifecycleNode):
         self.add_post_set_parameters_callback(self._note_name)
         self.executor_delay = ExecutorDelay(self, self.health, timer=False)
         self._acknowledging = self.create_service(TriggerService, "~/acknowledge", self.on_acknowledge)
-        self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))  # also if time goes back
+        self.create_timer(TICK, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))  # also if time goes back
         refuse_impossible_transitions(self)
         watch_clock(self, self._clock_went_back)
         self._report("unconfigured", OK)
@@ -167,12 +167,16 @@ class SimulatorNode(LifecycleNode):
         if self.trigger_configure() == DONE and self.context.ok():
             self.trigger_activate()
 
+    def _on_timer(self) -> None:
+        """Repeat the diagnostics if they are due, and do all other regular work."""
+        self._repeat_diagnostics()
+        self._tick()
+
     def _tick(self) -> None:
-        """Repeat the diagnostics if they are due, check if the clock went back, and do the station's regular work.
+        """Do the station's regular work, and check if the clock went back.
 
         The clock is checked here, because ROS reports jumps of simulated time only.
         """
-        self._repeat_diagnostics()
         now = self._notice_jump()
         if self.station is not None and self.inputs is not None:
             self._check_clock(now)

@@ -1,7 +1,10 @@
 """Tests of rocks that pass a gate, against a fall in closed form, and of areas that rocks reach."""
 
+import dataclasses
+
 import numpy as np
 import pytest
+import scenes_of_facets as made
 from terrain_files import with_models
 
 from rpf3d_core.calibration.flown_passages import contained, passages, visited
@@ -51,6 +54,16 @@ def test_a_gate_that_no_rock_passes(prepared: Prepared) -> None:
     found = passages(flown(prepared), directions(prepared), 89.0, prepared.engine)
     assert not found.passed.any()
     assert np.isnan(found.height).all()
+
+
+def test_where_there_is_no_ground_the_speed_is_known_and_the_height_is_not(prepared: Prepared) -> None:
+    """Both rocks pass x = 10 m, at y = 0 and at y = 30 m. The ground of this engine ends at y = 15 m."""
+    vertices = prepared.terrain.vertices.copy()
+    vertices[vertices[:, 1] == vertices[:, 1].max(), 1] -= 35.0
+    short = made.engine_over("reference", dataclasses.replace(prepared.terrain, vertices=vertices))
+    found = passages(flown(prepared), directions(prepared), 10.0, short)
+    assert found.passed.all()
+    assert found.height[0] == pytest.approx(20.0 - 0.5 * 9.81, rel=1e-9) and np.isnan(found.height[1])
 
 
 def test_rocks_that_cross_an_area_have_reached_it(prepared: Prepared) -> None:
