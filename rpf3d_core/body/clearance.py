@@ -68,8 +68,9 @@ def set_arms(arms: Any, corners: Any, first: int, last: int, size: float) -> Non
 class Descent(NamedTuple):
     """The approach of a body's corners to a plane: the numbers that `clear_time` needs.
 
-    up : (3,) unit; its scalar product with a corner is the height of the corner above the centre of mass (m)
-    across : (3,) 1/s; its scalar product with a corner is the rate of change of this height (m/s)
+    up : (3,) unit normal of the plane, in the body's axes; its scalar product with a corner is the height (m) of the
+        corner above the centre of mass
+    across : (3,) 1/s, in the body's axes; its scalar product with a corner is the rate of change of this height (m/s)
     centre : m, height of the centre of mass above the plane; rate : m/s, rate of change of this height
     fall : m/s2, acceleration of the centre of mass towards the plane
     turning : 1/s2, largest acceleration of a corner by rotation, per metre of distance from the centre of mass

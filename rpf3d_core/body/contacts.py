@@ -38,13 +38,13 @@ SOLVER_COLUMNS = 51
 
 @kernel
 def vector(row: Any, column: int) -> Vec:
-    """Return the three numbers of a row from `column` on as a vector (3,); row : of an array of contacts."""
+    """Return the three numbers of a row from `column` on as a vector (3,); row : of any array, such as contacts."""
     return row[column], row[column + 1], row[column + 2]
 
 
 @kernel
 def put(row: Any, column: int, a: Vec) -> None:
-    """Write a vector (3,) into three columns of a row, from `column` on; row : of an array of contacts."""
+    """Write a vector (3,) into three columns of a row, from `column` on; row : of any array, such as contacts."""
     row[column], row[column + 1], row[column + 2] = a
 
 

@@ -73,15 +73,15 @@ def _fastest_to_goal(rows: Any, count: int, velocity: Velocity) -> tuple[float, 
 
 @routine
 def sustained(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity, within: float) -> Velocity:
-    """Return the velocity of a body in sustained contact: each contact keeps at least its normal goal velocity.
+    """Return a body's velocity in sustained contact: no contact approaches the ground, relative to its goal velocity.
 
-    The velocity is the result of `inelastic`; the parameters are those of `inelastic`. If the sweeps do not converge,
+    The velocity is the result of `inelastic`; the parameters are as in `inelastic`. If the sweeps do not converge,
     the contacts that still approach are then solved one by one. If the sweeps diverge, as they can for a body that
     friction wedges, their result is not used: the contacts are solved one by one from the start.
 
     The largest allowed speed is the speed of the given `velocity`, plus GAINED times the largest goal velocity of a
     contact. Sweeps whose result is faster count as diverging; a faster result of the single contacts is scaled down.
-    Here, a speed is that of `_size`: it includes the spin.
+    Here, speed means the result of `_size`, which includes the spin.
     """
     after = inelastic(points, rows, count, moments, velocity, within)
     fastest_allowed = _size(velocity, moments) + GAINED * _largest_goal(rows, count)

@@ -116,9 +116,12 @@ def hides(a: Vec, b: Vec, c: Vec, d: Vec) -> bool:
 
 @kernel
 def in_solid(a: Vertex, old: Simplex, apart: bool) -> Simplex:
-    """Return the part nearest to the origin of the tetrahedron of the new vertex a and the triangle `old`.
+    """Return the part of the tetrahedron of vertex a and triangle `old` that is nearest to the origin.
 
-    The result is not the triangle `old` itself, which cannot be nearest.
+    If the origin lies inside the tetrahedron, the result has size 4. Otherwise the result is a corner, an edge or a
+    triangle, but not the triangle `old` itself, which cannot be nearest.
+
+    a : the new vertex; old : the present simplex, of three vertices
 
     apart : true if body and facet are known to be apart, so that the origin cannot lie inside the tetrahedron
     """
@@ -139,9 +142,9 @@ def in_solid(a: Vertex, old: Simplex, apart: bool) -> Simplex:
 
 @kernel
 def extended(a: Vertex, old: Simplex, apart: bool) -> Simplex:
-    """Return the part nearest to the origin of the edge, triangle or tetrahedron of the new vertex a and `old`.
+    """Add a vertex to a simplex: return the part of the larger simplex that is nearest to the origin.
 
-    old : a simplex of 1 to 3 vertices; apart : as in `in_solid`
+    a : the new vertex; old : the simplex, of 1 to 3 vertices; apart : as in `in_solid`
     """
     if old.size == 1:
         return on_edge(a, old.a)

@@ -173,7 +173,7 @@ def _still_in(index: int, level: int, x: float, origin: float, cell: float, coun
 def _earliest_in_bucket(
     locator: BucketLocator, facets: Facets, arc: Arc, left: PreviousContact, crossing: Crossing, best: Contact
 ) -> Contact:
-    """Return the earliest of `best` and the contacts of an arc with the facets of the bucket that it crosses.
+    """Return the earliest of `best` and the contacts of an arc with the facets of one bucket.
 
     left : the contact from which the rock starts; its facet is not tested here, because the caller has tested it
     crossing : the part of the arc over the bucket; best : earliest contact found so far

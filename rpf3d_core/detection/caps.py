@@ -49,7 +49,7 @@ class CapLocator(NamedTuple):
 
 
 class Loss(NamedTuple):
-    """The fall of a rock through a gap: time t (s) since the start of an arc, inf for no fall, and the outcome."""
+    """The fall of a rock through a gap: time t (s) from the start of an arc, and outcome; inf and -1 for no fall."""
 
     t: float
     outcome: int

@@ -147,11 +147,11 @@ def contact_or_crack(
     so all other rocks meet the facets at their true size. In the second search the edge band of a facet is CRACK
     tolerances wide.
 
-    If the rock would leave the terrain or meet the back of the ground in the second search too, it may have fallen
-    through the ground (`fallen.py`). If it has fallen, the result reports the fall (`fall_of`). For a rock that was
-    sliding, a last search runs first, in which the rock meets every facet at its position that it moves into. For
-    such a rock, the fall is reported only if the last search finds no contact on the side of the ground where the rock
-    was.
+    If the rock would leave the terrain or meet the back of the ground in the second search too, a check decides whether
+    the rock has fallen through the ground (`fallen.py`). If it has fallen, the result reports the fall (`fall_of`). For
+    a rock that was sliding, one more search runs before the fall is reported. In this last search, a facet at the
+    rock's position counts as met if the rock moves into the facet. The fall is reported only if the last search finds
+    no contact on the side of the ground where the rock was.
 
     left : the contact from which the rock starts
     end : s, when the arc leaves the box around the terrain; longest : s, when the flight segment ends in mid-air

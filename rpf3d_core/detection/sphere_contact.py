@@ -311,11 +311,10 @@ def _lies_behind(facets: Facets, f: int, course: Course, foot: Vec) -> bool:
 
 @kernel
 def _time_into_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, until: float) -> float:
-    """Return the time (s) when a sphere hits an edge or corner that it touches at the start, but not at once; or inf.
+    """Return the time (s) when a sphere hits an edge or corner that it already touches at the start; inf for never.
 
-    This function is for an edge or corner that does not stop the sphere at once (`_lies_behind`). The sphere hits it
-    when both overlap by DEEP tolerances, or when the sphere has moved away and returns. The result is inf if neither
-    happens.
+    This function is for an edge or corner that does not stop the sphere at once (`_lies_behind`). The sphere hits the
+    edge or corner when both overlap by DEEP tolerances, or when the sphere has moved away and returns.
 
     rim : the edge or corner; q, until : as in `_time_from_rim`
     """

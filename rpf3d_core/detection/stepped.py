@@ -30,9 +30,9 @@ class Stepped(NamedTuple):
     locator : any locator that `closest_facet` has a rule for; dt : time step, s
     threshold : m, the distance to a facet below which the rock is in contact
     look : m, the radius within which facets are searched
-    every_step : True to test each step, as the thesis does; False to test only steps that could be a contact: a rock
-        cannot reach the threshold until its path is as long as its distance minus the threshold. Both settings give
-        the same bits; only the computing time differs.
+    every_step : True to test each step, as the thesis does; False to test only steps that could be a contact: at a
+        distance D from the closest facet, a rock must first move by D minus the threshold. Both settings give the same
+        bits; only the computing time differs.
     """
 
     locator: Any

@@ -13,7 +13,7 @@ from rpf3d_core.vectors import cross, dot, subtract, without
 
 @kernel
 def wins_tie(facets: Facets, f: int, g: int, arc: Arc, t: float, approach: float, other: float) -> bool:
-    """Return True if facet f, and not facet g, is the facet of a contact, if an arc meets both after t seconds.
+    """Return True if facet f takes precedence over facet g, for a contact in which an arc meets both after t seconds.
 
     The facet that the rock meets at the larger speed takes precedence. If the speeds are equal, the components of the
     normal are compared, x first, and the larger component takes precedence. For equal normals, `_lies_first` decides.

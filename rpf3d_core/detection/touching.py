@@ -20,7 +20,7 @@ class Sweep(NamedTuple):
     """Search for the first contact of a moving sphere.
 
     course : motion of the sphere's centre; end : s, end of this motion
-    before : s, at most `end`; a contact later than this is not needed
+    before : s, at most `end`; contacts after this time are not needed
     """
 
     course: Course
@@ -180,7 +180,7 @@ def _along_at_end(facets: Facets, f: int, p: Vec, gap: Vec, v: Vec, along: Vec) 
     """Return the direction (3,) unit of the edge that carries a sphere near a corner; zero if the corner carries it.
 
     p : m, the point of facet f that the sphere touches; gap : (3,) m, from p to the centre
-    v : (3,) m/s, velocity; along : (3,) unit, as from `_rim_of`; returned if it is not zero
+    v : (3,) m/s, velocity; along : (3,) unit, from `_rim_of`; if `along` is not zero, the result is `along`
 
     An edge carries the sphere if the sphere's foot on the line of the edge lies on the edge, within tolerance of its
     end; or if the foot lies within tolerance before the edge, and the sphere moves onto the edge.

@@ -3,9 +3,9 @@
 The rule of RockGIS and Rockyfor3D (docs/reference/effects.md, `barriers`): a rock meets a panel where the rock crosses
 the vertical plane of the panel, between the ground and the top of the panel. If the rock's translational energy E is at
 most the capacity C, the panel catches the rock, which stays there. With more energy the rock breaks through, keeps its
-direction and its spin, and has the energy E - s C left; s is the share of the capacity that a break takes. A rock above
-the panel flies over it, without any change of its path. The height of the rock is the height of its centre or, if the
-scene says so, of the top of the sphere of equal volume.
+direction and its spin, and has the energy E - s C left; s is the share of the capacity that the rock loses. A rock
+above the panel flies over it, without any change of its path. The height of the rock is the height of its centre or, if
+the scene says so, of the top of the sphere of equal volume.
 
 Every rock meets a barrier as the scene defines it. Rocks are independent of each other and fly in no defined order, so
 no rock meets a barrier that another rock has damaged. For a barrier that was hit before the simulation, the scene gives

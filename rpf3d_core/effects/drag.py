@@ -18,7 +18,7 @@ from rpf3d_core.vectors import norm, scale
 MOST_BRAKED = 0.5
 """Approximate largest share (-) of its speed that a rock may lose in one time step.
 
-The error bound comes from a series that holds only for a small share.
+The error bound comes from a series that is valid only for a small share.
 """
 
 

@@ -26,14 +26,14 @@ from rpf3d_core.vectors import norm, scale
 MOST_BRAKED = 0.5
 """Approximate largest share (-) of its speed that a rock may lose in one time step.
 
-The error bound comes from a series that holds only for a small share.
+The error bound comes from a series that is valid only for a small share.
 """
 
 
 class DragLayer(NamedTuple):
     """A layer above the ground that brakes flying rocks, such as a forest.
 
-    coefficient : c, kg/s; height : m, top of the layer above the ground
+    coefficient : c, kg/s, of the braking force c v; height : m, top of the layer above the ground
     accuracy : m, largest position error after a flight of `air_step.FLIGHT` seconds wholly inside or outside the layer
     gravity : m/s2, used only for the accuracy
     edges : (E, 4) x, y, x, y m, edges of the layer's outlines, holes included; with E = 0 the layer is everywhere

@@ -62,7 +62,8 @@ class Stems(NamedTuple):
 class Deflection(NamedTuple):
     """The parameters that decide by which angle a tree turns a rock away from its path.
 
-    frontal, lateral : largest offset x (-) of a frontal and of a lateral blow; a larger offset is a scratching blow
+    frontal, lateral : largest offset (-) of a frontal and of a lateral blow; a blow with a larger offset is scratching.
+        The offset is the distance of the path from the stem's axis, over the distance at which rock and stem just touch
     chances : (9,) chances of the three angle classes for frontal, for lateral and for scratching blows; each three
         chances add up to 1
     angles : (4,) degrees, the limits of the three angle classes

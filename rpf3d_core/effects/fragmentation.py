@@ -37,7 +37,9 @@ BREAKING = int(Purpose.BREAKING)
 class Fragmentation(NamedTuple):
     """The parameters that decide when a rock breaks and how its fragments move.
 
-    surface_factor : a, m2 / J^e; surface_exponent : e (-); least_ratio : mean limit of r above which a rock breaks (-)
+    surface_factor, surface_exponent : a (m2 / J^e) and e (-) of the new surface A_new = a E_n^e of an impact, with the
+        energy E_n (J) of the rock's speed off the ground after the rebound
+    least_ratio : mean limit of the ratio r (`new_surface_ratio`) above which a rock breaks (-)
     spread : largest deviation of the limit of an impact from least_ratio, as a share of least_ratio (-)
     least_volume : m3, volume of the smallest fragment that flies
     speed_kept : share (-) of the rock's speed after the impact that its fragments have

@@ -66,8 +66,8 @@ def links_of(chain: Chain | None) -> list[Any]:
 def felt_normal(effect: object, n: Vec, motion: Motion, rock: RockContext) -> Vec:
     """Return the unit normal (3,) that a rebound uses instead of the ground's normal n: a hook for rough ground.
 
-    The caller uses n instead of the result if the velocity is not into the ground with this normal (v . result >= 0),
-    or if the rebound with the result would send the rock into the ground.
+    The caller uses n in place of the result in two cases: if the velocity v does not point against the result
+    (v . result >= 0), or if the rebound with the result would send the rock into the ground.
 
     n : (3,) unit normal, turned against the velocity v; motion : just before the impact
     """
@@ -152,7 +152,7 @@ def shortest_of_all(chain: Chain, motion: Motion, rock: RockContext) -> float:
 
 @model_function
 def asks_height(effect: object) -> bool:
-    """Return True if the effect needs the height of a flying rock above the ground, which takes a search."""
+    """Return True if the effect needs the height of a flying rock above the ground, which requires a search."""
 
 
 @asks_height.otherwise

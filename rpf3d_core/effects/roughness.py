@@ -107,7 +107,7 @@ def _normal_tilt(sd: float, rock: RockContext, stream: int) -> float:
     """Return a random tilt (rad) of the normal for the next impact, within +-STEEPEST (89 degrees).
 
     sd : rad, standard deviation of the tilt; stream : purpose of the random number, which makes it independent of
-        others
+        the numbers for other purposes
     """
     tilt = sd * standard_normal(_drawn(rock, stream))
     return min(max(tilt, -STEEPEST), STEEPEST)

@@ -51,8 +51,9 @@ class Scarring(NamedTuple):
 
     In zones of hard ground, drag and friction are 0.
 
-    stiffness : M_E, Pa; drag : C_d = C_f + C_s (-); density : of the soil, kg/m3
-    mu_min, mu_max : friction (-); kappa : 1/m
+    stiffness : M_E of the soil, Pa; density : of the soil, kg/m3
+    drag : drag coefficient C_d (-), the sum of `form_drag` and `soil_drag` of the scene
+    mu_min, mu_max : friction (-) without slip, and its limit for a large slip; kappa : 1/m, growth with the slip
     """
 
     stiffness: Any

@@ -81,7 +81,7 @@ def _strings(path: Path, family: str, heights: bool) -> list[dict[str, Any]]:
 
 
 def _kept(points: FloatArray, heights: bool) -> list[list[float]]:
-    """Return the coordinates of points (P, 3) m as lists: with the heights, or only those in plan."""
+    """Return the coordinates of points (P, 3) m as lists: x, y and z if heights are needed, else x and y."""
     found: list[list[float]] = points[:, : 3 if heights else 2].tolist()
     return found
 

@@ -144,7 +144,7 @@ def rows_of(path: Path, text: str) -> Iterator[Row]:
 def columns_of(path: Path, text: str) -> tuple[str | None, int, tuple[AxisColumn, ...]]:
     """Return the layout of a text or CSV file: separator of cells, number of lines to skip, and columns of x, y and z.
 
-    The separator is None for blanks. The lines to skip are those up to and including the header; 0 without a header.
+    The separator is None for blanks. The lines to skip end with the header; 0 without a header.
 
     text : the first lines of the file
 
@@ -211,7 +211,7 @@ def _named_columns(path: Path, header: Row, up: Up, heights: bool) -> dict[str, 
 
 
 def _unit_of(path: Path, header: Row, place: int) -> float:
-    """Return the length (m) of the unit that the header of a coordinate states; 1 without one.
+    """Return the length (m) of the unit that the header of a coordinate states; 1 if the header states no unit.
 
     place : number of the column, from 0; an unknown unit raises an `InputError`
     """

@@ -59,12 +59,14 @@ def read_lines(path: Path) -> list[FloatArray]:
 
 
 def read_lines_with_heights(path: Path) -> list[FloatArray]:
-    """Return the lines (P, 3) m of a file, as `read_lines`, with heights; a height that the file lacks is NaN.
+    """Return the lines (P, 3) m of a file, with heights; a height that the file lacks is NaN.
+
+    The result is [] for a file without lines.
 
     Raises
     ------
     InputError
-        As `read_lines`.
+        The file cannot be read, has other geometries than lines, or a line with fewer than two points.
     """
     lines = []
     for geometry in geometries(path, features_of(path, "line", heights=True), LINES):

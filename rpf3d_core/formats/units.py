@@ -106,8 +106,8 @@ def unit_of_column(header: str, quantity: str) -> TableUnit | None:
 def unit_of_coordinate(header: str) -> tuple[str, str, float | None]:
     """Split the name of a coordinate's column, such as `E (mm)`: return its name, its unit, and the unit's length (m).
 
-    The name is in small letters. The unit is the text in brackets, or a suffix such as `_m`; without one it is "", and
-    the length is 1. The length is None if the text in brackets is not a known unit of length.
+    The name is in small letters. The unit is the text in brackets, or a suffix such as `_m`. If the header states no
+    unit, the unit is "" and the length is 1. If the text in brackets is not a known unit of length, the length is None.
     """
     lower = header.strip().lower()
     found = _UNIT_OF_A_COORDINATE.fullmatch(lower)
@@ -118,7 +118,7 @@ def unit_of_coordinate(header: str) -> tuple[str, str, float | None]:
 
 
 def other_quantity_named(header: str, quantity: str) -> str | None:
-    """Return the quantity, a key of `SI`, that the name of a column states instead of the wanted one; None if it fits.
+    """Return the quantity (key of `SI`) that a column's name states in place of the wanted quantity; None if it fits.
 
     `tonnage` states a mass. A name with a word of the wanted quantity fits, such as `diameter of equal volume`.
 

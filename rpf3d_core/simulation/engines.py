@@ -61,7 +61,7 @@ class Models(NamedTuple):
 def spins_of(models: Models) -> bool:
     """Return True if rocks spin with the models of a scene, so that spins and rotational energies are recorded.
 
-    This holds if the class of the rebound model has `spins = True`.
+    The result is the attribute `spins` of the rebound model's class; False if the class does not have it.
     """
     return bool(getattr(models.rebound, "spins", False))
 
@@ -154,7 +154,7 @@ class Compiled:
     def follow(
         self, models: Models, materials: Any, settings: Settings, starts: Starts, logbook: Logbook, begin: int
     ) -> int:
-        """Fly rocks and write their flights into the logbook; arguments and result are those of `Reference.follow`."""
+        """Fly rocks and write their flights into the logbook; arguments and result as in `Reference.follow`."""
         physics = _physics(models, self, materials, settings)
         launches = launches_of(_parts(models), materials, settings.seed, starts)
         if bodies_of(models):
@@ -176,7 +176,8 @@ def follow_bodies(
 ) -> int:  # fmt: skip
     """Fly bodies with a shape, as `Reference.follow` does; the code for bodies is imported here, only if needed.
 
-    compiled : True for the compiled engine; method : how facets are searched; begin : number of the first rock to fly
+    compiled : True for the compiled engine; method : contact search of the engine, as in `Reference`
+    begin : number of the first rock to fly
     """
     from rpf3d_core.simulation.bodies.fly import follow_each, follow_in_room
 
@@ -229,7 +230,8 @@ def stepping(engine: Engine, dt: float, threshold: float, squared: bool = False,
 
     The method is `detection.stepped`. Heights above the ground are still exact.
 
-    dt : time step, s; threshold : m, or m2 if `squared` is True; squared, every_step : as in `stepped`
+    dt : time step, s; threshold : distance to a facet below which the rock is in contact, m, or m2 if `squared` is True
+    squared, every_step : as in `stepped`
     """
     other = copy(engine)
     other.method = stepped(engine.locator, facet_size(engine.facets), dt, threshold, squared, every_step)

@@ -35,9 +35,13 @@ class Hold(NamedTuple):
 def held_by(physics: Physics, state: State, contact: Contact, n: Vec, rock: RockContext) -> Hold:
     """Return which facets carry a rock that has slid onto a facet, or is released on it.
 
-    The result has the facet of the contact; or this facet and the facet before the contact, if both form a gully; or no
-    facet. A contact that would lift the rock by less than smallest_bounce is not an impact: otherwise a rock would lose
-    speed at every slight kink of a mesh.
+    Three results are possible:
+
+    - The facet of the contact and the rock's last facet, if both form a gully (`_held_line`). If this gully ends at the
+      rock: only the facet of the contact, or no facet if gravity does not press the rock onto this facet.
+    - The facet of the contact alone, if the contact is slight: a bounce would rise by less than smallest_bounce. Slight
+      contacts are not impacts, because a rock would otherwise lose speed at every slight kink of a mesh.
+    - No facet in all other cases: the contact is an impact.
 
     state : with the rock's last facet and velocity; n : (3,) normal of the contact's facet, turned towards the rock
     """

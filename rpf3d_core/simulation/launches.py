@@ -33,7 +33,7 @@ class Starts(NamedTuple):
 class Launches(NamedTuple):
     """The rocks as the flight loop reads them at their release, with only the columns that the scene needs.
 
-    x : (R, 3) m; v : (R, 3) m/s; sizes : masses and radii, None if not needed
+    x : (R, 3) m; v : (R, 3) m/s; sizes : masses (kg) and radii (m), None if not needed
     keys : keys of the random numbers, None if not needed; shape, pose : as in `Starts`
     """
 

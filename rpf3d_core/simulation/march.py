@@ -167,10 +167,12 @@ def fly_on(physics: Physics, locator: Any, state: State, rock: RockContext, reco
 def hovers(max_impacts: int, tally: RockTally) -> bool:
     """Return True if a rock has used the largest allowed number of flight segments in the air, so its flight must end.
 
+    This number is the larger of max_impacts and STRETCHES (10,000). Two path segments per contact do not count.
+
     A light rock in a strong drag layer sinks by centimetres per second, in segments of a millisecond. Computing such a
     flight down to the ground would take too long.
 
-    max_impacts : largest allowed number of segments, of the settings; tally : running totals of the rock
+    max_impacts : as in `Settings`; tally : running totals of the rock
     """
     return tally.pieces - 2 * tally.contacts >= max(max_impacts, STRETCHES)
 

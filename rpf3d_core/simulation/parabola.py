@@ -109,7 +109,9 @@ def out_of_air(
 def height_for_effects(effects: Any, locator: Any, facets: Facets, x: Vec) -> float:
     """Return the height (m) of point x above the ground for effects such as drag layers; inf over a hole.
 
-    The result is 0.0 if no effect needs the height, because the search takes time. locator : for lumped masses
+    The result is 0.0 if no effect needs the height, because the search takes time.
+
+    locator : contact search for lumped masses, also if the rock is a sphere or a body
     """
     if not asks_height(effects):
         return 0.0

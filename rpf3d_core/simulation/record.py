@@ -32,14 +32,15 @@ class Record(NamedTuple):
     If `modes` has no rows, nothing is written (`writes`). A meeting with an obstacle has a row among the impacts, with
     `FIRST_OBSTACLE` minus the obstacle's number in place of a facet number.
 
-    impacts : (I, 9) t, x, y, z, n_x, n_y, n_z, speed before, speed after; facets : (I,) facet of each impact
-    pieces : (S, 10) t, x, y, z, v_x, v_y, v_z at the start, v_x, v_y, v_z at the end; modes (S,) : `values.Mode`
+    impacts : (I, 9) t (s), x, y, z (m), unit normal n_x, n_y, n_z, speed before and after (m/s)
+    facets : (I,) facet of each impact; modes : (S,) number of the `values.Mode` of each path segment
+    pieces : (S, 10) t (s), x, y, z (m) and v_x, v_y, v_z (m/s) at the start, v_x, v_y, v_z at the end
     first_impact, first_piece : first row of the rock in the impacts and in the path segments
     spins : True if rocks spin, else None. With spin, impacts have two more columns: the magnitude of the spin (rad/s)
         before and after the impact. Pieces have two more columns: the magnitude at the start and at the end
-    bodies : True if rocks have a shape, else None. With a shape, there are more columns after those of spin. In pieces:
-        at the start of the segment, orientation q_w, q_x, q_y, q_z, spin (rad/s) in the body's axes, and rotational
-        energy (J/kg). In impacts: number of contacts, and kinetic energy before and after (J/kg)
+    bodies : True if rocks have a shape, else None. With a shape, there are more columns after the columns of spin. In
+        pieces: at the start of the segment, orientation q_w, q_x, q_y, q_z, spin (rad/s) in the body's axes, and
+        rotational energy (J/kg). In impacts: number of contacts, and kinetic energy before and after (J/kg)
     """
 
     impacts: Any

@@ -182,7 +182,8 @@ def _lift(held: Held, v: Vec, radius: float) -> float:
 def _surface_of(physics: Physics, held: Held, rock: RockContext, state: State) -> Surface:
     """Return the surface properties of the ground under a sphere.
 
-    For two contacts, mu and mu_r are means weighted by the pushes, and stop_speed is the larger value.
+    For two contacts, mu and mu_r are means weighted by the pushes, stop_speed is the larger value, and R_n and R_t are
+    the values of the first contact.
 
     held : the contacts that carry the sphere
     """

@@ -116,9 +116,11 @@ def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
 def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
     """Return `Held` after a third contact is found: one, two or all three contacts block the sphere.
 
-    If the first two contacts allow the motion along the third contact's plane, the third contact alone blocks the
-    sphere. If not, the third contact and one of the first two block the sphere, provided that the remaining contact
-    allows the motion along the common line of both. Otherwise the three contacts allow no motion.
+    - If the first two contacts allow the motion along the third contact's plane, the third contact alone blocks the
+      sphere.
+    - If not, one of the first two contacts blocks the sphere together with the third contact, if the remaining contact
+      allows the motion along the common line of this pair.
+    - Otherwise the three contacts allow no motion.
 
     held : the first two contacts
     third : the third contact; way : the vector that the contacts block, as in `held_against`

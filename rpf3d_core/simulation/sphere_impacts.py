@@ -86,6 +86,8 @@ def _lift_off(touch: Touch, radius: float) -> float:
 def nearest_to(locator: Any, facets: Facets, x: Vec, reach: float) -> Touch:
     """Return the facet interior, edge or corner nearest to point x (m); `Touch.t` is its distance (m).
 
+    The result is NO_TOUCH, with `Touch.t` inf, if no facet reaches into the box that is searched.
+
     reach : half the side of the box around x that is searched (m)
     """
     wide = (reach, reach, reach)
@@ -97,8 +99,9 @@ def nearest_to(locator: Any, facets: Facets, x: Vec, reach: float) -> Touch:
 def is_slight(physics: Physics, n: Vec, speed: float, least: float) -> bool:
     """Return True if a sphere with `speed` (m/s) off the ground, along the normal n, rises less than smallest_bounce.
 
-    least : smallest share of gravity (-) that is assumed to press the sphere on the
-    contact; the true share is n_z
+    The result is False if `least` is 0 and gravity does not press the sphere on the contact.
+
+    least : smallest share of gravity (-) that is assumed to press the sphere on the contact; the true share is n_z
     """
     pressed = physics.settings.gravity * max(n[2], least)
     return pressed > 0.0 and speed * speed < 2.0 * pressed * physics.settings.smallest_bounce

@@ -94,7 +94,7 @@ def put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turn
     """Return the sphere's centre, moved back to its distance R from the ground, and the ground's normal there.
 
     x, n : (3,) centre (m) and normal before; length : of the segment (m)
-    turns : True if the normal may have changed; otherwise the result is n itself
+    turns : True if the normal may have changed; otherwise the returned normal is n
 
     Around an edge or a corner, the distance of the centre differs from R by at most length^2 / 2R after one segment; on
     a facet, only by rounding errors. If no ground lies within this difference, x and n are returned unchanged.
@@ -130,7 +130,8 @@ def pivoted(v: Vec, w: Vec, n: Vec, n_end: Vec, radius: float) -> tuple[Vec, Vec
     Around an edge or a corner, the normal turns about an axis e. The spin about the normal, w_n, then becomes rolling
     along e, and rolling along e becomes spin about the normal. If theta is the angle of the turn:
         d v_e / d theta = 2/7 R w_n,   R d w_n / d theta = -v_e
-    The energy of both, 7/10 v_e^2 + 1/5 R^2 w_n^2 per unit of mass, stays constant. On a facet n does not turn.
+    The energy of these two motions, 7/10 v_e^2 + 1/5 R^2 w_n^2 per unit of mass, stays constant. On a facet, n does not
+    turn.
 
     radius : R of the sphere, m
     """

@@ -112,8 +112,8 @@ def with_impact(tally: RockTally, facet: int, motion: Motion, is_bounce: bool) -
 
     motion : the motion just after the impact
     is_bounce : True if the flight before the impact also began at an impact. The flight then does not count as a
-        segment without progress: at a kink of a sharp gully, a rock may bounce from side to side a hundred times in no
-        time, which does not show that the rock is wedged. `max_impacts` ends bounces without loss of energy
+        segment without progress: at a kink of a sharp gully, a rock may bounce from side to side a hundred times
+        almost at once, which does not show that the rock is wedged. `max_impacts` ends bounces without loss of energy
     """
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
     return RockTally(

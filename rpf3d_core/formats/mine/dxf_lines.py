@@ -70,7 +70,7 @@ def _lines(path: Path, layer: str, _: tuple[int, int]) -> tuple[Line, ...]:
 def layers_with_lines(path: Path) -> tuple[str, ...]:
     """Return the names, sorted, of the layers of a DXF file with lines that `read_dxf_lines` can return.
 
-    Curves are no error: a user who asks for one layer only needs the names of the others.
+    A file with curves is not refused here, because only the names of the layers are needed.
 
     Raises
     ------

@@ -33,7 +33,10 @@ def read_las(path: Path) -> Cloud:
 
 
 def las_arrays(path: Path) -> Arrays:
-    """Return the arrays of a LAS or LAZ file, read in this process: `points` (N, 3) m, `classes` (N,) and `crs`."""
+    """Return the arrays of a LAS or LAZ file, read in this process: `points` (N, 3) m, `classes` (N,) and `crs`.
+
+    `crs` is as in `las_header`.
+    """
     laspy = needed(path, "laspy")
     _refuse_impossible_records(path)
     try:

@@ -37,6 +37,8 @@ class Strings(NamedTuple):
 def read_dtm(path: Path) -> FileMesh:
     """Return the triangles of a .dtm file, with the points of the .str file next to it.
 
+    If the file has triangles of several objects, each object is a zone; otherwise the file states no zones.
+
     Raises
     ------
     TerrainError

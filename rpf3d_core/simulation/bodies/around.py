@@ -8,7 +8,7 @@ Bodies use the same rules of effects as points, with three differences:
   and the spin of the body.
 - Soft ground and air act on the centre of mass only; they do not change the spin.
 
-A scene without effects has None in place of a chain, so the rules of effects are not compiled for it.
+A scene without effects has None in place of its `Chain` of effects, so no rule of an effect is compiled for it.
 """
 
 import math
@@ -85,9 +85,11 @@ def meet_obstacle(
 
 @kernel
 def entering_ground(physics: Physics, motion: BodyMotion, facet: int, n: Vec, rock: RockContext) -> BodyMotion:
-    """Return the motion of a body that enters soft ground, just before its impact on a facet of normal n (3,).
+    """Return the motion of a body just before an impact, after soft ground has changed the velocity of its centre.
 
-    Without effects the motion is unchanged. facet : number of the facet
+    The motion is unchanged if no effect acts in the ground of the facet.
+
+    facet : number of the facet that the body hits; n : (3,) unit normal of the contact, in the terrain's axes
     """
     if physics.effects is None:
         return motion

@@ -51,7 +51,7 @@ LONGEST, SHORTEST = 0.02, 1e-5
 TURN = 0.15
 """Largest turn of the body in a step (rad)."""
 SOLVED, FINISHED = 1e-3, 1e-4
-"""Errors to which the velocities of contacts are solved: error of the velocity times the step, over the skin (-).
+"""Largest errors of a contact's velocity after the solution: error times length of the step, over the skin (-).
 
 SOLVED is for usual steps. FINISHED is for the last step before an impact, because its error changes the impact.
 """
@@ -186,10 +186,10 @@ def _set_goals(body: Body, room: Room, count: int, motion: BodyMotion, gravity: 
 
 @kernel
 def _keep_begin(room: Room) -> None:
-    """Copy the gap, the normal and the nearest point of each facet into the columns of `room.planes` from BEGUN on.
+    """Copy the columns GAP, GUESS and NEAREST of each TOUCHED facet to the columns from BEGUN on, in `room.planes`.
 
-    These are the values at the start of a step; the columns of the present values are overwritten during the step. For
-    a facet without contact, only UNKNOWN is written into BEGUN.
+    The copies keep the values at the start of a step; the step overwrites the original columns. For a facet that is
+    AWAY or COVERED, only UNKNOWN is written into BEGUN.
     """
     for k in range(room.count[0]):
         plane = room.planes[k]
@@ -224,9 +224,10 @@ def _gap_after(body: Body, step: Step, gap: float, n: Vec, arm: Vec) -> float:
 
 @kernel
 def _expect(body: Body, room: Room, count: int, begin: BodyMotion, gravity: float, h: float) -> bool:
-    """Write the gap that each facet should have at the end of a step into `room.planes`, column EXPECTED.
+    """Write the gap (m) that each facet should have at the end of a step into `room.planes`, column EXPECTED.
 
-    Return True if any contact received an impulse at the start of the step of h seconds.
+    The value is inf for a facet without contact at the start of the step. Return True if any contact received an
+    impulse at the start of the step of h seconds.
 
     count : number of contacts in `room.points`; begin : motion at the start, after the impulses; gravity : m/s^2
     """

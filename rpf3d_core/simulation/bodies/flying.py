@@ -37,7 +37,8 @@ class Path(NamedTuple):
     start, flight : motion at the beginning, and the free flight from there
     k : index in `Room.facets` of the facet with which contact begins at t; -1 if no contact begins
     left : time until max_time (s); end : time until the body has left the terrain (s)
-    longest : planned duration, for which one free flight may replace the flight through the air (s)
+    longest : planned duration, for which one free flight may replace the flight through the air (s); inf if no effect
+        acts in the air
     meeting, loss : first obstacle and first passage through a cap; neither is earlier than t
     """
 
@@ -161,7 +162,7 @@ def _slipped(ride: Ride, physics: Physics, t: float) -> Ride:
 
 @kernel
 def _with_flight(tally: RockTally, arc: Arc, t: float, after: BodyMotion, tolerance: float) -> RockTally:
-    """Return the running totals after a flight of t seconds; a flight of no time does not count as a path segment.
+    """Return the running totals after a flight of t seconds; they are unchanged if t is 0.
 
     arc : path of the centre; after : motion at the end; tolerance : m, as in `simulation.state.with_slide`
     """

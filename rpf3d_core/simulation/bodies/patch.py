@@ -38,7 +38,7 @@ def _put(polygon: Any, i: int, p: Vec) -> None:
 
 @kernel
 def _lay_out(body: Body, polygon: Any, face: int) -> int:
-    """Write the corners (m) of a face of the body into `polygon`; return their number."""
+    """Write the corners (m) of a face, in the body's axes, into columns 0 to 2 of `polygon`; return their number."""
     shapes = body.shapes
     first, count = shapes.faces[face, 0], int(min(shapes.faces[face, 1], POLYGON - 3))
     for i in range(count):
@@ -74,12 +74,13 @@ def _clip(polygon: Any, count: int, clipped: Any, inward: Vec, a: Vec) -> int:
 def contact_polygon(body: Body, room: Room, facet: tuple[Vec, Vec, Vec], m: Vec, n: Vec, band: float) -> int:
     """Write the polygon in which a face of the body covers a facet into `room.polygon`; return its number of corners.
 
-    Body and facet are seen along the normal of the contact. At most MOST corners are kept: the corner nearest to the
-    facet, and the corners that span the largest area with it. The result is 0 if no face of the body is nearly parallel
-    to the facet.
+    Body and facet are seen along the normal of the contact. A row of the polygon has a corner (m), in the body's axes,
+    and its gap (m). At most MOST corners are kept, as `_spanning` selects them. The result is 0 if the facet, or every
+    face of the body, is inclined by more than 60 degrees to the plane of the contact (FACING), or if no corner has a
+    gap of at most `band`.
 
     facet : the facet's corners (m); m : its normal towards the body; n : normal of the contact; all in the body's axes
-    band : largest gap between a corner and the facet (m); other corners are left out
+    band : largest gap (m) of a corner of the polygon; corners with a larger gap are omitted
     """
     face = facing_face(body, n)
     facing = dot(m, n)
@@ -116,7 +117,10 @@ def _swap(polygon: Any, i: int, j: int) -> None:
 
 @kernel
 def _spanning(polygon: Any, count: int, n: Vec) -> int:
-    """Move the corners of a polygon that span the largest area to its first rows; return their number, at most MOST.
+    """Move the corners of a polygon that become contacts to its first rows; return their number, at most MOST.
+
+    Up to MOST corners all become contacts. Of more corners, these are selected: the corner with the smallest gap, the
+    corner farthest from it, and on each side of the line through both the corner that is farthest from this line.
 
     polygon : (POLYGON, 4), of which `count` rows are used; n : (3,) normal of the contact
     """

@@ -64,8 +64,9 @@ def _is_clear(body: Body, room: Room, locator: Any, facets: Facets, motion: Body
 def lifted(body: Body, room: Room, locator: Any, facets: Facets, motion: BodyMotion) -> Release:
     """Return the release of a body: where the source sets it, or lifted until it is just clear of the ground.
 
-    The body is lifted by at most LIFTS - 1 steps. If it is clear at none of these heights, it is released where the
-    source sets it, with outcome UNRESOLVED_CONTACT.
+    The body is lifted by at most LIFTS - 1 steps of STEP times its reach, and then lowered within the last step until
+    it is just clear. If the body is clear at none of the heights, it is released where the source sets it, with outcome
+    UNRESOLVED_CONTACT.
     """
     low, z, found = motion.x[2], motion.x[2], NO
     for i in range(LIFTS):

@@ -107,7 +107,7 @@ def listed_around(body: Body, room: Room, locator: Any, physics: Physics, ride: 
 
 @kernel
 def with_slip(ride: Ride, slip: Any) -> Ride:
-    """Return the state of a body with another slip (m), or None if no ground has slip friction."""
+    """Return the state of a body with another slip; slip : m, or None if no ground has slip friction."""
     return Ride(
         motion=ride.motion, centre=ride.centre, moved=ride.moved, contacts=ride.contacts, h=ride.h, rest=ride.rest,
         tally=ride.tally, outcome=ride.outcome, why=ride.why, passed=ride.passed, slip=slip,

@@ -36,12 +36,12 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract
 
 FAR = 0.1
-"""Distance between a facet and the sphere around a body, divided by the body's reach (-), that is exact enough as gap.
+"""Smallest distance between a facet and the sphere around a body, over the body's reach (-), that is used as the gap.
 
 For a nearer facet, the gap is the exact distance between facet and body.
 """
 EXACT = 0.05
-"""Error of the gap at which contact begins, as a share (-) of the skin, the distance at which it should begin."""
+"""Largest error of the gap at which contact begins, as a share (-) of the skin, the correct gap."""
 FLOOR = 0.2
 """Smallest gap during a step in contact, as a share (-) of the skin; a smaller gap ends the step."""
 LEAST = 1e-7
@@ -53,7 +53,7 @@ LEAVING = 0.9
 class Meeting(NamedTuple):
     """The first contact of a flight: its time t from the start (s), and the index k of its facet in `Room.facets`.
 
-    k is -1 if there is no contact.
+    If there is no contact, k is -1, and t is the time (s) up to which the search looked for a contact.
     """
 
     t: float
@@ -88,7 +88,8 @@ def look(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int, mov
     k : index of the facet in `room.facets`; motion : present motion of the body; moved : its path bound, as in `Ride`
         (m)
 
-    For a distant facet (FAR), gap and plane are those of the sphere around the body.
+    For a distant facet (FAR), gap and plane are computed for the sphere around the body. If body and facet overlap, the
+    gap is 0 or less, and the plane is the last plane that separated both (`_look_inside`).
     """
     f, plane = room.facets[k], room.planes[k]
     p = closest_point(facets, f, motion.x)
@@ -145,10 +146,10 @@ def _outwards(facets: Facets, f: int, x: Vec) -> Vec:
 def _look_inside(body: Body, room: Room, motion: BodyMotion, k: int, outwards: Vec) -> None:
     """Write the gap of nearby facet k, which the body overlaps, into `room.planes`.
 
-    The gap is minus the depth (m) of the body behind the last plane that separated it from the facet.
+    The gap is minus the depth (m) of the body behind the last plane that separated the body from the facet. If there is
+    no such plane yet, the facet's normal defines the plane, and the gap is 0.
 
-    k : index of the facet in `room.facets`
-    outwards : (3,) normal of the facet in the body's axes, used if there is no plane yet; the gap is then 0
+    k : index of the facet in `room.facets`; outwards : (3,) normal of the facet, in the body's axes
     """
     plane = room.planes[k]
     known = plane[GAP] != UNKNOWN
@@ -170,11 +171,11 @@ def _look_inside(body: Body, room: Room, motion: BodyMotion, k: int, outwards: V
 def clear_of(
     body: Body, room: Room, flight: Flight, motion: BodyMotion, k: int, bounds: tuple[float, float]
 ) -> float:  # fmt: skip
-    """Return a time (s) for which the body surely stays more than a level above the separating plane of nearby facet k.
+    """Return a time (s) for which the body surely stays more than a distance away from the separating plane of facet k.
 
     k : index of the facet in `room.facets`
-    motion : the motion of the flight when the facet was examined last, from which the time counts
-    bounds : the level (m), and the time (s) of interest: the result is inf if the body stays above the level for longer
+    motion : motion of the body when the facet was examined last; the time counts from this motion
+    bounds : the distance (m), and the time (s) of interest: the result is inf if the body stays away for longer
     """
     level, most = bounds
     plane = room.planes[k]
@@ -219,9 +220,9 @@ def _approaches(room: Room, motion: BodyMotion, k: int) -> bool:
 def first_meeting(body: Body, room: Room, facets: Facets, flight: Flight, horizon: float, moved: float) -> Meeting:
     """Return the first contact of a flight with the nearby facets (`room.facets`) before the time `horizon` (s).
 
-    Contact begins where the gap has fallen to the body's skin, with an error of EXACT. A body that is nearer but moves
-    away is not in contact. Each examination of a facet gives a time up to which the facet need not be examined again.
-    The facet with the earliest of these times is examined next.
+    Contact begins where the gap has fallen to the body's skin, with an error of at most EXACT times the skin. A body
+    that is nearer but moves away is not in contact. Each examination of a facet gives a time up to which the facet need
+    not be examined again. The facet with the earliest of these times is examined next.
 
     moved : path bound of the body at the start, as in `Ride` (m)
     """

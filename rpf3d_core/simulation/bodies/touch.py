@@ -45,14 +45,17 @@ from rpf3d_core.vectors import dot, norm, scale, subtract
 BAND = 2.0
 """Largest gap of a contact, divided by the skin (-): facets within this gap are within the band of contact."""
 SAME_PLANE = 1e-9
-"""Difference from 1 of the cosine between contact normal and facet normal (-): up to it, both normals count as equal.
+"""Largest difference from 1 of the cosine between contact normal and facet normal (-) if both normals count as equal.
 
 The contact is then in the interior of the facet, not on its border.
 """
 NEARER = 1e-9
 """Share (-) of the gap by which another facet must be nearer to the body's nearest point, to cover a facet's border."""
 SAME_POINT = 1e-6
-"""Limit (-) up to which two contacts are one: of their distance, divided by the body's reach, and of their normals."""
+"""Largest distance between two contacts that count as one, divided by the body's reach (-).
+
+The limit for the length of the difference between their unit normals is the same.
+"""
 KEPT = 0.05
 """Largest distance (-), divided by the body's reach, between a contact and the same contact in the previous step."""
 
@@ -77,7 +80,7 @@ def touch(body: Body, room: Room, facets: Facets, motion: BodyMotion, moved: flo
 
 @kernel
 def mark_covered(body: Body, room: Room, facets: Facets, motion: BodyMotion) -> None:
-    """Mark a touched facet as COVERED if its point nearest to the body is on a border that another facet covers.
+    """Mark a touched facet as COVERED if the body is nearest to its border, and another touched facet is nearer there.
 
     Let P be the point of the body nearest to the touched facet. The facet is covered if another touched facet is nearer
     to P than the facet itself. A contact with a covered facet acts along the facet's own normal, so bodies slide
