@@ -120,7 +120,8 @@ A zone has the material with its exact name; otherwise that of the first pattern
 pattern of layers such as `FACES_NORTH` is `FACES_*`. `rpf3d materials` lists the entries of the `library`.
 """
 ROCK = """\
-Without `rock`, rocks are spheres of 1 m diameter and 2,700 kg/m3: 1,414 kg. `rpf3d check` prints mass and size.
+Without `rock`, a rock has the mass of a sphere of 1 m diameter and 2,700 kg/m3: 1,414 kg. `rpf3d check` prints mass and
+size.
 """
 TERRAIN = """\
 Files are meshes, grids, files of mine planning programs, or clouds of points: [all formats](formats.md). Heights of a

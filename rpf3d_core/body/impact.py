@@ -10,7 +10,7 @@ energy.
 import math
 from typing import Any
 
-from rpf3d_core.body.contacts import AIM, IMPULSE, LOCAL, MU, RESTITUTION, fastest, prepare, put
+from rpf3d_core.body.contacts import AIM, GOAL, IMPULSE, LOCAL, MU, RESTITUTION, fastest, prepare, put
 from rpf3d_core.body.inelastic import Velocity, inelastic, kinetic, local_velocity, size_of, solve_contact
 from rpf3d_core.jit.dispatch import kernel, routine
 from rpf3d_core.values import ZERO, Vec
@@ -44,7 +44,7 @@ def forget(points: Any, count: int) -> None:
     """
     forget_impulses(points, count)
     for i in range(count):
-        put(points[i], IMPULSE - 3, ZERO)
+        put(points[i], GOAL, ZERO)
 
 
 @kernel
