@@ -21,7 +21,7 @@ SETTLED = 4.0
 def replay(folder: str | Path) -> "subprocess.Popen[bytes]":
     """Open the viewer with a recording file, or with the recording of a result folder; return the viewer's process.
 
-    The function returns after SETTLED seconds, or earlier if the viewer ends.
+    The function waits SETTLED (4) seconds, or until the viewer ends. A viewer that still runs then stays open.
 
     Raises
     ------

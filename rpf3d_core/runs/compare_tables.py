@@ -84,12 +84,15 @@ def points(change: float, interval: tuple[float, float], decimals: int = 0) -> s
 
 
 def decimals_for(width: float) -> int:
-    """Return the number of decimals (1 to 4) of a share in per cent that show an interval of a given width (-)."""
+    """Return how many decimals (1 to 4) a share in per cent needs to show an interval of the share.
+
+    width : of the interval (-)
+    """
     return 4 if width <= 0.0 else min(max(1, math.ceil(-math.log10(100.0 * width))), 4)
 
 
 def p_text(p: float) -> str:
-    """Return a p value as text with two significant digits; `< SMALLEST_P` for a smaller value."""
+    """Return a p value as text with two significant digits; "< 0.0001" for a value below SMALLEST_P (0.0001)."""
     return f"< {SMALLEST_P:g}" if p < SMALLEST_P else f"{p:.2g}"
 
 

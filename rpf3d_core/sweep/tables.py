@@ -126,7 +126,10 @@ def notes_of(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
 
 
 def _left_out(record: CellRecord) -> float:
-    """Return the share (-) of the rocks that the p95 runout of a cell leaves out; 0 if the p95 runout is unknown."""
+    """Return the share (-) of rocks that did not stop, and so have no part in the p95 runout of a cell.
+
+    The result is 0 if the p95 runout is unknown.
+    """
     runout = figure_of(record, RUNOUT)
     if runout is None or runout.value is None:
         return 0.0
@@ -182,7 +185,8 @@ def _percent(figure: Figure | None, has_unknowns: bool) -> str:
 def _number(figure: Figure | None, scale: float, has_unknowns: bool) -> str:
     """Return a figure times a scale with its intervals, as text such as `84.8 (11.2-136; 83.1-86.6)`.
 
-    The predictive interval comes first. "-" or, for too many rocks that did not stop, BEYOND_TERRAIN if unknown.
+    The predictive interval comes first. An unknown figure gives "-"; a p95 runout that is unknown because too many
+    rocks did not stop gives BEYOND_TERRAIN ("beyond the terrain").
 
     has_unknowns : as in `_brackets`
     """
@@ -198,8 +202,8 @@ def _number(figure: Figure | None, scale: float, has_unknowns: bool) -> str:
 def _brackets(figure: Figure, has_unknowns: bool, text: Callable[[Ends], str]) -> str:
     """Return the predictive and the sampling interval of a figure, in brackets, as text.
 
-    Without a predictive interval, the text has only the sampling interval. If the scene has
-    unknowns, the text marks this interval with SAMPLING_ONLY.
+    Without a predictive interval, the text has only the sampling interval. If a cell of the sweep has unknowns, the
+    sampling interval then begins with SAMPLING_ONLY ("sampling only").
 
     has_unknowns : True if a cell of the sweep has unknowns
     text : function that returns the ends of an interval as text
