@@ -92,7 +92,7 @@ def listed(crests: Sequence[Crest], most: int) -> list[Crest]:
     """Return at most `most` >= 2 crests: first the crest with the longest fall, then the others, largest face first.
 
     The crest with the highest mean altitude is always included: if it is not among the first `most` crests of this
-    order, it replaces the last of them.
+    order, this crest replaces the last of them.
     """
     return [crests[i] for i in _in_order(crests, most)]
 
@@ -200,7 +200,7 @@ def _in_line(brow: FloatArray) -> FloatArray:
 
 
 def _crest(points: FloatArray, height: FloatArray) -> Iterator[Crest]:
-    """Yield the crest through the points (N, 3) m that are on ground; nothing if it is shorter than SHORTEST (10 m).
+    """Yield the crest through the points (N, 3) m that are on ground; nothing if the crest is shorter than 10 m.
 
     points : NaN as z where there is no ground; height : (N,) m, height of the face below each point
     """

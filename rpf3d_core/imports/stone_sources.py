@@ -105,7 +105,8 @@ def source_rocks(grids: Grids) -> NDArray[np.int64]:
 def steepest_neighbour(grids: Grids) -> tuple[NDArray[np.int64], FloatArray]:
     """Return the neighbour (H, W) of each cell in the direction of steepest fall, and the gradient (H, W) (-) to it.
 
-    A neighbour is an index in NEIGHBOURS. The gradient is positive downhill, and negative if all neighbours are higher.
+    A neighbour is an index in NEIGHBOURS: 0 is north, and the others follow clockwise. The gradient is positive
+    downhill, and negative if all neighbours are higher.
     If the cell or all its neighbours have no height, the gradient is -inf, and the index has no meaning.
     """
     heights = grids.values["dem"]

@@ -35,7 +35,8 @@ class Gully(NamedTuple):
     """A gully: two facets that carry a rock between them.
 
     direction : (3,) unit vector along both facets; pull : gravity along this direction (m/s^2)
-    first, second : normal force of each facet, per mass of the rock (m/s^2); friction is proportional to it
+    first, second : normal force of each facet, per mass of the rock (m/s^2)
+    The friction of a facet is proportional to its normal force.
     """
 
     direction: Vec
@@ -68,9 +69,9 @@ def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
 def line_between(facets: Facets, first: int, second: int, x: Vec, v: Vec) -> Vec:
     """Return the unit direction (3,) in which a rock at x (m) with velocity v (m/s) moves along the line of two facets.
 
-    The line is parallel to the cross product of the normals. For two facets that are almost one plane, it is their
-    common edge at x: an edge of the first facet that also runs along the second facet. Returns zero if there is no such
-    edge. The direction points along v, or downwards if v has no component along the line.
+    The line is parallel to the cross product of the normals. For two facets that are almost one plane, the line is
+    their common edge at x: an edge of the first facet that also runs along the second facet. The result is (0, 0, 0) if
+    they have no common edge at x. The direction points along v, or downwards if v has no component along the line.
     """
     n, m = stored_normal(facets, first), stored_normal(facets, second)
     if kink(n, m) > PARALLEL:

@@ -158,9 +158,9 @@ def slide_on_line(
 ) -> SlideSegment:
     """Return the segment of a rock that slides straight, until it leaves a facet or has slowed down.
 
-    If friction can hold the rock, it stops at stop_speed. If friction brakes but cannot hold the rock, its speed falls
-    to zero, and the next segment is downhill. If the rock neither slows down nor has a border ahead, which only the
-    rounding of a very narrow facet causes, the rock counts as having slid off both facets at once.
+    If friction can hold the rock, the rock stops at stop_speed. If friction brakes but cannot hold the rock, its speed
+    falls to zero, and the next segment is downhill. If the rock neither slows down nor has a border ahead, which only
+    the rounding of a very narrow facet causes, the rock counts as having slid off both facets at once.
 
     line : the start of the slide; stop_speed : m/s
     first, second : distance (m) along the slide to the border of the first and of the second facet; inf without a

@@ -32,7 +32,7 @@ The results are the same to the last bit.
 class Distribution(NamedTuple):
     """A truncated distribution, with values computed in advance so that a draw is fast.
 
-    kind : FIXED ... TRIANGULAR; low, high : bounds, in the unit of the drawn number
+    kind : number from FIXED (0) to TRIANGULAR (6); low, high : bounds, in the unit of the drawn number
     location, scale : FIXED: the number, 0; UNIFORM: low, high - low; NORMAL: mean, standard deviation before
         truncation; LOGNORMAL: mean, standard deviation of the logarithm before truncation; POWER_LAW: 0, -1/exponent;
         WEIBULL: 1/shape, scale; TRIANGULAR: mode, high - low

@@ -121,7 +121,7 @@ def begin_recording(application: str, layout: Any) -> tuple[Any, Any]:
 
 
 def end_recording(recording: Any, stream: Any, path: Path) -> None:
-    """Write the content of a recording to a file, and close the recording; raise OSError if it cannot be written.
+    """Write the content of a recording to a file, and close the recording; raise OSError if writing fails.
 
     recording, stream : from `begin_recording`
     """
@@ -131,7 +131,7 @@ def end_recording(recording: Any, stream: Any, path: Path) -> None:
 
 
 def import_rerun() -> Any:
-    """Return the package rerun; raise an InputError that says how to install it if it is missing."""
+    """Import and return the package rerun; if rerun is missing, raise an InputError that says how to install rerun."""
     try:
         import rerun
     except ImportError as fault:

@@ -54,7 +54,10 @@ def _check_display(recording: Path) -> None:
 
 
 def recording_of(folder: str | Path) -> Path:
-    """Return the path of a recording, given this path or its result folder; raise an InputError if there is none."""
+    """Return the path of a recording (.rrd); raise an InputError if the recording does not exist.
+
+    folder : path of the recording, or of the result folder with the recording run.rrd
+    """
     path = Path(folder)
     if path.suffix == SUFFIX and path.is_file():
         return path

@@ -248,8 +248,8 @@ def report_section(report: Report) -> dict[str, Any]:
 def _of_21(percentage: float) -> Counted:
     """Return the count out of 21 rocks that is nearest to a printed percentage of the thesis.
 
-    All printed percentages are such a count, rounded or cut off to a whole percent, except 27 %: the nearest count is
-    6 (28.6 %).
+    All printed percentages are shares of 21 rocks, rounded or cut off to a whole percent, except 27 %: the nearest
+    count is 6 (28.6 %).
     """
     return Counted(round(percentage / 100.0 * ROCKS_OF_THESIS), ROCKS_OF_THESIS)
 

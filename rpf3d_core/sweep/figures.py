@@ -25,12 +25,12 @@ UNKNOWN: Ends = (None, None)
 class Figure(NamedTuple):
     """One result of a cell of a sweep, with its 95 % intervals.
 
-    result : one of SHARES, ENERGY, HEIGHT and RUNOUT; for the whole run also the name of an outcome, whose share is the
-        value
+    result : "reached", "stopped", "retained" (shares), "energy_p95", "height_p95" or "runout_p95"; for the whole run
+        also the name of an outcome, whose share is the value
     kind, place : kind and name of the place, "" for the whole run
     unit : -, J or m; value : None if it is unknown, such as a share of no rocks
     low, high : ends of the 95 % interval: the predictive interval or, if it is unknown, the sampling interval
-    interval : PREDICTIVE or SAMPLING, the kind of the interval from low to high
+    interval : "predictive" or "sampling", the kind of the interval from low to high
     sampling_low, sampling_high : ends of the 95 % sampling interval; None if unknown
     """
 

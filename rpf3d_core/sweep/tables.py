@@ -55,7 +55,10 @@ Place = tuple[str, str]
 
 
 def csv_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> Iterator[list[Any]]:
-    """Yield the rows of sweep.csv: the values of the keys, then CSV_COLUMNS; a row for each figure of each cell."""
+    """Yield the rows of sweep.csv, one for each figure of each cell.
+
+    A row has the values of the keys, the name of the cell's folder, the number of rocks, and the fields of `Figure`.
+    """
     for cell, record in zip(cells, records, strict=True):
         for figure in record.figures:
             yield [*map(value_text, cell.values.values()), cell.name, record.rocks, *figure]
@@ -84,7 +87,7 @@ def figure_of(record: CellRecord, result: str, place: Place = ("", "")) -> Figur
 def share_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[tuple[str, ...]]:
     """Return the rows of shares for the screen: for each place, one row for each cell.
 
-    A row has the values of the keys, then the columns of SHARES_HEADER.
+    A row has the values of the keys, the place, the share of rocks that reached the place, and the retained share (%).
     """
     has_unknowns = have_unknowns(cells)
     return [
@@ -99,7 +102,10 @@ def share_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[tup
 
 
 def run_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[tuple[str, ...]]:
-    """Return the rows of percentiles for the screen: for each cell, the values of its keys, then RUN_HEADER."""
+    """Return the rows of percentiles for the screen, one for each cell.
+
+    A row has the values of the keys, then the p95 of runout (m), energy (kJ) and height (m).
+    """
     has_unknowns = have_unknowns(cells)
     return [
         (*_values(cell), *(_number(figure_of(record, result), scale, has_unknowns) for result, scale in RUN_RESULTS))
@@ -215,7 +221,7 @@ def _brackets(figure: Figure, has_unknowns: bool, text: Callable[[Ends], str]) -
 
 
 def _interval_in_percent(ends: Ends) -> str:
-    """Return an interval of a share in per cent as text, such as `79-89`, with UNKNOWN_END for an unknown end."""
+    """Return an interval of a share in per cent as text, such as `79-89`, with "?" for an unknown end."""
     low, high = ends
     if low is not None and high is not None:
         return interval_in_percent(low, high)

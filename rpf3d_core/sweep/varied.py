@@ -30,7 +30,7 @@ def varied_of(text: str) -> Varied:
     Raises
     ------
     InputError
-        The text has no key or no values, or is not YAML; the message shows it.
+        The text has no key or no values, or is not YAML; the message shows the text.
     """
     key, _, written = text.partition("=")
     if not key.strip() or not written.strip():

@@ -27,7 +27,7 @@ def warnings_of_cells(cells: Sequence[Cell], records: Sequence[CellRecord]) -> l
 
 
 def surer_cells(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
-    """Return the reasons why results of a sweep may be too certain, each as a sentence with its number of cells."""
+    """Return the reasons why results of a sweep may look too certain, each with the number of cells concerned."""
     return _each_once(cells, [record.surer for record in records])
 
 
