@@ -31,8 +31,8 @@ def measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
 def kept_or_measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
     """Return the price list of a scene: read it from the folder `out`, or measure it and write it into this folder.
 
-    The price list is measured if the folder has none, or one of another scene or another version of rpf3d. `measured`
-    describes the parameters and the errors.
+    The price list is measured if the folder has no price list, or the price list of another scene or of another version
+    of rpf3d. `measured` describes the parameters and the errors.
     """
     check_target(target)
     kept = read_price_list(out, scene_digest(read_scene(scene)))

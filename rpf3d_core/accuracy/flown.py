@@ -66,7 +66,7 @@ def some_rocks(prepared: Prepared, rocks: int, first: int = 0) -> Releases:
     Raises
     ------
     InputError
-        A source is outside the terrain, or a rock starts under the ground.
+        A rock starts outside the terrain or under the ground.
     """
     shares = share_out([source.rocks for source in prepared.sources], rocks)
     releases = releases_in_ranges(prepared, [range(first * n, (first + 1) * n) for n in shares])

@@ -71,7 +71,7 @@ class Price(NamedTuple):
     """The computing time of a fixed-step setting, if every step is tested for contact.
 
     seconds_per_1000 : s of one core for 1,000 rocks; step : s of one core for one step of one rock
-    by_clock : True if a step of this setting was timed; False if the time is that of a coarser setting
+    by_clock : True if a step of this setting was timed; False if `step` is the time of a step in an earlier setting
     """
 
     seconds_per_1000: float
@@ -80,7 +80,7 @@ class Price(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """The measured error and cost of one setting, with the number of rocks behind the measurement.
+    """The measured error and cost of one fixed-step setting.
 
     off : difference from the result of the same rocks with exact contacts
     setting : the measured setting; rocks : number of rocks flown with it

@@ -34,7 +34,7 @@ class OverSets(NamedTuple):
     sets : number of parameter sets; rocks : number of rocks of each lot
     distance : root mean square of the distances (-) between the maps of two different sets
     of_map : the part of `distance` (-) that chance does not explain
-    of_shares : largest difference (-) between two sets in the share of rocks that reach or stop in a place
+    of_shares : largest difference (-) between two sets in the share of rocks that reach, or stop in, a zone or area
     seconds_per_1000 : s of one core for 1,000 rocks
     """
 

@@ -66,7 +66,7 @@ class ImpactErrors(NamedTuple):
 
 
 def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[ImpactErrors]:
-    """Return the rounding errors of the impacts of some rocks, as a list with one item for each number of the impact.
+    """Return the rounding errors of the impacts of some rocks, as a list in the order of the impacts.
 
     The first item is for the first impacts of all these rocks, the second item for their second impacts, and so on.
     The list is empty if the impacts cannot be computed again: if the scene has effects, or a rebound model other than

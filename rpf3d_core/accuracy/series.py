@@ -18,8 +18,8 @@ STEPS = (
 def series_of(prices: PriceList) -> list[Series]:
     """Return the series of points of a price list, one for each curve in the plot of error against computing time.
 
-    Each point has a time (s of one core). It is the time for 1,000 rocks, except in the statistical series: there it is
-    the time for the number of rocks of the point.
+    The time of a point (s of one core) is the time for 1,000 rocks; in the statistical series, the time for the number
+    of rocks of the point.
     """
     groups: dict[str, list[Priced]] = {}
     for line in prices.numerical:

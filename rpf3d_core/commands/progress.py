@@ -21,7 +21,7 @@ def progress(what: str = ROCKS) -> Iterator[tuple[Callable[[int], Callable[[int]
     begin(rocks) : to be called when rocks start to fly; each further call adds rocks to the total. The call returns a
         function, which must be called with the number of rocks flown since its previous call
     writing() : to be called when the writing of the results starts
-    what : text that names the counted things, such as ROCKS or "flying cells"
+    what : text before the bar, such as ROCKS ("flying rocks") or "flying cells"; only ROCKS adds rocks per second
     """
     rate = (_Rate(),) if what == ROCKS else ()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), *rate, TimeRemainingColumn())

@@ -69,7 +69,10 @@ def words_of(parts: Sequence[Part]) -> str:
 
 
 def _process_start() -> float:
-    """Return the start of this process on the clock `time.perf_counter()`; IMPORTED if the system does not state it."""
+    """Return the start of this process on the clock `time.perf_counter()` (s).
+
+    If the system does not state the start, the result is the time at which this module was imported.
+    """
     with suppress(OSError, ValueError, IndexError, AttributeError):
         fields = STAT.read_text().rpartition(")")[2].split()
         since_boot = int(fields[START_TIME]) / os.sysconf("SC_CLK_TCK")

@@ -2,8 +2,8 @@
 
 A facet has the ground of the cell that contains the centroid of the facet. The vertices of the mesh are the centres of
 cells, and the diagonal of each square runs from north-west to south-east. Therefore the centroids of the two facets lie
-a sixth of a cell inside the cells at the north-east and the south-west corner of the square. Each inner cell of the
-grid gives its ground to two facets, which together have the area of the cell and touch at its centre.
+a sixth of a cell inside the cells at the north-east and the south-west corner of the square. The two
+facets with the ground of an inner cell have together the area of the cell, and touch at the centre of the cell.
 """
 
 from typing import NamedTuple
@@ -55,9 +55,9 @@ def facets_of_cells(ground: Cells) -> NDArray[np.int64]:
 def classes_of(grids: tuple[FloatArray, ...], binned: tuple[bool, ...], facets: NDArray[np.int64]) -> Classes:
     """Return the classes of all cells with facets: cells with equal values in all grids are in one class.
 
-    Classes are in ascending order of their values. If there would be more than MOST_CLASSES classes, the values of some
-    grids (`binned`) are sorted into bins of equal width, which are as narrow as possible. The value of a class is then
-    the mean over its cells.
+    Classes are in ascending order of their values. If there would be more than MOST_CLASSES (200) classes, the values
+    of some grids (`binned`) are sorted into bins of equal width, which are as narrow as possible. The value of a class
+    is then the mean over its cells.
 
     Parameters
     ----------
@@ -87,7 +87,9 @@ def classes_of(grids: tuple[FloatArray, ...], binned: tuple[bool, ...], facets: 
 def _few(rows: FloatArray, binned: Cells) -> NDArray[np.int64]:
     """Return the class (N,), from 0, of each distinct row of values (N, K): rows in the same bins are in one class.
 
-    Bins are as narrow as MOST_CLASSES allows. binned : (K,) True for columns whose values may be sorted into bins
+    Bins are as narrow as possible for at most MOST_CLASSES (200) classes.
+
+    binned : (K,) True for columns whose values may be sorted into bins
     """
     for bins in BINS:
         _, place = _distinct(_steps(rows, binned, bins))

@@ -35,8 +35,9 @@ class ImportedCloud(NamedTuple):
 
 
 def import_cloud(files: Sequence[Path], out: Path, choice: CloudChoice = DEFAULT) -> ImportedCloud:
-    """Make the surface of the ground from the points of some files, write it as a mesh to `out`, and return it.
+    """Make the surface of the ground from the points of some files, and write the surface as a mesh to `out`.
 
+    Return the surface with sentences and warnings for the user.
     Classes of points are used only if all files have classes.
 
     Raises

@@ -72,7 +72,8 @@ class Crest(NamedTuple):
 def crests_of(terrain: Terrain) -> list[Crest]:
     """Return the crests of a terrain: first the crest with the longest fall, then the others, the largest face first.
 
-    Faces are searched in a coarse image; the lines of the first MOST_CRESTS crests are searched again in a fine image.
+    Faces are searched in a coarse image; the lines of the first MOST_CRESTS (16) crests are searched again in a fine
+    image.
     """
     image = height_image(terrain, terrain.vertices[:, :2], 2.0 * COARSE, COARSE)
     lowest = float(np.percentile(terrain.vertices[:, 2], LOW, method="lower"))
@@ -90,7 +91,8 @@ def crests_of(terrain: Terrain) -> list[Crest]:
 def listed(crests: Sequence[Crest], most: int) -> list[Crest]:
     """Return at most `most` >= 2 crests: first the crest with the longest fall, then the others, largest face first.
 
-    The highest crest is always included, in the last place if need be.
+    The crest with the highest mean altitude is always included: if it is not among the first `most` crests of this
+    order, this crest replaces the last of them.
     """
     return [crests[i] for i in _in_order(crests, most)]
 
@@ -99,8 +101,8 @@ def _in_order(crests: Sequence[Crest], most: int) -> list[int]:
     """Return the indices of at most `most` >= 2 crests in the order of `listed`.
 
     The brow at the top of a wall matters even if lower faces are larger: rocks from the top fall farthest, and reach
-    all places that rocks from lower crests reach. The first crest is at least LONG (m) long, if any crest is. If
-    several crests have the longest fall (in whole metres), the crest with the largest face is the first.
+    all places that rocks from lower crests reach. The first crest is at least LONG (50 m) long, unless all crests are
+    shorter. If several crests have the longest fall (in whole metres), the crest with the largest face is the first.
     """
     if not crests:
         return []
@@ -128,8 +130,8 @@ def _with_fall(image: HeightImage, crest: Crest, lowest: float) -> Crest:
 def _fall(image: HeightImage, points: FloatArray, lowest: float) -> float:
     """Return the fall (m) from a crest (N, 3) m: down to the lowest ground in front that rocks may reach.
 
-    Rocks may reach ground if the straight line from the crest to this ground is steeper than ENERGY_LINE, and if no
-    ground in between stops the rocks. The result is the median over RAYS places along the crest.
+    Rocks may reach ground if the straight line from the crest to this ground is steeper than ENERGY_LINE (30 degrees),
+    and if no ground in between stops the rocks. The result is the median over RAYS (12) places along the crest.
 
     lowest : height (m) of the lowest ground of the terrain
     """
@@ -146,7 +148,10 @@ def _fall(image: HeightImage, points: FloatArray, lowest: float) -> float:
 
 
 def _stretches(line: FloatArray) -> list[FloatArray]:
-    """Return a line (N, 2) m cut into stretches of about equal length up to LONGEST, with points every SPACING m."""
+    """Return a line (N, 2) m cut into stretches (P, 2) m of equal length, at most LONGEST (300 m).
+
+    The points of a stretch are at most SPACING (3 m) apart.
+    """
     whole = shapely.LineString(line)
     parts = max(1, math.ceil(whole.length / LONGEST))
     each = max(2, math.ceil(whole.length / parts / SPACING) + 1)
@@ -158,7 +163,10 @@ def _stretches(line: FloatArray) -> list[FloatArray]:
 def _on_the_brow(image: HeightImage, line: FloatArray) -> Iterator[Crest]:
     """Yield the crests along a line (N, 2) m, moved to the brow; points with no face in front of them are left out.
 
-    If two successive remaining points are more than JOINED + SPACING apart, a new crest begins at the second point.
+    If two successive remaining points are more than JOINED + SPACING (9 m) apart, a new crest begins at the second
+    point.
+
+    image : heights with ground on both sides of the line, up to HIGHEST (40 m) in front of it
     """
     outwards = _outwards(line)
     distance = np.arange(-SEARCHED, HIGHEST, FINE)
@@ -182,8 +190,8 @@ def _outwards(line: FloatArray) -> FloatArray:
 def _in_line(brow: FloatArray) -> FloatArray:
     """Return the distances (N,) m from points of a line to the brow, after removal of noise.
 
-    A distance counts as noise if it differs by more than STRAY from the median of five successive distances, with this
-    distance in the middle. The median replaces the noise.
+    A distance counts as noise if it differs by more than STRAY (1 m) from the median of five successive distances, with
+    this distance in the middle. The median replaces the noise.
     """
     if len(brow) < 3:
         return brow
@@ -192,7 +200,7 @@ def _in_line(brow: FloatArray) -> FloatArray:
 
 
 def _crest(points: FloatArray, height: FloatArray) -> Iterator[Crest]:
-    """Yield the crest through the points (N, 3) m that are on ground; nothing if the crest is too short.
+    """Yield the crest through the points (N, 3) m that are on ground; nothing if the crest is shorter than 10 m.
 
     points : NaN as z where there is no ground; height : (N,) m, height of the face below each point
     """

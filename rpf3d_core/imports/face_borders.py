@@ -1,8 +1,8 @@
 """Find the upper borders of faces in an image of heights: rough lines near crests, without gaps along a crest.
 
-A face is ground steeper than STEEP. Its border is a contour line of the slope. The upper border is the part at which
-the face falls away from the border. Noise of a survey leaves gaps in a border and cuts faces into islands, so parts are
-joined if the brow continues within JOINED.
+A face is ground steeper than STEEP (45 degrees). Its border is a contour line of the slope. The upper border is the
+part of the border at which the face falls away from the border. Noise of a survey makes gaps in a border and cuts faces
+into islands, so parts are joined if the brow continues after a gap of at most JOINED (6 m).
 """
 
 import math
@@ -73,7 +73,10 @@ def _grid(image: HeightImage) -> _Grid:
 
 
 def _downhill(grid: _Grid) -> FloatArray:
-    """Return the slope (H, W, 2) as vectors downhill, computed over three pixels; 0 next to missing ground."""
+    """Return the slope (H, W, 2) (-) as vectors downhill: fall per metre along x and y; 0 next to missing ground.
+
+    The slope of a pixel is computed from the heights of its neighbours.
+    """
     along_y, along_x = np.gradient(grid.heights, grid.y, grid.x)
     return np.asarray(np.nan_to_num(-np.stack([along_x, along_y], axis=-1)))
 
@@ -151,7 +154,10 @@ def _joined(parts: list[FloatArray], heights: list[FloatArray]) -> list[FloatArr
 
 
 def _neighbours(parts: list[FloatArray], heights: list[FloatArray]) -> Iterator[tuple[float, int, int]]:
-    """Yield, for each pair of parts whose second part continues the first: the gap (m), and the numbers of both parts.
+    """Yield (gap in m, first, second) for each pair of parts in which the second part continues the first part.
+
+    first and second are numbers of parts. The second part starts at most JOINED (6 m) from the end of the first part,
+    at about the same height and in about the same direction.
 
     parts : lines (N, 2) m; heights : (2,) m at the first and the last point of each part
     """
@@ -177,7 +183,10 @@ def _continues(part: FloatArray, other: FloatArray) -> bool:
 
 
 def _heading(part: FloatArray) -> FloatArray:
-    """Return the unit vector (2,) from the first point of a line (N, 2) m to the point HEADING (m) along the line."""
+    """Return the unit vector (2,) from the first point of a line (N, 2) m to the point HEADING (4 m) along the line.
+
+    On a shorter line, the second point is the end of the line.
+    """
     line = shapely.LineString(part)
     way = shapely.get_coordinates(shapely.line_interpolate_point(line, min(HEADING, line.length)))[0] - part[0]
     return np.asarray(way / max(float(np.linalg.norm(way)), 1e-12))

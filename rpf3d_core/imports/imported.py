@@ -94,7 +94,8 @@ def zones_of(classes: Classes, names: Sequence[str], materials: Sequence[Sequenc
 def binning(classes: Classes, what: Sequence[str]) -> list[str]:
     """Return a warning if bins put cells with different values into one class; [] if each class has equal cells.
 
-    The warning states the number of classes, and by how much the values of a cell and of its class differ at most.
+    The warning states the number of classes, and the largest differences between the values of a cell and the values of
+    its class.
 
     what : (K,) name and unit of each value of a class
     """

@@ -53,7 +53,10 @@ def import_layer(
 
 
 def _read(path: Path, kind: Kind, layer: str) -> VectorLayer:
-    """Return the geometries of one kind in a file or in one layer of it, and the reference system that it states."""
+    """Return the geometries of one kind in a file, and the reference system that the file states.
+
+    layer : as in `import_layer`
+    """
     if path.suffix.lower() in VECTOR_EXTENSIONS:
         return read_vector(path, kind, layer)
     if layer and (path.suffix.lower() != ".dxf" or kind == "point"):

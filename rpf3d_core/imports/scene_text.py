@@ -82,7 +82,7 @@ def normal(mean: float, sd: float, low: float, high: float) -> str:
 
 
 def uniform(low: float, high: float) -> str:
-    """Return a uniform distribution as text for the scene file; one number if both bounds round to it."""
+    """Return a uniform distribution as text for the scene file; one number if both bounds round to the same number."""
     return number(low) if number(low) == number(high) else f"{{uniform: [{number(low)}, {number(high)}]}}"
 
 

@@ -188,7 +188,7 @@ def _within_a_tenth(value: float, most: float = 1.0) -> str:
 def _angle(tangent: float) -> str:
     """Return the distribution of the friction angle (degrees) for the scene file, from the tangent of the mean angle.
 
-    The tangents of the smallest and largest angle are a tenth smaller and larger.
+    The tangents of the smallest and largest angle are a tenth smaller and a tenth larger than `tangent`.
     """
     low, mean, high = (math.degrees(math.atan(share * tangent)) for share in (1.0 - VARIATION, 1.0, 1.0 + VARIATION))
     return normal(mean, SD / VARIATION * 0.5 * (high - low), low, high)

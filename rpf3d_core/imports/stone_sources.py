@@ -31,7 +31,8 @@ MOST_LINES = 5_000_000
 class Start(NamedTuple):
     """All rocks that start in one of eight directions, from their source cells towards a neighbouring cell.
 
-    direction : name of the direction, such as "north_east"; step : cells to the east and north; rocks : number of rocks
+    direction : name of the direction, such as "north_east"; rocks : number of rocks
+    step : from a source cell to the neighbour, as numbers of cells to the east and to the north
     points : (N, 2) m in plan, centres of the source cells; a centre is repeated in proportion to the cell's rocks
     """
 
@@ -44,8 +45,9 @@ class Start(NamedTuple):
 class StoneStarts(NamedTuple):
     """All starts of a STONE input set, grouped by direction.
 
-    cells : number of source cells used; rising : source cells among them without a lower neighbour
-    left_out : source cells not used, because they lie at the boundary of the terrain or next to missing ground
+    cells : number of source cells used; rising : number of used source cells without a lower neighbour
+    left_out : number of source cells not used, because they are at the boundary of the terrain or next to missing
+        ground
     """
 
     starts: list[Start]
@@ -60,8 +62,8 @@ def starts_of(grids: Grids) -> StoneStarts:
     Raises
     ------
     InputError
-        A number is not one of -1, 0, 1, 2, ...; or there is no source cell; or the source points would have more than
-        MOST_LINES lines. The message names the file.
+        A number is not one of -1, 0, 1, 2, ...; or there is no source cell; or the files of source points would have
+        more than MOST_LINES (5 million) lines in total. The message names the file.
     """
     rocks = source_rocks(grids)
     wanted = grids.ground & (rocks > 0)
@@ -85,12 +87,14 @@ def starts_of(grids: Grids) -> StoneStarts:
 
 
 def source_rocks(grids: Grids) -> NDArray[np.int64]:
-    """Return the number (H, W) of rocks that each cell releases: STOP where rocks stop, 0 where the grid has no value.
+    """Return the number (H, W) of rocks that each cell releases; STOP (-1) where every rock stops.
+
+    The result is 0 where the grid has no value.
 
     Raises
     ------
     InputError
-        A value is not a whole number of at least STOP.
+        A value is not a whole number of at least -1.
     """
     given = grids.values[SOURCES]
     wrong = np.isfinite(given) & ((given != np.floor(given)) | (given < STOP))
@@ -99,10 +103,11 @@ def source_rocks(grids: Grids) -> NDArray[np.int64]:
 
 
 def steepest_neighbour(grids: Grids) -> tuple[NDArray[np.int64], FloatArray]:
-    """Return the steepest neighbour (H, W) of each cell, as index in NEIGHBOURS, and the gradient (H, W) (-) to it.
+    """Return the neighbour (H, W) of each cell in the direction of steepest fall, and the gradient (H, W) (-) to it.
 
-    The gradient is positive downhill. If the cell or all its neighbours have no height, the gradient is -inf, and the
-    index has no meaning.
+    A neighbour is an index in NEIGHBOURS: 0 is north, and the others follow clockwise. The gradient is positive
+    downhill, and negative if all neighbours are higher.
+    If the cell or all its neighbours have no height, the gradient is -inf, and the index has no meaning.
     """
     heights = grids.values["dem"]
     wide = np.pad(heights, 1, constant_values=np.nan)

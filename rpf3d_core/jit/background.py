@@ -71,7 +71,7 @@ class BackgroundCompiler:
     def wait(self, *parts: Any) -> None:
         """Wait until the given loops and functions are done; without arguments, wait for all and end the process.
 
-        If the process fails or PATIENCE seconds have passed, the process is ended and the wait ends.
+        If the process fails, or does not finish within PATIENCE (60) seconds, the process is ended and `wait` returns.
         """
         until = time.monotonic() + PATIENCE
         wanted = {".".join(_address(part)) for part in parts} or set(self._awaited)
@@ -190,7 +190,10 @@ def main(modules: Sequence[str]) -> None:
 
 
 def _take(orders: "queue.SimpleQueue[bytes]") -> None:
-    """Put each request that arrives into a queue, still pickled, for the main loop of the background process."""
+    """Put each request from standard input into a queue, still pickled, for the main loop of the background process.
+
+    End the process when standard input closes.
+    """
     try:
         # not `sys.stdin`: at exit the interpreter would wait for its lock forever
         with open(sys.stdin.fileno(), "rb", closefd=False) as given:

@@ -90,7 +90,8 @@ def cache_folder(module: str) -> Path:
 def is_cached(loop: Any, *classes: type) -> bool:
     """Return True if the disk cache has compiled code of a loop for arguments of given classes, so that a call is fast.
 
-    classes : classes that must be among the argument types, such as those of the models; none for any compiled code
+    classes : classes that must be among the argument types, such as the classes of the models; without classes, any
+        compiled code of the loop counts
     """
     with suppress(OSError):
         found = cache_folder(loop.__module__).rglob(f"*.{loop.__name__}-*.nbi")

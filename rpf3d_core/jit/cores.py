@@ -14,7 +14,8 @@ def usable_cores() -> int:
 def has_spare_core() -> bool:
     """Return True if a processor core is free for a second process.
 
-    The process must have at least FEWEST_CORES cores, and the system's load, if known, must be below their number.
+    The process must have at least FEWEST_CORES (2) cores, and the system's load, if known, must be below the number of
+    these cores.
 
     Without a free core, a second process costs time, because two processes need a sixth more computing time in total.
     """

@@ -40,7 +40,8 @@ MATERIALS_OWN = -1.0
 class CoulombSphere(NamedTuple):
     """Rebound model of a rigid sphere with friction and spin.
 
-    e is the material's R_n, mu_r its rolling friction; the material's R_t is not used.
+    The normal restitution e is the R_n of the material, mu_r the rolling friction of the material. The material's R_t
+    is not used.
 
     impact_friction : mu (-); MATERIALS_OWN (-1) for the friction of each material
     tangential_restitution : e_t (-), in [0, 1]

@@ -35,7 +35,8 @@ class Gully(NamedTuple):
     """A gully: two facets that carry a rock between them.
 
     direction : (3,) unit vector along both facets; pull : gravity along this direction (m/s^2)
-    first, second : normal force of each facet, per mass of the rock (m/s^2); friction is proportional to it
+    first, second : normal force of each facet, per mass of the rock (m/s^2)
+    The friction of a facet is proportional to its normal force.
     """
 
     direction: Vec
@@ -48,11 +49,13 @@ class Gully(NamedTuple):
 def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
     """Return the gully of two facets, with the normal force of each facet on a rock in it.
 
-    n_first, n_second : unit normals of the facets; direction : (3,) unit, of the line between them
+    n_first, n_second : (3,) unit normals of the facets; direction : (3,) unit vector along the line between the facets
+    gravity : m/s^2
 
-    The normal forces per mass, N_1 and N_2, balance g_perp, the gravity across the line: N_1 n_1 + N_2 n_2 + g_perp =
-    0, with n_1 and n_2 the normals. For two facets that are almost one plane, each facet takes half of the normal
-    force. This changes only the friction, by at most the difference between the friction coefficients of the facets.
+    The normal forces per mass, N_1 and N_2, balance g_perp, the gravity perpendicular to the line:
+    N_1 n_1 + N_2 n_2 + g_perp = 0, with n_1 and n_2 the normals. For two facets that are almost one plane, each facet
+    carries half of the gravity normal to the facet. This changes only the friction, by at most the difference between
+    the friction coefficients of the facets.
     """
     c, sine = dot(n_first, n_second), kink(n_first, n_second)
     g_first, g_second = gravity * n_first[2], gravity * n_second[2]
@@ -66,9 +69,9 @@ def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
 def line_between(facets: Facets, first: int, second: int, x: Vec, v: Vec) -> Vec:
     """Return the unit direction (3,) in which a rock at x (m) with velocity v (m/s) moves along the line of two facets.
 
-    The line is parallel to the cross product of the normals. For two facets that are almost one plane, it is their
-    common edge at x: an edge of the first facet that also runs along the second facet. Returns zero if there is no such
-    edge. The direction points along v, or downwards if v has no component along the line.
+    The line is parallel to the cross product of the normals. For two facets that are almost one plane, the line is
+    their common edge at x: an edge of the first facet that also runs along the second facet. The result is (0, 0, 0) if
+    they have no common edge at x. The direction points along v, or downwards if v has no component along the line.
     """
     n, m = stored_normal(facets, first), stored_normal(facets, second)
     if kink(n, m) > PARALLEL:
@@ -110,8 +113,9 @@ def kink(n_first: Vec, n_second: Vec) -> float:
 def excursion(n_over: Vec, n_from: Vec, v: Vec, gravity: float) -> float:
     """Return how far (m) a rock with velocity v climbs one facet of a gully before gravity brings it back to the line.
 
-    The acceleration back to the line is taken as at least WEAKEST times gravity. The result is inf if gravity pulls the
-    rock away from the line by more than WEAKEST times gravity.
+    The result is inf if gravity pulls the rock away from the line. On a level facet, gravity pulls neither way: an
+    acceleration of less than WEAKEST (1e-9) times gravity, in either direction, counts as WEAKEST times gravity back to
+    the line.
 
     n_over : (3,) normal of the facet that the rock climbs; n_from : (3,) normal of the other facet
     """
@@ -128,7 +132,9 @@ def excursion(n_over: Vec, n_from: Vec, v: Vec, gravity: float) -> float:
 
 @kernel
 def thrown_out(n_first: Vec, n_second: Vec, v: Vec, restitution: tuple[float, float], gravity: float) -> float:
-    """Return how far (m) a rock climbs a facet of a gully after several bounces between both facets; 0 if it stays.
+    """Return how far (m) a rock climbs one facet of a gully after several bounces between both facets; 0 if it stays.
+
+    If the rock could climb either facet, the result is the larger distance.
 
     If a gully is sharper than 45 degrees, the first bounce sends the rock deeper into it, and only later bounces may
     send the rock out. The result is 0 for a rock that climbs after its first bounce: `excursion` covers this case. The

@@ -110,8 +110,9 @@ def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -
     the facet, u_{k+1} = R_t (u_k + g_t T_k). The displacement by all bounces is
     x = u_0 T_0 / (1 - R_n R_t) + g_t T_0^2 [R_n R_t / ((1 - R_n R_t)(1 - R_n^2)) + 1 / (2 (1 - R_n^2))].
     This form also holds for R_t = R_n, unlike the form with R_t - R_n in the denominator. At R_n = 0 there is no
-    further bounce: the rock keeps its present speed along the facet. But if the rebound felt a tilted normal, so that
-    the rock leaves the facet, there is one more bounce: x = u_0 T_0 + g_t T_0^2 / 2, and u_1 = R_t (u_0 + g_t T_0).
+    further bounce: the rock keeps its present speed along the facet. But a rock may leave the facet even at R_n = 0, if
+    the rebound was computed with a tilted normal. Then there is one more bounce: x = u_0 T_0 + g_t T_0^2 / 2, and
+    u_1 = R_t (u_0 + g_t T_0).
     """
     if r >= 1.0:
         return endless(motion)

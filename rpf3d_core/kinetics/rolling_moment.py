@@ -13,8 +13,9 @@ Let y - 1 >= 0 be the Lagrange multiplier of the limit |p| <= mu P, and q = 2/5 
 the solution is
     arrested    p = -u / y                                  where |u + y q| <= y r
     rolling     p = -(c + 5/2 r e) / (5/2 + y), m = -r e    with e = (u + y q) / |u + y q|
-The contact sticks if |p| <= k at y = 1. Otherwise it slips, and y is where |p| = k: |p| falls as y grows. An arrested
-spin has y = |u| / k. For a rolling sphere, L = k (5/2 + y) solves |c + 5/2 r e(L)| = L, for which a bracket is known.
+The contact sticks if |p| <= k at y = 1. Otherwise the contact slips, and y solves |p| = k: |p| falls as y grows. An
+arrested spin has y = |u| / k. For a rolling sphere, L = k (5/2 + y) solves |c + 5/2 r e(L)| = L, for which a bracket is
+known.
 
 Derived from rigid-body mechanics. The program PlatRock, with the solver Siconos, also combines a rolling moment with
 Coulomb friction.

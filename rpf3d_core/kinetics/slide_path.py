@@ -107,7 +107,8 @@ def is_straight(path: SlidePath) -> bool:
 def slide_state(path: SlidePath, y: float) -> SlideState:
     """Return the time, place and velocity of a sliding rock at the parameter y of its path (0: start, inf: end).
 
-    At this point w = w_0 exp(-y). At y = inf, a rock that friction stops has stopped.
+    At this point the tangent of half the angle between velocity and steepest descent is `path.w` exp(-y). At y = inf, a
+    rock that friction stops has stopped.
     """
     m, w2 = path.m, path.w * path.w
     time = path.speed / (path.pull * (1.0 + w2))
@@ -272,7 +273,7 @@ def _crossing(path: SlidePath, inward: Vec, distance: float, low: float, high: f
 def time_point(path: SlidePath, t: float, latest: float) -> float:
     """Return the path parameter y (0: start, inf: end) of a sliding rock after t seconds.
 
-    latest : a value of y that the rock reaches later
+    latest : a value of y that the rock reaches after more than t seconds
     """
     low, high = 0.0, min(latest, 1.0 / (1.0 + path.m))
     while high < latest and slide_state(path, high).t < t:
@@ -293,7 +294,8 @@ def stop_point(path: SlidePath, stop_speed: float) -> float:
     """Return the path parameter y (0: start, inf: end) at which a sliding rock has slowed to stop_speed >= 0 (m/s).
 
     The result is inf if the rock reaches this speed only at the end of the path, or never. With m < 1 the speed has a
-    minimum, where w^2 = (1 - m) / (1 + m).
+    minimum, where w^2 = (1 - m) / (1 + m). m is `path.m`, w the tangent of half the angle between the velocity and the
+    steepest descent.
     """
     if stop_speed <= 0.0 or (path.speed / (1.0 + path.w * path.w) >= stop_speed and path.m <= 1.0):
         return math.inf

@@ -92,6 +92,8 @@ def slide_on_facet(
 ) -> SlideSegment:
     """Return the next segment of a rock that slides over a facet, until it leaves the facet or stops.
 
+    The segment also ends where the path has turned too far, or where an uphill slide has lost its speed.
+
     motion.v must lie in the plane of the facet; law : coefficients of the ground model
     gravity : m/s^2, above 0; time_left : s until max_time, at which the segment ends in any case
     """
@@ -128,7 +130,7 @@ def _slide_on_curve(
     The segment ends where the rock leaves the facet, stops or has turned too far (`bend_point`), or at max_time.
 
     leave, stop : path parameter y (`slide_path`) where the rock leaves the facet, and where it stops; inf if never
-    motion : at the begin of the segment; n : (3,) normal of the facet; time_left : s until max_time
+    motion : at the start of the segment; n : (3,) normal of the facet; time_left : s until max_time
     """
     bend = bend_point(path)
     y = min(leave, stop, bend)
@@ -156,9 +158,9 @@ def slide_on_line(
 ) -> SlideSegment:
     """Return the segment of a rock that slides straight, until it leaves a facet or has slowed down.
 
-    If friction can hold the rock, it stops at stop_speed. If friction brakes but cannot hold the rock, its speed falls
-    to zero, and the next segment is downhill. If the rock neither slows down nor has a border ahead, which only the
-    rounding of a very narrow facet causes, the rock counts as having slid off both facets at once.
+    If friction can hold the rock, the rock stops at stop_speed. If friction brakes but cannot hold the rock, its speed
+    falls to zero, and the next segment is downhill. If the rock neither slows down nor has a border ahead, which only
+    the rounding of a very narrow facet causes, the rock counts as having slid off both facets at once.
 
     line : the start of the slide; stop_speed : m/s
     first, second : distance (m) along the slide to the border of the first and of the second facet; inf without a
@@ -213,6 +215,8 @@ def slide_in_gully(
     facets: Facets, first: int, second: int, held: Gully, motion: Motion, law: Law, time_left: float
 ) -> SlideSegment:
     """Return the segment of a rock that slides along a gully, until it leaves one of both facets or stops.
+
+    The segment also ends where an uphill slide has lost its speed.
 
     first, second : numbers of the facets; held : the gully; law : coefficients of the ground model
     time_left : s until max_time

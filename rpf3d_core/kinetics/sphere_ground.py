@@ -8,8 +8,9 @@ Rolling resistance acts through friction, so mu limits the resistance. If mu_r g
 moves like a rock that slides with mu, without further resistance; the reported spin is still the spin of a rolling
 sphere. The acceleration of a segment is constant. This is exact if the direction of friction is constant: straight down
 a slope, on level ground, and for a sphere that rolls without rolling friction. Otherwise the acceleration follows from
-the friction at the middle of the segment, and the segment ends before friction has turned by TURN. Every segment also
-ends before the velocity has turned by TURN, because barriers, trees and gaps are searched for on its chord.
+the friction at the middle of the segment, and the segment ends before friction has turned by TURN (3.6 degrees). Every
+segment also ends before the velocity has turned by TURN, because barriers, trees and gaps are searched for on the chord
+of the segment.
 
 Derived from rigid-body mechanics (docs/explanation/physics.md, "The rigid sphere").
 """
@@ -78,7 +79,8 @@ class RollingSegment(NamedTuple):
 def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Surface, radius: float) -> RollingSegment:
     """Return the next ground segment of a sphere, which skids or rolls; n : (3,) normal of the ground.
 
-    v, slip : (3,) m/s along the ground; g_t : (3,) m/s^2, gravity along the ground; push : of the ground, m/s^2
+    v, slip : (3,) m/s along the ground; g_t : (3,) m/s^2, gravity along the ground
+    push : normal force of the ground on the sphere, per mass (m/s^2)
     surface : surface properties of the ground; radius : of the sphere, m
     """
     speed, slips = norm(v), norm(slip)
@@ -94,10 +96,11 @@ def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Sur
 
 @kernel
 def _turning_time(v: Vec, a: Vec, radius: float) -> float:
-    """Return the time (s) until a velocity v (m/s), at constant acceleration a (m/s^2), has turned by TURN or is zero.
+    """Return the time (s) until a velocity v (m/s), at constant acceleration a (m/s^2), is zero or has turned by TURN.
 
-    The result is inf if neither happens. The result is also inf for a sphere so slow that the acceleration could stop
-    it within BACK times its radius (m): the velocity of such a sphere may turn by any angle in one segment.
+    TURN is 3.6 degrees. The result is inf if the velocity never turns so far and never becomes zero. The result is also
+    inf for a sphere so slow that the acceleration could stop it within BACK (0.001) times its radius (m): the velocity
+    of such a sphere may turn by any angle in one segment.
     """
     speed, pull = norm(v), norm(a)
     if speed * speed <= 2.0 * BACK * radius * pull:
@@ -138,6 +141,8 @@ def _skidding(direction: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
 @kernel
 def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) -> RollingSegment:
     """Return the segment on which a sphere skids, until its slip is zero, or its slip or velocity has turned by TURN.
+
+    TURN is 3.6 degrees. The segment also ends if the velocity becomes zero.
 
     friction : deceleration by friction, mu N (m/s^2)
     v, slip, n, g_t, radius : as in `rolling_piece`
@@ -180,7 +185,9 @@ def _rolling(v: Vec, g_t: Vec, resistance: float, direction: Vec, lowest: float)
 
 @kernel
 def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float, radius: float) -> RollingSegment:
-    """Return the segment on which a sphere rolls. It ends at the stop speed, at speed zero, or after a turn by TURN.
+    """Return the segment on which a sphere rolls, until it has slowed down or its velocity has turned by TURN.
+
+    TURN is 3.6 degrees. The segment ends at the stop speed if the resistance can hold the sphere, else at speed zero.
 
     resistance : rolling resistance (m/s^2)
     v, g_t, radius : as in `rolling_piece`; stop_speed : of the ground, m/s

@@ -23,14 +23,14 @@ class DrawnBodySurface(NamedTuple):
 
     @property
     def coefficients(self) -> tuple[Distribution, ...]:
-        """The distributions in the order of `draws.COEFFICIENTS`; the tangential restitution of bodies is always 0."""
+        """The distributions: restitution, tangential restitution (always 0), friction, rolling resistance."""
         return self.restitution, fixed(0.0), self.friction, self.rolling_resistance
 
 
 class DrawnBodyMaterials(NamedTuple):
     """The ground of all Z zones for rocks with a shape, with distributions, as arrays that compiled code can read.
 
-    kind : (Z, 4) kind of the distribution of each coefficient, in the order of `draws.COEFFICIENTS`
+    kind : (Z, 4) kind of the distribution of each coefficient, in the order of `DrawnBodySurface.coefficients`
     numbers : (Z, 4, 6) the fields of `Distribution` after `kind`, in their order; stop_speed : (Z,) m/s
     per_impact : (Z,) 1 for a new draw after each impact, 0 for one draw per rock
     """

@@ -32,7 +32,7 @@ The results are the same to the last bit.
 class Distribution(NamedTuple):
     """A truncated distribution, with values computed in advance so that a draw is fast.
 
-    kind : FIXED ... TRIANGULAR; low, high : bounds, in the unit of the drawn number
+    kind : number from FIXED (0) to TRIANGULAR (6); low, high : bounds, in the unit of the drawn number
     location, scale : FIXED: the number, 0; UNIFORM: low, high - low; NORMAL: mean, standard deviation before
         truncation; LOGNORMAL: mean, standard deviation of the logarithm before truncation; POWER_LAW: 0, -1/exponent;
         WEIBULL: 1/shape, scale; TRIANGULAR: mode, high - low
@@ -63,6 +63,7 @@ def truncated_normal(mean: float, sd: float, low: float, high: float) -> Distrib
     """Return the normal distribution with a mean and a standard deviation sd, truncated to two bounds.
 
     Mean and sd are those before truncation; low <= mean <= high, low < high, sd >= 0.
+    If sd is 0, every draw is the mean.
     """
     if sd == 0.0:
         return fixed(mean)
@@ -74,7 +75,8 @@ def truncated_lognormal(mean: float, sd: float, low: float, high: float) -> Dist
     """Return the lognormal distribution of a number with a mean and a standard deviation sd, truncated to two bounds.
 
     Mean and sd are those of the number itself, before truncation; 0 <= low <= mean <= high, mean > 0, sd >= 0. Its
-    logarithm has the variance ln(1 + sd^2/mean^2) and the mean ln(mean) - variance/2.
+    logarithm has the variance ln(1 + sd^2/mean^2) and the mean ln(mean) - variance/2. If sd is 0, every draw
+    is the mean.
     """
     if sd == 0.0:
         return fixed(mean)
@@ -88,7 +90,7 @@ def truncated_lognormal(mean: float, sd: float, low: float, high: float) -> Dist
 
 
 def truncated_power_law(exponent: float, low: float, high: float) -> Distribution:
-    """Return the power law of rock sizes, N(> x) ~ x^-exponent, between two bounds.
+    """Return the power law of rock sizes between two bounds: the number of rocks larger than x falls as x^-exponent.
 
     exponent > 0, 0 < low < high
     """

@@ -34,7 +34,7 @@ class Drawn(Protocol):
 
     @property
     def coefficients(self) -> tuple[Distribution, ...]:
-        """The distributions of the coefficients, in the order of COEFFICIENTS."""
+        """The four distributions: normal restitution, tangential restitution, friction, rolling friction."""
 
     @property
     def stop_speed(self) -> float:
@@ -62,14 +62,14 @@ class DrawnSurface(NamedTuple):
 
     @property
     def coefficients(self) -> tuple[Distribution, ...]:
-        """The distributions of the coefficients, in the order of COEFFICIENTS."""
+        """The four distributions: R_n, R_t, friction angle, rolling friction."""
         return self.R_n, self.R_t, self.friction_angle, self.rolling_friction
 
 
 class DrawnMaterials(NamedTuple):
     """The ground of all Z zones with distributions, as arrays that compiled code can read.
 
-    kind : (Z, 4) kind of the distribution of each coefficient, in the order of COEFFICIENTS
+    kind : (Z, 4) kind of the distribution of each coefficient: R_n, R_t, friction angle, rolling friction
     numbers : (Z, 4, 6) the fields of `Distribution` after `kind`, in their order
     stop_speed : (Z,) m/s; per_impact : (Z,) 1 for a new draw at each impact, 0 for one draw per rock
     """
@@ -129,7 +129,8 @@ def coefficient(materials: Any, zone: int, rock: RockContext, number: int, k: in
     The unit is that of the distribution: degrees for a friction angle, (-) for all others.
 
     materials : `DrawnMaterials` or `DrawnBodyMaterials`
-    number : number of the impact, from 1; 0 for one draw per rock; k : index into COEFFICIENTS
+    number : number of the impact, from 1; 0 for one draw per rock
+    k : index of the coefficient: 0 R_n, 1 R_t, 2 friction angle (for bodies: friction), 3 rolling friction
     """
     numbers = materials.numbers
     if materials.kind[zone, k] == FIXED:

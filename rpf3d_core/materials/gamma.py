@@ -17,6 +17,8 @@ LEAST_SD = 1e-6
 def gamma_of(seed: int, purpose: Purpose, number: NDArray[np.int64], mean: float, sd: float) -> NDArray[np.float64]:
     """Return gamma-distributed random numbers (N,) with a mean > 0 and a standard deviation, in the unit of the mean.
 
+    If sd is at most a millionth of the mean, every number is the mean.
+
     Each result is a function of the seed, the purpose and its own `number` (N,). Method: Marsaglia and Tsang 2000 (ACM
     Transactions on Mathematical Software 26(3):363-372, doi 10.1145/358407.358414). A rejected number is drawn again;
     each attempt has its own streams of random numbers, so no result depends on another result.

@@ -57,7 +57,7 @@ def bytes_by_entity(recording: Path) -> dict[str, int]:
 
 
 def content_of(recording: Path) -> RecordingContent:
-    """Return the rows of each entity and the last moment of a recording; raise InputError if it is not a recording."""
+    """Return the rows of each entity and the last moment of a recording; raise InputError for other files."""
     rows: Counter[str] = Counter()
     last: dict[str, Any] = {}
     for chunk in _chunks(recording):

@@ -109,7 +109,8 @@ def log_hazard(recording: Any, terrain: Terrain, maps: HazardMaps) -> None:
 def hazard_mesh(terrain: Terrain, maps: HazardMaps, layer: Layer, number: int) -> ColouredMesh:
     """Return the mesh of one hazard map: the reached facets in the map's colours, lifted above terrain and lower maps.
 
-    number : number of the map, from 1; the map is lifted by `number` times LIFT times the diagonal of the terrain
+    number : number of the map, from 1; the map is lifted by `number` times LIFT (2e-4) times the diagonal of the
+        terrain's box
     """
     place = places(layer.scale, layer.values)
     step = np.where(np.isnan(place), STEPS, np.clip(place * STEPS, 0, STEPS - 1)).astype(np.int64)

@@ -60,7 +60,7 @@ def write_recording(
 ) -> None:
     """Write run.rrd, the recording of a run: terrain, trajectories, moving rocks, plots, log, documents, view layout.
 
-    Up to `tumbling.SHOWN_BLOCKS` rocks with a shape are shown as blocks that move and turn.
+    Up to `tumbling.SHOWN_BLOCKS` (48) rocks with a shape are shown as blocks that move and turn.
 
     Parameters
     ----------
@@ -111,8 +111,8 @@ def begin_recording(application: str, layout: Any) -> tuple[Any, Any]:
     rerun's own files are not used, because rerun waits without end if it cannot write a file, for example on a full
     disk.
 
-    layout : the blueprint that a viewer shows. It is made active: if it were only the default, rerun's web viewer
-        would often show a layout of its own, because it chooses one as soon as the first data arrive.
+    layout : the blueprint that a viewer shows. The layout is made active. With a layout that is only the default,
+        rerun's web viewer would often show its own layout, because it chooses a layout when the first data arrive.
     """
     recording = import_rerun().RecordingStream(application)
     stream = recording.binary_stream()
@@ -121,7 +121,7 @@ def begin_recording(application: str, layout: Any) -> tuple[Any, Any]:
 
 
 def end_recording(recording: Any, stream: Any, path: Path) -> None:
-    """Write the content of a recording to a file, and close the recording; raise OSError if it cannot be written.
+    """Write the content of a recording to a file, and close the recording; raise OSError if writing fails.
 
     recording, stream : from `begin_recording`
     """
@@ -131,7 +131,7 @@ def end_recording(recording: Any, stream: Any, path: Path) -> None:
 
 
 def import_rerun() -> Any:
-    """Return the package rerun; raise an InputError that says how to install it if it is missing."""
+    """Import and return the package rerun; if rerun is missing, raise an InputError that says how to install rerun."""
     try:
         import rerun
     except ImportError as fault:
@@ -174,7 +174,7 @@ def log_ends(recording: Any, deposits: Deposits) -> None:
 
 
 def log_moving_rocks(recording: Any, flights: Flights, rows: IntArray, gravity: float) -> None:
-    """Write moving rocks to a recording, as `world/rocks`: their positions at FRAMES moments.
+    """Write moving rocks to a recording, as `world/rocks`: their positions at FRAMES (500) evenly spaced moments.
 
     rows : (N,) rows of the rocks in `Deposits`; gravity : m/s^2
     """
@@ -191,7 +191,9 @@ def log_moving_rocks(recording: Any, flights: Flights, rows: IntArray, gravity: 
 def log_series(recording: Any, names: Sequence[str], flights: Flights, gravity: float) -> None:
     """Write plots over time of speed (m/s) and translational kinetic energy (J), as `speed/...` and `energy/...`.
 
-    Plots are written for at most SERIES_ROCKS rocks; gravity : m/s^2
+    Plots are written for at most SERIES_ROCKS (20) rocks.
+
+    names : of the sources; gravity : m/s^2
     """
     rr = import_rerun()
     deposits = flights.deposits
@@ -219,7 +221,7 @@ def log_outcomes(
 ) -> None:
     """Write a log line about the end of each rock: outcome, sentence, zone and figures.
 
-    There are lines for at most LOGGED_ROCKS rocks, then one line with the number of further rocks.
+    There are lines for at most LOGGED_ROCKS (10,000) rocks, then one line with the number of further rocks.
 
     names : of the sources; sentences : the sentence that explains each outcome
     """

@@ -21,7 +21,7 @@ SETTLED = 4.0
 def replay(folder: str | Path) -> "subprocess.Popen[bytes]":
     """Open the viewer with a recording file, or with the recording of a result folder; return the viewer's process.
 
-    The function returns after SETTLED seconds, or earlier if the viewer ends.
+    The function waits SETTLED (4) seconds, or until the viewer ends. A viewer that still runs then stays open.
 
     Raises
     ------
@@ -54,7 +54,10 @@ def _check_display(recording: Path) -> None:
 
 
 def recording_of(folder: str | Path) -> Path:
-    """Return the path of a recording, given this path or its result folder; raise an InputError if there is none."""
+    """Return the path of a recording (.rrd); raise an InputError if the recording does not exist.
+
+    folder : path of the recording, or of the result folder with the recording run.rrd
+    """
     path = Path(folder)
     if path.suffix == SUFFIX and path.is_file():
         return path

@@ -116,7 +116,8 @@ def strips_by_speed(samples: PathSamples, fastest: float) -> tuple[list[FloatArr
 def _vertex_normals(vertices: FloatArray, triangles: NDArray[np.int64]) -> FloatArray:
     """Return unit normals (N, 3) at vertices (N, 3) m, for shading.
 
-    The normal of a vertex is the area-weighted mean of the normals of its facets; it is 0 without a facet.
+    The normal of a vertex is the area-weighted mean of the normals of its facets; the normal of a vertex without facets
+    is 0.
     """
     area, corner = _areas(vertices, triangles), triangles.ravel()
     weights, total = np.empty((len(triangles), 3)), np.empty((len(vertices), 3))

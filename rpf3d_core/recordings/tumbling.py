@@ -39,10 +39,10 @@ def entity_of(deposits: Deposits, row: int) -> str:
 def log_blocks(
     recording: Any, blocks: Sequence[Polyhedron], flights: Flights, density: float, gravity: float
 ) -> None:  # fmt: skip
-    """Write at most SHOWN_BLOCKS rocks with a shape to a recording as moving blocks; without shapes, write nothing.
+    """Write at most SHOWN_BLOCKS (48) rocks with a shape to a recording as moving blocks; nothing without shapes.
 
     The rocks are evenly spread over the rocks with a path. A block is a mesh of the size of its rock, written once. Its
-    position and orientation are written at up to about RATE moments a second while it moves, in the local frame.
+    position and orientation, in the local frame, are written up to about RATE (60) times a second while it moves.
 
     blocks : shapes by number, empty if rocks have no shape; density : kg/m^3; gravity : m/s^2
     """
@@ -63,7 +63,7 @@ def log_blocks(
 
 
 def frames_of(end: float) -> FloatArray:
-    """Return evenly spaced moments (T,) s from 0 to `end` at which a pose may be recorded, at least RATE per second.
+    """Return evenly spaced moments (T,) s from 0 to `end` at which a pose may be recorded, at least 60 per second.
 
     end : last moment (s)
     """
@@ -71,9 +71,10 @@ def frames_of(end: float) -> FloatArray:
 
 
 def moving_frames(x: FloatArray, q: FloatArray, reach: float) -> NDArray[np.int64]:
-    """Return the indices of the poses to record: the first, the last, and each pose that differs visibly.
+    """Return the indices (K,) of the poses to record: the first, the last, and each visibly different pose.
 
-    Each pose is compared with the previous pose to record.
+    A pose is visibly different if a corner may have moved more than SEEN (0.002) times `reach` since the previous pose
+    to record.
 
     x : (T, 3) m, positions of the centre; q : (T, 4) unit quaternions w, x, y, z
     reach : largest distance of a corner from the centre (m)

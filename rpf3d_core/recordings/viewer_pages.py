@@ -66,7 +66,10 @@ def _serving(page: int, data: int) -> Iterator["subprocess.Popen[bytes]"]:
 
 
 def _wait(program: "subprocess.Popen[bytes]", port: int) -> None:
-    """Wait until rerun's program accepts connections at a port; raise InputError if it ends or after LATEST seconds."""
+    """Wait until rerun's program accepts connections at a port.
+
+    Raise InputError if the program ends, or accepts no connection within LATEST (30) seconds.
+    """
     end = time.monotonic() + LATEST
     while time.monotonic() < end and program.poll() is None:
         with suppress(OSError), socket.create_connection((LOOPBACK, port), timeout=1.0):
@@ -76,7 +79,10 @@ def _wait(program: "subprocess.Popen[bytes]", port: int) -> None:
 
 
 def _file(port: int, name: str) -> bytes:
-    """Return the content of a file that rerun's program serves at a port; raise InputError if it sends none."""
+    """Return the content of a file that rerun's program serves at a port.
+
+    Raise InputError if the program does not send the file.
+    """
     connection = http.client.HTTPConnection(LOOPBACK, port, timeout=LATEST)
     try:
         connection.request("GET", f"/{name}")

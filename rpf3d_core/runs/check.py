@@ -88,7 +88,10 @@ class Maps:
 
     @property
     def least(self) -> float:
-        """Memory (GB) of the counts of all cells and facets, without percentiles; `check_memory` has the same sum."""
+        """Memory (GB) of the counts of all cells and facets, without percentiles.
+
+        `hazard.raster.check_memory` compares the same sum with the memory that the scene allows.
+        """
         return (self.raster.nx * self.raster.ny + self.facets) * BYTES_PER_CELL / GIGABYTE
 
     def describe(self) -> str:
@@ -220,9 +223,9 @@ def _show_extents(scene: Scene, faults: FaultReport | None, show: Shown) -> None
 
 
 def _with_pilot(report: Check, prepared: Prepared, releases: Releases) -> Check:
-    """Return the report with the results of a pilot run: the time of a run, and warnings on speeds and effects.
+    """Return the report with the results of a pilot run: the estimated time of a run, and further warnings.
 
-    The warnings on effects are about missing effects, and about effects that change nothing.
+    The warnings are about high speeds, sources behind a crest, missing effects, and effects that change nothing.
 
     releases : of all checked rocks; the rocks of the pilot run are chosen from them
     """
@@ -245,7 +248,7 @@ def _pilots(source: IntArray) -> IntArray:
     """Return the rows (P,) of the pilot rocks: PILOT_ROCKS (20) evenly spread rocks, and some of each rare source.
 
     A rare source has fewer than OF_A_SOURCE (3) of the evenly spread rocks; up to OF_A_SOURCE of its rocks are added.
-    At most PILOT_ROCKS rare sources count.
+    Rocks are added for at most PILOT_ROCKS rare sources.
 
     source : (N,) number of the source of each checked rock
     """
@@ -292,5 +295,5 @@ def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rock
 
 
 def _compile_s(models: Models) -> float:
-    """Return the time (s) to compile the models of a scene; 0 if they are already compiled."""
+    """Return the estimated time (s) to compile the models of a scene; 0 if they are already compiled."""
     return 0.0 if is_precompiled(models) else COMPILE_S

@@ -50,7 +50,7 @@ def _carrying_on(scene: Scene) -> str:
 def idle_effects(prepared: Prepared, releases: Releases, flown: Flights) -> Iterator[str]:
     """Yield a warning for each effect that changes the flight of no pilot rock.
 
-    To find these effects, the pilot rocks fly again without each of them in turn.
+    To find these effects, the pilot rocks fly again several times, each time without one effect of the scene.
 
     releases, flown : releases of the pilot rocks, and their flights with all effects of the scene
     """

@@ -17,17 +17,19 @@ Rows = list[tuple[str, ...]]
 
 
 def share_rows(comparison: Comparison) -> Rows:
-    """Return the rows of the table of shares in two runs, under SHARES_HEADER.
+    """Return the rows of the table of shares in two runs A and B, as text.
 
-    The word "alone" marks a difference that is significant if it is tested alone, but not after Holm's correction.
+    Columns: place, name of the share, A, B, B - A (percentage points), p, p after Holm's correction, significant
+    ("yes", "no" or "alone"). "alone" means: significant if tested alone, but not after Holm's correction.
     """
     return [_share_row(row) for row in comparison.differences]
 
 
 def energy_rows(comparison: Comparison) -> Rows:
-    """Return the rows of the table of energies in two runs, under ENERGIES_HEADER.
+    """Return the rows of the table of energies in two runs A and B, as text.
 
-    The table has only the places with a percentile in at least one run.
+    Columns: place, p95 energy in A and in B (kJ), ratio B / A. The table has only the places with a percentile in at
+    least one run.
     """
     known = [row for row in comparison.energies if row.a is not None or row.b is not None]
     return [(_name(row.kind, row.place), _kilojoule(row.a), _kilojoule(row.b), _ratio(row)) for row in known]
@@ -84,12 +86,15 @@ def points(change: float, interval: tuple[float, float], decimals: int = 0) -> s
 
 
 def decimals_for(width: float) -> int:
-    """Return the number of decimals (1 to 4) of a share in per cent that show an interval of a given width (-)."""
+    """Return how many decimals (1 to 4) a share in per cent needs to show an interval of the share.
+
+    width : of the interval (-)
+    """
     return 4 if width <= 0.0 else min(max(1, math.ceil(-math.log10(100.0 * width))), 4)
 
 
 def p_text(p: float) -> str:
-    """Return a p value as text with two significant digits; `< SMALLEST_P` for a smaller value."""
+    """Return a p value as text with two significant digits; "< 0.0001" for a value below SMALLEST_P (0.0001)."""
     return f"< {SMALLEST_P:g}" if p < SMALLEST_P else f"{p:.2g}"
 
 

@@ -63,7 +63,7 @@ class Gathered:
     def __call__(self, deposits: Deposits, impacts: Impacts) -> None:
         """Add the results of a group of rocks to the collected results.
 
-        If these contain at least BLOCK rocks, send them to `sink` and start again.
+        If the collected results contain at least BLOCK (16,384) rocks, send these results to `sink` and start again.
         """
         if not len(deposits.rock):
             return

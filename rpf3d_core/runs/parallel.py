@@ -50,7 +50,7 @@ class RunPart:
 
     digest : digest of the scene and of the files that the worker read
     totals, tallies, barriers : results of all rocks of the part
-    flights : flights of the rocks that are kept for pictures only
+    flights : flights of only those rocks that are kept for pictures
     """
 
     digest: str
@@ -139,7 +139,7 @@ def fly_part(scene: Scene, part: Round, shown: int | None, paths: int, threads: 
     Raises
     ------
     InputError
-        As `prepared.prepare`, or a rock starts under the ground.
+        As `prepared.prepare`, or a rock starts under the ground or off the terrain.
     """
     digest = scene_digest(scene)
     prepared = _prepared(scene, digest)

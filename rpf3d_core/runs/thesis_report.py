@@ -152,7 +152,10 @@ def stops_in_pit(folder: Path, scene: Path) -> Counter[str]:
 
 
 def _bench_below(pit: Pit, altitude: float) -> str:
-    """Return the name of the highest bench that is not above an altitude (m); bench_1 is the first below the crest."""
+    """Return the name of the highest bench that is at most ON_A_BENCH (1 m) above an altitude (m).
+
+    Names count from the top: bench_1 is the first bench below the crest.
+    """
     depths = pit.levels[-1] - pit.levels[-2:0:-1]
     return f"bench_{1 + int((depths < pit.crest_altitude - altitude - ON_A_BENCH).sum())}"
 
@@ -245,8 +248,8 @@ def report_section(report: Report) -> dict[str, Any]:
 def _of_21(percentage: float) -> Counted:
     """Return the count out of 21 rocks that is nearest to a printed percentage of the thesis.
 
-    All printed percentages are such a count, rounded or cut off to a whole percent, except 27 %: the nearest count is
-    6 (28.6 %).
+    All printed percentages are shares of 21 rocks, rounded or cut off to a whole percent, except 27 %: the nearest
+    count is 6 (28.6 %).
     """
     return Counted(round(percentage / 100.0 * ROCKS_OF_THESIS), ROCKS_OF_THESIS)
 

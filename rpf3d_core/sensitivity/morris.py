@@ -29,7 +29,8 @@ ENDS = (2.5, 97.5)
 class Effects(NamedTuple):
     """Effects of U unknowns on Y results.
 
-    size : (U, Y) mu* times STEP: the mean absolute change of the result when the unknown moves by STEP of its range
+    size : (U, Y) mean absolute change of the result, in its unit, if the unknown moves by STEP (2/3) of its range:
+        Morris' mu* times STEP
     low, high : (U, Y) ends of the 95 % interval of `size`
     spread : (U, Y) standard deviation of the changes, which shows curvature and interactions
     """
@@ -43,7 +44,7 @@ class Effects(NamedTuple):
 def trajectories(count: int, unknowns: int, seed: int) -> FloatArray:
     """Return random trajectories (T, U + 1, U) (-) in the unit cube; each step moves one unknown by STEP (2/3).
 
-    Each coordinate is one of LEVELS levels from 0 to 1.
+    Each coordinate is one of LEVELS (4) evenly spaced levels from 0 to 1.
 
     count : number T of trajectories; unknowns : number U of unknowns
     """
@@ -60,9 +61,9 @@ def trajectories(count: int, unknowns: int, seed: int) -> FloatArray:
 
 
 def effects_of(paths: FloatArray, results: FloatArray, seed: int) -> Effects:
-    """Return the effects of U unknowns on Y results.
+    """Return the effects of U unknowns on Y results, with intervals by the bootstrap over the trajectories.
 
-    paths : (T, U + 1, U) (-) trajectories; results : (T, U + 1, Y) at their points
+    paths : (T, U + 1, U) (-) trajectories; results : (T, U + 1, Y) at the points of the trajectories
     seed : of the random draws for the intervals
     """
     moved = np.argmax(np.abs(np.diff(paths, axis=1)), axis=2)

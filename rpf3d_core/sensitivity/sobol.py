@@ -34,7 +34,8 @@ class Indices(NamedTuple):
 def design(count: int, unknowns: int, seed: int) -> FloatArray:
     """Return the points of Sobol's design in the unit cube: (count, U + 2, U) (-).
 
-    Each of the `count` rows has a point A, a point B and, for each unknown u, the point A with coordinate u of B.
+    Each of the `count` rows has a point A, a point B and, for each unknown u, the point A with its coordinate u
+    replaced by the coordinate u of B.
 
     unknowns : number U of unknowns
     """

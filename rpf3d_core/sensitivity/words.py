@@ -119,6 +119,8 @@ def content_of(found: Sensitivity) -> dict[str, Any]:
 def _numbers(found: Sensitivity, u: int, y: int) -> dict[str, Any]:
     """Return the effect of an unknown on a result, and the Sobol indices if they were asked for, for sensitivity.json.
 
+    A Sobol index of a result that does not vary is None.
+
     u : index of the unknown; y : index of the result
     """
     effects, indices = found.effects, found.indices

@@ -43,12 +43,12 @@ class Solid(NamedTuple):
 
 
 def read_block(path: Path, corners: int) -> tuple[Polyhedron, tuple[str, ...]]:
-    """Return the shape of a rock from a mesh file, a convex hull with at most `corners` corners, and the findings.
+    """Return the shape of a rock from a mesh file, and the findings on the file and the shape.
 
-    The corners are the outermost points of the mesh in `corners` directions, which a Fibonacci sphere in the axes of
-    the file gives. The shape is then turned to its principal axes. The volume of this hull is below the volume of the
-    hull of all points. For the four blocks of the Authume quarry, the ratio is 89 to 91 % with 40 directions, 96 % with
-    100, and 97 to 99 % with 200.
+    The shape is a convex hull with at most `corners` corners: the outermost points of the mesh in `corners` directions
+    of a Fibonacci sphere, in the axes of the file. The shape is then turned to its principal axes. The volume of this
+    hull is below the volume of the hull of all points. For the four blocks of the Authume quarry, the ratio is 89 to
+    91 % with 40 directions, 96 % with 100, and 97 to 99 % with 200.
 
     The findings are sentences, without the name of the file. There are no findings if the mesh is a closed, convex
     solid, and if the hull has `corners` corners and the volume of the mesh.

@@ -25,12 +25,12 @@ UNKNOWN: Ends = (None, None)
 class Figure(NamedTuple):
     """One result of a cell of a sweep, with its 95 % intervals.
 
-    result : one of SHARES, ENERGY, HEIGHT and RUNOUT; for the whole run also the name of an outcome, whose share is the
-        value
+    result : "reached", "stopped", "retained" (shares), "energy_p95", "height_p95" or "runout_p95"; for the whole run
+        also the name of an outcome, whose share is the value
     kind, place : kind and name of the place, "" for the whole run
     unit : -, J or m; value : None if it is unknown, such as a share of no rocks
     low, high : ends of the 95 % interval: the predictive interval or, if it is unknown, the sampling interval
-    interval : PREDICTIVE or SAMPLING, the kind of the interval from low to high
+    interval : "predictive" or "sampling", the kind of the interval from low to high
     sampling_low, sampling_high : ends of the 95 % sampling interval; None if unknown
     """
 
@@ -52,7 +52,7 @@ def figures_of(run: Run) -> list[Figure]:
 
 
 def _of_run(run: Run) -> Iterator[Figure]:
-    """Yield the 95th percentiles of runout, largest energy and largest height of all rocks."""
+    """Yield 95th percentiles: runout of the rocks that stopped, largest energy and largest height of all rocks."""
     totals = run.totals
     yield _without_far_ends(run, _percentile(run, (RUNOUT, "m", "runout"), totals.runout))
     yield _percentile(run, (ENERGY, "J", "max_energy"), totals.max_energy)
@@ -60,7 +60,10 @@ def _of_run(run: Run) -> Iterator[Figure]:
 
 
 def _percentile(run: Run, what: tuple[str, str, str], sample: Sample) -> Figure:
-    """Return the 95th percentile of a quantity; what : result, unit and name of the quantity; sample : of all rocks."""
+    """Return the figure with the 95th percentile of a quantity, in its unit.
+
+    what : result, unit and name of the quantity; sample : values of the quantity
+    """
     (result, unit, name), sets = what, run.maps.sets
     predictive = UNKNOWN if sets is None else _pair(sets.percentile(name)[f"p{P95}"])
     value = sample.summary((P95,)).get(f"p{P95}")
@@ -70,12 +73,14 @@ def _percentile(run: Run, what: tuple[str, str, str], sample: Sample) -> Figure:
 def _without_far_ends(run: Run, runout: Figure) -> Figure:
     """Return the figure of the p95 runout; value and upper ends become None if too many rocks did not stop.
 
-    The p95 runout is computed from the rocks that stopped. Most of the other rocks went on beyond the terrain. If the
-    other rocks are more than 5 % of all, they determine the p95 runout of all rocks, so the value is unknown. The upper
-    end of an interval is unknown if the interval of the share of the other rocks reaches above 5 %. This interval is
-    not widened for shares that hardly any parameter set has (`unknowns.predictive.least_end`), because most runouts
-    would then be unknown. With fewer such rocks, the p95 runout of all rocks is larger than the value
+    The p95 runout is computed from the rocks that stopped. Most rocks that did not stop went on beyond the terrain. If
+    more than 5 % of the rocks did not stop, these rocks determine the p95 runout of all rocks, so the value is unknown.
+    If fewer rocks did not stop, the value is known, but it is smaller than the p95 runout of all rocks would be
     (`tables.STOPPED_NOTE`).
+
+    The upper end of an interval is unknown if the interval of the share of rocks that did not stop reaches above 5 %.
+    The interval of this share is not widened by `unknowns.predictive.least_end`, because most runouts would then be
+    unknown.
 
     runout : figure of the p95 runout of the rocks that stopped
     """

@@ -84,7 +84,7 @@ def panels_of(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence
 def _panel(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord], place: Place) -> Panel:
     """Return the panel of a place with the share of rocks that the place retained.
 
-    If this share is at least NEARLY_ALL in all cells, the panel shows the share of rocks that reached the place.
+    If this share is at least NEARLY_ALL (90 %) in all cells, the panel shows the share of rocks that reached the place.
     """
     retained = [figure.value for record in records if (figure := figure_of(record, RETAINED, place))]
     result = REACHED if min((value for value in retained if value is not None), default=0.0) >= NEARLY_ALL else RETAINED

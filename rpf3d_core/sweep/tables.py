@@ -55,7 +55,10 @@ Place = tuple[str, str]
 
 
 def csv_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> Iterator[list[Any]]:
-    """Yield the rows of sweep.csv: the values of the keys, then CSV_COLUMNS; a row for each figure of each cell."""
+    """Yield the rows of sweep.csv, one for each figure of each cell.
+
+    A row has the values of the keys, the name of the cell's folder, the number of rocks, and the fields of `Figure`.
+    """
     for cell, record in zip(cells, records, strict=True):
         for figure in record.figures:
             yield [*map(value_text, cell.values.values()), cell.name, record.rocks, *figure]
@@ -84,7 +87,7 @@ def figure_of(record: CellRecord, result: str, place: Place = ("", "")) -> Figur
 def share_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[tuple[str, ...]]:
     """Return the rows of shares for the screen: for each place, one row for each cell.
 
-    A row has the values of the keys, then the columns of SHARES_HEADER.
+    A row has the values of the keys, the place, the share of rocks that reached the place, and the retained share (%).
     """
     has_unknowns = have_unknowns(cells)
     return [
@@ -99,7 +102,10 @@ def share_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[tup
 
 
 def run_rows(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[tuple[str, ...]]:
-    """Return the rows of percentiles for the screen: for each cell, the values of its keys, then RUN_HEADER."""
+    """Return the rows of percentiles for the screen, one for each cell.
+
+    A row has the values of the keys, then the p95 of runout (m), energy (kJ) and height (m).
+    """
     has_unknowns = have_unknowns(cells)
     return [
         (*_values(cell), *(_number(figure_of(record, result), scale, has_unknowns) for result, scale in RUN_RESULTS))
@@ -126,7 +132,10 @@ def notes_of(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
 
 
 def _left_out(record: CellRecord) -> float:
-    """Return the share (-) of the rocks that the p95 runout of a cell leaves out; 0 if the p95 runout is unknown."""
+    """Return the share (-) of rocks that did not stop, and so have no part in the p95 runout of a cell.
+
+    The result is 0 if the p95 runout is unknown.
+    """
     runout = figure_of(record, RUNOUT)
     if runout is None or runout.value is None:
         return 0.0
@@ -182,7 +191,8 @@ def _percent(figure: Figure | None, has_unknowns: bool) -> str:
 def _number(figure: Figure | None, scale: float, has_unknowns: bool) -> str:
     """Return a figure times a scale with its intervals, as text such as `84.8 (11.2-136; 83.1-86.6)`.
 
-    The predictive interval comes first. "-" or, for too many rocks that did not stop, BEYOND_TERRAIN if unknown.
+    The predictive interval comes first. An unknown figure gives "-"; a p95 runout that is unknown because too many
+    rocks did not stop gives BEYOND_TERRAIN ("beyond the terrain").
 
     has_unknowns : as in `_brackets`
     """
@@ -198,8 +208,8 @@ def _number(figure: Figure | None, scale: float, has_unknowns: bool) -> str:
 def _brackets(figure: Figure, has_unknowns: bool, text: Callable[[Ends], str]) -> str:
     """Return the predictive and the sampling interval of a figure, in brackets, as text.
 
-    Without a predictive interval, the text has only the sampling interval. If the scene has
-    unknowns, the text marks this interval with SAMPLING_ONLY.
+    Without a predictive interval, the text has only the sampling interval. If a cell of the sweep has unknowns, the
+    sampling interval then begins with SAMPLING_ONLY ("sampling only").
 
     has_unknowns : True if a cell of the sweep has unknowns
     text : function that returns the ends of an interval as text
@@ -211,7 +221,7 @@ def _brackets(figure: Figure, has_unknowns: bool, text: Callable[[Ends], str]) -
 
 
 def _interval_in_percent(ends: Ends) -> str:
-    """Return an interval of a share in per cent as text, such as `79-89`, with UNKNOWN_END for an unknown end."""
+    """Return an interval of a share in per cent as text, such as `79-89`, with "?" for an unknown end."""
     low, high = ends
     if low is not None and high is not None:
         return interval_in_percent(low, high)

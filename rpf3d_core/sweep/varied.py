@@ -30,7 +30,7 @@ def varied_of(text: str) -> Varied:
     Raises
     ------
     InputError
-        The text has no key or no values, or is not YAML; the message shows it.
+        The text has no key or no values, or is not YAML; the message shows the text.
     """
     key, _, written = text.partition("=")
     if not key.strip() or not written.strip():
@@ -44,7 +44,7 @@ def varied_of(text: str) -> Varied:
 
 
 def check_varied(varied: Sequence[Varied]) -> None:
-    """Refuse a sweep without keys, a key that is given twice, and a key without values or with too many.
+    """Refuse a sweep without keys, a key that is given twice, and a key with no value or more than 1,000 values.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def _evenly_spaced(text: str, first: str, last: str, number: str) -> tuple[float
     Raises
     ------
     InputError
-        Both ends are equal, or N is below 2 or above MOST_VALUES.
+        Both ends are equal, or N is below 2 or above MOST_VALUES (1,000).
     """
     low, high, count = float(first), float(last), int(number)
     if not 2 <= count <= MOST_VALUES or low == high:

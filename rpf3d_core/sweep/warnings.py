@@ -27,14 +27,14 @@ def warnings_of_cells(cells: Sequence[Cell], records: Sequence[CellRecord]) -> l
 
 
 def surer_cells(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
-    """Return the reasons why results of a sweep may be too certain, each as a sentence with its number of cells."""
+    """Return the reasons why results of a sweep may look too certain, each with the number of cells concerned."""
     return _each_once(cells, [record.surer for record in records])
 
 
 def _each_once(cells: Sequence[Cell], sentences: Sequence[Sequence[str]]) -> list[str]:
-    """Return the distinct sentences of cells, each with its number of cells.
+    """Return the distinct sentences of cells, each with the number of cells that have the sentence.
 
-    Sentences that differ in numbers only count as one.
+    Sentences that differ only in numbers count as one sentence.
 
     sentences : sentences of each cell
     """
@@ -85,9 +85,12 @@ def places_that_stay(cells: Sequence[Cell]) -> list[str]:
 
 
 def _moves_benches(steps: Steps) -> bool:
-    """Return True if a key may move the slope: the key is in MOVING, or is a section with such a key.
+    """Return True if a key may move the faces and berms of a slope of benches (`terrain.benches`).
 
-    steps : the place of the key in the scene
+    Such keys are `height`, `face_angle_deg`, `berm` and `number` of `terrain.benches` (MOVING), and the whole sections
+    `terrain` and `terrain.benches`.
+
+    steps : the place of the key in the scene, from the outermost key to the innermost
     """
     return any(steps == ("terrain", "benches", key)[: len(steps)] for key in MOVING)
 

@@ -51,8 +51,8 @@ def predictive_shares(counts: FloatArray, totals: FloatArray, level: float = LEV
     totals : (S, N) number of rocks of each set; a set without rocks has no share
     level : probability that an interval contains the share of one more set (-)
 
-    The ends are NaN if fewer than ENOUGH sets have rocks: with 20 sets, for example, one more share lies between the
-    smallest and the largest share with a probability of only 90 %.
+    The ends are NaN if fewer than ENOUGH (39) sets have rocks: with 20 sets, for example, one more share lies between
+    the smallest and the largest share with a probability of only 90 %.
     """
     has = totals > 0
     sets = has.sum(axis=0)
@@ -112,7 +112,7 @@ def least_end(counts: FloatArray, totals: FloatArray) -> FloatArray:
 
 
 def holding(interval: Interval, counts: FloatArray, totals: FloatArray) -> Interval:
-    """Return N intervals (-), each widened so that it contains the sampling interval of the share counts / totals.
+    """Return N intervals (-), each widened so that it contains the 95 % sampling interval of the share counts / totals.
 
     Ends that are NaN stay NaN. An interval is not widened where `totals` is 0.
     counts : (N,) number of rocks that the share counts; totals : (N,) number of rocks in total
@@ -151,7 +151,7 @@ def ranked(values: FloatArray, level: float = LEVEL) -> Interval:
 
 
 def ranked_if_enough(values: FloatArray) -> Interval:
-    """Return the intervals as `ranked` for 95 %, from S draws (S, N); NaN where fewer than ENOUGH draws are known.
+    """Return the intervals of `ranked` for a level of 95 %, from S draws (S, N); NaN if fewer than 39 draws are known.
 
     Ends have the unit of the values.
     """

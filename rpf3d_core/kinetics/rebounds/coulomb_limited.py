@@ -12,15 +12,15 @@ small bounce, with a very small impulse, would take the same share of the speed 
 Kinetic energy never rises.
 
 Bounces on a plane: a rock leaves the plane with the speed w along the normal and the velocity u along the plane.
-Bounce k takes the time T_k = T R_n^k, T = 2 w / g_n. The impact at its end leaves the rock this share of its speed
-along the plane:
+Bounce k takes the time T_k = T R_n^k, T = 2 w / g_n. In the impact at the end of bounce k, the rock keeps the share
+s_k of its speed along the plane:
 
     s_k = max(R_t, 1 - c T_k / |u_k + g_t T_k|),    c = mu (1 + R_n) g_n / 2,
 
 so u_{k+1} = s_k (u_k + g_t T_k), with g_n and g_t the gravity normal to the plane and along the plane. All velocities
 along the plane are a_k u_0 + b_k g_t with a_{k+1} = s_k a_k and b_{k+1} = s_k (b_k + T_k). a_k and b_k are never
-negative, so the sums of the displacements grow in both directions. Two regimes have closed forms, for all bounces from
-one bounce on:
+negative, so the displacement grows along u_0 and along g_t. Two regimes have closed forms, for all bounces from one
+bounce on:
 
     friction only   |u| is much larger than all remaining changes of u together, (|g_t| + c) T / (1 - R_n): each
                     further impact reduces |u| by c T_k, and the direction no longer changes
@@ -63,6 +63,7 @@ class CoulombLimited(NamedTuple):
 class SummedBounces(NamedTuple):
     """The sum of some bounces of a rock on a plane: the velocity is a u_0 + b g_t, the displacement A u_0 + B g_t.
 
+    u_0 is the velocity along the plane at the start (m/s), g_t the gravity along the plane (m/s^2).
     a (-), b (s), A (s), B (s^2); T : s, time of the next bounce
     """
 
@@ -114,9 +115,10 @@ def coulomb_limited_rest(
 ) -> RemainingBounces:
     """Return the sum of all remaining bounces on a plane of normal n (3,), with losses limited by Coulomb friction.
 
-    Bounces are added one by one until a closed form is valid for the rest. The error is below 1e-10 of the largest
-    speed. If no closed form is valid after MOST_BOUNCES bounces, which is possible for R_n above 0.986, the result has
-    `ends` False: each bounce is computed as a flight. gravity : m/s^2, above 0
+    Bounces are added one by one until a closed form is valid for the rest. The error of the velocity is below 1e-10 of
+    the largest speed, the error of the displacement below 1e-10 of this speed times the total time. If no closed form
+    is valid after MOST_BOUNCES (2000) bounces, which is possible for R_n above 0.986, the result has `ends` False: each
+    bounce is computed as a flight. gravity : m/s^2, above 0
     """
     r, q = surface.R_n, surface.R_t
     if r >= 1.0:
@@ -140,7 +142,8 @@ def coulomb_limited_rest(
 def one_by_one(plane: Plane, first: SummedBounces) -> SummedBounces:
     """Return the sum `first` with further bounces added one by one, until a closed form can sum all that remain.
 
-    At most MOST_BOUNCES bounces are added. The function also ends when bounces are negligibly short (SPENT).
+    At most MOST_BOUNCES (2000) bounces are added. The function also ends when a bounce takes less than SPENT (1e-12)
+    times the time of the first bounce.
     """
     state = first
     for _ in range(MOST_BOUNCES):
@@ -165,7 +168,7 @@ def _speed(plane: Plane, state: SummedBounces) -> Vec:
 
 @kernel
 def _next(plane: Plane, state: SummedBounces) -> SummedBounces:
-    """Return the sum of bounces `state` with one more bounce, and the impact at its end, added."""
+    """Return the sum `state` plus one more bounce and the impact at the end of this bounce."""
     T = state.T
     flown = SummedBounces(
         a=state.a, b=state.b + T, A=state.A + state.a * T, B=state.B + (state.b + 0.5 * T) * T, T=plane.r * T

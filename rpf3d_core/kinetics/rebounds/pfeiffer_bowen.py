@@ -89,7 +89,7 @@ def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
 def pfeiffer_bowen_rest(
     model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> RemainingBounces:
-    """Return the sum of all remaining bounces; each impact keeps the same shares of the speeds as a slow impact.
+    """Return the sum of all remaining bounces, as if every impact kept the shares of speed that a slow impact keeps.
 
     Of the speed along the normal, a slow impact keeps the share r, the material's R_n. Of the speed along the ground, a
     slow impact of a rolling rock keeps the share q = sqrt(R_t f(0)). For a bounce that rises by h, the relative errors
