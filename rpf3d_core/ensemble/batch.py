@@ -61,7 +61,7 @@ def written_of(rows: IntArray) -> Written:
 def some_of(batch: Written, impacts: Rocks, paths: Rocks) -> Written:
     """Return a copy of the records of N rocks that contains only the impacts and paths of flagged rocks.
 
-    All N rocks stay in the copy. A rock whose impacts, or whose path, are not flagged has none there.
+    All N rocks stay in the copy, but a rock that is not flagged has no impacts, or no path, in the copy.
     impacts : (N,) True for a rock whose impacts are copied; paths : (N,) True for a rock whose path is copied
     """
     if not impacts.any() and not paths.any():
@@ -119,7 +119,7 @@ def in_order(parts: Sequence[Written]) -> Written:
 def _stacked(arrays: Sequence[Any]) -> Any:
     """Return arrays of impacts or of path segments joined into one array, along the first axis.
 
-    Empty arrays are left out, because they may lack the columns of spin or shape.
+    Empty arrays are skipped, because they may lack the columns of spin or shape. If all are empty, the result is empty.
     """
     return np.concatenate([array for array in arrays if len(array)] or arrays[:1])
 

@@ -195,7 +195,7 @@ def _flown_by(
 def _in_order(parts: Sequence[Written], finals: FloatArray, counts: IntArray) -> Batch:
     """Return the rocks of all parts as one batch, sorted by row; the rocks may have flown in any order.
 
-    finals, counts : results of all R rocks of the run, as in `Crew`; rows of rocks that did not fly are left out
+    finals, counts : results of all R rocks of the run, as in `Crew`; the result has no rows for rocks that did not fly
     """
     if not parts:
         return NOTHING

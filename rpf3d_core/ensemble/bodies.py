@@ -32,8 +32,7 @@ class DrawnBody:
 
 
 def shape_numbers(body: DrawnBody, seed: int, source: ArrayLike, rocks: IntArray) -> IntArray:
-    """Return the number of the shape of each rock (R,), drawn by weight.
-
+    """Return the number (R,), from 0, of the shape of each rock, drawn at random with the weights of the shapes.
     source : number of the source, one for all rocks or one for each rock (R,); rocks : (R,) numbers of the rocks
     """
     if len(body.volumes) == 1:

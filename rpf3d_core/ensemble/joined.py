@@ -14,8 +14,8 @@ Rows = TypeVar("Rows", Impacts, Paths)
 def joined(parts: Sequence[Flights]) -> Flights:
     """Return the flights of several parts of an ensemble as one result; the order of the parts does not matter.
 
-    The rocks are sorted by source, then rock, then fragment. `compile_s` of the result is the maximum of all parts, and
-    `fly_s` is their sum (both s).
+    The rocks are sorted by source, then rock, then fragment. `compile_s` (s) of the result is the largest `compile_s`
+    of a part; `fly_s` (s) is the sum of the parts' `fly_s`.
     """
     deposits = [part.deposits for part in parts]
     keys = [np.concatenate([getattr(some, name) for some in deposits]) for name in ("piece", "rock", "source")]
@@ -45,7 +45,8 @@ def one_after_another(parts: Sequence[tuple[Deposits, Impacts]]) -> tuple[Deposi
 def _in_place(tables: Sequence[Rows], deposits: Sequence[Deposits], place: IntArray) -> Rows:
     """Return the tables of impacts or paths of several parts joined into one table, with new row numbers of the rocks.
 
-    deposits : of each part; place : (R,) new row of each rock, the rocks of all parts being counted in sequence
+    deposits : of each part
+    place : (R,) new row of each rock; index 0 is the first rock of the first part, and all parts follow in sequence
     """
     before = np.cumsum([0, *(len(some.rock) for some in deposits)])
     moved = [replace(table, row=place[table.row + n]) for table, n in zip(tables, before[:-1], strict=True)]

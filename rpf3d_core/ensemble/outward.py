@@ -32,8 +32,9 @@ def fixed(value: float, decimals: int, side: Side = NEAREST, sign: bool = False)
 
 
 def three_figures(value: float, side: Side = NEAREST) -> str:
-    """Return a number as text with three significant digits and without exponent, such as 0.0299 or 2,460.
+    """Return a number as text with three significant digits, such as 0.0299 or 2,460.
 
+    Only numbers below 0.0001 or from 10^12 on have an exponent, such as 1.2e-05.
     side : rounding, LOW (down), NEAREST or HIGH (up)
     """
     if side != NEAREST and value and math.isfinite(value):

@@ -91,8 +91,8 @@ def sample_paths(
     Returns
     -------
     PathSamples
-        Every event and the points between events. `t`, `x` and `v` are exact at events and everywhere along flights;
-        so are orientations.
+        Every event and the points between events. `t`, `x`, `v` and `q` are exact at events and everywhere along
+        flights.
     """
     step = display_step(paths) if max_step is None else max_step
     chosen = np.arange(len(paths.row)) if rows is None else np.flatnonzero(np.isin(paths.row, rows))
@@ -143,8 +143,8 @@ def poses_at(
 def _segments_at(paths: Paths, row: int, times: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return the path segment (T,) in which a rock is at each time (T,) s, and the elapsed share (T,) of its duration.
 
-    A path segment is given as the row in `Paths` of the event that begins the segment. Times before the release or
-    after the end count as the release or the end.
+    A path segment is given as the row in `Paths` of the event that begins the segment. A time before the release is
+    replaced by the time of the release, and a time after the end by the time of the end.
     row : row of the rock in `Deposits`
 
     Raises

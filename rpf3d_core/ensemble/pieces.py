@@ -116,8 +116,8 @@ def _sized(
 ) -> tuple[FloatArray, IntArray]:  # fmt: skip
     """Return the size law of the fragments of each of N broken rocks (N, 2), and the number of its fragments (N,).
 
-    The columns of the size law are those of `Cascade`: the exponent of the law, and the share (-) of the rock's volume
-    in the largest fragment.
+    The size law has two columns, as in `Cascade`: the exponent of the law, and the share (-) of the rock's volume in
+    the largest fragment.
 
     releases : of the parents; broken : the rocks that broke; compiled : True for the compiled engine
     """
@@ -129,8 +129,7 @@ def _sized(
 
 
 def _parts(counts: IntArray, most: int) -> list[tuple[int, int]]:
-    """Return ranges (begin, end) of N broken rocks with about `most` fragments each, to limit the memory.
-
+    """Divide N broken rocks into ranges (begin, end), each range with about `most` fragments, to limit the memory.
     counts : (N,) fragments of each rock
     """
     part = (np.cumsum(counts) - counts) // most
@@ -139,7 +138,7 @@ def _parts(counts: IntArray, most: int) -> list[tuple[int, int]]:
 
 
 def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: dict[Any, int]) -> IntArray:
-    """Return the last fragment number (N,) in use before the new fragments of each of N broken rocks are numbered.
+    """For each of N broken rocks, return the fragment number (N,) after which its new fragments are numbered.
 
     A family is all fragments of one released rock. The returned number is the last number used in the family of the
     broken rock, 0 if the family has no fragments yet. If several of the N broken rocks belong to one family, their new

@@ -38,9 +38,9 @@ class Source:
     rocks : number of rocks; velocity : (3,) m/s
     spread, velocity_spread : (3,) half-widths of a uniform spread about the position (m) and the velocity (m/s)
     above_ground : m; if given, each position's height is replaced by the terrain's height plus this value
-    triangles : used instead of points: rocks are spread uniformly over the area of these triangles; above_ground is
-        then the height above the triangle
-    throw : used instead of velocity: speed and direction
+    triangles : used instead of points: rocks are spread uniformly over the area of these triangles, without `spread`;
+        above_ground is then the height above the triangle
+    throw : speed and direction, used instead of velocity; velocity_spread is added to the result
     """
 
     name: str
@@ -274,7 +274,8 @@ def check_above_ground(releases: Releases, names: Sequence[str], engine: Engine,
     Raises
     ------
     InputError
-        The message names the source, the rock, its position in input coordinates, and its depth under the ground.
+        The message names the source, the rock and its position in input coordinates. It also states the depth of the
+        rock under the ground, unless the rock is outside the terrain.
     """
     below = ground_below_releases(engine, releases.x)
     for i in np.flatnonzero((below[:, 1] < 0) | (below[:, 2] < 0))[:1]:

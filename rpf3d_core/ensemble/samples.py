@@ -1,8 +1,8 @@
 """Gather the distribution of a quantity over many rocks, in bounded memory and independent of the order of the rocks.
 
-Up to `EXACT` values are kept unchanged. If there are more, each value is rounded to 11 significant bits, which leaves a
-thousand different values between a number and its double. Percentiles are then exact to 0.05 %. The smallest and the
-largest value are never rounded.
+Up to `EXACT` values are kept unchanged. If there are more, each value is rounded to 11 significant bits: between a
+number and its double, about a thousand different values remain. Percentiles are then exact to 0.05 %. The smallest and
+the largest value are never rounded.
 """
 
 import math
@@ -23,9 +23,9 @@ BITS = 11
 class Sample:
     """A growing sample of the values of one quantity, from which percentiles and means are computed.
 
-    Values that are not finite count as unknown and are left out.
+    Values that are not finite count as unknown and are ignored.
 
-    count : number of values; low, high : smallest and largest value
+    count : number of finite values; low, high : smallest and largest value, inf and -inf without values
     """
 
     def __init__(self, values: ArrayLike = ()) -> None:

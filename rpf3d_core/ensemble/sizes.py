@@ -1,6 +1,6 @@
 """Compute the sizes of rocks: equal for all, or drawn by diameter, mass or volume.
 
-The radius of a rock is that of a sphere of the same volume.
+The radius of a rock is the radius of a sphere of the same volume.
 """
 
 import math
@@ -48,8 +48,7 @@ AnyRock = Rock | DrawnRock | SourceRocks | DrawnBody
 
 
 def sizes_of(rock: AnyRock, seed: int, source: ArrayLike, rocks: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
-    """Return the masses (R,) kg and radii (R,) m of the rocks of a source, from their numbers (R,).
-
+    """Return the masses (R,) kg and radii (R,) m of rocks, from the rocks' numbers within their sources (R,).
     rock : the rocks of the scene; rocks : (R,) numbers of the rocks in their source
     source : number of the source: a single number for all rocks, or (R,) one for each rock; with `SourceRocks` only a
         single number

@@ -99,7 +99,7 @@ class Stream:
 
     shown : selects the rocks to keep for display
     watch, stop, threads, advance : as in `fly_batches` and `BatchControl`; sink : receives deposits and impacts
-    impacts : True if the sink receives the impacts of all rocks, False if only those of the rocks to display
+    impacts : True if the sink receives the impacts of all rocks, False if only the impacts of the rocks to display
     """
 
     engine: Engine

@@ -50,7 +50,8 @@ class Totals:
     outcomes : number of rocks by outcome; impacts : number of impacts of all rocks
     path : length of all paths together, in PATH_UNITS
     runout : sample of runouts (m); stops : sample of the results of `position` (m)
-    farthest : the first of the rocks that stopped with the largest runout; None if none stopped away from its release
+    farthest : the rock with the largest runout of all rocks that stopped, the first one if several are equal; None if
+        no rock stopped, or if all runouts are 0
     max_speed, max_energy, max_height, ground_speed, max_rotational_energy, max_total_energy : samples of the columns of
         `Deposits`
     """
@@ -127,7 +128,12 @@ class Totals:
 
 
 def _farthest_of(deposits: Deposits, at_rest: NDArray[np.bool_]) -> FarthestRock | None:
-    """Return the first rock with the largest runout above 0; at_rest : (R,) True for the rocks that stopped."""
+    """Return the rock with the largest runout of the rocks that stopped, the first one if several are equal.
+
+    The result is None if no rock stopped, or if all these runouts are 0.
+
+    at_rest : (R,) True for the rocks that stopped
+    """
     length = np.where(at_rest, runout(deposits), 0.0)
     if not len(length) or not length.max() > 0.0:
         return None

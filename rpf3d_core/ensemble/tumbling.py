@@ -31,7 +31,8 @@ def orientations_along(
     piece : (S,) row in `Paths` of the event that begins each segment, ascending; elapsed : (S,) s since this event
     inside : (S,) True if the time is before the end of the segment; False for the end itself, where the orientation at
         the next event is returned
-    moments : (R, 3) principal moments of each rock, ascending, in any unit of its own; by row in `Deposits`
+    moments : (R, 3) principal moments of each rock, ascending, by row in `Deposits`; in any unit, because only the
+        ratios of a rock's three moments count
 
     Raises
     ------

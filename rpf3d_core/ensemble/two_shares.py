@@ -56,8 +56,8 @@ def pooled_z_p(a: int, n_a: int, b: int, n_b: int) -> float:
 def fisher_p(a: int, n_a: int, b: int, n_b: int) -> float:
     """Return the two-sided p value that two shares are equal, by Fisher's exact test, for small counts.
 
-    Among all counts with the totals `n_a`, `n_b` and `a + b`, those that are no likelier than the observed counts are
-    selected. The p value is the sum of their chances.
+    All pairs of counts with the totals `n_a`, `n_b` and `a + b` are compared with the observed pair. The p value is the
+    sum of the chances of all pairs that are no likelier than the observed pair.
 
     Sources
     -------
@@ -86,8 +86,8 @@ def log_choose(n: int, k: int) -> float:
 def holm(p_values: Sequence[float]) -> list[float]:
     """Return p values corrected for the number of tests by Holm's method, in the order of `p_values`.
 
-    If every difference with a corrected p value below 0.05 is called real, then at most 5 % of such sets of tests
-    contain one or more wrong calls.
+    If every difference with a corrected p value below 0.05 is called real, then the chance that one or more of these
+    calls are wrong is at most 5 %.
 
     Sources
     -------

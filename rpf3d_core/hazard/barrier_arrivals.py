@@ -1,7 +1,7 @@
-"""Find how each rock arrives at each barrier: whether it was caught, broke through or flew over.
+"""Find how each rock arrives at each barrier: whether the barrier caught it, or it broke through or flew over.
 
-The record of impacts has a row for each contact with a panel. It has no row for a flight over a panel, so the recorded
-arcs are intersected with the panels again.
+A barrier consists of upright panels along a line in plan, the panel segments. The record of impacts has a row for each
+contact with a panel. It has no row for a flight over a panel, so the recorded paths are intersected with the panels.
 """
 
 import math
@@ -27,11 +27,12 @@ class BarrierArrivals(NamedTuple):
     """How the N rocks of a batch arrived at B barriers.
 
     did, t, energy, height : (N, B) data of each rock's first arrival
-        did : result, one of NEVER, OVER, THROUGH and HELD; t : time since the release (s)
+        did : result, one of OVER, THROUGH and HELD; NEVER for a rock that did not arrive
+        t : s, time since the release; infinite for a rock that did not arrive, whose energy and height are 0
         energy : J, of translation; for rocks with a shape, of translation and rotation
-        height : m above the foot of the panel, of the rock's centre or top, as the scene says
-    held : (N, B) 1 if the barrier caught the rock in the end
-    events : (B, 4) number of arrivals with each result (NEVER, OVER, THROUGH, HELD), over all rocks
+        height : m, of the rock's centre or of its top, as the scene chooses, above the foot of the panel
+    held : (N, B) 1 if the barrier caught the rock in the end, else 0
+    events : (B, 4) number of arrivals of all rocks, by result in the order NEVER (always 0), OVER, THROUGH, HELD
     """
 
     did: Any

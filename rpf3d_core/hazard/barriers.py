@@ -35,7 +35,7 @@ class AtBarrier:
 
     first : (4,) number of rocks by the result of their first arrival: NEVER arrived, flew OVER, broke THROUGH, HELD
     held : number of rocks caught in the end
-    events : (4,) number of arrivals by result, in the order of `first`
+    events : (4,) number of arrivals by result, in the order of `first`; 0 for NEVER
     energy (J), height (m above the foot of the panel) : distributions over first arrivals
     over : distribution of the height above the panel (m), over first arrivals of rocks that flew over it
     """
@@ -60,8 +60,9 @@ class BarrierFigures(NamedTuple):
     """What rocks did at one barrier, for tables and files.
 
     height : of the panel (m); capacity : of the barrier (J); came : number of rocks that arrived at the barrier
-    first_... : number of rocks by the result of their first arrival; caught : number of rocks caught in the end
-    ..._events : number of arrivals with this result, over all rocks; counted : distributions over first arrivals
+    first_... : number of rocks whose first arrival had this result; caught : number of rocks caught in the end
+    ..._events : number of arrivals with this result, over all rocks
+    counted : all counts at the barrier, and the distributions of energy and height over first arrivals
     """
 
     name: str

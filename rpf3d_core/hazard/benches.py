@@ -132,7 +132,7 @@ def with_predictive(share: dict[str, Any], low: float, high: float) -> dict[str,
 
 
 def _known(low: float, high: float) -> list[float | None]:
-    """Return the two ends of an interval, with None in place of NaN, an unknown end."""
+    """Return the ends [low, high] of an interval as numbers for JSON: an unknown end is NaN, and becomes None."""
     return [None if math.isnan(end) else float(end) for end in (low, high)]
 
 
@@ -220,7 +220,7 @@ def text_rows(benches: Sequence[Bench]) -> list[tuple[str, ...]]:
 
 
 def left_out(benches: Sequence[Bench]) -> int:
-    """Return the number of zones that rocks reached but that the printed table leaves out, for a note below it."""
+    """Return how many of the zones that rocks reached have no row in the printed table, for a note below it."""
     return max(0, len(_reached_zones(benches)) - SHOWN)
 
 
@@ -231,9 +231,10 @@ def _reached_zones(benches: Sequence[Bench]) -> list[Bench]:
 
 
 def _benches(kind: str, names: Sequence[str], layers: Layers, maps: HazardMaps) -> Iterator[Bench]:
-    """Yield a row of the bench table for each of C zones or areas, including those that no rock reached.
+    """Yield a row of the bench table for each of C zones or areas; a place that no rock reached also has a row.
 
-    kind : ZONE or AREA; names : of the C zones or areas; layers : counts in them; maps : hazard maps of the run
+    kind : ZONE or AREA; names : of the C zones or areas; maps : hazard maps of the run
+    layers : `maps.zones` or `maps.areas`, the values of the zones or areas
     """
     rocks, deposits = layers.everywhere(layers.rocks, 0), layers.everywhere(layers.deposits, 0)
     energy = layers.everywhere(layers.energy.p95, np.nan)
@@ -243,7 +244,7 @@ def _benches(kind: str, names: Sequence[str], layers: Layers, maps: HazardMaps) 
 
 
 def _with_lost(bench: Bench, lost: int, flown: int) -> Bench:
-    """Return the row with the shares `lost`, and `reached_at_most`: if all lost rocks had also reached the place.
+    """Return a row of the bench table with the shares `lost` and `reached_at_most` filled in, as in `Bench`.
 
     lost, flown : number of rocks lost to holes, and of all rocks flown
     """
@@ -288,6 +289,7 @@ def interval_text(ends: Sequence[float | None] | None, unit: float) -> str:
     """Return an interval as text, rounded outward, such as `443-778`; NOT_KNOWN if neither end is known.
 
     unit : number by which the ends are divided, such as 1000 for ends in J and text in kJ
+    If only one end is unknown, the text has UNKNOWN_END in its place.
     """
     if ends is None or all(end is None for end in ends):
         return NOT_KNOWN

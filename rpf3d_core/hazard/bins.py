@@ -41,9 +41,9 @@ Bins of energy cover these octaves, and twice the octaves of speed.
 class Scales(NamedTuple):
     """The bins of energy (J), speed (m/s) and height (m), in this order.
 
-    top : largest values; the largest speed and height are powers of two, so that scaling is exact
-    bins : numbers of bins. If all rocks have one mass and none spins, speed has no bins: percentiles of speed then
-        follow from the percentiles of energy.
+    top : largest value of each quantity; the largest speed and height are powers of two, so that scaling is exact
+    bins : number of bins of each quantity. If all rocks have one mass and none spins, speed has no bins: percentiles of
+        speed then follow from the percentiles of energy.
     per_octave : number of bins over which values double
     """
 
@@ -113,7 +113,10 @@ def bin_edges(top: float, bins: int, per_octave: int) -> FloatArray:
 
 
 def bin_values(edges: FloatArray) -> FloatArray:
-    """Return the value (B,) that stands for all values in a bin: the geometric middle of its edges (B + 1,)."""
+    """Return for each of B bins the value (B,) that represents the bin: the geometric mean of its two edges.
+
+    edges : (B + 1,) edges of the bins, ascending; the result has the same unit
+    """
     return np.asarray(np.sqrt(edges[1:] * edges[:-1]))
 
 

@@ -2,7 +2,7 @@
 
 Two conditions must hold (docs/explanation/statistics.md). Half the width of the 95 % Wilson interval of each share is
 at most the target for shares. No p95 energy has changed by more than the target for energies over the last two
-doublings of the number of rocks. Mean values do not count.
+doublings of the number of rocks. Mean values are not compared.
 """
 
 from collections.abc import Mapping, Sequence
@@ -70,8 +70,9 @@ def _place(reached: int, stopped: int, rocks: int, energy: float) -> Place:
 def p95_change(steps: Sequence[Step]) -> float | None:
     """Return the largest relative change (-) of a p95 energy over the last two doublings of the number of rocks.
 
-    The result is None after fewer than two doublings. If an earlier step has no p95 energy for a place, the change
-    counts as 1.
+    The result is None after fewer than two doublings. The last step is compared with each of the two steps before it.
+    If a place has a p95 energy in the last step, but none in an earlier step, the change is 1. Places without a p95
+    energy in the last step are skipped; if all are, the result is 0.
     """
     if len(steps) <= DOUBLINGS:
         return None
@@ -88,6 +89,7 @@ def p95_change(steps: Sequence[Step]) -> float | None:
 def is_enough(steps: Sequence[Step], half_width: float, p95_energy: float) -> bool:
     """True if enough rocks have flown: the last step reaches the targets for shares and for p95 energies.
 
+    False after fewer than two doublings of the number of rocks.
     half_width : target for half the width of the interval of a share (-)
     p95_energy : target for the relative change of a p95 energy (-)
     """

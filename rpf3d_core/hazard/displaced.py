@@ -127,7 +127,7 @@ def _facets_below(places: FloatArray, engine: Engine) -> IntArray:
 
 
 def percentiles_of(samples: list[Sample]) -> FloatArray:
-    """Return the percentiles `PERCENTILES` (S, P) of S samples, in their unit; NaN for a sample without values."""
+    """Return the P percentiles `PERCENTILES` of S samples (S, P), in the unit of the values; NaN without values."""
     nothing = [np.nan] * len(PERCENTILES)
     return np.array([sample.percentiles(PERCENTILES) if sample.count else nothing for sample in samples])
 
@@ -184,10 +184,10 @@ def _moved(rows: FloatArray, shift: FloatArray) -> FloatArray:
 
 
 def tallies_of_places(tallies: Tallies) -> Tallies:
-    """Return empty counts of the same zones and areas, for displaced paths.
+    """Return empty counts of the zones and areas of `tallies`, to count rocks with displaced paths.
 
-    The raster has only one cell, because map cells are not counted. Visits to zones are found by following paths over
-    facets, so visits to facets are counted, too, but with the fewest bins.
+    In the result, the raster has only one cell, because map cells are not counted. Visits to zones are found by
+    following paths over facets, so visits to facets are counted, too, but with the fewest bins.
     """
     facets = tallies.ground.facets
     side = max(facets.high[0] - facets.low[0], facets.high[1] - facets.low[1], 1.0)

@@ -1,8 +1,9 @@
 """Estimate, from the counts of a map, the larger cell size or the number of rocks that gives most cells a percentile.
 
-A percentile needs FEWEST_ROCKS rocks. The rocks of a larger cell are not counted, but estimated: a rock that crosses a
-square of k x k cells on a straight line visits 4 k / pi of them on average, so the larger cell has about the sum of the
-visits divided by 4 k / pi, and at least as many rocks as any of its cells.
+A percentile needs FEWEST_ROCKS rocks. The rocks of a larger cell of k x k map cells are not counted, but estimated. A
+rock that crosses this square on a straight line visits 4 k / pi map cells on average. So the number of rocks in the
+larger cell is about the sum of the rocks in its map cells divided by 4 k / pi, and at least the largest of these
+numbers.
 """
 
 import math
@@ -60,9 +61,10 @@ def share_of_visits(rocks: FloatArray | CountArray) -> float:
 def filling_cell(
     reached: ReachedCells, share: Callable[[FloatArray | CountArray], float] = share_of_visits
 ) -> float | None:
-    """Return the smallest round cell size (m) above the present one at which at least MOST of the map has enough rocks.
+    """Return the smallest round cell size (m) larger than the present cell, so that enough of the map has percentiles.
 
-    The result is None if no such size leaves FEWEST_CELLS cells along the longer side of the map.
+    With this size, at least the share MOST of the map has FEWEST_ROCKS rocks in a cell. The result is None if the map
+    would then have fewer than FEWEST_CELLS cells along its longer side.
 
     share : function that returns the share of the map with enough rocks from the rocks (S,) in each cell:
         `share_of_cells` or `share_of_visits`
@@ -73,9 +75,12 @@ def filling_cell(
 
 
 def rocks_that_fill(reached: ReachedCells, flown: int) -> int:
-    """Return the estimated number of rocks that must fly so that MOST of the reached cells have enough rocks.
+    """Return the estimated number of rocks that must fly in total, so that enough cells have percentiles.
 
-    The number is rounded up to two significant digits; flown : number of rocks flown so far
+    With this number, the share MOST of the cells reached so far have at least FEWEST_ROCKS rocks each. The number is
+    rounded up to two significant digits.
+
+    flown : number of rocks flown so far
     """
     needed = flown * FEWEST_ROCKS / float(np.quantile(reached.rocks, 1.0 - MOST))
     step = int(10 ** max(math.floor(math.log10(needed)) - 1, 0))

@@ -80,10 +80,9 @@ def bins_of(tally: CellTally, q: int) -> NDArray[np.uint32]:
 
 
 def rank_values(tally: CellTally, q: int, bins: NDArray[np.uint32], ranks: CountArray) -> FloatArray:
-    """Return the value (N,) of a quantity q of one rock in each of N cells: the rock with a given rank.
+    """For each of N cells, return the value (N,) of quantity q that the rock with a given rank has in the cell.
 
-    The value is the middle of the rock's bin.
-
+    The value is the geometric mean of the edges of the rock's bin.
     q : 0 energy (J), 1 speed (m/s), 2 height (m); bins : (N, B) counts of the cells in the bins of q
     ranks : (N,) place of the rock among the rocks of its cell in ascending order, from 1
     """

@@ -24,11 +24,12 @@ FEWEST_ROCKS = 20
 
 @dataclass(frozen=True, eq=False)
 class CellStatistics:
-    """Statistics over the rocks that reached a cell, of each rock's largest value there, such as its energy.
+    """Statistics of one quantity, such as energy, in S cells that rocks reached.
 
-    Every array has one value for each of the S cells of a `Layers`, in the unit of the quantity.
+    Each rock that reached a cell has one value there: its largest value in the cell. The statistics of the cell are
+    taken over the values of these rocks. Every array is (S,), in the unit of the quantity.
     largest : rounded to float32
-    mean : error at most 2^-35 of the largest value that the scene can produce, before it is rounded to float32
+    mean : rounded to float32; its error before rounding is at most 2^-35 of the largest value that the scene allows
     p50, p90, p95, p99 : relative error at most `Layers.percentiles_within`; NaN for fewer than `FEWEST_ROCKS` rocks
     """
 
@@ -84,8 +85,8 @@ class Layers:
 class Raster(NamedTuple):
     """Square cells of a side `cell` (m) in plan, local frame: nx columns eastwards, ny rows northwards from x, y (m).
 
-    Cell (i, j) is number j nx + i and reaches from x + i cell up to, but not including, x + (i + 1) cell; in y the
-    same holds with j.
+    Cell (i, j), in column i and row j, is number j nx + i. It reaches from x + i cell up to, but not including,
+    x + (i + 1) cell, and from y + j cell up to, but not including, y + (j + 1) cell.
     """
 
     x: float
@@ -133,7 +134,7 @@ class HazardMaps:
 def reach_probability(layers: Layers, flown: int) -> FloatArray:
     """Return the reach probability (S,) (-) of S cells: the share of all rocks flown that reached each cell.
 
-    The probability holds for a rock that falls; it does not state how often rocks fall. Source: Hantz et al. 2021,
+    The probability is for a rock that falls; it does not state how often rocks fall. Source: Hantz et al. 2021,
     Geosciences 11:158.
     """
     return np.asarray(layers.rocks / max(flown, 1))

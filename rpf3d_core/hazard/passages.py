@@ -55,8 +55,7 @@ def passage_per_metre(maps: HazardMaps) -> Passage:
 
 
 def reached_over(maps: HazardMaps, width: float) -> FloatArray:
-    """Return the share (S,) (-) of all rocks that hit an object in each of S cells; 1 at most.
-
+    """For each of S cells, return the share (S,) (-) of all rocks that would hit an object in the cell; at most 1.
     width : width of the object across the rocks' path, plus the diameter of a rock (m)
     """
     return np.minimum(passage_per_metre(maps).value * width, 1.0)

@@ -33,8 +33,8 @@ def raster_over(
 ) -> Raster:
     """Return the raster of the hazard maps, which covers a terrain in plan.
 
-    The borders of the cells lie on whole multiples of the cell in the input's coordinates, so that the cells of maps of
-    two surveys of one place coincide.
+    In the input's coordinates, the borders of the cells are whole multiples of the cell size, so that the cells of the
+    maps of two surveys of one place coincide.
 
     Parameters
     ----------

@@ -163,7 +163,10 @@ class SetFigures:
 
     @staticmethod
     def is_displaced(name: str) -> bool:
-        """Return True if displaced paths change the distribution with this name in `SAMPLES`: only the runout."""
+        """Return True for the runout, the only distribution in `SAMPLES` that displaced paths change.
+
+        name : of the distribution in `SAMPLES`
+        """
         return name == RUNOUT
 
     def reach(self, maps: HazardMaps) -> ReachBand:

@@ -91,10 +91,12 @@ class Tallies:
             self.barriers.join(other.barriers.counted)
 
     def after(self, ground: WalkedTerrain) -> "Tallies":
-        """Return these counts over a terrain whose facets have changed.
+        """Return tallies for a terrain whose facets have changed, in the memory of these tallies.
 
-        The counts of the old facets are still in the tallies: the caller must empty the tallies before new rocks are
-        counted (`CellTally.emptied`).
+        The result still contains the counts of the old facets: the caller must empty its tallies (`CellTally.emptied`)
+        before new rocks are counted.
+
+        ground : the changed terrain
         """
         cells = len(ground.facets.zone)
         fits = cells <= len(self.facets.slot)  # the working memory is as long as the slots, so it fits too

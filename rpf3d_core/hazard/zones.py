@@ -27,8 +27,8 @@ class Matrix(NamedTuple):
     classes : a row for each band of energy, from the lowest, with a name for each band of probability, from the
         lowest; None for no zone. A name may occur several times.
     percentile : the percentile of energy that is compared with the levels, one of `maps.PERCENTILES`
-    object_width : width across the rocks' path of an object that may be hit, plus the diameter of a rock (m). The
-        probability is then the probability of a hit; if None, it is the reach probability of the cell
+    object_width : width of an object that rocks may hit, measured across their path, plus the diameter of a rock (m).
+        The probability is then the probability of a hit; if None, it is the reach probability of the cell
     """
 
     energy_levels: tuple[float, ...]
@@ -127,9 +127,11 @@ def _flags(maps: HazardMaps, belongs: Flags) -> Flags:
 
 
 def _energy(maps: HazardMaps, percentile: int) -> tuple[FloatArray, Flags]:
-    """Return the percentile of energy (S,) J that the matrix uses, and flags (S,) of cells where it is missing.
+    """Return the energies (S,) J that the matrix uses, and flags (S,), True for a cell without a percentile.
 
-    In cells without a percentile, the largest energy takes the place of the percentile.
+    The energy of a cell is the given percentile; in a cell without a percentile, it is the largest energy.
+
+    percentile : number of the percentile, one of `maps.PERCENTILES`
     """
     energy = getattr(maps.cells.energy, f"p{percentile}")
     guessed = np.isnan(energy)

@@ -1,4 +1,4 @@
-"""Recognise the folder of a calibration given in place of the folder of a run, and word the error message."""
+"""Recognise the folder of a calibration where the folder of a run is needed, and make the text of the error message."""
 
 from pathlib import Path
 
@@ -17,9 +17,9 @@ def is_calibration(folder: Path) -> bool:
 
 
 def words_on_calibration(folder: Path) -> str:
-    """Return the end of an error message whose subject is the folder of a calibration: "is the folder of ...".
+    """Return the second part of an error message: "is the folder of ...", which follows the path of this folder.
 
-    The message says whether the calibration is finished, refused or unfinished, and which command to use instead.
+    The text says whether the calibration is finished, refused or unfinished, and which command to use instead.
     """
     if (folder / CALIBRATED).is_file():
         return (f"is the folder of a calibration, not of a run; its report is {folder / REPORT}; fly the "

@@ -18,7 +18,10 @@ PARTS = ("scene", "rocks", "rocks_planned", "partial", "benches", "areas_of_inte
 
 
 def _why_no_result(folder: Path) -> str:
-    """Return why a folder without a summary has no result, as the end of a message."""
+    """Return the second part of an error message, which follows the path of a folder without summary.json.
+
+    The text states the reason, and which folder to give instead.
+    """
     if not folder.exists():
         return "does not exist; give a folder that `rpf3d run` wrote"
     if cells := sorted(each.parent.name for each in folder.glob(f"cells/*/{SUMMARY}")):
@@ -54,7 +57,7 @@ def read_summary(folder: str | Path) -> dict[str, Any]:
 
 
 def stops_by_zone(folder: str | Path) -> Iterator[tuple[str, float]]:
-    """Yield the zone and the altitude z (m, the input's coordinates) of each deposit of a run: stopped or caught.
+    """Yield the zone and the coordinate z (m, input's coordinates) of each rock of a run that stopped or was caught.
 
     Raises
     ------

@@ -55,7 +55,7 @@ class Run:
 
     @property
     def faults(self) -> FaultReport:
-        """Faults of the terrain's mesh that were found and repaired."""
+        """The contents of the terrain's mesh and the faults found in it, which may or may not have been repaired."""
         return self.prepared.faults
 
     @cached_property

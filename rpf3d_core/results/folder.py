@@ -86,7 +86,7 @@ def check_folder(folder: str | Path) -> Path:
     Raises
     ------
     InputError
-        The path is a file, a folder with content other than an earlier result, or cannot be written.
+        The path is a file or a folder with content other than an earlier result, or no folder can be written there.
     """
     target = Path(folder).resolve()
     if target.is_dir():

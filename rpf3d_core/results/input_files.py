@@ -10,7 +10,7 @@ SCENE = "scene"
 def input_files(scene: Scene) -> list[dict[str, str]]:
     """Return key, full path and digest (SHA-256, 64 hex digits) of the scene file and of all files named in it.
 
-    A file that does not exist is left out, such as the scene file of a scene made in Python.
+    A file that does not exist is not listed, such as the scene file of a scene made in Python.
     """
     named = ((SCENE, scene.path), *files_of(scene))
     return [{"key": key, "path": str(path.resolve()), "sha256": digest_of_file(path)}

@@ -45,7 +45,8 @@ def inputs_section(run: Run) -> dict[str, Any]:
     """Return the content of inputs.json: the scene as it was run, the origin of its values, and the run's warnings.
 
     All values are of types that JSON supports. The key `outlines` has the outline of each area of interest as closed
-    rings of points (x, y) m in the input's coordinates, because the key `scene` may only name the file of an outline.
+    rings of points (x, y) m in the input's coordinates, because the key `scene` does not have these points if the scene
+    names a file of the outline.
     """
     return {
         "scene": _names_of_files(run.scene.model_dump(exclude={"path", "data_hint"})),
@@ -69,7 +70,8 @@ def _measured(scene: Scene) -> dict[str, Any]:
     """Return the key `measured` of inputs.json: the number and the range of the sizes in each list of measured sizes.
 
     The lists are given by key path, such as `rock.diameter`; ranges are in m, kg or m3. The result is {} if the scene
-    has no list of sizes. The key `scene` may only name the file of a list.
+    has no list of sizes. The numbers are written here because the key `scene` does not have them if the scene names a
+    file of sizes.
     """
     sections = {"rock": scene.rock, **{f"sources.{number}": source for number, source in enumerate(scene.sources)}}
     lists = {(path, measure): size for path, section in sections.items() for measure in SIZES

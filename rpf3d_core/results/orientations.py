@@ -23,9 +23,10 @@ HALF = math.sqrt(0.5)
 def orientations_to_input(frame: Frame, q: FloatArray) -> FloatArray:
     """Return orientations (N, 4) w, x, y, z of bodies relative to the input's axes.
 
-    If y is up, the local axes become the input's by a turn of -90 degrees about x: (x, y, z) -> (x, z, -y).
+    If the input's y is up, a vector with the local components (x, y, z) has the components (x, z, -y) along the input's
+    axes: each orientation is turned by -90 degrees about x. If z is up, the orientations stay the same.
 
-    q : (N, 4) orientations of the bodies relative to the local axes
+    q : (N, 4) orientations w, x, y, z of the bodies relative to the local axes
     """
     if frame.up == "z":
         return q

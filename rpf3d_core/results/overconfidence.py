@@ -1,4 +1,4 @@
-"""Make sentences for a run's table on results that look surer than they are, because intervals leave something out."""
+"""Make sentences for a run's table on results that look surer than they are, such as results with narrow intervals."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -95,8 +95,8 @@ def _of_the_ground(run: Run) -> Iterator[str]:
 def _of_the_calibration(sample: Path) -> Iterator[str]:
     """Yield a sentence with the first warnings of the calibration that wrote a sample file.
 
-    The warnings are read from calibration.json in the folder of the sample; if this file cannot be read, there is no
-    sentence.
+    The warnings are read from calibration.json in the folder of the sample. No sentence is yielded if the calibration
+    has no warnings, or if this file cannot be read. If the file has no list of warnings, a sentence states this.
     """
     try:
         found = json.loads((sample.parent / FOUND).read_text(encoding="utf-8"))

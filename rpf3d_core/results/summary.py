@@ -229,7 +229,10 @@ def _with_intervals(name: str, sample: Sample, figures: Any) -> dict[str, Any]:
 
 
 def _lost(findings: Run) -> dict[str, Any]:
-    """Return the share of rocks lost to holes of the terrain, and a sentence on its effect on the other shares."""
+    """Return the share of rocks lost to holes of the terrain, with a sentence on its effect on the other shares.
+
+    The key `meaning` has the sentence; it is None if no rock was lost.
+    """
     lost, rocks = findings.totals.outcomes[Outcome.LOST_TO_HOLE], findings.totals.rocks
     return {**share_of(lost, rocks), "meaning": lost_in_words(lost, rocks) if lost else None}
 
@@ -261,7 +264,10 @@ def _shapes(findings: Run) -> dict[str, Any]:
 
 
 def _speed(findings: Run) -> dict[str, Any]:
-    """Return the wall times of the run (s) for summary.json; rocks_per_s counts the time of the flights only."""
+    """Return the wall times of the run (s) for summary.json, and `rocks_per_s`: rocks per second of flying, `fly_s`.
+
+    `rocks_per_s` is None if `fly_s` is 0.
+    """
     flights = findings.flights
     rate = findings.totals.rocks / flights.fly_s if flights.fly_s > 0.0 else None
     return {**findings.timings, "compile_s": flights.compile_s, "fly_s": flights.fly_s, "rocks_per_s": rate}

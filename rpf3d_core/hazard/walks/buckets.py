@@ -125,8 +125,7 @@ def _visit_span(walk: Walk, f: int, low: float, high: float, height: float) -> N
 def _spans_over(ground: WalkedTerrain, spans: Spans, track: Track, i: int, j: int, begin: float, leave: float) -> int:
     """Write each facet below a track over one bucket (search square) to `spans`, with times and largest height.
 
-    Return the number of facets written. A facet that lies above the track, or for which `spans` has no room, is left
-    out.
+    Return the number of facets written. A facet is not written if it lies above the track, or if `spans` is full.
 
     i, j : column and row of the bucket; begin, leave : times (s) at which the track enters and leaves the bucket
     """

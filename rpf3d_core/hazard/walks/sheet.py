@@ -146,9 +146,10 @@ def _is_clear(sheet: Sheet, locator: BucketLocator, facets: Facets, i: int, j: i
 
 @kernel
 def _least_inside(facets: Facets, f: int, x: float, y: float) -> float:
-    """Return the distance (m) in plan from a place x, y inside facet f to the nearest side; negative outside.
+    """Return roughly the distance (m) in plan from a place x, y (m) to the nearest side of facet f.
 
-    The result is 1 to 1.42 times the distance, because it is measured along an axis, which is faster.
+    The result is negative if the place is outside the facet. The distance is measured along the x or y axis, which is
+    faster, so the result is 1 to 1.42 times the true distance from the line of the side.
     """
     least = np.inf
     for k in range(3):

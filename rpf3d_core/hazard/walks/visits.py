@@ -148,7 +148,7 @@ def _begin_energy(energy2: Any, k: int) -> None:
 def note_energy2(energy2: Any, k: int, value: float) -> None:
     """Record a kinetic energy of the rock in the cell of visit k, if it is the largest there so far.
 
-    energy2 : (N,) largest value of each visit so far (J/kg); None, if rocks do not spin, to do nothing
+    energy2 : (N,) largest value of each visit so far (J/kg); None if rocks do not spin: the call then does nothing
     value : twice the kinetic energy per unit of mass (J/kg)
     """
     if energy2 is None:
@@ -161,8 +161,8 @@ def note_energy2(energy2: Any, k: int, value: float) -> None:
 def energy2_of(energy2: Any, visits: Visits, k: int) -> float:
     """Return the rock's largest kinetic energy in the cell of visit k, as twice the energy over the mass (J/kg).
 
-    energy2 : (N,) twice the largest kinetic energy per mass of each visit (J/kg); None, if rocks do not spin, to take
-        the largest squared speed instead
+    energy2 : (N,) twice the largest kinetic energy per mass of each visit (J/kg); None if rocks do not spin: the result
+        is then the largest squared speed, which is equal
     """
     if energy2 is None:
         return float(visits.most[k, SPEED2])
@@ -190,10 +190,10 @@ def visit_for(visits: Visits, cell: int, t: float, until: float, speed2: float, 
 
 @kernel
 def note_track_energy(energy2: Any, k: int, track: Track, low: float, high: float) -> None:
-    """Record the largest kinetic energy, with rotation, between two times along a track (s) in visit k.
+    """Record in visit k the largest kinetic energy, with rotation, that the rock has between two times of a track (s).
 
-    energy2 : (N,) twice the largest kinetic energy per mass of each visit (J/kg); None, if rocks do not spin, to do
-        nothing
+    energy2 : (N,) twice the largest kinetic energy per mass of each visit (J/kg); None if rocks do not spin: the call
+        then does nothing
     low, high : the two times
     """
     if energy2 is None:

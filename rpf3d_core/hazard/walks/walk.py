@@ -59,7 +59,7 @@ def empty_spans() -> Spans:
 
 
 def with_more_room(scratch: Scratch) -> Scratch:
-    """Return empty working memory for twice as many visits, for a rock that visits more cells than have room."""
+    """Return empty working memory for twice as many visits as `scratch`, because the visits of one rock did not fit."""
     squares, facets, zones, areas = (
         empty_visits(len(visits.mark), 2 * len(visits.cell), visits.way is not None, visits.energy2 is not None)
         for visits in (scratch.squares, scratch.facets, scratch.zones, scratch.areas)

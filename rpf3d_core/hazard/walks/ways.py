@@ -49,7 +49,7 @@ def square_of(raster: Raster, i: int, j: int) -> Square:
 def begin_length(way: Any, k: int) -> None:
     """Set the path length of a new visit k to 0.
 
-    way : (N,) path length of each visit, in cell widths; None, if path lengths are not measured, to do nothing
+    way : (N,) path length of each visit, in cell widths; None if lengths are not measured: the call then does nothing
     """
     if way is None:
         return
@@ -58,10 +58,9 @@ def begin_length(way: Any, k: int) -> None:
 
 @kernel
 def note_length(way: Any, k: int, square: Square, track: Track, begin: float, leave: float) -> None:
-    """Add the length of a track inside a map cell from `begin` to `leave` (s) to visit k, in cell widths.
+    """Add to visit k the length (in cell widths) of a track in plan inside a map cell, from `begin` to `leave` (s).
 
-    way : (N,) path length of each visit, in cell widths; None to do nothing
-
+    way : (N,) path length of each visit, in cell widths; None if lengths are not measured: the call then does nothing
     `walk_raster` extends the outermost cells without end, but a part of a track outside the raster is not counted here.
     """
     if way is None:
@@ -93,7 +92,7 @@ def add_length(ways: Any, way: Any, s: int, k: int) -> None:
     """Add the path length of visit k, and its square, to the sums of its cell in slot s.
 
     ways : (S, 2) sums of lengths and of squares of lengths, in units of 1 / WAY_UNITS
-    way : (N,) path length of each visit, in cell widths; None, if path lengths are not measured, to do nothing
+    way : (N,) path length of each visit, in cell widths; None if lengths are not measured: the call then does nothing
     """
     if way is None:
         return

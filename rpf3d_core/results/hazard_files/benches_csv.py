@@ -40,15 +40,15 @@ def write_csv(path: Path, header: Sequence[str], lines: Iterable[Sequence[Any]])
 
 
 def share_columns(share: dict[str, Any]) -> list[Any]:
-    """Return a share as four columns of a CSV file: rocks, share, and the two ends of the 95 % interval.
+    """Return a share as four columns of a CSV file: rocks, share (-), and both ends (-) of its 95 % interval.
 
-    share : as from `share_of`
+    share : as from `share_of`; both ends are None if its `interval_95` is None
     """
     return [share["rocks"], share["share"], *(share["interval_95"] or (None, None))]
 
 
 def write_benches(path: Path, benches: Sequence[Bench]) -> None:
-    """Write benches.csv; a share of no rocks, and a percentile of fewer than 20 rocks, are left empty."""
+    """Write benches.csv; a share whose total is 0 rocks is empty, and so is a percentile of fewer than 20 rocks."""
     if any(bench.energy_predictive for bench in benches):
         write_csv(path, [*HEADER, *OF_SETS], ([*_line(bench), *_sampling(bench)] for bench in benches))
     else:

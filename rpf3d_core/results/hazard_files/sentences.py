@@ -29,9 +29,10 @@ def words_on_maps(maps: HazardMaps) -> str:
 
 
 def words_on_empty(maps: HazardMaps) -> str:
-    """Return the text of a picture of percentiles without values: the reason, and a number of rocks or a cell size.
+    """Return the text that a picture of percentiles shows if no cell has a value: the reason, and what would help.
 
-    With about this number of rocks, or with this cell size, at least one cell should have a value.
+    The text states a number of rocks and a cell size (m). With about this number of rocks, or with this cell size, at
+    least one cell should have a value. If rocks reached no cell at all, the text states the reason only.
     """
     if not len(maps.cells.cell):
         return "No values: no rock came anywhere."

@@ -78,7 +78,10 @@ def hazard_zones(maps: HazardMaps, spec: HazardSpec) -> Sequence[Zone]:
 
 
 def zones_without_cells(terrain: Terrain, maps: HazardMaps, spec: HazardSpec) -> list[str]:
-    """Return sentences for the user on requested hazard zones without cells, which zones.geojson leaves out."""
+    """Return sentences for the user on requested hazard zones that have no cells, and so are not in zones.geojson.
+
+    Zones of the upper end of the predictive interval are not mentioned.
+    """
     missing = [zone for zone in hazard_zones(maps, spec) if not zone.cells.any() and zone.kind != UPPER]
     levels = [f"{100.0 * zone.level:g} %" for zone in missing if zone.level is not None]
     classes = [repr(zone.name) for zone in missing if zone.name is not None]
@@ -145,6 +148,9 @@ def _polygons(zone: Zone, maps: HazardMaps, frame: Frame) -> list[Any]:
 
 
 def _member(system: "CRS", name: str) -> dict[str, Any]:
-    """Return the reference system as GeoJSON 2008 states it: by EPSG code, or else as the scene spells it."""
+    """Return the member `crs` of GeoJSON 2008: the EPSG code of the reference system or, without a code, `name`.
+
+    name : the reference system as the scene spells it
+    """
     code = system.to_epsg()
     return {"type": "name", "properties": {"name": name if code is None else f"urn:ogc:def:crs:EPSG::{code}"}}

@@ -22,7 +22,10 @@ DRAWN = 1500
 
 
 class Predicted(NamedTuple):
-    """M simulated stops. place : (M, 2) m along and across the slope; weights : (M,), their sum is 1."""
+    """M simulated stops with weights, a sample of the predicted stops.
+
+    place : (M, 2) m, along and across the slope; weights : (M,) (-), whose sum is 1
+    """
 
     place: FloatArray
     weights: FloatArray

@@ -25,7 +25,8 @@ LIMIT, BAND, FENCE, CRITICAL = "#b3007a", "#9bb8e0", "#111111", "#d1480f"
 class SectionDrawing(NamedTuple):
     """The content of the picture of a critical section; distances (m) are horizontal and start at `origin`.
 
-    distance, ground : (S,) m, distance and elevation of the terrain; paths : each (P, 2) m, distance and elevation
+    distance, ground : (S,) m, distance and elevation of the terrain, NaN without terrain
+    paths : each (P, 2) m, distance and elevation of the points of a path
     path : (P, 2) m, the path of the section's rock; None if it is not known
     held : distance (m) within which 90 % of the rocks stop, drawn as a line; None to draw no line
     at : (D,) m, distances; passed : (D,) share (-) of the rocks that pass each distance

@@ -125,7 +125,10 @@ def draw_ground(axes: Axes, terrain: Terrain, window: Window, ground: Picture) -
 
 
 def placed(terrain: Terrain, window: Window) -> Window:
-    """Return a rectangle in the coordinates of a map's axes: input coordinates (m) with z up; window : local frame."""
+    """Return a rectangle of the local frame, `window` (m), in the coordinates of a map's axes (m).
+
+    The coordinates of a map's axes are the input's coordinates, turned so that z is up.
+    """
     east, north, _ = terrain.frame.origin
     return Window(
         left=window.left + east, right=window.right + east, bottom=window.bottom + north, top=window.top + north

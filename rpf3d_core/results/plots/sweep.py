@@ -135,7 +135,10 @@ def _are_alone(low: FloatArray, high: FloatArray) -> NDArray[np.bool_]:
 
 
 def _mark_unknown_ends(axes: Axes, points: FloatArray, colour: str) -> None:
-    """Write a question mark above a point if the upper end or both ends of its interval are unknown, else below it.
+    """Write a question mark next to each point of a curve whose interval has an unknown end.
+
+    The question mark is above the point if the upper end or both ends are unknown, and below the point if only the
+    lower end is unknown. A point with an unknown value has none.
 
     points : (P, 4) position on the axis, value, lower and upper end; unknown numbers are NaN
     """
