@@ -38,7 +38,7 @@ class ShiftContent:
     """The published data of the demo.
 
     mesh : CDR bytes of the pit
-    places : (S, 3) m, positions of the sources; velocities : (S, 3) m/s
+    places : (S, 3) m, map frame, positions of the sources; velocities : (S, 3) m/s
     bench, muck : (H, W, 3) m, map frame, grids of the two benches before and after the crest has failed
     """
 
@@ -83,7 +83,10 @@ def shift_content(scene: Path, sources: int) -> ShiftContent:
 
 
 def surveyed_again(terrain: Terrain) -> FloatArray:
-    """Return the ground at the two benches of the second survey as a grid (ROWS, COLUMNS, 3) m; NaN without ground."""
+    """Return the ground at the two benches of the second survey as a grid (ROWS, COLUMNS, 3) m, in the terrain's axes.
+
+    The height of a point without ground is NaN.
+    """
     facets = facets_of(terrain)
     x, y = np.meshgrid(CORNER[0] + STEP * np.arange(COLUMNS), CORNER[1] + STEP * np.arange(ROWS))
     z = heights_at(engine_of("compiled" if HAS_NUMBA else "reference", facets), facets, x.ravel(), y.ravel())

@@ -45,8 +45,8 @@ class AlarmState:
     - each topic has one publisher, and both publishers are of the same node
     - at least two alerts have arrived since the start, and since the publisher was last lost; a publisher is lost if
       it misses a deadline, if it dies, or if an alert is not understood
-    - the last messages of both topics are not stale, and the last alert is still valid: by the time since its arrival,
-      and by the clock of the bridge
+    - the last messages of both topics are not stale
+    - the last alert is still valid, judged both by the time since its arrival and by the clock of the bridge
     - for `stale_s`, all alerts came from one run of the simulator, with rising sequence numbers
     - the alarm is off in the last messages of both topics, and the level is not `fault`
     """

@@ -42,8 +42,8 @@ class RefusedInputs:
     ) -> None:
         """Begin without refusals.
 
-        silence_s : time (s) for which sources count. When the last refused message of a topic is longer ago, an
-            understood message or an acknowledgement ends the fault
+        silence_s : time (s) for which sources count. Once the last refused message of a topic is older than this time,
+            an understood message or an acknowledgement ends the fault
         terms : how many persons must acknowledge to end the fault, whatever level is held; None for one person
         """
         self._report, self._silence, self._terms = report, silence_s, terms or AcknowledgeSpec()
