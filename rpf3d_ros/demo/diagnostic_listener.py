@@ -30,7 +30,7 @@ class DiagnosticListener:
         self._executor.add_node(self._node)
 
     def spin_once(self) -> dict[str, Health]:
-        """Wait at most PATIENCE (s) for a message; return the last state of each part of each node, by `Health.name`."""
+        """Wait at most PATIENCE (s) for a message; return the last state of each node's parts, by `Health.name`."""
         self._executor.spin_once(timeout_sec=PATIENCE)
         return self.healths
 

@@ -100,7 +100,10 @@ def extent_of(points: FloatArray) -> str:
 
 
 def heights_at(engine: Engine, facets: Facets, x: FloatArray, y: FloatArray) -> FloatArray:
-    """Return the heights (N,) m of the ground at positions x, y (N,) m; NaN where there is no ground."""
+    """Return the heights (N,) m of the highest ground at x, y (N,) m, in the axes of `facets`; NaN without ground.
+
+    engine : an engine that was made for `facets`
+    """
     top = float(facets.high[2]) + ABOVE_EVERYTHING
     below = engine.ground_below(np.column_stack([x, y, np.full(len(x), top)]))
     return np.where(below[:, 1] < 0, np.nan, top - below[:, 0])

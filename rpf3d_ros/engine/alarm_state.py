@@ -92,7 +92,7 @@ class AlarmState:
         """Return why the alarm contact must be open; "" if it may be closed.
 
         now : present time (s, steady clock)
-        clock_ns : present time (ns) of the clock from which the simulator takes its stamps
+        clock_ns : present time (ns) of the bridge's clock, which may differ from the simulator's clock by `offset_s`
         """
         if self._several or self._lost:
             return self._several or self._lost

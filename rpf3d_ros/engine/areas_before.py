@@ -35,7 +35,10 @@ class AreasBefore:
 
     @property
     def topics(self) -> tuple[str, ...]:
-        """All these topics, sorted; after the next restart they must publish their areas again. Any thread may call."""
+        """The topics that define an area now and the silent topics, sorted. Any thread may call.
+
+        After the next restart, all of these topics must publish their areas again.
+        """
         return tuple(sorted(self._missing | self._defined))
 
     def interrupted(self, watched: Iterable[str]) -> None:

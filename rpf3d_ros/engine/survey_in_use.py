@@ -112,7 +112,7 @@ class SurveyInUse(NamedTuple):
         return arrival.is_mesh and arrival.mesh.repeats(self.mesh)
 
     def is_repeated(self, arrival: Arrival, digest: str) -> bool:
-        """True if a message contains this survey again: a mesh, or a cloud with a stamp that is not later.
+        """True if a message contains this survey again; a cloud must also have no later stamp than this survey.
 
         digest : SHA-256 (hex) of the survey in the message
         """
