@@ -30,7 +30,7 @@ class DiagnosticListener:
         self._executor.add_node(self._node)
 
     def spin_once(self) -> dict[str, Health]:
-        """Receive at most one message; return the last known state of every part of every node, by name."""
+        """Wait at most PATIENCE (s) for a message; return the last state of each node's parts, by `Health.name`."""
         self._executor.spin_once(timeout_sec=PATIENCE)
         return self.healths
 

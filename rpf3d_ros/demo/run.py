@@ -1,9 +1,9 @@
 """Five minutes of a shift, in time lapse: simulator and recorder run on a simulated clock in separate processes.
 
 `python -m rpf3d_ros.demo.run --out out/demo-ros` plays survey, radar and operator (`shift.py`), while the nodes answer,
-decide and record. The demo leaves the decision log and a .rrd file that `rerun rrd verify` accepts. The exit code
-is 0 if both are complete, 1 otherwise, 128 + its number after a signal. The clock runs in real time while an answer is
-awaited, and fast through quiet stretches; with `--real-time` the demo takes five minutes.
+decide and record. The demo writes the decision log and a .rrd file that `rerun rrd verify` accepts. The exit code is 0
+if both are complete, 1 otherwise, or 128 + the signal's number after a signal. The clock runs in real time while an
+answer is awaited, and fast through quiet stretches; with `--real-time` the demo takes five minutes.
 """
 
 import argparse
@@ -56,7 +56,7 @@ DECISIONS = "demo-decisions"
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run the demo; return the exit code: 0 if it succeeded, 1 if not, 128 + the number of a signal."""
+    """Run the demo; return the exit code: 0 after success, 1 after a failure, 128 + N after signal N."""
     options = _options(args)
     return unless_signalled(lambda: _demo(options))
 
@@ -144,7 +144,7 @@ def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[st
 
 
 def _play(options: argparse.Namespace, content: ShiftContent, processes: list[subprocess.Popen[bytes]]) -> list[str]:
-    """Play the shift to the nodes; return what is missing: names of ended nodes, alert levels and topics."""
+    """Play the shift to the nodes; return what is missing, as words for a message: nodes, alert levels or topics."""
     from rpf3d_ros.demo.shift import LENGTH, Shift
     from rpf3d_ros.demo.stand_in import StandIn  # starts DDS threads, so it is imported after the child processes start
     from rpf3d_ros.interface.simulated_clock import SimulatedClock
@@ -193,7 +193,10 @@ def _wait_for_topics(timeout: float, processes: list[subprocess.Popen[bytes]]) -
 
 
 def _report(recording: Path, finished: Path) -> int:
-    """Verify the recording, give it its final name and print its contents; return 0 if nothing is missing, else 1."""
+    """Verify the recording and print its numbers of rows; return 1 if the recording is damaged or incomplete, else 0.
+
+    A complete recording is renamed to `finished`.
+    """
     try:
         verify(recording)
         rows = rows_by_entity(recording)

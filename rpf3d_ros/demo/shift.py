@@ -43,7 +43,7 @@ class Event(NamedTuple):
     """One action of survey, radar or operator in the shift, with its time.
 
     at : time since the beginning of the shift (s)
-    action : name of the method of `Shift`
+    action : name of the method of `Shift` that does the action
     sentence : a sentence for the person who watches the demo
     """
 
@@ -106,7 +106,7 @@ class Shift:
         self._pass_until(LENGTH)
 
     def survey(self) -> None:
-        """Publish the whole pit as terrain, then the sources that the radar detects."""
+        """Publish the whole pit as terrain, then the sources that the radar detects, and wait for the answer."""
         self._stand_in.publish("terrain/mesh", self._content.mesh)
         self._publish_sources()
 
@@ -121,11 +121,11 @@ class Shift:
         self._publish_sources()
 
     def fails(self) -> None:
-        """Publish a patch with muck on the bench, because the crest has failed, and wait for an answer over it."""
+        """Publish a patch with the muck of the failed crest on the bench; wait for an answer over the new terrain."""
         self._update(self._content.muck)
 
     def cleaned(self) -> None:
-        """Publish a patch with the bench without muck, and wait for an answer over it."""
+        """Publish a patch with the bench without muck, and wait for an answer over the new terrain."""
         self._update(self._content.bench)
 
     def acknowledge(self) -> None:

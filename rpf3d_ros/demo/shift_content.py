@@ -38,7 +38,7 @@ class ShiftContent:
     """The published data of the demo.
 
     mesh : CDR bytes of the pit
-    places : (S, 3) m, positions of the sources; velocities : (S, 3) m/s
+    places : (S, 3) m, map frame, positions of the sources; velocities : (S, 3) m/s
     bench, muck : (H, W, 3) m, map frame, grids of the two benches before and after the crest has failed
     """
 
@@ -83,7 +83,10 @@ def shift_content(scene: Path, sources: int) -> ShiftContent:
 
 
 def surveyed_again(terrain: Terrain) -> FloatArray:
-    """Return the ground at the two benches of the second survey as a grid (ROWS, COLUMNS, 3) m; NaN without ground."""
+    """Return the ground at the two benches of the second survey as a grid (ROWS, COLUMNS, 3) m, in the terrain's axes.
+
+    The height of a point without ground is NaN.
+    """
     facets = facets_of(terrain)
     x, y = np.meshgrid(CORNER[0] + STEP * np.arange(COLUMNS), CORNER[1] + STEP * np.arange(ROWS))
     z = heights_at(engine_of("compiled" if HAS_NUMBA else "reference", facets), facets, x.ravel(), y.ravel())
@@ -97,7 +100,10 @@ def extent_of(points: FloatArray) -> str:
 
 
 def heights_at(engine: Engine, facets: Facets, x: FloatArray, y: FloatArray) -> FloatArray:
-    """Return the heights (N,) m of the ground at positions x, y (N,) m; NaN where there is no ground."""
+    """Return the heights (N,) m of the highest ground at x, y (N,) m, in the axes of `facets`; NaN without ground.
+
+    engine : an engine that was made for `facets`
+    """
     top = float(facets.high[2]) + ABOVE_EVERYTHING
     below = engine.ground_below(np.column_stack([x, y, np.full(len(x), top)]))
     return np.where(below[:, 1] < 0, np.nan, top - below[:, 0])

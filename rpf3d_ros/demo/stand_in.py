@@ -48,7 +48,7 @@ class StandIn:
         self._executor.add_node(self.node)
 
     def publish(self, topic: str, message: Any) -> int:
-        """Publish a message, or the bytes of a message; return the time before the call (ns, monotonic)."""
+        """Publish a message, or the bytes of a message; return the time just before publishing (ns, monotonic)."""
         began = time.monotonic_ns()
         self._publishers[topic].publish(message)
         return began

@@ -45,8 +45,8 @@ class AlarmState:
     - each topic has one publisher, and both publishers are of the same node
     - at least two alerts have arrived since the start, and since the publisher was last lost; a publisher is lost if
       it misses a deadline, if it dies, or if an alert is not understood
-    - the last messages of both topics are not stale, and the last alert is still valid: by the time since its arrival,
-      and by the clock of the bridge
+    - the last messages of both topics are not stale
+    - the last alert is still valid, judged both by the time since its arrival and by the clock of the bridge
     - for `stale_s`, all alerts came from one run of the simulator, with rising sequence numbers
     - the alarm is off in the last messages of both topics, and the level is not `fault`
     """
@@ -92,7 +92,7 @@ class AlarmState:
         """Return why the alarm contact must be open; "" if it may be closed.
 
         now : present time (s, steady clock)
-        clock_ns : present time (ns) of the clock from which the simulator takes its stamps
+        clock_ns : present time (ns) of the bridge's clock, which may differ from the simulator's clock by `offset_s`
         """
         if self._several or self._lost:
             return self._several or self._lost

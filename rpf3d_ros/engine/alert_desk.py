@@ -61,9 +61,9 @@ class DecisionListener(Protocol):
         """Report why the last decision is not on disk; fault : the reason, "" if the decision is on disk."""
 
     def remembered(self, fault: str) -> None:
-        """Report why the state that the next start needs could not be saved; fault : "" if it is on disk.
+        """Report why the state that the next start needs could not be saved; fault : the reason, "" if it was saved.
 
-        The state describes what the node has received, such as the topics that have published and refused messages.
+        The state describes what the node has received, such as refused messages, and the topics that have published.
         """
 
     def held_up(self, why: str) -> None:
@@ -121,8 +121,8 @@ class AlertDesk:
     def decide_on(self, region: Hashable, evidence: Evidence, topic: str) -> None:
         """Request a decision on new evidence of a region (one wall of the pit), and return at once.
 
-        Evidence without sources applies to all regions of its topic. If MOST_WAITING answers wait already, the message
-        counts as lost.
+        Evidence without sources applies to all regions of its topic. If MOST_WAITING answers already wait for their
+        decision, the evidence is dropped, and the message with its sources counts as lost.
 
         topic : the topic on which the sources of the evidence were received
         """
@@ -166,7 +166,8 @@ class AlertDesk:
         Evidence for a former outline or terrain is outdated at once, even if many requests wait. Any thread may call.
 
         outlines : returns the digest of the present outline of each area, by name
-        terrain : returns the digest of the present terrain, "" without terrain; None if the terrain is not watched
+        terrain : returns the digest of the present terrain, or "" without terrain; pass None in place of this function
+            if the terrain is not watched
         """
         with self._watching:  # otherwise an older state could be noted after a newer one
             present = outlines(), terrain() if terrain is not None else None
@@ -198,8 +199,8 @@ class AlertDesk:
     def acknowledge(self, by: str, why: str, reply: Reply, client: str = "") -> None:
         """Request a decision with an acknowledgement, and return at once.
 
-        A fault that is shown at this call makes the acknowledgement void, even if the fault ends before the decision.
-        The only exception is the fault that the level before the start is unknown.
+        A fault that the alert shows when this method is called makes the acknowledgement void, even if the fault ends
+        before the decision. The only exception is the fault that the level before the start is unknown.
 
         by, why : name of the person, and reason; client : as in `Acknowledgement`
         reply : called on the thread of the alert desk, with True and a sentence, or with False and why the
@@ -367,8 +368,8 @@ class AlertDesk:
     def _decide_with(self, given: Acknowledgement, now: int, shown: tuple[str, ...]) -> tuple[bool, str]:
         """Decide with an acknowledgement; return True and the level, or False and why the acknowledgement is void.
 
-        If it is unknown which level was held before the start, the acknowledgement may end this fault, but then it does
-        not also lower a held level.
+        If it is unknown which level was held before the start, the acknowledgement may end this fault. The same
+        acknowledgement then does not lower a held level.
 
         shown : the faults that were shown when the acknowledgement was given; they count although they may have ended
         """

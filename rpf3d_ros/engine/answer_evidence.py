@@ -11,7 +11,7 @@ from rpf3d_ros.engine.configuration import version
 
 @dataclass(frozen=True, eq=False)
 class EvidenceContext:
-    """The values that evidence needs in addition to those of an answer: terrain, time and seed.
+    """The values of evidence that are not in an answer: terrain, time and seed.
 
     standing : the prepared terrain in use, None if there is none
     at_ns : time of the answer (ns); seed : random seed of the scene
@@ -25,7 +25,7 @@ class EvidenceContext:
 def evidence_of_answer(answer: Answer, context: EvidenceContext) -> Evidence:
     """Return the evidence of an answer, for the alert decision.
 
-    Left-out and doubtful sources are faults of the evidence. Sources far from the calibrated place are a note.
+    Refused or doubtful sources are a fault of the evidence. Sources far from the place of the calibration are a note.
     """
     faults = tuple(sentence for sentence in (answer.left_out, answer.doubtful) if sentence)
     without_sources = evidence_without_answer(answer.trigger, "", context)._replace(

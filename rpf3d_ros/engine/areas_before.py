@@ -10,7 +10,9 @@ CAUSE = "area: {}"
 
 
 class AreasBefore:
-    """The topics with an area now, and silent topics: they had an area before a restart or pause, but not yet again.
+    """The topics that define an area now, and the silent topics.
+
+    A silent topic defined an area before a restart or pause of the node, and has not published again since.
 
     report : called with the cause and the sentence of each fault; an empty sentence ends the fault. Only one thread may
         call `announce`, `interrupted` and `received`.
@@ -23,7 +25,7 @@ class AreasBefore:
         self._defined: frozenset[str] = frozenset()
 
     def repeat(self) -> None:
-        """Report the fault of each topic; call this as soon as `report` can take faults."""
+        """Report the fault of each silent topic; call this as soon as `report` can take faults."""
         for topic in sorted(self._missing):
             self._report(
                 CAUSE.format(topic),
@@ -33,7 +35,10 @@ class AreasBefore:
 
     @property
     def topics(self) -> tuple[str, ...]:
-        """The topics that must publish their areas again after the next restart, sorted. Any thread may call."""
+        """The topics that define an area now and the silent topics, sorted. Any thread may call.
+
+        After the next restart, all of these topics must publish their areas again.
+        """
         return tuple(sorted(self._missing | self._defined))
 
     def interrupted(self, watched: Iterable[str]) -> None:

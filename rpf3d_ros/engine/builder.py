@@ -106,7 +106,10 @@ class Builder:
         return {"cloud_ns": cloud_ns, "cloud_digest": digest, "is_mesh": is_mesh, "replaced": replaced}
 
     def forget_former(self) -> None:
-        """Forget all former surveys before the next whole survey, because the clock went back; any thread may call."""
+        """Request that all former surveys are forgotten, because the clock went back; any thread may call.
+
+        The builder's thread forgets the surveys as soon as it begins to build the next whole survey.
+        """
         self._is_clock_back = True
 
     def _run(self) -> None:
@@ -207,8 +210,8 @@ def _stood_on(before: PreparedTerrain, ground: LiveTerrain) -> PreparedTerrain:
 
     before : the prepared terrain before the patch; ground : the terrain with the patch
 
-    Raises MessageRefused if the terrain cannot be used. A TerrainError would be wrong: the thread that flies rocks
-    takes a TerrainError to mean that the terrain is unchanged, but the patch has already changed its arrays.
+    Raises MessageRefused if the terrain cannot be used. A TerrainError would be wrong: for the thread that flies rocks,
+    a TerrainError means that the terrain is unchanged, but the patch has already changed the arrays of the terrain.
     """
     try:
         return stand_after(before, ground)

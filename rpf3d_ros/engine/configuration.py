@@ -56,8 +56,9 @@ class StationConfiguration:
 
     workshop : builds the terrains; store : keeps the terrain on disk, None if no store is named
     standing : the prepared terrain from the store; None if the store has no terrain, or if it cannot be read
-    standing_report : age of this terrain and its unreadable patches, or why it cannot be read; "" if there is none
-    thresholds : of the site, None if there are no alerts
+    standing_report : age of this terrain and its unreadable patches, or why the terrain cannot be read; "" if the store
+        has no terrain
+    thresholds : thresholds of the site, None if there are no alerts
     log : the decision log, None if there are no alerts or if the log cannot be opened
     log_fault : why the log cannot be opened, or problems found in the log; "" without problems
     compile_s : wall time of compiling (s)
@@ -78,7 +79,9 @@ class StationConfiguration:
 
     @property
     def most_ahead(self) -> float:
-        """Time (s) that stamps may be ahead of the clock: `most_ahead`, but at most the site's `clock_tolerance_s`.
+        """Time (s) that stamps may be ahead of the clock: the smaller of two settings.
+
+        The settings are the node's parameter `most_ahead` and, if there is a site file, its `clock_tolerance_s`.
 
         A message with a stamp further ahead is refused when it is received, because the combined evidence of several
         regions contains the oldest stamp only.
@@ -194,8 +197,8 @@ def warm(scene: Scene, parameters: SimulatorParameters) -> float:
     """Compile the code of answers before the first sources arrive, and return the wall time (s) that this took.
 
     The function builds a terrain from an artificial slope and a patch, flies the first stage of one answer over this
-    terrain, and discards the result. The scene's areas of interest are left out, and its barriers are moved onto the
-    slope, because they lie elsewhere. The reference engine needs no compiling, so only one rock flies.
+    terrain, and discards the result. The scene's areas and barriers lie elsewhere. Therefore the areas are not used,
+    and the barriers are moved onto the slope. The reference engine needs no compiling, so only one rock flies.
     """
     began = time.perf_counter()
     y, x = np.mgrid[0:WARM_SIDE, 0:WARM_SIDE] * WARM_STEP
@@ -278,7 +281,7 @@ def _restored(
 
 
 def _check_origin(last: StoredSurveys, map_origin: tuple[float, float, float]) -> None:
-    """Raise InputError if surveys were stored with an unknown `map_origin`, or not with the node's `map_origin` (m)."""
+    """Raise InputError if the `map_origin` (m) of the stored surveys is unknown, or differs from that of the node."""
     stored = last.pieces[-1].map_origin
     if stored is None:
         raise InputError("it was stored by an older version, without map_origin: publish the whole terrain")

@@ -220,7 +220,11 @@ class Flyer:
             handover.done.set()
 
     def _changed_by(self, change: Change) -> PreparedTerrain:
-        """Return the prepared terrain after a change; if the change fails halfway, no terrain is left."""
+        """Return the prepared terrain after a change.
+
+        If the change raises a TerrainError, the terrain in use is unchanged. After any other error the node has no
+        terrain, because the arrays of the terrain may be changed in part.
+        """
         if self.standing is None:
             raise InputError("there is no terrain yet for this patch")
         try:

@@ -29,8 +29,9 @@ class InOrder(Generic[T]):
     earlier. The times of publication are times of the publishers' clocks. If these clocks differ, messages that arrive
     together may be in the wrong order.
 
-    takes : for each queue, a function that returns the next message's time of publication (ns) and content, or None
-    errors : errors raised by queues in the last pass; an error in one queue does not delay the other queues
+    takes : for each queue, a function that returns the time of publication (ns) and the content of the next message, or
+        None if no message waits
+    errors : errors raised by queues in the last call of `ready`; an error in one queue does not delay the other queues
     """
 
     def __init__(self, takes: Sequence[Callable[[], tuple[int, T] | None]]) -> None:

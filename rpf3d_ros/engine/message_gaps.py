@@ -71,11 +71,13 @@ class MessageGaps:
 
         Several publishers that cannot be distinguished share one identity, but each has its own numbers. A message then
         belongs to the publisher whose last number it continues, or else to the publisher with the nearest lower number;
-        messages are then missing. Only the last numbers of as many publishers as there are now are kept. Otherwise a
-        message could continue the number of a publisher that has gone, and a loss would remain unnoticed.
+        messages are then missing. If there are n publishers now, the last numbers are kept only of the n publishers
+        that published most recently. Otherwise a message could continue the number of a publisher that has ended, and a
+        loss would remain unnoticed.
 
-        In two cases, too many messages may count as lost: a publisher ends before its last messages are read, and
-        another has published; or the node begins to subscribe while there are several publishers.
+        Too many messages may count as lost in two cases: if a publisher ends before its last messages are read, and
+        another publisher has published meanwhile; and if the node begins to subscribe while there are several
+        publishers.
 
         publisher : identity of the publisher; number : of the message; publishers : as in `lost_before`
         """

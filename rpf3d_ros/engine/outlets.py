@@ -40,7 +40,7 @@ class NoOutput:
         return self
 
     def __call__(self, *args: object, **named: object) -> "NoOutput":
-        """Do nothing."""
+        """Do nothing, and return this object."""
         return self
 
 

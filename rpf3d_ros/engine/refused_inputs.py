@@ -3,9 +3,9 @@
 The fault of a topic lasts until a later message of the topic is understood. A message of sources reports only some
 regions, and the refused message may have reported other regions. So the fault of a topic of sources lasts until the
 refused sources would be too old, or until a person acknowledges after a message was understood. While a topic has
-several publishers, the fault stays, because it is unknown which publisher sent the understood message. If the last
-refused message of a topic is longer ago than sources may be old, an acknowledgement ends the fault of the topic without
-an understood message. A fault also stays after a restart, and while the node is not active.
+several publishers, the fault stays, because it is unknown which publisher sent the understood message. Once the last
+refused message of a topic is older than sources may be, an acknowledgement ends the fault of the topic even if no
+message was understood. A fault also stays after a restart, and while the node is not active.
 """
 
 from collections.abc import Callable
@@ -42,8 +42,8 @@ class RefusedInputs:
     ) -> None:
         """Begin without refusals.
 
-        silence_s : time (s) for which sources count. When the last refused message of a topic is longer ago, an
-            understood message or an acknowledgement ends the fault
+        silence_s : time (s) for which sources count. Once the last refused message of a topic is older than this time,
+            an understood message or an acknowledgement ends the fault
         terms : how many persons must acknowledge to end the fault, whatever level is held; None for one person
         """
         self._report, self._silence, self._terms = report, silence_s, terms or AcknowledgeSpec()

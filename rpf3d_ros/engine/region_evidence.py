@@ -32,9 +32,9 @@ class TopicEvidence(NamedTuple):
         return self._replace(evidence=self.evidence._replace(faults=faults))
 
     def clears(self, other: "TopicEvidence") -> bool:
-        """True if this evidence, of a message without sources, replaces `other` of the same topic with an older stamp.
+        """True if `other` has the same topic and an older stamp, so that this evidence replaces `other`.
 
-        If the stamps are equal, the sources of the other evidence still count.
+        Call this for evidence without sources only. If the stamps are equal, the sources of `other` still count.
         """
         return other.topic == self.topic and other.stamp_ns < self.stamp_ns
 
@@ -126,7 +126,10 @@ class RegionEvidence:
         )
 
     def _complete_until_ns(self, parts: Sequence[Evidence]) -> int:
-        """Return when (ns) the first topic falls silent or the first answer is too old for the terrain; 0 if never."""
+        """Return when (ns) the first fault begins if no further message arrives; 0 if no fault will begin.
+
+        The fault is a topic that falls silent, or an answer that still counts too long after its terrain was replaced.
+        """
         first_ns = self._topics.oldest_ns
         silent_ns = [] if first_ns is None else [first_ns + self._max_age_ns]
         return min([*silent_ns, *self._ground.ends_ns(parts)], default=0)

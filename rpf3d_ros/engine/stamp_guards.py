@@ -7,8 +7,9 @@ from rpf3d_ros.messages.stamps import SECOND
 class StampGuards:
     """The last stamp of each topic: messages with an older stamp, or with a stamp from the future, are refused.
 
-    Without the second check, one damaged stamp would block a topic for all messages that follow. The stamps are kept
-    while the node is not active, because a program may publish an old message when the node is activated again.
+    If stamps from the future were accepted, one damaged stamp would block a topic for all messages that follow. The
+    stamps are kept while the node is not active, because a program may publish an old message when the node is
+    activated again.
     """
 
     def __init__(self, most_ahead: float) -> None:

@@ -195,8 +195,8 @@ class Station:
     def activate(self) -> None:
         """Begin to answer sources and to decide on alerts.
 
-        After an earlier activation, messages may have been missed while the node was not active: areas must be
-        published again, and if patches are in use, the whole terrain.
+        After an earlier activation, messages may have been missed while the node was not active. Therefore areas must
+        be published again. The whole terrain must be published again, too, if the node has received patches.
         """
         if self._was_deactivated:
             self._areas.interrupted(self._watched_area_topics())
@@ -227,7 +227,7 @@ class Station:
                 self.decisions.end_with_alarm()
 
     def close(self) -> bool:
-        """End all threads within COMPUTING and WRITING (s); return True if all have ended.
+        """End all threads within COMPUTING + WRITING (s) in total; return True if all have ended.
 
         Threads that have not ended are abandoned: their results and reports are discarded.
         """
@@ -396,7 +396,7 @@ class Station:
     def set_areas(self, topic: str, outlines: Outlines) -> None:
         """Replace the areas of interest of a topic; evidence for their former outlines is outdated.
 
-        outlines : the rings of each area in the map frame, by name; empty if the topic defines no area
+        outlines : the rings (P, 2) m of each area in plan, map frame, by name; empty if the topic defines no area
         """
         if outlines:
             self._areas.announce(topic)

@@ -21,7 +21,7 @@ class Arrival:
     convert : returns the survey in the message
     stamp_ns : stamp of the message (ns); for a mesh, which has no stamp, the time at which it was received
     data : bytes of a mesh; empty for other messages
-    moved_by : transform from the frame of the message, from tf2; None for a frame that the parameters define
+    moved_by : tf2's transform from the message's frame into the map frame; None for a frame that the parameters define
     """
 
     convert: Callable[[], Survey]
@@ -41,7 +41,10 @@ class Arrival:
 
 
 class PlacedMesh(NamedTuple):
-    """The bytes of a mesh, and the transform from its frame; None for a frame that the parameters define."""
+    """The bytes of a mesh, and the transform `moved_by` from the mesh's frame into the map frame.
+
+    moved_by : None if the parameters of the node define the mesh's frame
+    """
 
     data: Buffer = b""
     moved_by: RigidTransform | None = None
@@ -75,9 +78,10 @@ class SurveyInUse(NamedTuple):
     cloud_digest: str = ""
 
     def is_older(self, arrival: Arrival, digest: str, now_ns: int) -> bool:
-        """True if a message is a cloud that is older than the last cloud in use, or repeats it after a mesh.
+        """True if a message is a cloud older than the last cloud in use, or the same cloud after its replacement.
 
-        False if the clock went back before the start, so that the stamp of the last cloud in use is in the future.
+        A mesh may have replaced the last cloud. The result is always False if the clock went back before the start, so
+        that the stamp of the last cloud is in the future.
 
         digest : SHA-256 (hex) of the survey in the message; now_ns : present time (ns), 0 before the clock begins
         """
@@ -108,17 +112,18 @@ class SurveyInUse(NamedTuple):
         return arrival.is_mesh and arrival.mesh.repeats(self.mesh)
 
     def is_repeated(self, arrival: Arrival, digest: str) -> bool:
-        """True if a message contains this survey again, and does not claim to be newer.
+        """True if a message contains this survey again; a cloud must also have no later stamp than this survey.
 
         digest : SHA-256 (hex) of the survey in the message
         """
         return bool(digest) and digest == self.digest and (arrival.is_mesh or arrival.stamp_ns <= self.stamp_ns)
 
     def may_stay(self, arrival: Arrival) -> bool:
-        """True if the terrain in use may stay as it is after a message that contains its survey again.
+        """True if the terrain in use may stay as it is after a message that contains the same whole survey again.
 
-        False if the clock was set back, so that the stamp of the terrain is in the future, or if the clock had not
-        begun when the terrain was built (stamp 0).
+        A cloud must have the stamp of the survey in use. For a mesh the result is False if the clock was set back, so
+        that the stamp of the survey in use is in the future, or if the clock had not begun when this survey arrived
+        (stamp 0).
         """
         if arrival.is_mesh:
             return 0 < self.stamp_ns <= arrival.stamp_ns

@@ -38,7 +38,8 @@ class TerrainBefore(NamedTuple):
 
     read_ns : time when the store was read, by the machine's clock (ns)
     patches_ns : times when the patches in the restored terrain were received, by the machine's clock (ns)
-    unread : number of stored patches that cannot be read; unreadable : why no terrain can be read, "" if a terrain can
+    unread : number of stored patches that cannot be read
+    unreadable : why the stored terrain cannot be read; "" if the terrain can be read, or if no terrain is stored
     """
 
     read_ns: int = 0

@@ -28,7 +28,10 @@ ROS_OWN = ("use_sim_time", "start_type_description_service", "qos_overrides")
 SENSOR_PARAMETERS = "source_topics, source_cloud_topics, expected_topics and optional_topics"
 
 SHARED = ("source_topics", "source_cloud_topics")
-"""Parameters that a file sets for all nodes (`/**`), so that they agree; a node without them does not warn."""
+"""Parameters that a file sets for all nodes (`/**`), so that all nodes use the same values.
+
+A node that does not have these parameters prints no warning.
+"""
 
 SIM_TIME = "use_sim_time"
 """Parameter of rclpy that chooses the clock; with another clock, stamps and ages mean something else."""

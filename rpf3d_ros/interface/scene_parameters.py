@@ -46,7 +46,7 @@ class SceneParameters:
 
     @property
     def given(self) -> dict[str, Any]:
-        """The values that a user gave, by name of the parameter: on the command line, in a file, or later.
+        """The values that a user gave on the command line, in a parameter file or later, by name of the parameter.
 
         All other parameters have the scene's default.
         """

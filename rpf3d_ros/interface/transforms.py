@@ -64,8 +64,10 @@ class InputFrames:
     def of(self, frame_id: str, stamp_ns: int) -> MapFrame:
         """Return the map frame that converts a message; frame_id, stamp_ns : frame and stamp (ns) of the message.
 
-        No transform is looked up for the frames in the parameters. Raises MessageRefused if there is no transform, and
-        for a transform that is too old or not a rotation.
+        No transform is looked up for the frames in the parameters, or if there is no provider of transforms: a message
+        in another frame is then refused when the returned map frame converts the message. Raises MessageRefused if the
+        provider has no transform, if the stamp is 0, and for a transform that is later than the message, too old or
+        not a rotation.
         """
         if self._transforms is None or self._needs_none(frame_id):
             return self._frame  # the map frame itself refuses a message in another frame
@@ -80,8 +82,9 @@ class InputFrames:
     def static(self, frame_id: str, because: str) -> MapFrame:
         """Return the map frame that converts data without a time, such as a mesh; frame_id must be a static frame.
 
-        The newest transform is used, because a static transform is valid for all times. Raises MessageRefused if there
-        is no transform, if the transform is not a rotation, and if it is dynamic.
+        The newest transform is used, because a static transform is valid for all times; as in `of`, some frames need no
+        transform. Raises MessageRefused if the provider has no transform, and for a transform that is dynamic or not a
+        rotation.
 
         because : why frame_id must be static, for the error message
         """

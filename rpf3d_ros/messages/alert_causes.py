@@ -1,7 +1,7 @@
 """The values in a message of `alerts` that explain a level.
 
-These are its cause, the terrain on which the decision is based, and the times since when the level is shown and since
-when it is not normal.
+The values are the cause of the level, the terrain on which the decision is based, the time from which on the level has
+been shown, and the time from which on the level has not been normal.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ NOTHING, SOURCES, FAULT, NOT_KNOWN = "nothing", "sources", "fault", "unknown"
 def causes_of_site(alert: Alert) -> dict[str, str]:
     """Return the values that explain the level of the site: cause, cluster of sources, terrain and start time.
 
-    The cause is that of the first area whose held level is the held level of the site.
+    If the limits of an area caused the level, the values describe the first area with the held level of the site.
     """
     raised = next((area for area in alert.areas if area.held == alert.held), None)
     return _values(alert, raised, alert)

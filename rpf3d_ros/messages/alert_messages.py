@@ -64,9 +64,9 @@ def alerts_message(
 
 
 def _waiting_values(alert: Alert) -> dict[str, str]:
-    """Return the names, the reasons and the end (ns) of the acknowledgements that wait for another person, as values.
+    """Return names and reasons of the acknowledgements that wait for another person, and until when (ns) they wait.
 
-    All values are "" if no acknowledgement waits for another person.
+    The result has one text for each key of the message. All texts are "" if no acknowledgement waits.
     """
     until_ns = alert.waiting_until_ns
     return {

@@ -20,7 +20,7 @@ A hand-drawn haul road has dozens of corners, a mine some hundred machines.
 
 
 def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArray]:
-    """Return the outline (P, 2) m of a live area of interest, in plan, from a polygon message.
+    """Return the outline (P, 2) m of a live area of interest, in plan, map frame, from a polygon message.
 
     A polygon without corners deletes the area: the list is then empty.
 
@@ -57,7 +57,7 @@ def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArra
 
 
 def rings_of_equipment(poses: PoseArray, frame: MapFrame, radius: float) -> list[FloatArray]:
-    """Return the outlines (P, 2) m of the area around equipment, within a radius (m) of the poses in a message.
+    """Return the outlines (P, 2) m, in plan, map frame, of the area within a radius (m) of the poses of equipment.
 
     Overlapping circles are joined. The list is empty if the message has no poses.
     Raises MessageRefused for a foreign frame, and for poses that are not finite or too many.

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 
 def percent_of_grid(grid: "OccupancyGrid", frame: MapFrame) -> NDArray[np.int8]:
-    """Return the reach probability of a grid message in percent (H, W), southernmost row first; -1 if unknown.
+    """Return the reach probability of a grid message in percent (H, W); -1 if unknown.
+
+    The first row is the southernmost row, and the first column the westernmost column.
 
     Raises MessageRefused for a foreign frame, for a grid without cells, for a size that does not match the data, for a
     resolution that is not above 0 m, and for values outside -1 to 100.

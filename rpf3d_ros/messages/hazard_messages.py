@@ -53,8 +53,8 @@ def percentages(maps: HazardMaps, cells: TerrainCells) -> NDArray[np.int8]:
 def hazard_points(header: Header, maps: HazardMaps, cells: TerrainCells, frame: Frame, result: int) -> PointCloud2:
     """Return the map cells that rocks reached as a point cloud: one point in the middle of each cell, on the ground.
 
-    Fields: x, y, z (m), reach_probability (-), p95_energy (J; NaN if fewer than 20 rocks reached the cell),
-    first_arrival (s), rocks, result.
+    Fields: x, y, z (m, map frame), reach_probability (-), p95_energy (J; NaN if fewer than 20 rocks reached the cell),
+    first_arrival (s), rocks (number of rocks), result (number of the result).
     """
     layers = maps.cells
     points = _middles(maps, cells, frame)

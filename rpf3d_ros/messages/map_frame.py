@@ -115,7 +115,7 @@ class MapFrame:
 
 
 def rigid_transform(source: str, quaternion: Sequence[float], translation: Sequence[float]) -> RigidTransform:
-    """Return the transform of a frame from a quaternion x, y, z, w and a translation (m).
+    """Return the transform from the frame `source` into the map frame: a quaternion x, y, z, w and a translation (m).
 
     The quaternion is normalised, because a length that is off by 0.001 would move a point at 1 km by 2 m. Raises
     MessageRefused if a number is not finite, or the quaternion is not a rotation.

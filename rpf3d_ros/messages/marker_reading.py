@@ -42,7 +42,8 @@ class Strip(NamedTuple):
 def strips_of_markers(array: "MarkerArray", frame: MapFrame) -> list[Strip]:
     """Return the trajectories in a marker message, in the map frame: its lines with at least two points.
 
-    Raises MessageRefused for a marker in a foreign frame or with a pose, and for points or colours that are not finite.
+    Raises MessageRefused for a marker in a foreign frame, for a marker whose pose moves the points, and for points or
+    colours that are not finite.
     """
     lines = [marker for marker in _shapes(array, LINE_STRIP) if len(marker.points) > 1]
     return [Strip(_positions(line, frame), _received_colours(line)) for line in lines]

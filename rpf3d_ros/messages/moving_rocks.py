@@ -32,11 +32,11 @@ class RockPositions(NamedTuple):
 def motion_of(points: FloatArray, t: FloatArray, rock: IntArray) -> RockPositions:
     """Return the positions of at most MOST_ROCKS rocks every FRAME seconds, from the points of their trajectories.
 
-    Between points, the motion is linear.
+    Between points, the motion is linear. Motion after MOST_FRAMES positions is cut off.
 
     points : (N, 3) m, grouped by rock, in order of time; t : (N,) s after release; rock : (N,) rock of each point
 
-    Raises MessageRefused for times that are not finite, that are negative, or that decrease within a rock.
+    Raises MessageRefused for times that are not finite, that are negative, or that decrease along the path of a rock.
     """
     if not bool(np.isfinite(t).all()) or bool((t < 0.0).any()):
         raise MessageRefused("field 't' holds times that are negative or not finite; they are seconds after release")

@@ -22,7 +22,7 @@ class ResultFacts:
     complete : True if no further stage follows
     rocks, sources : numbers of rocks flown and of sources that released rocks; outcomes : outcome -> number of rocks
     seed : random seed of the scene
-    seconds : time since the processing of the trigger began
+    seconds : time (s) since the processing of the trigger began
     terrain_digest, sources_digest : sha256, hex
     warning : a sentence if the answer omits part of the request, else ""
     """

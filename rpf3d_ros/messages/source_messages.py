@@ -148,7 +148,8 @@ def _known_points(unknown: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def poses_of_sources(header: Header, positions: FloatArray, velocities: FloatArray) -> PoseArray:
     """Return sources as a pose message, one pose for each; speeds are not part of the message.
 
-    positions : (S, 3) m; velocities : (S, 3) m/s, the x axis of each pose points along its velocity
+    positions : (S, 3) m and velocities : (S, 3) m/s, in the frame of `header`; the x axis of a pose points along the
+        velocity of the source, or is not rotated if the velocity is zero
     """
     turns = quaternions_along(velocities)
     poses = [

@@ -44,7 +44,7 @@ def check_cloud(cloud: "PointCloud2", frame: MapFrame, most: int = MOST_POINTS) 
 
 
 def survey_of_cloud(cloud: "PointCloud2", frame: MapFrame, most: int = MOST_POINTS) -> GridSurvey | CloudSurvey:
-    """Return the survey in a cloud of terrain/points or terrain/update.
+    """Return the survey in a cloud of terrain/points or terrain/update, converted to the map frame.
 
     A cloud with at least two rows and two columns is a grid, any other cloud scattered points. A point with a NaN is a
     hole of a grid, and is left out of scattered points.
@@ -65,7 +65,7 @@ def survey_of_cloud(cloud: "PointCloud2", frame: MapFrame, most: int = MOST_POIN
 
 
 def grid_of_cloud(cloud: "PointCloud2", frame: MapFrame) -> GridSurvey:
-    """Return the survey in an organised point cloud: points in rows; a point with any NaN is a hole.
+    """Return the survey in an organised point cloud: points in rows, map frame; a point with any NaN is a hole.
 
     Raises MessageRefused in every case in which `positions_of_cloud` does, and also if the frame is foreign, if the
     cloud is unorganised, if a point is too far away (`MapFrame.points`), and if every point is NaN.
@@ -85,9 +85,9 @@ def grid_of_cloud(cloud: "PointCloud2", frame: MapFrame) -> GridSurvey:
 
 
 def mesh_of_cdr(data: Buffer, frame: MapFrame, frame_id: str, most: int = MOST_POINTS) -> MeshSurvey:
-    """Return the mesh in the CDR bytes of a shape_msgs/Mesh.
+    """Return the mesh in the CDR bytes of a shape_msgs/Mesh, converted to the map frame.
 
-    frame_id : frame of the mesh, from a parameter, because a Mesh has no header
+    frame_id : frame of the mesh in the message, from a parameter, because a Mesh has no header
 
     Raises MessageRefused for another encapsulation, for lengths that do not fit the buffer, for more than `most`
     vertices or twice as many triangles, for indices beyond the vertices, for vertices that are not finite, and in

@@ -92,10 +92,10 @@ class AlarmBridgeNode(Node):
         )
 
     def _publishers_of(self, topic: str) -> list[str]:
-        """Return the full names of the nodes that publish a topic.
+        """Return the full names of the nodes that publish a topic; empty if the ROS graph shows no publisher.
 
-        If the ROS graph shows fewer publishers than the liveliness events of DDS report, the name "unknown" is added
-        for each publisher that the graph does not show.
+        If the graph shows some publishers, but fewer than the liveliness events of DDS report, the name "unknown" is
+        added for each publisher that the graph does not show.
         """
         seen = self.get_publishers_info_by_topic(self._subscriptions_of[topic].topic_name)
         names = [f"{one.node_namespace.rstrip('/')}/{one.node_name}" for one in seen]

@@ -51,7 +51,7 @@ class Wanted:
                 self.changed.notify_all()
 
     def end(self) -> None:
-        """Store that the contact must stay open from now on, and that its threads must end."""
+        """Store that the contact must stay open from now on, and that the contact's threads must end."""
         with self.changed:
             self.has_ended, self._is_closed = True, False
             self.changed.notify_all()
@@ -62,7 +62,10 @@ class Wanted:
         return self._is_closed and time.monotonic() - self._said_at <= LOOKED
 
     def wait_unless(self, is_closed: bool, longest: float) -> None:
-        """Wait until the bridge wants another state than `is_closed` (True for closed), at most `longest` (s)."""
+        """Wait until the contact must have another state than `is_closed`, or until `end` is called.
+
+        is_closed : True for closed; longest : longest time to wait (s)
+        """
         with self.changed:
             self.changed.wait_for(lambda: self.has_ended or self.is_closed != is_closed, longest)
 
@@ -76,7 +79,7 @@ class FileContact:
     """A dry contact that other programs read from a file: closed while this process holds the file's lock.
 
     The first line of the file is the word `open` or `closed`, the last line `valid_until` and a time (s since 1970,
-    UTC). A reader must also require that this time has not passed, and is at most VALID ahead: a process that is
+    UTC). A reader must also require that this time has not passed, and is at most VALID (s) ahead: a process that is
     stopped, or that hangs, keeps its lock. The system releases the lock when the process ends, also after `kill -9`.
     """
 

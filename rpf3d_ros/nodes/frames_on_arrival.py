@@ -45,7 +45,7 @@ class FramesOnArrival:
 
         frame_id, because : as in `InputFrames.static`
 
-        Raises MessageRefused.
+        Raises MessageRefused, as in `InputFrames.static`.
         """
         return self._when_known(lambda: self._frames.static(frame_id, because))
 

@@ -66,8 +66,8 @@ class Inputs:
     ) -> None:  # fmt: skip
         """Subscribe to all topics.
 
-        notice_jump : checks whether the clock went back, and then forgets all sources; it is called before each message
-            of sources or areas, so that this message is not forgotten together with older messages
+        notice_jump : forgets all sources if the clock went back; this function is called before each message of sources
+            or areas, so that the new message is not forgotten together with older messages
         transforms : provider of transforms of other frames; None to refuse other frames
         """
         self._notice_jump = notice_jump

@@ -152,7 +152,10 @@ def _clock(node: "Node", begin_ns: int) -> "SimulatedClock":
 
 
 def _wait_for_subscribers(publishers: Mapping[str, "Publisher"], options: argparse.Namespace) -> None:
-    """Wait until each topic has its subscribers. Raises InputError with the names of the topics without subscribers."""
+    """Wait until each topic has `options.subscribers` subscribers, at most `options.patience` (s).
+
+    Raises InputError with the names of the topics that have fewer subscribers after this time.
+    """
     deadline = time.monotonic() + options.patience
     while few := [each for each, offer in publishers.items() if offer.get_subscription_count() < options.subscribers]:
         if time.monotonic() > deadline:

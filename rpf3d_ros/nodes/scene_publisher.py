@@ -70,7 +70,10 @@ class ScenePublisherNode(Node):
             self.publish_sources()
 
     def repeat(self) -> None:
-        """Publish the sources again if they were published 1 to `repetitions` - 1 times; without limit if that is 0."""
+        """Publish the sources again, if they were published before and fewer than `repetitions` times.
+
+        If the parameter `repetitions` is 0, there is no limit.
+        """
         most = self.parameters.repetitions
         if self.repeated and (most == 0 or self.repeated < most):
             self.publish_sources()

@@ -1,4 +1,4 @@
-"""rpf3d_scene_publisher: publish terrain, areas and sources of a scene file, as a survey and a radar would.
+"""rpf3d_scene_publisher: publish terrain and sources of a scene file, as a survey and a radar would.
 
 The program handles signals first, then imports modules that take seconds to load.
 """

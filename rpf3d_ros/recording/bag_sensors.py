@@ -39,9 +39,9 @@ def sensors_in(reader: Any, poses: str | None = None, clouds: str | None = None)
 
 
 def unread_topics(reader: Any, namespace: str, sensors: RecordedSensors) -> list[str]:
-    """Return a sentence for each topic of an open bag that may have sources and is not read, because it is not named.
+    """Return a sentence for each topic of an open bag that may have sources, but is not one of the topics in `sensors`.
 
-    Topics of rpf3d in other namespaces are left out.
+    Such a topic is not read. The result does not name topics of rpf3d in other namespaces.
 
     namespace : namespace of the topics in the bag; sensors : topics of sources that are read
     """

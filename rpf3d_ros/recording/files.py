@@ -209,7 +209,7 @@ def numbered(file: Path, number: int, at: datetime) -> Path:
 
 
 def numbered_files(file: Path) -> list[Path]:
-    """Return the files of a recording on disk, oldest first."""
+    """Return the files of a recording on disk whose names have a time and a number (`numbered`), oldest first."""
     name = re.compile(re.escape(file.stem) + r"_\d{8}T\d{6}Z_\d{4,}" + re.escape(file.suffix))
     return sorted(path for path in file.parent.glob(f"*{file.suffix}") if name.fullmatch(path.name))
 

@@ -73,7 +73,7 @@ def sensors_of(bag: Path, source_topics: str | None = None, source_cloud_topics:
 
 
 def unread_of(bag: Path, namespace: str, sensors: RecordedSensors) -> list[str]:
-    """Return a sentence for each topic of a bag that may have sources and is not read, because it is not named.
+    """Return a sentence for each topic of a bag that may have sources, but is not one of the topics in `sensors`.
 
     namespace : namespace of the topics in the bag; sensors : topics of sources that are read
 
@@ -86,7 +86,7 @@ def unread_of(bag: Path, namespace: str, sensors: RecordedSensors) -> list[str]:
 def topics_of(bag: Path, namespace: str = "", sensors: RecordedSensors | None = None) -> dict[str, RecordedTopic]:
     """Return the recorded topics that have messages in a bag, in the order of TOPICS.
 
-    namespace : namespace of the topics in the bag; sensors : topics of sources, None for those of `sensors_of`
+    namespace : namespace of the topics in the bag; sensors : topics of sources, None for the result of `sensors_of`
 
     Raises InputError if the bag cannot be read or is incomplete.
     """
@@ -99,7 +99,7 @@ def topics_of(bag: Path, namespace: str = "", sensors: RecordedSensors | None = 
 def messages_of(bag: Path, namespace: str = "", sensors: RecordedSensors | None = None) -> Iterator[Raw]:
     """Yield the messages of the recorded topics in a bag, in order of time.
 
-    namespace : namespace of the topics in the bag; sensors : topics of sources, None for those of `sensors_of`
+    namespace : namespace of the topics in the bag; sensors : topics of sources, None for the result of `sensors_of`
 
     Raises InputError if the bag cannot be read or is incomplete.
     """
@@ -164,7 +164,7 @@ def convert(
 
     out : path of the recording; frame : the map frame and survey frame of the messages
     mesh_frame : name of the frame of terrain/mesh; namespace : namespace of the topics in the bag
-    thinning : what the recording leaves out; sensors : topics of sources, None for those of `sensors_of`
+    thinning : what the recording leaves out; sensors : topics of sources, None for the result of `sensors_of`
 
     Raises InputError if the bag cannot be read or has none of the topics, OSError if the recording cannot be written.
     """

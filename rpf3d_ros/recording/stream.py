@@ -53,7 +53,7 @@ class Recording:
     def __init__(self, stream: Any, in_file: bool = False) -> None:
         """Write the rows that never change: the coordinate system and the styles.
 
-        stream : a rerun.RecordingStream that already has its sink
+        stream : a rerun.RecordingStream that already has its sink: the file or the viewer that receives the rows
         in_file : True if the sink is a file
         """
         self._rerun, self._stream, self._in_file = import_rerun(), stream, in_file
@@ -181,7 +181,10 @@ class Recording:
         self._coloured("hazard/points", positions, reach, 1.0, {"reach_probability": reach, **columns})
 
     def grid(self, percent: NDArray[np.int8]) -> None:
-        """Add the map of reach probability (H, W) in percent, southernmost row first, -1 for unknown values."""
+        """Add the map of reach probability (H, W) in percent, -1 for unknown values.
+
+        The first row is the southernmost row, and the first column the westernmost column.
+        """
         classes = np.where(percent < 0, UNKNOWN, percent).astype(np.uint8)
         self._log("plan/reach_probability", self._rerun.SegmentationImage(classes[::-1], opacity=1.0))
 

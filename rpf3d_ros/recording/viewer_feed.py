@@ -39,7 +39,7 @@ class Viewer:
     """The kind and the address of a viewer.
 
     kind : none, serve (viewers connect to this process), or the url of a viewer
-    bind, port : address to serve on
+    bind, port : for the kind serve: address and port of this process to which viewers connect
     """
 
     kind: str = NONE

@@ -37,7 +37,10 @@ BEFORE, AFTER = -300.0, 150.0
 
 
 def blueprint(strips: Sequence[Strip] = ()) -> Any:
-    """Return the viewer's layout; strips : trajectories at which the viewer's eye looks from the front, if any."""
+    """Return the viewer's layout.
+
+    strips : trajectories that the viewer's eye shows from the front; if empty, the viewer chooses the place of the eye
+    """
     rrb = import_rerun().blueprint
     around = _around()
     series = (

@@ -43,7 +43,7 @@ class PacedMessages:
         return self.rest()
 
     def open(self) -> list[Read]:
-        """End the interval: return the waiting message, if any, in a list, and pass the next message on at once."""
+        """End the interval, so that the next message need not wait; return the waiting message, if any, in a list."""
         self._open = True
         return self.rest()
 
