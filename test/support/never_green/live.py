@@ -28,6 +28,8 @@ from never_green.plan import BEGAN, END, Plan, Send, Truth
 from never_green.stories import KINDS, RADAR_A, SENSORS, survey
 from never_green.watcher import Watcher
 from rcl_interfaces.srv import SetParameters
+from rclpy.context import Context
+from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool, String
@@ -96,6 +98,9 @@ class Mine(LivePeer):
     def __init__(self, number: int) -> None:
         """Join the ROS domain; number : number of the worker, from 1; each worker has another start of /clock."""
         super().__init__()
+        self._other_context = Context()
+        self._other_context.init()
+        self._other_node = Node("mine_with_other_types", context=self._other_context, start_parameter_services=False)
         self.clock_publisher = self.node.create_publisher(Clock, "/clock", EVENTS)
         self.own: dict[tuple[str, int], Any] = {(topic, 0): publisher for topic, publisher in self.publishers.items()}
         for topic in SENSORS[1:2]:
@@ -191,7 +196,8 @@ class Mine(LivePeer):
     def _restore(self) -> None:
         """Destroy the publishers that defects have added or changed, and create the usual publishers again."""
         for publisher in self.others:
-            self.node.destroy_publisher(publisher)
+            for node in (self.node, self._other_node):
+                node.destroy_publisher(publisher)  # the node that does not own the publisher ignores the call
         self.others = []
         self.own = {key: publisher for key, publisher in self.own.items() if key[1] == 0}
         for topic in CLASSES:
@@ -210,12 +216,25 @@ class Mine(LivePeer):
                 self.node.destroy_publisher(self.own.pop(key))
                 self.others.append(self._publisher(one.topic, received=False, of_type=one.is_of_type))
 
+    def close(self) -> None:
+        """Destroy both nodes and leave the ROS domain."""
+        self._other_node.destroy_node()
+        self._other_context.try_shutdown()
+        super().close()
+
     def _publisher(self, topic: str, received: bool, of_type: bool = True) -> Any:
+        """Return a new publisher of a topic; received : False if the simulator must not receive its messages.
+
+        of_type : False for a type that the simulator does not read. The publisher then belongs to a node with a context
+        of its own, because in one context all publishers of a topic must have one type.
+        """
         known = TOPICS.get(topic)
         qos = given_qos("event" if known is None else known.offered)
-        if not received and of_type:
+        if not of_type:
+            return self._other_node.create_publisher(String, topic, qos)
+        if not received:
             qos = qos_profile_sensor_data
-        return self.node.create_publisher(CLASSES[topic] if of_type else String, topic, qos)
+        return self.node.create_publisher(CLASSES[topic], topic, qos)
 
 
 def run_live(mine: Mine, seed: int, limits: str, load: float = 1.0) -> LiveVerdict:
