@@ -82,9 +82,10 @@ def _tiles_of(corners: FloatArray) -> _Tiles:
 
 
 def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
-    """Return flags (T, 3): true for an edge of a prism if vertical facets on it belong to the neighbouring prism.
+    """Return flags (T, 3) for the edges of prisms: true if the neighbouring prism includes vertical facets on the edge.
 
-    A vertical facet exactly on the edge between two prisms is therefore included once.
+    A vertical facet exactly on the edge between two prisms is therefore included once. Edge k leads from corner k to
+    the next corner.
 
     prisms : (T, 3, 2) m, counter-clockwise triangles in plan
     """

@@ -91,9 +91,12 @@ def _in_halves(share: Share, count: int, work: Callable[[int, int, int], Any]) -
 
 @loop
 def _count_points(points: Any, begin: int, end: int, some: Any, box: Any) -> None:
-    """Write the number of points in each row of the grid from `begin` to `end` - 1, and the box (2, 3) m around them.
+    """Count the points in each row of the grid from `begin` to `end` - 1, and find the box around these points.
 
-    some : (H,) receives the numbers, 0 before the call; points with a NaN coordinate do not count
+    Points with a NaN coordinate do not count.
+
+    points : (H, W, 3) m; some : (H,) receives the number of points of each row, 0 before the call
+    box : (2, 3) m, receives the lowest and the highest corner; infinite if there are no points
     """
     for axis in range(3):
         box[0, axis], box[1, axis] = np.inf, -np.inf
@@ -145,8 +148,8 @@ def _count(
     """Write, for each row of squares, the number of squares, the number of kept triangles, and twice the area in plan.
 
     A square counts if it has four points; a triangle is kept if no side in plan is longer than `longest`. Only squares
-    with a kept triangle add to the area; the area is positive if they face up. Only the rows of squares from `begin`
-    to `end` - 1 are counted.
+    with a kept triangle add to the area; a square that faces up adds a positive area. Only the rows of squares from
+    `begin` to `end` - 1 are counted.
 
     number : (H, W) vertex number of each point, -1 for a missing point; vertices : (V, 3) m
     longest : m, longest allowed side of a triangle in plan
