@@ -1,8 +1,8 @@
 """The library of ground materials in a scene: `{library: hoek_bedrock}` gives a material the ranges of an entry.
 
 Each range of the entry becomes an unknown of the scene (`scene.unknowns`), unless the material gives the coefficient.
-A coefficient that the entry does not have has an assumed range. A prior that the file gives in `unknowns.priors`, also
-one with `*`, replaces the range of the entry.
+If the models of the scene use a coefficient that the entry does not have, the range of this coefficient is assumed. A
+prior in `unknowns.priors` of the file, also a prior with `*`, replaces the range of the entry.
 """
 
 from collections.abc import Mapping
@@ -88,7 +88,7 @@ def ranges_of(name: Any, scene: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def models_of(scene: Any) -> Mapping[str, Any]:
-    """Return rocks, rebound model and ground model of a scene, by key: they decide which coefficients it uses."""
+    """Return rocks, rebound model and ground model of a scene, by key; they decide which coefficients a run uses."""
     return {"rock": scene.rock, "rebound": scene.rebound, "ground": scene.ground}
 
 
@@ -140,6 +140,8 @@ def _has_shape(rock: Any) -> bool:
 
 def _ranges(name: Any, scene: Mapping[str, Any], material: str) -> dict[str, Any]:
     """Return the coefficients of a library entry as a scene states them: plain numbers, or `{prior: ...}` for ranges.
+
+    Raise a PydanticCustomError if there is no such entry, or if the entry is for another kind of rocks.
 
     name : name of the entry; scene : values of the scene; material : name of the material, for the error
     """

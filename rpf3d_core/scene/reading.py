@@ -157,7 +157,10 @@ def filled_in(scene: Scene) -> Scene:
 
 
 def _a_rock_a_point(source: SourceSpec, scene: Scene) -> SourceSpec:
-    """Return the source with one rock for each of its points, if the scene states no number of rocks for it."""
+    """Return a source; if the scene states no number of its rocks, the source gets one rock for each of its points.
+
+    A source without points, such as a line or an area, gets one rock.
+    """
     if "rocks" in source.model_fields_set:
         return source
     if source.points_file:

@@ -117,7 +117,8 @@ def _effect(key: str, field: FieldInfo, model_spec: type[ModelSpec]) -> SceneFie
 
 
 def _is_nameable(field: FieldInfo) -> bool:
-    """Return True if a name and single values are enough for a model or effect: no parameter needs a list or a file."""
+    """Return True if a name and single values can state a model or effect: no required parameter is a list or a file.
+    """
     model_spec = _part(field.annotation)
     assert model_spec is not None
     required = [each for each in model_spec.model_fields.values() if each.is_required()]

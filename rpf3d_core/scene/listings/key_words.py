@@ -50,7 +50,7 @@ def key_in_words(path: str) -> KeyWords:
 
 
 def _unit(keys: list[str]) -> str:
-    """Return the unit that the description of a key, or else of a section around the key, states; "" without a unit.
+    """Return the unit stated in the description of a key, or else of a section around the key; "" if there is none.
 
     keys : the keys of a key path, from the top of the scene
     """
