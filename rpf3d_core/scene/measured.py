@@ -144,7 +144,7 @@ else:
 
 
 def check_sizes(spec: StrictModel, measures: Sequence[str]) -> None:
-    """Raise a PydanticCustomError if measured sizes of a section are not above 0, or are of another quantity.
+    """Raise a PydanticCustomError if measured sizes of a section are not above 0, or not of the quantity of their key.
 
     spec : the section; measures : the keys of sizes that it may have, such as `mass`
     """
