@@ -79,6 +79,8 @@ def _middle(coefficient: Any) -> Any:
 def ranges_of(name: Any, scene: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the published and assumed ranges of a library entry, by key of a material; {} if there is no such entry.
 
+    A known value is a plain number in place of a range.
+
     scene : `rock`, `rebound` and `ground` of a scene, which decide which ranges are assumed
     """
     from rpf3d_core.scene.library_entries import UNSTATED  # imported only if a scene names an entry
@@ -93,7 +95,10 @@ def models_of(scene: Any) -> Mapping[str, Any]:
 
 
 def published_ranges(name: Any) -> Mapping[str, Any]:
-    """Return the ranges of a library entry from its source, by key of a material; {} if there is no such entry."""
+    """Return the ranges of a library entry from its source, by key of a material; {} if there is no such entry.
+
+    A known value is a plain number in place of a range.
+    """
     from rpf3d_core.scene.library_entries import ENTRIES  # imported only if a scene names an entry
 
     return ENTRIES[name].ranges if isinstance(name, str) and name in ENTRIES else {}

@@ -160,7 +160,10 @@ def _tops(
 
 
 def _at_rows(terrain: Terrain, window: Window, rows: int) -> NDArray[np.int64]:
-    """Return the facets (N,) that cross the middle of any row of pixels: only few of millions of facets."""
+    """Return the facets (N,) that may cover a pixel centre, because they cross the middle line of a row of pixels.
+
+    Of millions of facets, these are only few. rows : number of rows of pixels in the window
+    """
     above = np.ceil((terrain.vertices[:, 1] - window.bottom) * (rows / window.height) - 0.5)
     row = above.clip(0, rows).astype(np.uint8)  # one byte for each vertex stays in the processor's cache
     a, b, c = (row[corner] for corner in terrain.triangles.T)

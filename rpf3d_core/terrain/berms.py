@@ -169,7 +169,7 @@ def _beside(terrain: Terrain, cut: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _without_repeats(ring: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return a closed ring of point numbers (R,) without the numbers that equal the previous number of the ring."""
+    """Return a closed ring of point numbers (R,) without numbers that repeat the previous number in the ring."""
     return np.asarray(ring[ring != np.roll(ring, 1)])
 
 

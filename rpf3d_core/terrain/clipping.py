@@ -24,7 +24,7 @@ Each prism is tested against every tile, and then against the facets of the tile
 class _Tiles(NamedTuple):
     """Facets grouped into tiles (cells of a coarse grid in plan), to find quickly the facets near a prism.
 
-    order : (F,) facets, sorted by tile; start : (N,) first index in `order` of each of the N tiles
+    order : (F,) facets, sorted by tile; start : (N,) index in `order` of the first facet of each of the N tiles
     facets : (N,) number of facets of each tile; low, high : (N, 2) m, the box in plan around the facets of each tile
     """
 

@@ -114,6 +114,7 @@ def _count_points(points: Any, begin: int, end: int, some: Any, box: Any) -> Non
 def _place(points: Any, begin: int, end: int, origin: Vec, before: Any, vertices: Any, number: Any) -> None:
     """Write the points of the rows from `begin` to `end` - 1 as vertices relative to the origin, and number them.
 
+    points : (H, W, 3) m, missing if a coordinate is NaN; origin : m
     before : (H + 1,) for each row, the number of points in all earlier rows; vertices : (V, 3) m, receives the points
     number : (H, W) receives the vertex number of each point, -1 for a missing point
     """
@@ -131,7 +132,7 @@ def _place(points: Any, begin: int, end: int, origin: Vec, before: Any, vertices
 
 @kernel
 def _is_short(vertices: Any, a: int, b: int, c: int, longest: float) -> bool:
-    """True if no side in plan of the triangle with the corners a, b, c is longer than `longest` (m)."""
+    """True if no side in plan of the triangle a, b, c is longer than `longest` (m); vertices : (V, 3) m."""
     if longest == np.inf:
         return True
     most = 0.0

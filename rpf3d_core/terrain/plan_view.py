@@ -105,9 +105,9 @@ def facets_near(terrain: Terrain, window: Window) -> NDArray[np.int64]:
 def _candidates(
     vertices: FloatArray, triangles: IntArray, shape: tuple[int, int]
 ) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]]:
-    """Yield pairs of a facet and a pixel centre inside it in plan, in chunks: facets, pixels and heights, each (N,).
+    """Yield pairs of a facet and a pixel whose centre lies in the facet in plan, in chunks of three arrays (N,).
 
-    The height is that of the facet at the pixel centre.
+    The arrays are the facets, the pixels, and the heights (m) of the facets at the pixel centres.
 
     vertices : (V, 3) x and y in pixels, z in m; shape : rows and columns of the image
     """

@@ -34,7 +34,7 @@ class OwnSpec(ModelSpec):
     @model_validator(mode="before")
     @classmethod
     def _found(cls, given: Any, info: ValidationInfo) -> Any:
-        """Add the path of the file that contains the user's class, after a check of class and parameters."""
+        """Return the given fields and the `file` of the user's class, after a check of the class and its parameters."""
         path, values = given["path"], given["values"]
         module, _, _ = path.rpartition(".")
         file = _file_of(module, (info.context or {}).get("folder", Path()))

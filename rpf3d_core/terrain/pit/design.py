@@ -128,7 +128,9 @@ class Design:
         return sampled(turn, self.turns, self.climb)
 
     def bench_coordinate(self, height: FloatArray) -> FloatArray:
-        """Return heights as numbers of bench faces, counted from the floor: i at the top of face i, linear in between.
+        """Return the bench coordinate (-) of heights: 0 on the floor, i at the top of face i, linear in between.
+
+        Faces are numbered from 1, the lowest.
 
         height : m above the floor, any shape, as in the result
         """
