@@ -66,7 +66,9 @@ def _own_priors(scene: Mapping[str, Any]) -> set[str]:
 
 
 def _middle(coefficient: Any) -> Any:
-    """Return the number that replaces a coefficient with a range until a prior sets its value: the mean or the middle.
+    """Return the number that replaces a coefficient with a range until a prior sets the value of the coefficient.
+
+    The number is the mean of the range if the source gives a mean, else the middle of the range.
 
     coefficient : `{prior: ...}`, or a plain number, which is returned unchanged
     """

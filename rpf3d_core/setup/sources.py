@@ -96,7 +96,7 @@ def rocks_of_sources(scene: Scene) -> Rock | DrawnRock | SourceRocks | None:
 def _rock(density: float, spec: RockSpec | SourceSpec) -> Rock | DrawnRock:
     """Return the rock, as a sphere, from its density (kg/m3) and from the size in a section of the scene.
 
-    The result is a `DrawnRock` if the size is a distribution.
+    The result is a `DrawnRock` if the size is a distribution or a list of measured sizes.
     """
     measure = next(name for name in SIZES if getattr(spec, name) is not None)
     size = getattr(spec, measure)

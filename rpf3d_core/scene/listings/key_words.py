@@ -23,7 +23,7 @@ class KeyWords(NamedTuple):
     """The last key of a key path in words, for the axes and legends of pictures.
 
     name : the key without a unit, such as `face angle`
-    words : its meaning if there is a short one, else its name
+    words : for a parameter of a synthetic terrain, the meaning of the key; for all other keys, the same as `name`
     unit : "-" for a number without a unit, "" for an unknown unit or no number
     """
 

@@ -79,7 +79,7 @@ class RampTurn(NamedTuple):
     exists : true where the ramp exists ; face : number of the bench face that the ramp cuts
     part : share of the height of this bench face that is below the ramp (-) ; height : of the ramp, m
     inner, outer : offsets of the ramp's edges from the floor outline, m
-    coordinate : height as in `Design.bench_coordinate`
+    coordinate : bench coordinate of the height (-), see `Design.bench_coordinate`
     """
 
     exists: Mask
