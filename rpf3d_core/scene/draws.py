@@ -241,10 +241,10 @@ def distribution_of(value: float | Draw) -> Distribution:
 
 
 def drawn(unit: str, further: Mapping[str, type[StrictModel]] = MappingProxyType({}), **limits: float) -> Any:
-    """Return the type of a scene field that takes a number or a distribution within limits (ge, gt, le, lt).
+    """Return the type of a scene field whose value is a number or a distribution within limits (ge, gt, le, lt).
 
     A mark is the name in brackets with which pydantic selects the type of a value, such as `[uniform]`.
-    further : types that the field takes besides KINDS, by mark, which check their limits themselves
+    further : types, by mark, that the value may also have besides KINDS; these types check their own limits
     unit : unit of the numbers, for messages
     """
     kinds = {**KINDS, **further}
@@ -255,10 +255,11 @@ def drawn(unit: str, further: Mapping[str, type[StrictModel]] = MappingProxyType
 
 
 def _kind_of(kinds: Mapping[str, type[StrictModel]], value: Any) -> str:
-    """Return the mark of a value's type: of a distribution, of a further type in `kinds`, or of a plain number.
+    """Return the mark, such as `[uniform]`, by which pydantic selects the type of a value; see `drawn`.
 
-    A mapping that names no distribution counts as a normal distribution.
-    kinds : types that the field takes, by mark
+    A mapping that names no type in `kinds` counts as a normal distribution. Any other value that is not an object of a
+    type in `kinds` counts as a plain number.
+    kinds : types that the value may have, by mark
     """
     if isinstance(value, Mapping):
         return next((f"[{name}]" for name in value if f"[{name}]" in kinds and name != "normal"), "[normal]")

@@ -204,7 +204,11 @@ def _without_marks(location: tuple[int | str, ...]) -> KeyPath:
 
 
 def _requirement(path: KeyPath, root: Root) -> str:
-    """Return the valid values for a key as a phrase: the description of the innermost described field on its path."""
+    """Return the valid values for a key as a phrase, such as "a number >= 0 (m)".
+
+    The phrase is the description of the innermost described field on the path of the key, "left out" if no field there
+    has a description. For a section, the phrase lists the keys of the section.
+    """
     inner = _bare(_annotation(path, root))
     if _is_record(inner):
         return f"a mapping with the keys {', '.join(_keys(inner))}"
@@ -227,7 +231,7 @@ def _descriptions(path: KeyPath, root: Root) -> Iterator[str | None]:
 
 
 def _annotation(path: KeyPath, root: Root) -> Any:
-    """Return the type of the value at a key path, from the pydantic model of the file."""
+    """Return the type of the value at a key path, from the pydantic model of the file; None for an unknown key."""
     annotation: Any = root or Scene
     for step in path:
         annotation = _inside(_bare(annotation), step)

@@ -33,7 +33,8 @@ def with_values(scene: Scene, values: Mapping[str, Any]) -> Scene:
     Raises
     ------
     SceneError
-        A key path leads to no value of the scene, or a value is refused; the message names the path.
+        A key path leads to no value of the scene, a value is refused, or one key path is part of another key path; the
+        message names the path.
     """
     changes: dict[str, Any] = {}
     for path in sorted(values, key=lambda path: ALL not in path.split(".")):
@@ -166,7 +167,7 @@ def _walk(scene: Scene, part: Any, rest: str, path: str, before: Steps) -> Itera
 
 
 def _keys(part: Any) -> dict[str, tuple[str | int, Any]]:
-    """Return the keys below a part of a scene, each with its step and its value; {} if the part is a single value."""
+    """Return, for each key below a part of a scene, its step (key or list number) and value; {} for a single value."""
     if isinstance(part, BaseModel):
         names = [name for name in type(part).model_fields if name not in NOT_SCENE_KEYS]
         return {name: (name, getattr(part, name)) for name in names}
@@ -195,7 +196,7 @@ def _refusal(part: Any, key: str, path: str, keys: Mapping[str, Any]) -> str:
 
 
 def _on_terrain(scene: Scene, path: str) -> str:
-    """Return the end of a message on a key path of a terrain that the scene does not have; "" for other key paths."""
+    """Return the end of a message on a key of a synthetic terrain if the terrain is from files; "" for other keys."""
     section = ".".join(path.split(".")[:2])
     if scene.terrain.files is None or section not in ("terrain.benches", "terrain.pit"):
         return ""
@@ -205,7 +206,8 @@ def _on_terrain(scene: Scene, path: str) -> str:
 def _put(changes: Any, steps: Steps, value: Any) -> bool:
     """Add a new value of a scene to a tree of changes; return False if the value cannot be added.
 
-    The value cannot be added if the tree already has a new value for a section around it, or for a part of it.
+    The value cannot be added if the tree already has a new value for a section that contains this value, or for a part
+    of this value.
 
     A tree of changes is nested dictionaries with the keys and indices of the scene, and with a `_Value` at each end.
     steps : the keys and indices that lead to the value

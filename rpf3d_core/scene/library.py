@@ -1,8 +1,8 @@
 """The library of ground materials in a scene: `{library: hoek_bedrock}` gives a material the ranges of an entry.
 
 Each range of the entry becomes an unknown of the scene (`scene.unknowns`), unless the material gives the coefficient.
-A coefficient that the entry does not have has an assumed range. A prior that the file gives in `unknowns.priors`, also
-one with `*`, replaces the range of the entry.
+If the models of the scene use a coefficient that the entry does not have, the range of this coefficient is assumed. A
+prior in `unknowns.priors` of the file, also a prior with `*`, replaces the range of the entry.
 """
 
 from collections.abc import Mapping
@@ -66,7 +66,9 @@ def _own_priors(scene: Mapping[str, Any]) -> set[str]:
 
 
 def _middle(coefficient: Any) -> Any:
-    """Return the number that replaces a coefficient with a range until a prior sets its value: the mean or the middle.
+    """Return the number that replaces a coefficient with a range until a prior sets the value of the coefficient.
+
+    The number is the mean of the range if the source gives a mean, else the middle of the range.
 
     coefficient : `{prior: ...}`, or a plain number, which is returned unchanged
     """
@@ -79,6 +81,8 @@ def _middle(coefficient: Any) -> Any:
 def ranges_of(name: Any, scene: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the published and assumed ranges of a library entry, by key of a material; {} if there is no such entry.
 
+    A known value is a plain number in place of a range.
+
     scene : `rock`, `rebound` and `ground` of a scene, which decide which ranges are assumed
     """
     from rpf3d_core.scene.library_entries import UNSTATED  # imported only if a scene names an entry
@@ -88,12 +92,15 @@ def ranges_of(name: Any, scene: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def models_of(scene: Any) -> Mapping[str, Any]:
-    """Return rocks, rebound model and ground model of a scene, by key: they decide which coefficients it uses."""
+    """Return rocks, rebound model and ground model of a scene, by key; they decide which coefficients a run uses."""
     return {"rock": scene.rock, "rebound": scene.rebound, "ground": scene.ground}
 
 
 def published_ranges(name: Any) -> Mapping[str, Any]:
-    """Return the ranges of a library entry from its source, by key of a material; {} if there is no such entry."""
+    """Return the ranges of a library entry from its source, by key of a material; {} if there is no such entry.
+
+    A known value is a plain number in place of a range.
+    """
     from rpf3d_core.scene.library_entries import ENTRIES  # imported only if a scene names an entry
 
     return ENTRIES[name].ranges if isinstance(name, str) and name in ENTRIES else {}
@@ -140,6 +147,8 @@ def _has_shape(rock: Any) -> bool:
 
 def _ranges(name: Any, scene: Mapping[str, Any], material: str) -> dict[str, Any]:
     """Return the coefficients of a library entry as a scene states them: plain numbers, or `{prior: ...}` for ranges.
+
+    Raise a PydanticCustomError if there is no such entry, or if the entry is for another kind of rocks.
 
     name : name of the entry; scene : values of the scene; material : name of the material, for the error
     """

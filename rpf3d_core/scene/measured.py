@@ -74,7 +74,7 @@ class MeasuredList(StrictModel):
         return None if isinstance(self.measured, tuple) else self._column(self.measured, measure)
 
     def check_sizes(self, measure: str) -> None:
-        """Refuse sizes that are not above 0, and a column whose name states another quantity, such as `tonnage`.
+        """Raise a PydanticCustomError for sizes not above 0, or for a column of another quantity, such as `tonnage`.
 
         measure : the key of the sizes: `diameter`, `mass` or `volume`
         """
@@ -87,7 +87,7 @@ class MeasuredList(StrictModel):
             raise refuse(f"may be drawn {drawn_from}, but must be above 0", measure)
 
     def _check_quantity(self, file: Path, measure: str) -> None:
-        """Refuse a column whose name states another quantity than the key of the sizes, by its unit or by a word."""
+        """Raise a PydanticCustomError if a column's name, by unit or word, states another quantity than `measure`."""
         found, quantity = self._column(file, measure), _quantity(measure)
         name = found.name or ""
         if length := other_length_named(name):
@@ -144,7 +144,7 @@ else:
 
 
 def check_sizes(spec: StrictModel, measures: Sequence[str]) -> None:
-    """Refuse measured sizes of a section that are not above 0, or that are of another quantity than their key states.
+    """Raise a PydanticCustomError if measured sizes of a section are not above 0, or not of the quantity of their key.
 
     spec : the section; measures : the keys of sizes that it may have, such as `mass`
     """

@@ -69,12 +69,15 @@ def _pointing_somewhere(along: tuple[float, float, float]) -> tuple[float, float
 
 
 def chosen_contact(value: Any) -> Any:
-    """Return the fields of `ContactSpec` from the scene's value, None if the scene has no contact model."""
+    """Return the fields of `ContactSpec` from the scene's value of `contact`; None if the value is None."""
     return None if value is None else chosen_model(ContactSpec)(value)
 
 
 def chosen_rebound(value: Any) -> Any:
-    """Return the fields of `ReboundSpec` from the scene's value of `rebound`."""
+    """Return the fields of `ReboundSpec` from the scene's value of `rebound`.
+
+    Raise a PydanticCustomError for `coulomb_sphere`, which is a contact model.
+    """
     if value == COULOMB_SPHERE or (isinstance(value, Mapping) and COULOMB_SPHERE in value):
         raise refuse("names coulomb_sphere, but a sphere is a shape: give `rock: {shape: sphere}` instead, and "
                      "parameters in `contact: {coulomb_sphere: ...}`")  # fmt: skip

@@ -52,7 +52,7 @@ def read_scene(path: str | Path) -> Scene:
 
 
 def _refuse_terrain(path: Path) -> None:
-    """Raise a SceneError with the command that writes a scene if the path is that of a terrain file."""
+    """Raise a SceneError if the path leads to a terrain file; the message has the command that writes its scene."""
     suffix = path.suffix.lower()
     if suffix in MAYBE_SCENES or not path.is_file():
         return
@@ -148,7 +148,7 @@ def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
 def filled_in(scene: Scene) -> Scene:
     """Return the scene with the values that its files determine: the reference system, and one rock for each point.
 
-    The number of rocks of a source still counts as a default, so it changes if the source gets other points.
+    The number of rocks of a source still counts as a default, so this number changes if the source gets other points.
     """
     terrain = scene.terrain
     crs = terrain.crs or next(iter(terrain.crs_of_files().values()), None)
@@ -157,7 +157,10 @@ def filled_in(scene: Scene) -> Scene:
 
 
 def _a_rock_a_point(source: SourceSpec, scene: Scene) -> SourceSpec:
-    """Return the source with one rock for each of its points, if the scene states no number of rocks for it."""
+    """Return a source; if the scene states no number of its rocks, the source gets one rock for each of its points.
+
+    A source without points, such as a line or an area, gets one rock.
+    """
     if "rocks" in source.model_fields_set:
         return source
     if source.points_file:

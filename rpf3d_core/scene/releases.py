@@ -243,7 +243,7 @@ def _with_height(point: Any, axis: int) -> Any:
 
 
 def source_points(spec: SourceSpec, up: Up) -> FloatArray:
-    """Return the points (P, 3) m in the file of a source, from which its rocks start.
+    """Return the points (P, 3) m in the file of a source, from which its rocks start, in the axes of the input.
 
     Heights are optional in the file if the source states `above_ground`.
 

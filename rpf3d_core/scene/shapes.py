@@ -107,7 +107,7 @@ class RigidSpec(ModelSpec):
 
 
 def check_effects_on_bodies(effects: EffectsSpec) -> None:
-    """Refuse effects, and parameters of effects, that rocks with a shape cannot have."""
+    """Raise a PydanticCustomError for an effect, or a parameter of an effect, that rocks with a shape cannot have."""
     for name, spec in effects.named.items():
         if spec.NOT_FOR_BODIES is not None:
             raise refuse(f"does not act on rocks with a shape: {spec.NOT_FOR_BODIES}; remove it, or `rock.shape`",
@@ -118,7 +118,7 @@ def check_effects_on_bodies(effects: EffectsSpec) -> None:
 
 
 def _given(spec: ModelSpec) -> set[str]:
-    """Return the parameters that a scene gives for an effect, also for single zones."""
+    """Return the names of the parameters that a scene states for an effect, for all zones or for single zones."""
     zones = getattr(spec, "zones", None) or {}
     return spec.model_fields_set.union(*(zone.model_fields_set for zone in zones.values()))
 

@@ -57,7 +57,7 @@ class PriorSpec(StrictModel):
 
     @property
     def middle(self) -> float:
-        """The value that replaces the unknown where a scene needs one number: the mean, or the middle of the range."""
+        """The number that stands for the unknown in a scene: the mean if there is one, else the middle of the range."""
         return self.mean if self.mean is not None else 0.5 * (self.min + self.max)
 
 

@@ -118,6 +118,6 @@ else:
 
 
 class StrictModel(BaseModel):
-    """Base class of the sections of a scene: frozen, and without unknown keys."""
+    """Base class of the sections of a scene: objects are frozen, and unknown keys are errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")

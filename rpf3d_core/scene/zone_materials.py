@@ -100,9 +100,10 @@ def words_on_friction(materials: Sequence[str]) -> str:
 
 
 def unused_materials(scene: Scene, zones: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Return the names of the materials that no zone has, each with the materials of the zones that it would fit.
+    """Return the names of unused materials and, for each, the materials that the zones fitting its name have instead.
 
-    A tuple is empty if the material fits no zone.
+    A material is unused if no zone has it. A zone fits if its name, or the name of the zone of which it is a part,
+    matches the name or pattern of the material. A tuple is empty if no zone fits.
 
     zones : names of the zones that have facets
 
@@ -166,7 +167,7 @@ def _begin(name: str) -> str:
 
 
 def check_materials(scene: Scene, zones: Sequence[str]) -> None:
-    """Raise an error for a material that fits no zone of the terrain, because its name is wrong or a zone is missing.
+    """Raise a SceneError for a material other than `default` whose name or pattern fits no zone of the terrain.
 
     Raises
     ------

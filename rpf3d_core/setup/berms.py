@@ -26,7 +26,7 @@ STEEP_SIDE, STEEP_GROUND = 45.0, 35.0
 LEAST_SHARE = 0.02
 """Share (-) of a berm's foot that may lie on steep ground without a warning."""
 MANY, CELLS = 200_000, 64
-"""Number of facets above which only those near a foot are searched, and cells along the grid that finds them."""
+"""Number of facets from which `_near` reduces a terrain, and number of cells along each side of its search grid."""
 LOCAL = 2.0
 """Length (m) over which the slope at a foot is measured, besides half the width: single facets are often rough."""
 STEP, MOST_PLACES = 1.0, 100
@@ -88,10 +88,11 @@ def berm_warnings(terrain: Terrain, scene: Scene) -> tuple[str, ...]:
 
 
 def _slopes_at_foot(terrain: Terrain, ridge: Ridge, half: float) -> FloatArray:
-    """Return the slopes (N,) of the ground (degrees) at places along the foot of a berm; (0,) if it has no ground.
+    """Return the slopes (N,) of the ground (degrees) at places along the foot of a berm.
 
     At each place, the steeper of two slopes counts. The slope from the foot to the middle line of the berm shows a foot
-    below a face. The slope from the foot to a place at most LOCAL (m) inwards shows a foot just beyond a crest.
+    below a face. The slope from the foot to a place at most LOCAL (m) inwards shows a foot just beyond a crest. Places
+    without ground are left out, so N may be 0.
 
     half : m, distance of the foot from the line
     """

@@ -68,7 +68,7 @@ def input_extents(scene: Scene, faults: FaultReport | None) -> list[Extent]:
 
     An input that cannot be read is left out, because a later step of the check reports the error.
 
-    faults : the report on the terrain if it was read; None to read its files again, because the terrain is refused
+    faults : the report on the mesh of the terrain; None if the terrain was refused, so that its files are read again
     """
     ground = _extent_of_files(scene) if faults is None else terrain_extent(scene, faults)
     return [*([] if ground is None else [ground]), *other_extents(scene)]

@@ -20,7 +20,7 @@ MOST_DIFFERENT = 2.0
 MOST_POINTS = 200
 """Approximate number of points of a source that are compared."""
 AROUND = ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
-"""Shifts in plan (m) from a point to the places where ground is searched: it may lie a little beyond its crest."""
+"""Shifts in plan (m) from a point to the places where ground is searched: points may lie a little beyond a crest."""
 
 
 def height_warnings(scene: Scene, engine: Engine, frame: Frame) -> Iterator[str]:

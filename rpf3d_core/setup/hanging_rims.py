@@ -27,7 +27,8 @@ class HangingRim(NamedTuple):
 
     length, whole : m, of this part and of the whole rim; height : m, the largest height over the ground
     place : (3,) m, local frame, where the height is largest
-    searched, sides : number of searched sides of the rim, and of all sides; if `searched` is smaller, it is a sample
+    searched, sides : number of searched sides of the rim, and of all its sides; if `searched` is smaller, only a sample
+        of the sides was searched, and `length` is an estimate
     """
 
     length: float

@@ -28,7 +28,7 @@ class Use(NamedTuple):
 
 
 def warnings_of_layers(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each source, area, zone, berm and barrier with lines of several layers of a DXF file."""
+    """Yield a warning for each source, area, zone, berm or barrier that uses several layers of a DXF file."""
     for use in _uses(scene):
         if isinstance(use.content, Path) and len(layers := layers_of_lines(use.content)) > 1:
             yield f"{use.place} {_in_words(use, use.content, layers, scene.path.parent)}"

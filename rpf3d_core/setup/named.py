@@ -33,10 +33,9 @@ def models_of(scene: Scene, terrain: Terrain) -> Models:
 
 
 def _check_hooks(scene: Scene, effects: list[Any]) -> None:
-    """Refuse effects with hooks that they cannot use.
+    """Raise an InputError for an effect without any rule, or with a rule for a hook that the effect cannot use.
 
-    These are effects without any rule, effects other than `fragmentation` with a rule for `breaks` and, if the rocks
-    have a shape, effects with a rule for a hook of points only.
+    Only `fragmentation` can use the hook `breaks`. Rocks with a shape do not have the hooks FOR_POINTS.
     """
     for effect in effects:
         name = type(effect).__name__

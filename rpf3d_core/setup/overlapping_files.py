@@ -37,7 +37,9 @@ FEWEST = 3
 MOST_PAIRS = 3
 """Largest number of pairs of files that are reported."""
 MANY_DUPLICATES = 0.001
-"""Share (-) of facets on the vertices of other facets above which they are reported; drawings often have a few."""
+"""Share (-) of facets that lie on the vertices of other facets, above which such facets are reported.
+Drawings often have a few such facets.
+"""
 
 
 class Overlap(NamedTuple):
@@ -56,7 +58,9 @@ class Overlap(NamedTuple):
 def overlap_warnings(
     terrain: Terrain, facets: Sequence[int], paths: Sequence[Path], window: Window | None
 ) -> tuple[str, ...]:
-    """Return a warning for each pair of files that lie above each other, the pairs with the largest areas first.
+    """Return warnings on the MOST_PAIRS (3) pairs of files that lie above each other over the largest areas.
+
+    The pair with the largest area is first. The result is empty if no files lie above each other.
 
     facets : number of facets of each file, in the order of the facets of the terrain; paths : of the files
     window : from `shared_window`
@@ -133,9 +137,9 @@ def _size_in_plan(terrain: Terrain, facets: slice) -> float:
 def _tops(
     terrain: Terrain, ends: NDArray[np.int64], window: Window, shape: tuple[int, int]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the uppermost surface of K files at each of P pixels: its height (K, P) m, and the cosine of its slope.
+    """Return the height (K, P) m of the uppermost surface of K files at P pixels, and the cosine (K, P) of its slope.
 
-    The height is -inf and the cosine is 0 where a file has no surface.
+    The slope is the angle from the horizontal. Where a file has no surface, the height is -inf and the cosine 0.
 
     ends : (K,) for each file, the number of its last facet plus 1
     """
@@ -156,7 +160,10 @@ def _tops(
 
 
 def _at_rows(terrain: Terrain, window: Window, rows: int) -> NDArray[np.int64]:
-    """Return the facets (N,) that cross the middle of any row of pixels: only few of millions of facets."""
+    """Return the facets (N,) that may cover a pixel centre, because they cross the middle line of a row of pixels.
+
+    Of millions of facets, these are only few. rows : number of rows of pixels in the window
+    """
     above = np.ceil((terrain.vertices[:, 1] - window.bottom) * (rows / window.height) - 0.5)
     row = above.clip(0, rows).astype(np.uint8)  # one byte for each vertex stays in the processor's cache
     a, b, c = (row[corner] for corner in terrain.triangles.T)

@@ -104,7 +104,7 @@ def prepare(
     """Read all files that a scene names, and return everything that is needed to fly its rocks.
 
     before_index : called with the terrain before the locator is built; see `precompiler.Precompiler`
-    terrain_read : the terrain and its faults, if they were read before
+    terrain_read : the terrain and the report on its mesh, if the terrain was read before
 
     Raises
     ------
@@ -156,7 +156,7 @@ def read_companions(scene: Scene) -> tuple[dict[str, MultiPolygon], dict[str, Mu
 
 
 def check_engine(scene: Scene) -> None:
-    """Refuse a scene that asks for an engine which is not available.
+    """Raise an InputError if a scene names an engine that is not available.
 
     Raises
     ------
@@ -349,9 +349,9 @@ def _scales(prepared: Prepared, per_octave: int) -> Scales:
 
 
 def _highest(source: Source, top: float) -> float:
-    """Return an upper bound of the altitudes (m) from which a source releases rocks, to size the bins.
+    """Return an upper bound of the heights (m, local frame) at which a source releases rocks, to size the bins.
 
-    top : highest altitude (m) of the terrain
+    top : m, height of the terrain's highest point, local frame
     """
     above = source.spread[2] + (source.above_ground or 0.0)
     on_ground = source.above_ground is not None or source.triangles is not None

@@ -19,7 +19,8 @@ def stands_in_ground(terrain: Terrain, body: slice, ground: slice, slack: float)
     The median height of the rim counts, because rims are drawn by hand. In a second survey, the rim is as far from the
     ground as the rest of the survey. The rim of a building is the foot of its walls.
 
-    body, ground : facets of both files; slack : m, height above the ground up to which a rim lies on the ground
+    body : facets of the file with the rim; ground : facets of the other file
+    slack : m, height above the ground up to which a rim lies on the ground
     """
     places = _along_rim(terrain, terrain.triangles[body])
     if not len(places):

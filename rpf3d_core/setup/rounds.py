@@ -95,7 +95,7 @@ AnyRound = Round | EvenRound
 def _shares_of_laps(rocks: int, first: int, most: int) -> list[Fraction]:
     """Return the shares (-) of the rocks of a round that have flown at the start and after each lap, from 0 to 1.
 
-    Further laps have at most a quarter of the rocks that have flown before, or as many as the first lap if this is
+    A further lap has a quarter of the rocks that have flown before, at most `most`; it has `first` rocks if this is
     more. So whenever a run is stopped, a parameter set has flown at most 5/4 times as many rocks as another set; in
     laps 2, 3 and 4, at most 2, 3/2 and 4/3 times as many.
 

@@ -17,6 +17,8 @@ from rpf3d_core.shapes.table import ShapeTable, shape_table
 def polyhedra_of(scene: Scene) -> tuple[list[Polyhedron], list[str]]:
     """Return the polyhedra of a scene's rocks, and the findings about their files as sentences.
 
+    Both lists are empty for points and spheres.
+
     Raises
     ------
     InputError

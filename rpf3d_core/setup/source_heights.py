@@ -15,7 +15,8 @@ class SourceHeight:
     """The start heights of one source's rocks above the terrain, which show whether the source is misplaced.
 
     rocks : number of rocks; checked : number of checked rocks, to which all further values apply
-    lowest, highest : m above the terrain; under_ground : number of rocks below the terrain
+    lowest, highest : m, heights of the lowest and highest start above the terrain; inf and -inf if no rock is above it
+    under_ground : number of rocks below the terrain
     off_terrain : number of rocks without terrain below or above
     """
 
@@ -48,7 +49,8 @@ def heights_of(
     """Return the start heights of each source's rocks above the terrain.
 
     names, rocks : name and number of rocks of each source; releases : of the R checked rocks
-    below : (R, 3) from `Engine.ground_below`: height (m), facet (-1: none), side of the facet (1: free, -1: back)
+    below : (R, 3) from `Engine.ground_below`: height (m) above the ground, facet below (-1: none),
+        side of this facet below the rock (1: free, -1: back)
     """
     found = [_heights(name, rocks[i], below[releases.source == i]) for i, name in enumerate(names)]
     return [_told_apart(height, i, releases, below, engine) for i, height in enumerate(found)]

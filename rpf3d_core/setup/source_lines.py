@@ -1,4 +1,7 @@
-"""Warn about lines of sources with closing segments, along which the user may not expect rocks."""
+"""Warn about closed lines of sources: rocks also start along the closing segment, which the user may not expect.
+
+The closing segment of a closed line is its last segment, which leads back to the first point.
+"""
 
 from collections.abc import Iterator
 
@@ -21,7 +24,10 @@ FEW_POINTS = 5
 
 
 def warnings_of_source_lines(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each closed line of a source whose closing segment is long, or that has few points."""
+    """Yield a warning for each closed line of a source with few points, or with a long closing segment.
+
+    The closing segment is the last segment, which leads back to the first point.
+    """
     for number, spec in enumerate(scene.sources):
         if spec.line is None:
             continue

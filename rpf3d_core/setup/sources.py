@@ -56,7 +56,7 @@ def read_source_files(scene: Scene) -> dict[str, MultiPolygon]:
     Returns
     -------
     dict
-        The polygons of each source that has some, by name, in the plan coordinates of the input.
+        The polygons of each source with the key `polygon`, by name of the source, in plan coordinates of the input.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def rocks_of_sources(scene: Scene) -> Rock | DrawnRock | SourceRocks | None:
 def _rock(density: float, spec: RockSpec | SourceSpec) -> Rock | DrawnRock:
     """Return the rock, as a sphere, from its density (kg/m3) and from the size in a section of the scene.
 
-    The result is a `DrawnRock` if the size is a distribution.
+    The result is a `DrawnRock` if the size is a distribution or a list of measured sizes.
     """
     measure = next(name for name in SIZES if getattr(spec, name) is not None)
     size = getattr(spec, measure)
@@ -231,7 +231,7 @@ def _steep_facets(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangl
 
 
 def _slopes(corners: FloatArray) -> FloatArray:
-    """Return the slopes (F,) of facets (F, 3, 3) in degrees from the horizontal; overhangs have more than 90."""
+    """Return the slopes (F,) (degrees from the horizontal) of facets (F, 3, 3) m; overhangs have more than 90."""
     x, y, z = normals_of(corners).T
     return np.asarray(np.degrees(np.arctan2(np.hypot(x, y), z)))
 

@@ -42,9 +42,9 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
 
     Files are read in order, rotated to z up, moved to a local origin of whole metres and welded. All facets keep their
     order, faulty facets included, so facet numbers in the run equal facet numbers in the files. Facets cut by berms are
-    an exception: the first part of each cut facet keeps the number, and the other parts follow after all facets. Zones
-    drawn as polygons are assigned last. Later polygons replace earlier polygons, but a berm stays a separate zone. Then
-    the zones that the scene names are split by height.
+    an exception: the first part of each cut facet keeps the number, and the other parts follow after all facets. Then
+    zones drawn as polygons are assigned: later polygons replace earlier polygons, but a berm stays a separate zone.
+    Last, the zones in `terrain.split` are split by height.
 
     Raises
     ------
@@ -104,7 +104,10 @@ def _extension(path: Path) -> str:
 
 
 def _raw_terrain(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...], tuple[str, ...]]:
-    """Return the terrain, read or synthetic; the names of its files; and remarks on what was left out of the files."""
+    """Return the terrain, read or synthetic, the names of its files, and remarks on the files as sentences.
+
+    For synthetic terrain, the only name describes the terrain, such as "synthetic pit", and there are no remarks.
+    """
     if spec.pit is not None:
         return pit_terrain(spec.pit), ("synthetic pit",), ()
     if spec.benches is not None:
@@ -113,7 +116,7 @@ def _raw_terrain(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...], tuple[str
 
 
 def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...], tuple[str, ...]]:
-    """Return the terrain of all files as one welded mesh, the file names, and remarks on what was left out of them.
+    """Return the terrain of all files as one welded mesh, the file names, and remarks on the files as sentences.
 
     The facets still have the winding of the files.
     """
@@ -195,7 +198,10 @@ def _local_points(parts: list[FloatArray], up: Up) -> tuple[FloatArray, Frame]:
 
 
 def _corners(surfaces: list[FileMesh]) -> Index | None:
-    """Return the corners of all facets as point numbers (F, 3); None if no two facets share a point."""
+    """Return the corners of all facets as point numbers (F, 3); None if all files list three points for each facet.
+
+    In this case, the corners of facet f are the points 3 f, 3 f + 1 and 3 f + 2.
+    """
     if all(surface.triangles is None for surface in surfaces):
         return None
     parts, begin = [], 0

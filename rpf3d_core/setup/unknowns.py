@@ -157,7 +157,7 @@ def left_over(scene: Scene, priors: Mapping[str, PriorSpec], known: Sequence[str
 
 
 def _picked(sample: ParameterSets, places: FloatArray, scene: Scene) -> FloatArray:
-    """Return S rows (S, U) of a sample, each row selected as often as its weight requires.
+    """Return values (S, U) of U parameters: S rows of a sample, each row selected as often as its weight requires.
 
     places : (S,) evenly spread numbers in [0, 1), which select the rows; scene : names the file, for the error
 

@@ -169,17 +169,17 @@ def _beside(terrain: Terrain, cut: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _without_repeats(ring: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return a closed ring of point numbers (R,) without the numbers that equal the previous number of the ring."""
+    """Return a closed ring of point numbers (R,) without numbers that repeat the previous number in the ring."""
     return np.asarray(ring[ring != np.roll(ring, 1)])
 
 
 def _triangles(
     places: FloatArray, rings: Sequence[NDArray[np.int64]], owners: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
-    """Return facets (F, 3) that fill rings of points, the original facet (F,) of each, and all points.
+    """Return facets (F, 3) that fill rings of points, the original facet (F,) of each, and all points (Q, 3) m.
 
-    The points are those in `places`, followed by the centres of rings with more than three corners. Points that lie on
-    an edge of a ring become corners of the ring, so that neighbours share whole edges.
+    All points are `places`, followed by the centres of rings with more than three corners. Points that lie on an edge
+    of a ring become corners of the ring, so that neighbours share whole edges.
 
     places : (P, 3) m, points; rings : closed rings (R,) of indices into `places`
     owners : for each ring, the facet of the original terrain that contains the ring

@@ -24,7 +24,7 @@ Each prism is tested against every tile, and then against the facets of the tile
 class _Tiles(NamedTuple):
     """Facets grouped into tiles (cells of a coarse grid in plan), to find quickly the facets near a prism.
 
-    order : (F,) facets, sorted by tile; start : (N,) first index in `order` of each of the N tiles
+    order : (F,) facets, sorted by tile; start : (N,) index in `order` of the first facet of each of the N tiles
     facets : (N,) number of facets of each tile; low, high : (N, 2) m, the box in plan around the facets of each tile
     """
 
@@ -82,9 +82,10 @@ def _tiles_of(corners: FloatArray) -> _Tiles:
 
 
 def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
-    """Return flags (T, 3): true for an edge of a prism if vertical facets on it belong to the neighbouring prism.
+    """Return flags (T, 3) for the edges of prisms: true if the neighbouring prism includes vertical facets on the edge.
 
-    A vertical facet exactly on the edge between two prisms is therefore included once.
+    A vertical facet exactly on the edge between two prisms is therefore included once. Edge k leads from corner k to
+    the next corner.
 
     prisms : (T, 3, 2) m, counter-clockwise triangles in plan
     """

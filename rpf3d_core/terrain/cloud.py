@@ -74,7 +74,7 @@ def _looking_up(plan: FloatArray, triangles: IntArray, longest: float | None) ->
 
 
 def _numbers(plan: FloatArray, places: FloatArray) -> NDArray[np.int32]:
-    """Return the number (M,) of the survey point at each corner of the triangulation, found by exact coordinates.
+    """Return the number (M,) of the survey point at each of M corners of triangles, found by exact coordinates.
 
     plan : (N, 2) m, the points; places : (M, 2) m, the corners, each equal to a point bit for bit
     """

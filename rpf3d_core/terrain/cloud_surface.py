@@ -38,11 +38,11 @@ DEFAULT = CloudChoice()
 class CloudSurface(NamedTuple):
     """The surface made from a cloud, with the figures that are reported to the user.
 
-    points : (V, 3) m, points of the cloud; triangles : (F, 3), facing up
+    points : (V, 3) m, the points of the cloud that are corners of triangles; triangles : (F, 3), facing up
     given : number of points of the cloud; ground : number of these points that are ground; cell : side of a cell, m
     density : ground points per m^2, the median over cells with points; closed : number of closed holes
     holes : (H,) m^2, areas in plan of the holes that stay open
-    left : number of cells whose point is left out, because no triangle has a corner there
+    left : number of cells whose lowest point is left out, because the point is not a corner of a triangle
     """
 
     points: FloatArray

@@ -26,9 +26,10 @@ MARGIN = 2.0
 
 
 def draped_outlines(terrain: Terrain, rings: Sequence[FloatArray], raised: float = 0.0) -> list[FloatArray]:
-    """Return the outline of an area as lines (N, 3) m that follow the ground.
+    """Return the outline of an area as lines (N, 3) m that follow the ground, moved by INSIDE (m) into the area.
 
-    Parts of the outline off the terrain and over holes are left out.
+    Where the area is too narrow, the lines lie on the outline itself. Parts off the terrain and over holes are left
+    out.
 
     rings : closed rings (N, 2) m of the area's polygons and their holes, local frame
     raised : height of the lines above the ground (m)
@@ -41,7 +42,7 @@ def draped_outlines(terrain: Terrain, rings: Sequence[FloatArray], raised: float
 
 
 def draped_lines(terrain: Terrain, lines: Sequence[FloatArray]) -> list[FloatArray]:
-    """Return open lines (P, 2) m in plan as lines (N, 3) m on the ground, with points at most STEP apart.
+    """Return open lines (P, 2) m in plan as lines (N, 3) m on the ground, with points at most STEP (m) apart.
 
     Parts off the terrain and over holes are left out.
     """
@@ -53,9 +54,10 @@ def draped_lines(terrain: Terrain, lines: Sequence[FloatArray]) -> list[FloatArr
 
 
 def _with_normals(ring: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return points (M, 2) m along a ring, at most STEP apart, and a unit normal (M, 2) of the ring at each point.
+    """Return points (M, 2) m along a ring (N, 2) m, and the unit normal (M, 2) to the left of the ring at each point.
 
-    At a corner, the normal is the mean of the normals of its two edges.
+    Points are at most STEP (m) apart; on very long rings they are farther apart. At a corner, the normal has the mean
+    direction of the normals of its two edges.
     """
     corners = ring[np.append(True, (np.diff(ring, axis=0) != 0.0).any(axis=1))]
     edges = np.diff(corners, axis=0)

@@ -31,8 +31,8 @@ def first_face(distance: FloatArray, ground: FloatArray) -> Face | None:
 
     distance : (S,) m, ascending distances along the line; ground : (S,) m, height of the ground there, NaN if unknown
 
-    A face is steeper than STEEP (degrees) and at least LOWEST (m) high. It may contain ledges up to FLAT (m)
-    long. If the first face extends to the last point, the result is None.
+    A face is steeper than STEEP (degrees) and at least LOWEST (m) high. A face may contain less steep parts (ledges) up
+    to FLAT (m) long. If the first face extends to the last point, the result is None.
     """
     with np.errstate(invalid="ignore"):
         steep = np.flatnonzero(np.diff(ground) < -np.diff(distance) * math.tan(math.radians(STEEP)))

@@ -202,6 +202,8 @@ def lay_out(vertices: Any, triangles: Any, begin: int, end: int, geometry: Any, 
     """Write the corners (m) and unit normals of facets `begin` to `end` - 1 into their rows of `geometry` (F, 12).
 
     Also extend the terrain's `box` (2, 3) m, its lowest and highest corner, so that it includes these facets.
+
+    vertices : (V, 3) m; triangles : (F, 3)
     """
     for f in range(begin, end):
         a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
@@ -219,6 +221,8 @@ def lay_out_some(vertices: Any, triangles: Any, rows: Any, geometry: Any) -> Non
     """Write the corners (m) and unit normals of the facets listed in `rows` into their rows of `geometry` (F, 12).
 
     Only these facets have changed, as after a patch.
+
+    vertices : (V, 3) m; triangles : (F, 3); rows : (N,) numbers of the facets
     """
     for n in range(len(rows)):
         f = rows[n]

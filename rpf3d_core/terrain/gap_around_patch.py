@@ -1,4 +1,4 @@
-"""Fill the ring in plan between a patch (a new survey of a part of the terrain) and the ground around with triangles.
+"""Make triangles that fill the ring between a patch (a new survey of a part of the terrain) and the ground around it.
 
 The points on both sides of the ring get a Delaunay triangulation. To make each given edge an edge of the triangulation,
 the diagonals that cross this edge are swapped (Sloan 1993, Computers & Structures 47:441). No point is added, so no

@@ -91,9 +91,12 @@ def _in_halves(share: Share, count: int, work: Callable[[int, int, int], Any]) -
 
 @loop
 def _count_points(points: Any, begin: int, end: int, some: Any, box: Any) -> None:
-    """Write the number of points in each row of the grid from `begin` to `end` - 1, and the box (2, 3) m around them.
+    """Count the points in each row of the grid from `begin` to `end` - 1, and find the box around these points.
 
-    some : (H,) receives the numbers, 0 before the call; points with a NaN coordinate do not count
+    Points with a NaN coordinate do not count.
+
+    points : (H, W, 3) m; some : (H,) receives the number of points of each row, 0 before the call
+    box : (2, 3) m, receives the lowest and the highest corner; infinite if there are no points
     """
     for axis in range(3):
         box[0, axis], box[1, axis] = np.inf, -np.inf
@@ -111,6 +114,7 @@ def _count_points(points: Any, begin: int, end: int, some: Any, box: Any) -> Non
 def _place(points: Any, begin: int, end: int, origin: Vec, before: Any, vertices: Any, number: Any) -> None:
     """Write the points of the rows from `begin` to `end` - 1 as vertices relative to the origin, and number them.
 
+    points : (H, W, 3) m, missing if a coordinate is NaN; origin : m
     before : (H + 1,) for each row, the number of points in all earlier rows; vertices : (V, 3) m, receives the points
     number : (H, W) receives the vertex number of each point, -1 for a missing point
     """
@@ -128,7 +132,7 @@ def _place(points: Any, begin: int, end: int, origin: Vec, before: Any, vertices
 
 @kernel
 def _is_short(vertices: Any, a: int, b: int, c: int, longest: float) -> bool:
-    """True if no side in plan of the triangle with the corners a, b, c is longer than `longest` (m)."""
+    """True if no side in plan of the triangle a, b, c is longer than `longest` (m); vertices : (V, 3) m."""
     if longest == np.inf:
         return True
     most = 0.0
@@ -145,8 +149,8 @@ def _count(
     """Write, for each row of squares, the number of squares, the number of kept triangles, and twice the area in plan.
 
     A square counts if it has four points; a triangle is kept if no side in plan is longer than `longest`. Only squares
-    with a kept triangle add to the area; the area is positive if they face up. Only the rows of squares from `begin`
-    to `end` - 1 are counted.
+    with a kept triangle add to the area; a square that faces up adds a positive area. Only the rows of squares from
+    `begin` to `end` - 1 are counted.
 
     number : (H, W) vertex number of each point, -1 for a missing point; vertices : (V, 3) m
     longest : m, longest allowed side of a triangle in plan

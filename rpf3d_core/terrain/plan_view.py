@@ -58,7 +58,7 @@ def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
     window : Window
         Of width and height > 0.
     pixels : int
-        Along the longer side of the window.
+        Number of pixels along the longer side of the window.
     """
     size = max(window.width, window.height) / pixels
     shape = (max(1, round(window.height / size)), max(1, round(window.width / size)))
@@ -105,9 +105,9 @@ def facets_near(terrain: Terrain, window: Window) -> NDArray[np.int64]:
 def _candidates(
     vertices: FloatArray, triangles: IntArray, shape: tuple[int, int]
 ) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]]:
-    """Yield pairs of a facet and a pixel centre inside it in plan, in chunks: facets, pixels and heights, each (N,).
+    """Yield pairs of a facet and a pixel whose centre lies in the facet in plan, in chunks of three arrays (N,).
 
-    The height is that of the facet at the pixel centre.
+    The arrays are the facets, the pixels, and the heights (m) of the facets at the pixel centres.
 
     vertices : (V, 3) x and y in pixels, z in m; shape : rows and columns of the image
     """
@@ -132,7 +132,7 @@ def _pixel_boxes(
     """Return the facets (N,) that may cover a pixel centre, with the first pixel and the pixel counts of their boxes.
 
     The first pixel (N, 2) is column and row; the counts (N, 2) are numbers of columns and rows. Of millions of facets,
-    only a few contain a pixel centre. Facets without one are removed in two steps: first by rows, then by columns.
+    only a few contain a pixel centre. The other facets are removed in two steps: first by rows, then by columns.
 
     shape : number of rows and columns of pixels; vertices : (V, 3), x and y in pixels
     """
@@ -162,10 +162,12 @@ def _pixels(places: FloatArray, triangles: IntArray, count: int) -> tuple[IntArr
 
 
 def _planes(corners: FloatArray) -> FloatArray:
-    """Return coefficients (9, F) that give, for any pixel, its position in a facet and the facet's height there.
+    """Return the coefficients (9, F) of three linear functions of a pixel's column and row, for each facet.
 
-    The facets have corners (F, 3, 3). The coefficients belong to three linear functions of column and row: the weights
-    of the second and third corner, and the height. The coefficients of a vertical facet are not finite.
+    At a pixel, the functions give the barycentric weights of the facet's second and third corner (-), and the height
+    (m) of the facet's plane. The coefficients of a vertical facet are not finite.
+
+    corners : (F, 3, 3) of the facets, x and y in pixels, z in m
     """
     a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -30,7 +30,7 @@ def ridge_along(line: FloatArray, height: float, width: float, crest: float) -> 
 
     height : m, above the ground; width, crest : m, width at the foot and at the top, 0 <= crest < width
 
-    At both ends of the line the ridge has its full height. Beyond the ends it slopes down, as on its sides.
+    At both ends of the line the berm has its full height. Beyond the ends the berm slopes down, as on its sides.
     """
     way = np.diff(line, axis=0)
     along = way / np.hypot(way[:, 0], way[:, 1])[:, None]

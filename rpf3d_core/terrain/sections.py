@@ -101,7 +101,7 @@ def _pairs(terrain: Terrain, points: FloatArray) -> Iterator[tuple[NDArray[np.in
 
 
 def _spread(values: NDArray[np.int64], counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return values repeated by their counts, and the number of each repetition from 0; both (M,).
+    """Return values, each repeated as often as its count, and the number of each repetition from 0; both (M,).
 
     values, counts : (N,); M is the sum of the counts
     """
@@ -138,13 +138,13 @@ def section_of(terrain: Terrain, begin: FloatArray, end: FloatArray) -> Section 
 
 
 def _crossings(corners: FloatArray, begin: FloatArray, end: FloatArray, share: tuple[float, float]) -> FloatArray:
-    """Return the shares (K,) of a line between two given shares at which another facet becomes the highest, ascending.
+    """Return the places (K,) on a part of a line where another facet becomes the highest, because two facets cross.
 
-    At such a share, two facets pass through each other. Facets whose heights differ by less than SHORTEST at both given
-    shares count as one facet.
+    A place is given as a share of the line's length, from 0 at `begin` to 1 at `end`; places are in ascending order.
+    Facets whose heights differ by less than SHORTEST (m) at both ends of the part count as one facet.
 
-    corners : (N, 3, 3) m, of the facets that lie under the whole part of the line between both shares
-    begin, end : (2,) m, ends of the line; share : both shares, in ascending order
+    corners : (N, 3, 3) m, of the facets that lie under the whole part
+    begin, end : (2,) m, ends of the line; share : the ends of the part, as shares of the line's length
     """
     both = [_height_in(corners, np.tile(begin + s * (end - begin), (len(corners), 1)))[0] for s in share]
     one, other = np.triu_indices(len(corners), 1)
@@ -173,7 +173,7 @@ def _facets_near(terrain: Terrain, begin: FloatArray, end: FloatArray) -> NDArra
 
 
 def _shares_over(corners: FloatArray, begin: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return where a line enters and leaves facets (N, 3, 3) in plan, as shares of the line's length (N,), (N,).
+    """Return where a line enters and leaves facets (N, 3, 3) m in plan, as shares of the line's length (N,), (N,).
 
     The second share is below the first share if the facet has no area in plan, or if the line does not cross the facet.
     Source: Cyrus and Beck 1978, Computers and Graphics 3:23-28.

@@ -37,7 +37,7 @@ def centroids_in_plan(terrain: Terrain) -> FloatArray:
 
 
 def with_zone(terrain: Terrain, zone: str, facets: Flags) -> Terrain:
-    """Return the terrain with some facets moved to a zone; if the terrain does not have the zone yet, it is added.
+    """Return the terrain with some facets moved to a zone; a zone that the terrain does not have is added.
 
     facets : (F,) true for the facets to move
     """

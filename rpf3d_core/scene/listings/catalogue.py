@@ -116,6 +116,9 @@ def _bounds(field: FieldInfo) -> Iterator[str]:
 
 
 def _costs() -> dict[str, dict[str, float]]:
-    """Return the measured cost of each model and effect, as shipped with the package; {} if the file is missing."""
+    """Return the measured costs of models and effects, by `<key>.<name>` such as `effects.drag`; {} without the file.
+
+    A cost is as in `CatalogueEntry.cost`. The file is part of the package.
+    """
     file = resources.files("rpf3d_core").joinpath(COSTS)
     return json.loads(file.read_text()) if file.is_file() else {}

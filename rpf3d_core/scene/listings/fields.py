@@ -117,7 +117,8 @@ def _effect(key: str, field: FieldInfo, model_spec: type[ModelSpec]) -> SceneFie
 
 
 def _is_nameable(field: FieldInfo) -> bool:
-    """Return True if a name and single values are enough for a model or effect: no parameter needs a list or a file."""
+    """Return True if a name and single values can state a model or effect: no required parameter is a list or a file.
+    """
     model_spec = _part(field.annotation)
     assert model_spec is not None
     required = [each for each in model_spec.model_fields.values() if each.is_required()]
@@ -127,7 +128,8 @@ def _is_nameable(field: FieldInfo) -> bool:
 def _part(annotation: Any) -> type[BaseModel] | None:
     """Return the pydantic model of a field that contains a section; None if the field contains a value.
 
-    The section may be required, optional, or one of several for different zones.
+    The section may be required or optional. For a mapping with one section for each zone, return the pydantic model of
+    these sections.
     """
     several = [get_args(annotation)[1]] if _is_mapping(annotation) else _alternatives(annotation)
     found, _ = _unwrapped(several[0]) if len(several) == 1 else (None, [])

@@ -23,7 +23,7 @@ class KeyWords(NamedTuple):
     """The last key of a key path in words, for the axes and legends of pictures.
 
     name : the key without a unit, such as `face angle`
-    words : its meaning if there is a short one, else its name
+    words : for a parameter of a synthetic terrain, the meaning of the key; for all other keys, the same as `name`
     unit : "-" for a number without a unit, "" for an unknown unit or no number
     """
 
@@ -50,7 +50,7 @@ def key_in_words(path: str) -> KeyWords:
 
 
 def _unit(keys: list[str]) -> str:
-    """Return the unit that the description of a key, or else of a section around the key, states; "" without a unit.
+    """Return the unit stated in the description of a key, or else of a section around the key; "" if there is none.
 
     keys : the keys of a key path, from the top of the scene
     """

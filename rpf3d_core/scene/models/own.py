@@ -34,7 +34,7 @@ class OwnSpec(ModelSpec):
     @model_validator(mode="before")
     @classmethod
     def _found(cls, given: Any, info: ValidationInfo) -> Any:
-        """Add the path of the file that contains the user's class, after a check of class and parameters."""
+        """Return the given fields and the `file` of the user's class, after a check of the class and its parameters."""
         path, values = given["path"], given["values"]
         module, _, _ = path.rpartition(".")
         file = _file_of(module, (info.context or {}).get("folder", Path()))
@@ -68,7 +68,10 @@ def _class_at(path: str, file: Path) -> Any:
 
 
 def _check_values(path: str, own: Any, values: Any) -> None:
-    """Refuse parameters that the user's class does not have, values that are not numbers, and missing parameters."""
+    """Raise a PydanticCustomError for unknown or missing parameters of a user's class, or values that are not numbers.
+
+    path : import path of the class, for the message; own : the class; values : values of the parameters, by name
+    """
     if not isinstance(values, dict):
         raise refuse(f"gives {path} {values!r}, but must give a mapping of its parameters to numbers")
     for name, value in values.items():
@@ -82,7 +85,12 @@ def _check_values(path: str, own: Any, values: Any) -> None:
 
 
 def _file_of(module: str, folder: Path) -> Path:
-    """Return the file of a user's module, next to the scene file or on Python's module path."""
+    """Return the file of a user's module, next to the scene file or on Python's module path.
+
+    Raise a PydanticCustomError if there is no such file.
+
+    folder : folder of the scene file
+    """
     beside = folder.joinpath(*module.split(".")).with_suffix(".py")
     if beside.is_file():
         return beside.absolute()

@@ -29,7 +29,7 @@ class ModelSpec(StrictModel):
     BUILDER : module and function that builds the physics class from the scene; None if copying the numbers is enough
     OBSTACLES : module and function that returns names and places of the obstacles, from (name, model_spec, physics
         parameters)
-    STOPPED : sentence on stopped rocks that replaces the usual one; for ground models
+    STOPPED : of a ground model, the sentence on stopped rocks; None for the usual sentence
     NOT_FOR_BODIES : of an effect, why it does not act on rocks with a shape; None if it does
     REPLACED_FOR_BODIES : parameters of an effect that rocks with a shape do not have, with the key to give instead
     SOURCE : where the model is published; CONFIRMED : how well the source is confirmed
@@ -68,7 +68,7 @@ class ModelSpec(StrictModel):
 
 
 def loaded(path: str) -> Any:
-    """Import a module and return its object, both given as `module:name`; models are imported only when named."""
+    """Import a module and return an object of it, such as a class; path : `module:name` of module and object."""
     module, name = path.split(":")
     return getattr(import_module(module), name)
 

@@ -116,7 +116,13 @@ def _written(spec: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
 
 
 def _check_foot(key: str, spec: ForestSpec, tree: Tree, terrain: Terrain, ground: float, facet: int) -> None:
-    """Refuse a tree of the file that stands off the terrain, or whose foot is not on the ground."""
+    """Raise an InputError if a tree of the file stands off the terrain, or if its foot is not on the ground.
+
+    The foot may be up to OFF_GROUND (m) above or below the ground.
+
+    key : key of the file in the scene, for the message; ground : height (m) of the ground, local frame
+    facet : facet below the tree, -1 for none
+    """
     where = f"{key}: the tree at ({tree.east:g}, {tree.north:g}) of {spec.file}, line {tree.line},"
     if facet < 0:
         raise InputError(f"{where} stands off the terrain: {extents(terrain, np.array([(tree.east, tree.north)]))}")
@@ -129,9 +135,10 @@ def _check_foot(key: str, spec: ForestSpec, tree: Tree, terrain: Terrain, ground
 
 
 def _drawn(spec: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
-    """Return trees at random places: evenly over the terrain, or over the scene's polygons.
+    """Return trees at random places, evenly distributed over the box around the terrain or over the scene's polygons.
 
-    Trees for polygons are drawn in the box around the polygons; trees outside the polygons are dropped.
+    For polygons, trees are drawn in the box around the polygons; trees outside the polygons are left out. `forest_of`
+    leaves out trees off the terrain.
     """
     within = None if spec.within is None else _outline(spec, scene, terrain)
     low, high = _box(terrain, within)
@@ -168,7 +175,10 @@ def _box(terrain: Terrain, within: Any | None) -> tuple[FloatArray, FloatArray]:
 
 
 def _number(spec: ForestSpec, scene: Scene, area: float) -> int:
-    """Return the number of trees to draw on an area (m^2) in plan, from the scene's stems per hectare."""
+    """Return the number of trees to draw on an area (m^2) in plan, from the scene's stems per hectare.
+
+    Raise an InputError if the number is above MOST_TREES.
+    """
     stems = (spec.stems_per_ha or 0.0) * area / SQUARE_METRES_PER_HA
     if stems > MOST_TREES:
         raise InputError(

@@ -29,7 +29,7 @@ def memory_of_bins(scene: Scene, raster: Raster, facets: Facets) -> float:
 def empty_barriers(scene: Scene, flight: Flight, compiled: bool) -> Any:
     """Return empty counts for the barriers of a scene; None if the scene has no barriers.
 
-    compiled : True if compiled code counts
+    compiled : True if compiled code counts the rocks at the barriers
     """
     spec = scene.effects.barriers
     if spec is None:

@@ -41,7 +41,8 @@ def scarring(spec: ScarringSpec, scene: Scene, terrain: Terrain) -> Scarring:
 def ground_of_zone(spec: ScarringSpec, zone: str) -> dict[str, Any]:
     """Return the parameters of soft ground for a zone: by its exact name, else by the first pattern that fits.
 
-    Without `zones`, all zones have the parameters of the effect; with `zones`, a zone that fits no name is hard.
+    Without `zones`, all zones have the parameters of the effect. With `zones`, a zone that fits no name is hard ground,
+    which does not slow rocks (HARD).
     """
     everywhere = {name: getattr(spec, name) for name in type(spec).model_fields if name != "zones"}
     if not spec.zones:

@@ -49,7 +49,8 @@ class Benches:
     width : width of the slope, along the faces; crest, floor : widths of the level ground above and below the faces
     roughness : standard deviation of the small-scale relief, normal to the surface
     seed : random seed of this relief, >= 0
-    spacing : side of the mesh's cells; 0 for ROUGH_SPACING on rough ground, else for one rectangle per face and berm
+    spacing : side of the mesh's cells; if 0, the side is ROUGH_SPACING on rough ground, and on smooth ground each face
+        and berm is one rectangle
 
     Raises `TerrainError` for values out of range. The defaults are the dimensions of `config/scenes/bench_15m.yaml`.
     """

@@ -90,7 +90,7 @@ def profile_of(benches: Benches) -> Profile:
 
 
 def _faded(share: FloatArray, length: float) -> FloatArray:
-    """Return the share (N,) of the full relief at places along a part: 0 at its ends, 1 from FADE (m) away from them.
+    """Return the share (N,) of the full relief at places along a part: 0 at both ends, 1 at least FADE (m) from them.
 
     share : (N,) places along the part, as shares of its length; length : m
     """

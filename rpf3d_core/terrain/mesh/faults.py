@@ -215,9 +215,9 @@ def _median_edge(vertices: FloatArray, edges: Edges) -> float:
 
 @loop
 def _squared_lengths(vertices: Any, low: Any, high: Any, squared: Any) -> None:
-    """Write the squared length of each edge (m^2), for the median length.
+    """Write the squared length (m^2) of each edge into `squared` (E,), for the median length.
 
-    low, high : (E,) the two vertices of each edge; squared : (E,), changed
+    vertices : (V, 3) m; low, high : (E,) the two vertices of each edge
     """
     for e in range(len(low)):
         x, y, z = (vertices[high[e], 0] - vertices[low[e], 0], vertices[high[e], 1] - vertices[low[e], 1],

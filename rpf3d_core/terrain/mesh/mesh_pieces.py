@@ -44,7 +44,8 @@ def turn_wrong_pieces(
 def _fill_of(triangles: Any, begin: int, end: int, cursor: Any, of: Any) -> None:
     """Write the facet of each directed edge into `of`, for the edges that start at the vertices `begin` to `end` - 1.
 
-    cursor : (V + 1,) next free index in `of` for each vertex, changed; of : in the order of `to` (`turn_wrong_pieces`)
+    triangles : (F, 3); of : (E,) in the order of `to` (`turn_wrong_pieces`)
+    cursor : (V + 1,) for each vertex, the next free index in `of`; changed
     """
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -92,6 +93,8 @@ def _sum_up(vertices: Any, triangles: Any, above: Any, border: Any, sums: Any) -
     Both have a sign: the area is positive if the component faces up, the volume if a closed component faces outwards.
     The row of a component is its lowest facet number, from `above` (F,). For each open component, the function also
     sets `border` (F,) to true at this facet number.
+
+    vertices : (V, 3) m; triangles : (F, 3)
     """
     for f in range(len(above)):
         sums[f, 0], sums[f, 1] = 0.0, 0.0

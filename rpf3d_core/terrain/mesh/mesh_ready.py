@@ -142,9 +142,11 @@ def _repaired(vertices: FloatArray, triangles: IntArray, zone: str, tolerance: f
 
 @loop
 def _box_of(vertices: Any, begin: int, end: int, box: Any) -> None:
-    """Write the bounding box (2, 3) of the vertices from `begin` to `end` - 1 into `box`.
+    """Write the bounding box of the vertices from `begin` to `end` - 1 into `box` (2, 3) m: lowest, highest corner.
 
     The box has a NaN if a vertex has a NaN coordinate.
+
+    vertices : (V, 3) m
     """
     for axis in range(3):
         box[0, axis], box[1, axis] = np.inf, -np.inf
@@ -169,6 +171,8 @@ def _look(vertices: Any, triangles: Any, begin: int, end: int) -> tuple[int, int
     """Return the numbers of upward, downward and vertical facets among the facets from `begin` to `end` - 1.
 
     Facets without area do not count.
+
+    vertices : (V, 3) m; triangles : (F, 3)
     """
     up, down, level = 0, 0, 0
     for f in range(begin, end):
@@ -188,7 +192,7 @@ def _look(vertices: Any, triangles: Any, begin: int, end: int) -> tuple[int, int
 
 @loop
 def _turn(triangles: Any) -> None:
-    """Turn all facets over so that they face the other side; each keeps its first corner."""
+    """Turn all facets (F, 3) over so that they face the other side; each facet keeps its first corner."""
     for f in range(len(triangles)):
         triangles[f, 1], triangles[f, 2] = triangles[f, 2], triangles[f, 1]
 
@@ -198,6 +202,8 @@ def _count_out(triangles: Any, begin: int, end: int, starts: Any) -> None:
     """Count the facet sides that start at each vertex v from `begin` to `end` - 1, and add the count to starts[v + 1].
 
     The counts are needed to list the sides by vertex.
+
+    triangles : (F, 3); starts : (V + 1,), changed
     """
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -211,8 +217,8 @@ def _count_out(triangles: Any, begin: int, end: int, starts: Any) -> None:
 def _fill_out(triangles: Any, begin: int, end: int, cursor: Any, to: Any) -> None:
     """Write the end vertices of the sides of facets into `to`, sorted by the vertex at which the sides start.
 
-    begin, end : only sides that start at vertices `begin` to `end` - 1
-    cursor : for each vertex, the next free index in `to`
+    triangles : (F, 3); begin, end : only sides that start at vertices `begin` to `end` - 1
+    cursor : (V + 1,) for each vertex, the next free index in `to`; changed
     """
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]

@@ -1,4 +1,4 @@
-"""Weld points: points nearer than a tolerance become one vertex, so that neighbouring facets share vertices.
+"""Weld points: points at most a tolerance apart become one vertex, so that neighbouring facets share vertices.
 
 Points are sorted along one oblique direction. Two points within the tolerance of each other are also within the
 tolerance along this direction. No grid of cells is used, so no pair is missed at the border of a cell.
@@ -84,9 +84,12 @@ def _project(x: Any, y: Any, z: Any, along: Any) -> None:
 
 
 def _sorted_along(along: FloatArray) -> tuple[Index, float]:
-    """Return the points (N,) in the order of their distance along OBLIQUE, and the precision (m) of this order.
+    """Return the numbers (N,) of points, sorted by distance along OBLIQUE, and the precision (m) of this order.
 
-    Distances are counted in whole steps; the precision is twice the length of a step.
+    Two points whose distances differ by less than the precision may be in the wrong order. Distances are counted in
+    whole steps; the precision is twice the length of a step.
+
+    along : (N,) m, distances of the points along OBLIQUE
     """
     bits, steps = bits_left(len(along)), np.empty(len(along), np.int64)
     low = float(along.min())

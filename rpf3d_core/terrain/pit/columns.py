@@ -53,7 +53,7 @@ class Columns(NamedTuple):
     column : (P,) number of the column ; offset : (P,) m, from the floor outline ; height : (P,) m above the floor
     key_ahead : (P,) sorting key of the point for the triangles between its column and the next column
     key_behind : (P,) sorting key of the point for the triangles between its column and the previous column
-    row : (P,) index into `rows`, -1 off the wall ; ramp : (P,) turn of the ramp that the point is on, else -1
+    row : (P,) index into `rows`, -1 off the wall ; ramp : (P,) turn of the ramp, from 0, at the point; -1 off the ramp
     at_foot, at_top : (P,) true if the point is on the first, or the last, line across the ramp
     rows : the W rows of the wall ; wall : (W, N) m, offset of every row in every column, also of points left out
     around : number of columns N
@@ -79,7 +79,7 @@ class RampTurn(NamedTuple):
     exists : true where the ramp exists ; face : number of the bench face that the ramp cuts
     part : share of the height of this bench face that is below the ramp (-) ; height : of the ramp, m
     inner, outer : offsets of the ramp's edges from the floor outline, m
-    coordinate : height as in `Design.bench_coordinate`
+    coordinate : bench coordinate of the height (-), see `Design.bench_coordinate`
     """
 
     exists: Mask

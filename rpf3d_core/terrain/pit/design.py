@@ -89,7 +89,7 @@ class Design:
         return sampled(p % 1.0, 1.0, self.width)
 
     def plan(self, p: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return x and y (m) of places on the wall, in the shape that `p` and `offset` have together.
+        """Return x and y (m) of places on the wall, each in the shape to which NumPy broadcasts `p` and `offset`.
 
         p : position around the pit, as a fraction of one full turn
         offset : horizontal distance (m) from the outline of the pit floor, outwards along the outline's normal
@@ -128,7 +128,9 @@ class Design:
         return sampled(turn, self.turns, self.climb)
 
     def bench_coordinate(self, height: FloatArray) -> FloatArray:
-        """Return heights as numbers of bench faces, counted from the floor: i at the top of face i, linear in between.
+        """Return the bench coordinate (-) of heights: 0 on the floor, i at the top of face i, linear in between.
+
+        Faces are numbered from 1, the lowest.
 
         height : m above the floor, any shape, as in the result
         """
@@ -210,11 +212,11 @@ def radius(pit: Pit, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatAr
 
 
 def evenly_round(pit: Pit, offset: float) -> FloatArray:
-    """Return polar angles (SAMPLES + 1,) rad around the pit, from the foot of the ramp, at equal distances on a line.
+    """Return the polar angles (SAMPLES + 1,) rad of the places p = 0 ... 1 around the pit, from the foot of the ramp.
 
-    The line lies at a constant offset from the floor outline. These angles are the places p = 0 ... 1 of the design.
+    The places are at equal distances along a closed line around the pit, not at equal angles.
 
-    offset : of the line from the floor outline, m
+    offset : m, constant distance of this line from the floor outline
     """
     start = math.radians(pit.ramp_foot_deg)
     angle = start + np.linspace(0.0, 2.0 * math.pi, SAMPLES + 1)

@@ -76,7 +76,7 @@ class Pit:
         ramp climbs counter-clockwise
     spills : number of cones of loose rock on the benches; repose_deg : their steepest slope
     roughness : standard deviation of the small-scale relief of faces and benches, normal to the surface; the floor and
-        the ramp have a third of it
+        the ramp have a third of this value
     rim_width : least width of the natural ground outside the crest
     crest_altitude : altitude of the crest above sea level
 

@@ -68,7 +68,7 @@ def drawn_waves(random: np.random.Generator, lengths: tuple[float, ...], plan: b
 
 
 def height_of_waves(waves: Waves, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
-    """Return the height (P,) of the relief at points x, y, z (P,) m: the sum of the waves; its variance is 1."""
+    """Return the sum (P,) (-) of waves at points x, y, z (P,) m: relief with a standard deviation of 1."""
     total = np.zeros(len(x))
     for (kx, ky, kz), phase, amplitude in zip(waves.vector, waves.phase, waves.amplitude, strict=True):
         total += amplitude * np.sin(kx * x + ky * y + (kz * z + phase))
@@ -76,7 +76,7 @@ def height_of_waves(waves: Waves, x: FloatArray, y: FloatArray, z: FloatArray) -
 
 
 def roughness(design: Design, points: FloatArray) -> FloatArray:
-    """Return the height (P,), m, of the small-scale relief (roughness) at points (P, 3), from the pit's parameters."""
+    """Return the height (P,) m of the small-scale relief (roughness) at points (P, 3) m, from the pit's parameters."""
     random = np.random.Generator(np.random.Philox(key=design.pit.seed, counter=1))
     return design.pit.roughness * height_of_waves(drawn_waves(random, OCTAVES, plan=False), *points.T)
 
@@ -98,7 +98,7 @@ def steepness(design: Design, columns: Columns) -> FloatArray:
 
 
 def hills(design: Design, columns: Columns, points: FloatArray) -> FloatArray:
-    """Return the relief (P,), m, of the natural ground at points (P, 3): zero at the crest, full at the outer edge."""
+    """Return the height (P,) m of the hills at points (P, 3) m: 0 up to the crest, full at the outer edge."""
     ground = np.flatnonzero((columns.row < 0) & (columns.ramp < 0) & (columns.height == design.pit.levels[-1]))
     random = np.random.Generator(np.random.Philox(key=design.pit.seed, counter=2))
     waves = drawn_waves(random, HILLS, plan=True)
@@ -124,7 +124,7 @@ class Spill(NamedTuple):
 
 
 def drawn_spills(design: Design) -> list[Spill]:
-    """Return the spills of a pit; none lies where the ramp cuts the bench or tapers it."""
+    """Return the spills of a pit; no spill lies where the ramp cuts or narrows its bench."""
     if not design.benches:
         return []
     random = np.random.Generator(np.random.Philox(key=design.pit.seed, counter=3))
@@ -145,7 +145,7 @@ def drawn_spill(design: Design, random: np.random.Generator) -> Spill | None:
 
 
 def near_ramp(design: Design, p: float, level: int) -> bool:
-    """Return True if the ramp passes within 1.3 bench heights of a bench at p, so that a spill has no room there.
+    """Return True if the ramp passes less than 1.3 bench heights above or below a bench: a spill has no room there.
 
     p : fraction of a turn around the pit; level : number of the bench, counted from the floor
     """

@@ -16,11 +16,10 @@ TOE, FACE, CREST, BENCH = range(4)
 class Rows(NamedTuple):
     """The W rows of the pit's wall (lines of points around the pit), in order from the floor up.
 
-    kind : (W,) TOE, FACE, CREST or BENCH (FACE and BENCH: on a face or bench; TOE and CREST: where a face begins or
-        ends)
+    kind : (W,) TOE (lower edge of a face), FACE (on a face), CREST (upper edge of a face) or BENCH (on a bench)
     face : (W,) number of the face, 1 is the lowest; for BENCH rows the face below the bench
     height : (W,) m above the floor, without ramp or roughness
-    berms : (W,) number of bench widths between the edge of the floor and the row; a fraction on a bench
+    berms : (W,) number of bench widths between the edge of the floor and the row; not a whole number for a BENCH row
     coordinate : (W,) height as a bench coordinate (`Design.bench_coordinate`)
     """
 
@@ -63,9 +62,10 @@ def face_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, fl
 
 
 def bench_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, float, float, float]]:
-    """Return the inner rows of points on the bench above a face; the crest and the next toe belong to faces.
+    """Return the rows of points on the bench above a face, without the rows at both edges of the bench.
 
-    A row, `edge` and `face` are as in `face_rows`.
+    The rows at the edges are the crest of this face and the toe of the next face; `face_rows` returns them. A row,
+    `edge` and `face` are as in `face_rows`.
     """
     parts = max(1, int(np.ceil(float(design.width.mean()) / edge - 0.25)))
     height = design.pit.levels[face]
