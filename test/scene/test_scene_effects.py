@@ -10,7 +10,9 @@ from rpf3d_core.effects.drag import Drag
 from rpf3d_core.effects.drag_layer import stands_at
 from rpf3d_core.effects.hooks import links_of
 from rpf3d_core.errors import InputError, SceneError
+from rpf3d_core.scene.models.scarring import ScarringSpec
 from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.builders.scarring import ground_of_zone
 from rpf3d_core.setup.prepared import prepare
 
 
@@ -79,6 +81,14 @@ def test_a_forest_off_the_terrain_is_refused(tmp_path):
     (tmp_path / "away.geojson").write_text(away)
     with pytest.raises(InputError, match=r"`effects\.drag_layer\.polygons` lie off the terrain"):
         effects_of(tmp_path, "{drag_layer: {coefficient: 500, polygons: away.geojson}}")
+
+
+def test_the_exact_name_of_a_zone_counts_before_patterns_also_if_it_is_a_pattern_itself():
+    wall = {"wall[1]": {"soil_drag": 3}}
+    for zones in (wall, {"wall*": {"kappa": 5}, **wall}):
+        spec = ScarringSpec.model_validate({"zones": zones})
+        assert ground_of_zone(spec, "wall[1]")["soil_drag"] == 3.0
+    assert ground_of_zone(spec, "wall_2")["kappa"] == 5.0
 
 
 def test_soft_ground_is_soft_where_the_scene_says_so(tmp_path):

@@ -11,6 +11,9 @@ from rpf3d_core.jit.dispatch import kernel
 def walk_raster(raster: Raster, visits: Visits, track: Track, mass: float) -> None:
     """Record a visit to every map cell that a track crosses, but not to a cell that it only touches at a corner.
 
+    A track that starts on the border of two cells may belong to the wrong cell by rounding. The computed time at which
+    it leaves this cell may then be long before its start, so a visit never ends before it begins.
+
     mass : of the rock (kg)
     """
     x, v = track.arc.x, track.arc.v
@@ -20,14 +23,14 @@ def walk_raster(raster: Raster, visits: Visits, track: Track, mass: float) -> No
     while True:
         leave_i = leaving_time(i, raster.nx, raster.x, raster.cell, x[0], pace_x)
         leave_j = leaving_time(j, raster.ny, raster.y, raster.cell, x[1], pace_y)
-        leave = min(leave_i, leave_j, track.duration)
+        leave = max(begin, min(leave_i, leave_j, track.duration))
         if leave > begin or here:
             t = time_at(track, begin)
             k = visit(visits, j * raster.nx + i, t, mass)
-            note_stay(visits, k, t, time_at(track, max(begin, leave)), top_speed2(track, begin, leave))
+            note_stay(visits, k, t, time_at(track, leave), top_speed2(track, begin, leave))
             note_track_energy(visits.energy2, k, track, begin, leave)
             note_length(visits.way, k, square_of(raster, i, j), track, begin, leave)
         if leave >= track.duration:
             return
-        begin, here = max(begin, leave), False
+        begin, here = leave, False
         i, j = next_square(i, j, leave_i, leave_j, v)

@@ -47,8 +47,7 @@ def ground_of_zone(spec: ScarringSpec, zone: str) -> dict[str, Any]:
     everywhere = {name: getattr(spec, name) for name in type(spec).model_fields if name != "zones"}
     if not spec.zones:
         return everywhere
-    fitting = [name for name in spec.zones if fnmatchcase(zone, name)]
+    fitting = [zone] if zone in spec.zones else [name for name in spec.zones if fnmatchcase(zone, name)]
     if not fitting:
         return everywhere | HARD
-    other = spec.zones[zone if zone in spec.zones else fitting[0]]
-    return everywhere | other.model_dump(exclude_none=True)
+    return everywhere | spec.zones[fitting[0]].model_dump(exclude_none=True)
