@@ -19,7 +19,8 @@ HEARTBEAT = Path(__file__).parent / "live_heartbeat.py"
 class Stack:
     """A set of nodes: processes, output folder and separate DDS domain; a context manager that ends the processes.
 
-    Processes are named after their module, such as `simulator_node`, or their script without its extension.
+    Processes are named after their module, such as `simulator_node`, or their script without its extension. A second
+    process of a module has a name of its own, and writes its output to a folder of this name.
     began : name -> number of times that the node was started; killed : names of the processes that `kill` has ended
     """
 
@@ -33,20 +34,26 @@ class Stack:
         self.killed: set[str] = set()
         os.environ.update(isolated_environment(self.folder))
 
-    def start(self, module: str, parameters: dict[str, Any]) -> int:
-        """Start a node of the package, such as `simulator_node`; return its process id."""
-        given = [word for name, value in parameters.items() for word in ("-p", f"{name}:={_written(value)}")]
-        earlier = self.folder / f"{module}.out"
-        if earlier.is_file() and module in self.began:  # keeps the output of the killed node, which shows the cause
-            earlier.rename(self.folder / f"{module}.{self.began[module]}.out")
-        self.processes[module] = node_process(module, given, self.folder)
-        self.began[module] = self.began.get(module, 0) + 1
-        return self.processes[module].pid
+    def start(self, module: str, parameters: dict[str, Any], namespace: str = "", name: str = "") -> int:
+        """Start a node of the package, such as `simulator_node`; return its process id.
 
-    def start_script(self, script: Path) -> int:
-        """Start a program that is not a node of the package; return its process id."""
+        namespace : of the node, "" for the root namespace; name : of the process, "" for the name of the module
+        """
+        given = ["-r", f"__ns:={namespace}"] if namespace else []
+        given += [word for key, value in parameters.items() for word in ("-p", f"{key}:={_written(value)}")]
+        logs, name = self.folder / name, name or module
+        logs.mkdir(exist_ok=True)
+        earlier = logs / f"{module}.out"
+        if earlier.is_file() and name in self.began:  # keeps the output of the killed node, which shows the cause
+            earlier.rename(logs / f"{module}.{self.began[name]}.out")
+        self.processes[name] = node_process(module, given, logs)
+        self.began[name] = self.began.get(name, 0) + 1
+        return self.processes[name].pid
+
+    def start_script(self, script: Path, *arguments: str) -> int:
+        """Start a program that is not a node of the package, with arguments; return its process id."""
         self.processes[script.stem] = subprocess.Popen(
-            [sys.executable, str(script)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            [sys.executable, str(script), *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
             env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
         )  # fmt: skip
         return self.processes[script.stem].pid
@@ -86,7 +93,8 @@ class Stack:
 
     def tails(self) -> str:
         """Return the last lines of each node's output, to explain a failure."""
-        return tails(self.folder)
+        folders = [self.folder, *(folder for name in self.processes if (folder := self.folder / name).is_dir())]
+        return "\n".join(tails(folder) for folder in folders)
 
     def __enter__(self) -> Self:
         return self

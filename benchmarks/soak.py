@@ -3,8 +3,8 @@
     python benchmarks/soak.py [--minutes 20] [--seed 1] [--json soak.json] [--keep folder]
 
 The program prints a report in Markdown. Its exit code is 1 if an alert is lost, if the audit of the decision log fails,
-if a late subscriber receives a wrong alarm, or if a node ends by itself. The delays are wall times, so the load is
-printed.
+if a late subscriber receives a wrong alarm, if a level falls below the level of the present sources, if the second pit
+shows a danger of the first, or if a node ends by itself. The delays are wall times, so the load is printed.
 """
 
 import argparse
@@ -18,7 +18,8 @@ from pathlib import Path
 import numpy as np
 from live_stack import Stack, machine
 from soak_disturbances import RECOVERY, Disturbances
-from soak_mine import LISTENER, RECORDER, SIMULATOR, Mine, start
+from soak_mine import LISTENER, PIT, RADARS, RECORDER, SIMULATOR, Mine, start
+from soak_neighbour import Neighbour
 from soak_report import print_report
 from soak_world import PLACES, World, places_of, world_of
 
@@ -64,7 +65,9 @@ class Soak:
         mine, place = self._mine, str(self._random.choice(list(PLACES)))
         level = self._world.demands[place]
         mine.ledger.counts[f"bursts from {place} ({level.word})"] += 1
-        mine.seen, mine.open = places_of(place), mine.ledger.demand(f"{place}: {level.word}", level, WITHIN)
+        mine.seen, mine.seen_by = places_of(place, self._world.heights), str(self._random.choice(RADARS))
+        mine.ledger.counts[f"bursts on {mine.seen_by}"] += 1
+        mine.open, mine.reached = mine.ledger.demand(f"{place}: {level.word}", level, WITHIN), False
         if not mine.stack.alive(SIMULATOR) or mine.told.held is None:
             mine.ledger.disturb(mine.open, RECOVERY)
         mine.speak()
@@ -111,15 +114,20 @@ def soaked(stack: Stack, world: World, options: argparse.Namespace) -> Mine:
 
     Raises TimeoutError if the nodes do not start.
     """
-    spoken = ("terrain/mesh", "terrain/update", "sources")
-    with StandIn(spoken) as stand_in, SimulatedClock(stand_in.node, BEGINS_NS) as clock:
+    spoken = ("terrain/mesh", "terrain/update")
+    with StandIn(spoken, namespace=PIT) as stand_in, SimulatedClock(stand_in.node, BEGINS_NS) as clock:
         nodes = (SIMULATOR, RECORDER, LISTENER)
         for node in nodes:
             start(stack, node)
         mine = Mine(stack, stand_in, clock)
         if not stand_in.wait_for_subscribers(2.0 * RECOVERY, len(nodes), lambda: stack.alive(SIMULATOR)):
             raise TimeoutError(f"the nodes do not listen\n{stack.tails()}")
-        Soak(mine, world, Disturbances(mine, world, options.seed)).run(options.minutes)
+        with Neighbour(stack, clock, world, mine.ledger) as neighbour:
+            mine.neighbour = neighbour.live
+            if not mine.live(lambda: neighbour.level == Level.NORMAL, 2.0 * RECOVERY):
+                raise TimeoutError(f"the neighbour does not become normal\n{stack.tails()}")
+            Soak(mine, world, Disturbances(mine, world, options.seed)).run(options.minutes)
+            neighbour.end(RECOVERY)
         for node in (SIMULATOR, RECORDER):
             if code := stack.end(node):
                 mine.ledger.fail(f"{node} ended with {code} after SIGINT", stack.tails())

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from live_messages import raise_mesh
 from rclpy.serialization import deserialize_message
-from soak_mine import LISTENER, RECORDER, SIMULATOR, Mine, Told, start
+from soak_mine import LISTENER, PIT, RECORDER, SIMULATOR, Mine, Told, start
 from soak_world import PATCHED, World
 from std_msgs.msg import Bool
 
@@ -130,7 +130,7 @@ class Disturbances:
         expected, heard = mine.told.alarm, []  # type: ignore[var-annotated]
         if expected is None or began - mine.told.alarm_since < SETTLED:
             return
-        with StandIn(name="rpf3d_late_joiner") as joiner:
+        with StandIn(name="rpf3d_late_joiner", namespace=PIT) as joiner:
             note = heard.append
             joiner.subscribe("alarm", lambda data, at: note(bool(deserialize_message(data, Bool).data)), LATCHED)
             joiner.wait(lambda: heard, JOINING)

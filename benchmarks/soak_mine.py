@@ -1,4 +1,4 @@
-"""Simulate the mine of a soak test: publish the sources of a radar, receive the nodes' messages, let time pass."""
+"""Simulate the mine of a soak test: publish the sources of two radars, receive the nodes' messages, let time pass."""
 
 import sys
 import time
@@ -18,15 +18,28 @@ from std_msgs.msg import Bool
 
 from rpf3d_core.alerts.levels import Level
 from rpf3d_ros.demo.stand_in import StandIn
+from rpf3d_ros.interface.publishing import publishers_of
+from rpf3d_ros.interface.recorded_topics import TOPICS
 from rpf3d_ros.interface.simulated_clock import SimulatedClock
 from rpf3d_ros.messages.alert_reading import ALERT
 from rpf3d_ros.messages.health import healths_of
 
+PIT = "/pit_a"
+"""Namespace of the nodes that the test disturbs."""
+RADARS = ("sources", "radar_b/sources")
+"""Topics of the two radars. Each burst is seen by one of them, while the other reports that it sees nothing."""
 RADAR, SAMPLING, SAYING = 2.0, 1.0, 60.0
-"""Times (s): between messages of the radar, between samples of memory, between progress reports."""
-REMEMBERED = 50
+"""Times (s): between two messages of a radar, between samples of memory, between progress reports."""
+REMEMBERED = 100
 """Number of the last radar messages for which delays of answers are measured."""
 SIMULATOR, RECORDER, LISTENER = "simulator_node", "recorder_node", "soak_listener"
+SOURCES = {"use_sim_time": True, "source_topics": f"[{', '.join(RADARS)}]"}
+"""Parameters of simulator and recorder: the topics of both radars."""
+SIMULATION = {
+    "scene": SCENE, "site_file": SITE, "above_ground": 0.5, "release_speed": SPEED, "position_spread": SPREAD_X,
+    "velocity_spread": SPREAD_V,
+}  # fmt: skip
+"""Parameters of the simulators of both pits."""
 
 
 @dataclass
@@ -44,9 +57,12 @@ class Told:
 
 
 class Mine:
-    """Publishes in place of the radar, receives the messages of the nodes, and records the course of the test.
+    """Publishes in place of both radars, receives the messages of the nodes, and records the course of the test.
 
-    open : the demand that must be met now, None without a demand; seen : (S, 3) m, sources that the radar sees
+    open : the demand that must be met now, None without a demand
+    reached : True as soon as the level of the present burst was shown; from then on, a lower level is a false green
+    seen : (S, 3) m, sources that one radar sees; seen_by : topic of this radar
+    neighbour : called regularly with the time (s, monotonic), for the second pit
     disturb : called regularly with the time (s, monotonic), to disturb the test
     """
 
@@ -54,8 +70,11 @@ class Mine:
         self.stack, self.stand_in, self.clock = stack, stand_in, clock
         self.ledger, self.told = Ledger(), Told()
         self.open: Demand | None = None
-        self.seen = np.empty((0, 3))
+        self.reached = False
+        self.seen, self.seen_by = np.empty((0, 3)), RADARS[0]
         self.disturb: Callable[[float], None] = lambda now: None
+        self.neighbour: Callable[[float], None] = lambda now: None
+        self._radars = publishers_of(stand_in.node, RADARS, dict.fromkeys(RADARS, TOPICS["sources"]))
         self._spoken, self._sampled, self._said = 0.0, 0.0, time.monotonic()
         self._waiting: dict[int, tuple[int, set[str]]] = {}
         stand_in.subscribe("alerts", self._note_alert)
@@ -66,7 +85,7 @@ class Mine:
     def live(self, condition: Callable[[], Any], seconds: float) -> bool:
         """Run the test until a condition is true or time (s) is up; return True if the condition is true.
 
-        Meanwhile the radar publishes, messages are received, memory is sampled, and the test is disturbed.
+        Meanwhile the radars publish, messages are received, memory is sampled, and the test is disturbed.
         """
         deadline = time.monotonic() + seconds
         while not condition():
@@ -78,15 +97,18 @@ class Mine:
             if now - self._sampled >= SAMPLING:
                 self._sample(now)
             self.disturb(now)
+            self.neighbour(now)
             self.stand_in.spin_once()
         return True
 
     def speak(self) -> None:
-        """Publish a message with the sources that the radar sees now."""
-        self._spoken, stamp = time.monotonic(), self.clock.now_ns()
-        data = bytes(serialize_message(poses(self.seen, stamp)))
+        """Publish a message of each radar: one has the sources that it sees now, the other has none."""
+        self._spoken, now = time.monotonic(), self.clock.now_ns()
         self._waiting = dict(list(self._waiting.items())[-REMEMBERED:])
-        self._waiting[stamp] = (self.stand_in.publish("sources", data), set())
+        for stamp, topic in enumerate(RADARS, start=now):  # different stamps, so that answers can be told apart
+            seen = self.seen if topic == self.seen_by else np.empty((0, 3))
+            self._waiting[stamp] = (time.monotonic_ns(), set())
+            self._radars[topic].publish(bytes(serialize_message(poses(seen, stamp))))
 
     def demand_again(self, within: float) -> None:
         """Demand the current alert level again within a time (s), because the simulator was killed.
@@ -111,7 +133,20 @@ class Mine:
                 self.told.shown = Level[health.values["level"].upper()]
                 self.ledger.counts[f"alerts told: {health.values['level']}"] += 1
         if self.open is not None:
-            self.ledger.settle(self.open, self.told.held)
+            self._check_level(self.open)
+
+    def _check_level(self, demand: Demand) -> None:
+        """Note whether the held level meets the present demand; record a failure if the shown level is a false green.
+
+        After a kill or a jump of the clock, the level may be a fault until the node knows the sources again, but not a
+        level below the demand: the decision log keeps the held level.
+        """
+        if self.reached and self.told.shown is not None:
+            self.ledger.counts["alerts checked after the level of their burst was shown"] += 1
+            if self.told.shown < demand.level:
+                shown = self.told.shown.word
+                self.ledger.fail(f"green by mistake: {demand.what}, shown is {shown}", self.stack.tails())
+        self.reached = self.ledger.settle(demand, self.told.held) or self.reached
 
     def _note_alarm(self, data: bytes, at_ns: int) -> None:
         alarm = bool(deserialize_message(data, Bool).data)
@@ -152,13 +187,10 @@ def start(stack: Stack, name: str) -> None:
     """Start a process of the soak test, for the first time or after a kill; name : SIMULATOR, RECORDER or LISTENER."""
     stack.killed.discard(name)
     if name == LISTENER:
-        stack.start_script(Path(__file__).parent / f"{LISTENER}.py")
+        stack.start_script(Path(__file__).parent / f"{LISTENER}.py", PIT)
     elif name == RECORDER:
         number = stack.began.get(name, 0)
-        stack.start(name, {"use_sim_time": True, "file": stack.folder / f"soak_{number}.rrd"})
+        stack.start(name, {**SOURCES, "file": stack.folder / f"soak_{number}.rrd"}, PIT)
     else:
-        stack.start(name, {
-            "use_sim_time": True, "scene": SCENE, "site_file": SITE, "decision_log": stack.folder / "decisions",
-            "store": stack.folder / "store", "above_ground": 0.5, "release_speed": SPEED,
-            "position_spread": SPREAD_X, "velocity_spread": SPREAD_V,
-        })  # fmt: skip
+        kept = {"decision_log": stack.folder / "decisions", "store": stack.folder / "store"}
+        stack.start(name, {**SOURCES, **SIMULATION, **kept}, PIT)

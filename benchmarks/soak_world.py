@@ -59,24 +59,26 @@ def world_of(folder: Path) -> World:
     folder : receives the results of these runs
     """
     terrain = pit_terrain(Pit(triangles=150_000, seed=1))  # as in the scene
-    return World(shift_content(SCENE, 12), Heights(terrain), {place: demanded(place, folder) for place in PLACES})
+    heights = Heights(terrain)
+    demands = {place: demanded(places_of(place, heights), folder) for place in PLACES}
+    return World(content=shift_content(SCENE, 12), heights=heights, demands=demands)
 
 
-def places_of(place: str) -> Any:
-    """Return the positions (SOURCES, 3) m of the sources at a place; the node moves their heights to the ground."""
+def places_of(place: str, heights: Heights) -> Any:
+    """Return the positions (SOURCES, 3) m of the sources at a place, on the ground; heights : of this ground."""
     x, south, north = PLACES[place]
-    y = np.linspace(south, north, SOURCES)
-    return np.column_stack([np.full(SOURCES, x), y, np.full(SOURCES, 1700.0)])
+    plan = np.column_stack([np.full(SOURCES, x), np.linspace(south, north, SOURCES)])
+    return np.column_stack([plan, heights.at(plan)])
 
 
-def demanded(place: str, folder: Path) -> Level:
-    """Return the lowest alert level that the node must publish for rocks from a place, from a run without the node.
+def demanded(places: Any, folder: Path) -> Level:
+    """Return the lowest level that the node must publish for rocks from places (S, 3) m, from a run without the node.
 
     This is the level of the share of rocks that reach the ramp. The node itself uses the upper end of the share's 95 %
     interval, so it may publish a higher level. Patches do not change the share (`PATCHED`).
     """
     scene, spread = read_scene(SCENE), (SPREAD_V, SPREAD_V, SPREAD_V)
-    changed = {"line": None, "points": tuple(map(tuple, places_of(place).tolist())), "rocks": ROCKS,
+    changed = {"line": None, "points": tuple(map(tuple, places.tolist())), "rocks": ROCKS,
                "velocity": (SPEED, 0.0, 0.0), "velocity_spread": spread}  # fmt: skip
     source = scene.sources[0].model_copy(update=changed)
     run = run_scene(scene.model_copy(update={"sources": (source,)}), folder / "demanded")

@@ -36,11 +36,15 @@ class StandIn:
     One thread at a time may spin; any thread may publish.
     """
 
-    def __init__(self, publishes: tuple[str, ...] = (), name: str = "rpf3d_stand_in") -> None:
-        """Create the node; publishes : topics whose publishers are created at once, because discovery takes time."""
+    def __init__(self, publishes: tuple[str, ...] = (), name: str = "rpf3d_stand_in", namespace: str = "") -> None:
+        """Create the node.
+
+        publishes : topics whose publishers are created at once, because discovery takes time
+        namespace : of the node, its topics and the simulator; "" for the root namespace
+        """
         self._context = Context()
         self._context.init()
-        self.node = Node(name, context=self._context)
+        self.node = Node(name, context=self._context, namespace=namespace)
         self._publishers = publishers_of(self.node, publishes)
         self._acknowledge = self.node.create_client(Trigger, f"{SIMULATOR}/acknowledge")
         self._set = self.node.create_client(SetParameters, f"{SIMULATOR}/set_parameters")
