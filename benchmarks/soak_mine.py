@@ -105,7 +105,7 @@ class Mine:
         """Publish a message of each radar: one has the sources that it sees now, the other has none."""
         self._spoken, now = time.monotonic(), self.clock.now_ns()
         self._waiting = dict(list(self._waiting.items())[-REMEMBERED:])
-        for stamp, topic in enumerate(RADARS, start=now):  # different stamps, so that answers can be told apart
+        for stamp, topic in enumerate(RADARS, start=now):  # different stamps, so that answers can be distinguished
             seen = self.seen if topic == self.seen_by else np.empty((0, 3))
             self._waiting[stamp] = (time.monotonic_ns(), set())
             self._radars[topic].publish(bytes(serialize_message(poses(seen, stamp))))
