@@ -159,8 +159,9 @@ def _counting(pace: Pace, tell: Callable[[int], None]) -> Callable[[int], None]:
 
 
 def _measured(reserve: Reserve, sets: int, end: Callable[[], float]) -> Reserve:
-    """Do the work after the flights (scores, pictures, files) once, and return the reserve with the measured times.
+    """Do the work that follows the flights (scores, pictures, files), and return the reserve with its times (s).
 
+    reserve : the time that is kept back for this work at the end of the budget
     sets : number of flown sets; end : does the work, and returns the time (s) for the files of the result
     """
     began = time.monotonic()

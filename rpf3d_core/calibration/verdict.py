@@ -84,10 +84,10 @@ def _of_parameters(found: Findings) -> list[str]:
 
 
 def _of_predictions(found: Findings) -> list[str]:
-    """Return warnings about the predictions of kept-out observations, and about rocks that left the terrain.
+    """Return warnings about the predictions of kept-out observations.
 
     The warnings concern scores, blocks that lie mostly to one side of the predicted stops, the coverage of intervals,
-    and blocks without a prediction.
+    blocks without a prediction, and rocks that left the terrain or did not stop.
     """
     sentences = [*_of_scores(found), *_of_sides(found), *_of_coverage(found)]
     if found.unpredicted:

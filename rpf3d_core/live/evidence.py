@@ -15,8 +15,9 @@ def together(parts: Sequence[Evidence]) -> Evidence:
 
     parts : the evidence of each wall, at least one, the newest last
 
-    The result has the areas of the newest part with areas. All numbers of rocks are scaled to the part with the fewest
-    rocks and rounded up, so the result is as uncertain as that part. The result has the stamps of the oldest trigger
+    The result has the areas of the newest part with areas. All numbers of rocks that decide on a level are scaled to
+    the part with the fewest rocks and rounded up, so the result is as uncertain as that part. The pooled numbers of
+    rocks, which are only displayed, are sums. The result has the stamps of the oldest trigger
     and the oldest survey, the faults and notes of all parts, the total number of sources, and one digest of all
     sources. The number of unfinished rocks is the largest of all parts. The newest part gives all other values.
     """

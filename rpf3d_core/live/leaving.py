@@ -41,9 +41,11 @@ class LeavingTally:
     def count(self, batch: Batch, radius: FloatArray, displace: Displace | None = None) -> None:
         """Count, for each area, the rocks of a batch that left the terrain and may have reached the area.
 
+        A rock is not counted if it arrived in the area before it left, or if its energy cannot lift it to the area.
+
         batch : N rocks with complete paths; radius : (N,) m, of the rocks
-        displace : returns displaced paths, if arrivals are counted on displaced paths. A rock then counts as arrived
-            only if both its own path and its displaced path had a part inside the area
+        displace : returns displaced paths; a rock then arrived only if its own path and its displaced path both had a
+            part inside the area. None if only a rock's own path counts
         """
         left = np.isin(batch.counts[:, 0], CODES)
         if not left.any() or not self._areas:

@@ -14,10 +14,12 @@ PLACES = 200
 
 
 def stands_in_ground(terrain: Terrain, body: slice, ground: slice, slack: float) -> bool:
-    """Return True if the rim of a file lies on or below the ground of another file, or if the file has no rim.
+    """Return True if a file is a body that stands in the ground of another file, such as a pile or a building.
 
-    The median height of the rim counts, because rims are drawn by hand. In a second survey, the rim is as far from the
-    ground as the rest of the survey. The rim of a building is the foot of its walls.
+    The rim of a body lies on or below the ground: the rim of a building is the foot of its walls. The rim of a second
+    survey of the same ground is as far above the ground as the rest of the survey: the result is then False. The median
+    height of the rim counts, because rims are drawn by hand. The result is True for a file without a rim, and False if
+    no ground lies above or below the rim.
 
     body : facets of the file with the rim; ground : facets of the other file
     slack : m, height above the ground up to which a rim lies on the ground

@@ -1,8 +1,7 @@
-"""Turn over the components of a mesh that face the wrong side; faster than `winding`.
+"""Turn over the components of a mesh that face the wrong side; faster than `winding`, because nothing is sorted.
 
-The winding of all neighbouring facets must already agree. An open component must face up, a closed component must face
-outwards. The result is the same as in `winding`, but no sorting is needed. Only a mesh with both upward and downward
-facets needs this test of each component.
+Before, all neighbouring facets must already agree in their winding. Afterwards, each open component faces up, and each
+closed component faces outwards, as after `winding`. Only a mesh that has both upward and downward facets needs this.
 """
 
 from typing import Any
