@@ -6,7 +6,7 @@ import numpy as np
 from never_green import changes
 from never_green.changes import Change
 from never_green.defects import PATCH, WHOLE, Defect, changing, harmed
-from never_green.plan import END, Plan, Send, Speaker
+from never_green.plan import END, ClockRule, Plan, Send, Speaker
 from never_green.stories import EVERY, patch_send, survey
 
 
@@ -113,6 +113,90 @@ def mesh_after_the_patch(plan: Plan, rng: np.random.Generator) -> Plan | None:
     return plan.with_defect("mesh after the patch", sends=(*others, *meshes, patch), speakers=speakers)
 
 
+def former_area(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Deliver the first polygon again after the watched area has grown; the polygon has its first stamp."""
+    polygons = [send for send in plan.sends if send.topic == "areas/polygon"]
+    if len(polygons) < 2:
+        return None
+    again = polygons[0]._replace(at=plan.truth.area_since + float(rng.uniform(0.5, 4.0)))
+    return plan.with_defect("former area again", sends=(*plan.sends, again))
+
+
+def before_silence(word: str, changed: Callable[[Plan, list[Send], np.random.Generator], Plan]) -> Defect:
+    """Return a defect of the time or the stamps that hides the silence of all sensors.
+
+    The sensors fall silent just before the plan's last source appears, so no message reports this source.
+
+    word : name of the defect
+    changed : returns the plan with changed messages or clock, from the messages of the sensors before their silence
+    """
+
+    def defect(plan: Plan, rng: np.random.Generator) -> Plan | None:
+        last = plan.truth.sources[-1] if plan.truth.sources else None
+        if last is None or not set(last.seen_by) <= set(plan.sensors):
+            return None
+        heard = [send for send in plan.sends if send.topic in plan.sensors and send.sent < last.since]
+        if {send.topic for send in heard} != set(plan.sensors):
+            return None
+        others = [send for send in plan.sends if send.topic not in plan.sensors]
+        return changed(plan.with_defect(word, sends=(*others, *heard)), heard, rng)
+
+    return defect
+
+
+def _early(plan: Plan, heard: list[Send], rng: np.random.Generator) -> Plan:
+    """Let the stamps of the sensors lie further in the future than the sensors' last messages are old."""
+    by = float(rng.uniform(4.0, 9.0))
+    sends = [send._replace(offset=by) if send.topic in plan.sensors else send for send in plan.sends]
+    return plan._replace(sends=tuple(sends))
+
+
+def _early_until_a_survey(plan: Plan, heard: list[Send], rng: np.random.Generator) -> Plan:
+    """Let the last stamp of each sensor be shortly after a whole survey that arrives in the silence; no patch arrives.
+
+    The sources are answered again with each survey. An answer from before the time of the stamp is older than its
+    sources. The next survey arrives after the sources are too old.
+    """
+    since = plan.truth.sources[-1].since
+    ends = {topic: max(send.sent for send in heard if send.topic == topic) for topic in plan.sensors}
+    answered = min(send.at for send in plan.sends if send.topic in WHOLE and send.at > since + 1.25)
+    ahead = {topic: answered + 0.7 - end for topic, end in ends.items()}
+    sends = [send._replace(offset=ahead.get(send.topic, 0.0)) for send in plan.sends if send.topic not in PATCH]
+    return plan._replace(sends=tuple(sends))
+
+
+def _clock_stands(plan: Plan, heard: list[Send], rng: np.random.Generator) -> Plan:
+    """Let the clock stand still from a time shortly before the silence until the end."""
+    begin = plan.truth.sources[-1].since - float(rng.uniform(0.0, 2.0))
+    return plan._replace(clock=ClockRule(stands=(begin, END)))
+
+
+def _clock_back(plan: Plan, heard: list[Send], rng: np.random.Generator) -> Plan:
+    """Let the clock jump back to the time of the newest message of the sensors, so that no stamp lies in the future.
+
+    After the jump, the last message of the sensor that fell silent first counts so long that the level is too low.
+    """
+    ends = [max(send.sent for send in heard if send.topic == topic) for topic in plan.sensors]
+    jump = plan.truth.sources[-1].since - min(ends) + float(rng.uniform(2.5, 3.5))
+    return plan._replace(clock=ClockRule(jump=-jump, jump_at=max(ends) + jump))
+
+
+def clock_back_over_old_terrain(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let the clock jump back by 20 to 60 s before the bank is removed; no survey or patch arrives after the jump."""
+    gone = plan.truth.bank_until
+    if np.isinf(gone):
+        return None
+    jump_at = gone - float(rng.uniform(0.1, 1.0))
+    sends = tuple(send for send in plan.sends if send.topic not in (*WHOLE, *PATCH) or send.sent < jump_at)
+    rule = ClockRule(jump=-float(rng.uniform(20.0, 60.0)), jump_at=jump_at)
+    return plan.with_defect("clock back over old terrain", sends=sends, clock=rule)
+
+
+def _clock_never_begins(plan: Plan, heard: list[Send], rng: np.random.Generator) -> Plan:
+    """Let the clock show 0 until the end."""
+    return plan._replace(clock=ClockRule(begins=END))
+
+
 NARROW: dict[str, Defect] = {
     "never understood": never_understood,
     "never released": never_released,
@@ -126,5 +210,12 @@ NARROW: dict[str, Defect] = {
     "mesh after the patch": mesh_after_the_patch,
     "no data as a height": changing("no data as a height", WHOLE[:1], changes.no_data),
     "folded survey": changing("folded survey", WHOLE[:1], changes.folded),
+    "former area again": former_area,
+    "early before silence": before_silence("early before silence", _early),
+    "early until a survey": before_silence("early until a survey", _early_until_a_survey),
+    "clock back over old terrain": clock_back_over_old_terrain,
+    "clock stands in silence": before_silence("clock stands in silence", _clock_stands),
+    "clock back in silence": before_silence("clock back in silence", _clock_back),
+    "silence without a clock": before_silence("silence without a clock", _clock_never_begins),
 }
 """Name of each rare defect -> the defect."""
