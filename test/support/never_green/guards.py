@@ -49,7 +49,7 @@ class Guard(NamedTuple):
 GUARDS = (
     Guard("1.1", "a message of sources that was not understood is a fault", f"{ENGINE}/station.py",
           "        self._refused_inputs.refused(topic, why, time.monotonic())\n", "        return\n",
-          "never understood,partly understood"),
+          "partly understood"),
     Guard("1.1", "the fault of a refused message lasts while its topic has two publishers",
           f"{ENGINE}/refused_inputs.py",
           "if refusal is None or speakers() > 1:", "if refusal is None:",
