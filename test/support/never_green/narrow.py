@@ -30,13 +30,14 @@ never_released = of_the_only_sensor("never released", changes.upside_down)
 
 
 def never_published(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let the only sensor that sees the last source never publish; the node's parameters expect all sensors."""
+    """Let the only sensor that sees the last source never run; the node's parameters expect all sensors."""
     harmed_plan = never_understood(plan._replace(expects=False), rng)
     if harmed_plan is None:
         return None
     topic = harmed_plan.defects[-1].partition(": ")[2]
     sends = tuple(send for send in plan.sends if send.topic != topic)
-    return plan.with_defect(f"never published: {topic}", sends=sends, expects=True)
+    speakers = tuple(one for one in plan.speakers if one.topic != topic)
+    return plan.with_defect(f"never published: {topic}", sends=sends, speakers=speakers, expects=True)
 
 
 def connected_and_mute(plan: Plan, rng: np.random.Generator) -> Plan | None:
@@ -48,10 +49,10 @@ def connected_and_mute(plan: Plan, rng: np.random.Generator) -> Plan | None:
     return plan.with_defect(f"connected and mute: {topic}", sends=harmed_plan.sends, expects=False)
 
 
-def alternately_understood(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let the only sensor that sees the last source publish in an unknown frame, in alternation with a second program.
+def with_nothing_between(plan: Plan, rng: np.random.Generator, publisher: int) -> Plan | None:
+    """Let the only sensor that sees the last source publish in an unknown frame, in alternation with a publisher.
 
-    The second program publishes messages without sources on the same topic.
+    publisher : number of the publisher (`Speaker.number`), which publishes valid messages without sources on the topic
     """
     harmed_plan = never_understood(plan, rng)
     if harmed_plan is None:
@@ -59,9 +60,25 @@ def alternately_understood(plan: Plan, rng: np.random.Generator) -> Plan | None:
     topic = harmed_plan.defects[-1].partition(": ")[2]
     none, times = np.empty((0, 3)), np.arange(1.3, END, EVERY).tolist()
     own = next(send for send in plan.sends if send.topic == topic)
-    more = tuple(own._replace(sent=at, at=at, places=none, publisher=1) for at in times)
-    second = Speaker(topic=topic, number=1)
-    return harmed_plan._replace(sends=(*harmed_plan.sends, *more), speakers=(*plan.speakers, second))
+    more = tuple(own._replace(sent=at, at=at, places=none, publisher=publisher) for at in times)
+    speakers = (*plan.speakers, *((Speaker(topic=topic, number=publisher),) if publisher else ()))
+    return harmed_plan._replace(sends=(*harmed_plan.sends, *more), speakers=speakers)
+
+
+def partly_understood(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let the only sensor that sees the last source publish its sources in an unknown frame.
+
+    Between these messages, it publishes valid messages without sources, so its topic is neither mute nor silent.
+    """
+    return with_nothing_between(plan, rng, publisher=0)
+
+
+def alternately_understood(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let the only sensor that sees the last source publish in an unknown frame, in alternation with a second program.
+
+    The second program publishes messages without sources on the same topic.
+    """
+    return with_nothing_between(plan, rng, publisher=1)
 
 
 def one_misplaced(plan: Plan, rng: np.random.Generator) -> Plan | None:
@@ -199,6 +216,7 @@ def _clock_never_begins(plan: Plan, heard: list[Send], rng: np.random.Generator)
 
 NARROW: dict[str, Defect] = {
     "never understood": never_understood,
+    "partly understood": partly_understood,
     "never released": never_released,
     "never published": never_published,
     "connected and mute": connected_and_mute,
