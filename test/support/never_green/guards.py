@@ -119,7 +119,7 @@ GUARDS = (
           "        elif longest is not None and age > ns_of(longest):\n", "        elif False:\n",
           "missing surveys", also="a decision is valid only until its evidence is too old"),
     Guard("4.1", "a decision is valid only until its evidence is too old", f"{ALERTS}/decide.py",
-          "    until = min(until, *fresh, ", "    until = min(until, ",
+          "    until = min(until, *fresh, ", "    until = min(until, until, ",
           "missing surveys", also="a survey that is too old is a fault"),
     Guard("4.1", "a patch does not renew the age of the whole survey", f"{LIVE}/ground.py",
           "        origin = Origin(digest, ground.whole_digest, stamp_ns=stamp_ns, whole_ns=ground.whole_ns)\n",
