@@ -62,6 +62,11 @@ def truncated(message: Any) -> Any:
     return message
 
 
+def lengthened(mesh: bytes, count: int) -> bytes:
+    """Return the CDR bytes of a mesh followed by more bytes, which have no meaning; count : their number."""
+    return mesh + bytes(count)
+
+
 def dense(message: Any) -> Any:
     """Mark a cloud as dense, so that no point may be NaN, and return it."""
     message.is_dense = True

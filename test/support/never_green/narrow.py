@@ -1,11 +1,13 @@
 """Rare defects for testing guards that matter only in these cases; the campaign itself does not draw these defects."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from never_green import changes
 from never_green.changes import Change
 from never_green.defects import PATCH, WHOLE, Defect, changing, harmed
+from never_green.messages import lengthened
 from never_green.plan import END, ClockRule, Plan, Send, Speaker
 from never_green.stories import EVERY, patch_send, survey
 
@@ -121,13 +123,50 @@ def mesh_after_the_patch(plan: Plan, rng: np.random.Generator) -> Plan | None:
     gone = plan.truth.bank_until
     if np.isinf(gone):
         return None
-    others = [send for send in plan.sends if send.topic not in (*WHOLE, *PATCH)]
-    times = (0.1, *np.arange(gone + 0.6, END, 1.5).tolist())
-    meshes = [Send(sent=at, at=at, topic=WHOLE[1], kind="mesh", places=survey(plan.truth, 0.0)) for at in times]
     patch = patch_send(plan.truth, gone + 0.1, ((32.0, 48.0), (40.0, 72.0)))
+    sends = (_mesh(plan, 0.1), *_old_meshes(plan, gone + 0.6), patch)
+    return _with_terrain(plan, "mesh after the patch", sends)
+
+
+def same_mesh_in_other_bytes(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let a patch show that the bank is removed; then publish the old mesh again and again, each time in other bytes.
+
+    Only the number of bytes after the vertices differs, which have no meaning.
+    """
+    harmed_plan = mesh_after_the_patch(plan, rng)
+    if harmed_plan is None:
+        return None
+    sends = tuple(
+        send._replace(damage=partial(lengthened, count=number)) if send.kind == "mesh" else send
+        for number, send in enumerate(harmed_plan.sends)
+    )
+    return plan.with_defect("same mesh in other bytes", sends=sends, speakers=harmed_plan.speakers)
+
+
+def former_mesh_again(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let a new mesh show that the bank is removed, and then publish the old mesh with the bank again and again."""
+    gone = plan.truth.bank_until
+    if np.isinf(gone):
+        return None
+    sends = (_mesh(plan, 0.1), _mesh(plan, gone + 0.1), *_old_meshes(plan, gone + 3.0))
+    return _with_terrain(plan, "former mesh again", sends)
+
+
+def _mesh(plan: Plan, at: float) -> Send:
+    return Send(sent=at, at=at, topic=WHOLE[1], kind="mesh", places=survey(plan.truth, at))
+
+
+def _old_meshes(plan: Plan, since: float) -> list[Send]:
+    """Return messages with the first mesh of `_mesh(plan, 0.1)` that are published every 1.5 s from `since` (s) on."""
+    return [_mesh(plan, 0.1)._replace(sent=at, at=at) for at in np.arange(since, END, 1.5).tolist()]
+
+
+def _with_terrain(plan: Plan, name: str, sends: tuple[Send, ...]) -> Plan:
+    """Return the plan with other terrain messages, and one publisher for each of their topics; name : of the defect."""
+    others = [send for send in plan.sends if send.topic not in (*WHOLE, *PATCH)]
     own = [speaker for speaker in plan.speakers if speaker.topic not in (*WHOLE, *PATCH)]
-    speakers = (*own, Speaker(topic=WHOLE[1], number=0), Speaker(topic=PATCH[0], number=0))
-    return plan.with_defect("mesh after the patch", sends=(*others, *meshes, patch), speakers=speakers)
+    speakers = (*own, *(Speaker(topic=topic, number=0) for topic in dict.fromkeys(send.topic for send in sends)))
+    return plan.with_defect(name, sends=(*others, *sends), speakers=speakers)
 
 
 def former_area(plan: Plan, rng: np.random.Generator) -> Plan | None:
@@ -226,6 +265,8 @@ NARROW: dict[str, Defect] = {
     "alternately understood": alternately_understood,
     "one misplaced": one_misplaced,
     "mesh after the patch": mesh_after_the_patch,
+    "same mesh in other bytes": same_mesh_in_other_bytes,
+    "former mesh again": former_mesh_again,
     "no data as a height": changing("no data as a height", WHOLE[:1], changes.no_data),
     "folded survey": changing("folded survey", WHOLE[:1], changes.folded),
     "former area again": former_area,

@@ -120,7 +120,7 @@ def _clicks(draw: Draw, truth: Truth) -> list[Send]:
 
 
 def _surveys(draw: Draw, truth: Truth) -> list[Send]:
-    """Return whole surveys at regular times, and in some combinations patches, for example after the bank is removed."""
+    """Return whole surveys at regular times; in some combinations also patches, such as after the bank is removed."""
     rng, is_mesh = draw.rng, draw.rng.random() < 0.3 and draw.story != "patched"
     topic, kind = ("terrain/mesh", "mesh") if is_mesh else ("terrain/points", "grid")
     times = np.arange(0.1, END, RESURVEYED).tolist()
