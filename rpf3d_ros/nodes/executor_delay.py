@@ -2,7 +2,6 @@
 
 import time
 
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from rpf3d_ros.interface.health_report import HealthReport
@@ -24,16 +23,11 @@ class ExecutorDelay:
     the reported time is the delay of the report alone.
     """
 
-    def __init__(self, node: Node, health: HealthReport, timer: bool = True) -> None:
-        """Begin to measure.
-
-        timer : False if the node itself calls `report` every PERIOD (s), from a timer that it needs anyway
-        """
+    def __init__(self, node: Node, health: HealthReport) -> None:
+        """Begin to measure; the node must call `report` every PERIOD (s)."""
         self._node, self._health = node, health
         self._last = time.monotonic()
         self.longest = 0.0
-        if timer:
-            node.create_timer(PERIOD, self.report, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def reset(self) -> None:
         """Ignore earlier delays, which were expected, for example because of compiling."""

@@ -82,7 +82,7 @@ class SimulatorNode(LifecycleNode):
         self._ticked, self._named_at, self._reported_at = 0, -NAMED_FOR, time.monotonic()
         self._clock_watch, self._clock_stands = ClockWatch(parameters.clock_patience), False
         self.add_post_set_parameters_callback(self._note_name)
-        self.executor_delay = ExecutorDelay(self, self.health, timer=False)
+        self.executor_delay = ExecutorDelay(self, self.health)
         self._acknowledging = self.create_service(TriggerService, "~/acknowledge", self.on_acknowledge)
         self.create_timer(TICK, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))  # also if time goes back
         refuse_impossible_transitions(self)
