@@ -157,7 +157,6 @@ def _play(options: argparse.Namespace, content: ShiftContent, processes: list[su
         shift = Shift(content, stand_in, clock, options.speed)
         print(f"a shift of {LENGTH:g} s, its quiet stretches {options.speed:g} times as fast", flush=True)
         shift.play(lambda sentence: print(sentence, flush=True))
-        clock.run_at(1.0)  # at a higher rate, the radar's last message would be stale before all is recorded
         print(f"  levels of the alert: {', '.join(shift.levels)}")
         missing_levels = [] if _in_order(LEVELS, shift.levels) else [f"the levels {' and '.join(LEVELS)}"]
         return missing_levels + _wait_for_topics(options.timeout, processes)

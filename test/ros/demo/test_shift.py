@@ -20,7 +20,7 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.runs.run import run_scene
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_ros.demo import run as demo
-from rpf3d_ros.demo.shift import EVENTS, LENGTH, Shift
+from rpf3d_ros.demo.shift import EVENTS, LENGTH, LONGEST_STEP, Shift
 from rpf3d_ros.demo.shift_content import EDGE, with_muck
 from rpf3d_ros.interface.simulated_clock import SimulatedClock
 from rpf3d_ros.messages.refusals import TAKEN_UP
@@ -62,6 +62,37 @@ def test_a_clock_at_twenty_times_the_rate_goes_on_from_where_it_was(clock):
     assert 20 * 50_000_000 <= passed <= 20 * (time.monotonic_ns() - began) + SLACK_NS
 
 
+class BusyMachine:
+    """A stand-in that answers at once, and whose turns take some time (s)."""
+
+    def __init__(self, turn):
+        self._turn, self.published = turn, 0
+
+    def subscribe(self, *_):
+        pass
+
+    def publish(self, *_):
+        self.published += 1
+
+    def wait(self, *_):
+        return True
+
+    def spin_once(self):
+        time.sleep(self._turn)
+
+
+@pytest.mark.parametrize("turn", [0.001, 0.3])
+def test_the_clock_of_a_demo_that_stops_for_a_while_does_not_run_ahead_of_the_radar(clock, turn):
+    """A turn of 0.3 s would be 30 s of the shift at 100 times the speed: the radar's last message would be stale."""
+    machine, jumps = BusyMachine(turn), []
+    shift = Shift(None, machine, clock, speed=100.0)
+    jump = clock.jump
+    clock.jump = lambda seconds: (jumps.append(seconds), jump(seconds))
+    shift._pass_until(20.0)
+    assert sum(jumps) > 10.0 and max(jumps) <= 99 * LONGEST_STEP
+    assert machine.published >= 2
+
+
 def test_the_shift_has_two_updates_three_bursts_and_one_acknowledgement_in_five_minutes():
     done = [event.action for event in EVENTS]
     assert done.count("falls") == 3 and done.count("acknowledge") == 1
@@ -74,7 +105,7 @@ def test_the_shift_has_two_updates_three_bursts_and_one_acknowledgement_in_five_
 def test_an_acknowledgement_that_is_only_taken_up_is_not_refused(answer, is_refused):
     """The node must answer even if the decision is not made yet (busy machine) or not on disk yet (slow disk)."""
     stand_in = SimpleNamespace(acknowledge=lambda by, seconds: (False, answer))
-    shift = SimpleNamespace(_stand_in=stand_in, _at_real_time=lambda do: do())
+    shift = SimpleNamespace(_stand_in=stand_in)
     with pytest.raises(InputError, match=answer) if is_refused else nullcontext():
         Shift.acknowledge(shift)
 
