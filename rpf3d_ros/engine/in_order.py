@@ -39,6 +39,11 @@ class InOrder(Generic[T]):
         self._waiting: list[Published[T]] = []
         self.errors: list[Exception] = []
 
+    @property
+    def keeps_some(self) -> bool:
+        """True if messages that have arrived wait for the next call of `ready`."""
+        return bool(self._waiting)
+
     def ready(self) -> list[Published[T]]:
         """Read all queues, and return the messages that need not wait for earlier messages, in order of publication."""
         self.errors = []

@@ -9,10 +9,13 @@ time of publication is passed on with each message.
 """
 
 import ctypes
+import os
+import select
 import threading
 import time
 import weakref
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from functools import cache, partial
 from typing import Any, NamedTuple
 
@@ -30,14 +33,14 @@ from rpf3d_ros.interface.qos import OVERRIDABLE, depth_of
 from rpf3d_ros.messages.refusals import report_error
 from rpf3d_ros.messages.terrain_messages import Buffer
 
-PAUSE, AT_REST = 0.01, 0.05
-"""Time (s) between two checks for messages: usually, and after a while without messages.
+PAUSE = 0.01
+"""Time (s) between two checks for messages while messages arrive.
 
 A check takes some microseconds; to wake up the thread for it takes ten times as long.
 """
 
-STAYS_BUSY = 10.0
-"""Time (s) without a message after which the time between checks is AT_REST."""
+AT_LEAST_EVERY = 1.0
+"""Longest time (s) between two checks, although the middleware wakes the thread for each message."""
 
 AFTER_ERROR = 1.0
 """Time (s) until the next check after rcl has reported an error."""
@@ -97,6 +100,8 @@ class _Rcl:
         self.error: Any = rcutils.rcutils_get_error_string
         self.error.restype = _Sentence
         self.reset_error: Any = rcutils.rcutils_reset_error
+        self.call_on_arrival: Any = rcl.rcl_subscription_set_on_new_message_callback
+        self.call_on_arrival.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
 
 
 @cache
@@ -176,6 +181,7 @@ class LargeMessages:
         self._closed = threading.Event()
         rcl = self._rcl
         queues = [] if rcl is None else [_Queue(each, rcl, self._closed) for each in self._subscriptions]
+        self._arrivals = None if rcl is None else _arrivals_of(self._subscriptions, rcl)
         self._order = InOrder([queue.take for queue in queues])
         self._errors = ""
         self._thread: threading.Thread | None = None
@@ -191,25 +197,28 @@ class LargeMessages:
     def close(self) -> None:
         """End all subscriptions; a message that is being processed is completed first."""
         self._closed.set()
+        if self._arrivals is not None:
+            self._arrivals.wake()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join()
+        if self._arrivals is not None:
+            self._arrivals.close()
+            self._arrivals = None
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
         self._subscriptions = []
 
     def _run(self) -> None:
-        pause, busy_until = PAUSE, 0.0
+        pause = PAUSE
         while not self._closed.wait(pause):
-            messages = self._order.ready()
-            if messages:
-                busy_until = time.monotonic() + STAYS_BUSY
-            for message in messages:
+            if self._arrivals is not None and not self._order.keeps_some:
+                self._arrivals.wait(AT_LEAST_EVERY)
+            for message in self._order.ready():
                 self._hand_on(self._topics[message.queue], message.content.data, message.at_ns, message.content.lost)
             if any(isinstance(error, InvalidHandle) for error in self._order.errors):  # the node is being destroyed
                 return
             self._report(self._order.errors)
-            at_rest = time.monotonic() > busy_until
-            pause = AFTER_ERROR if self._order.errors else AT_REST if at_rest else PAUSE
+            pause = AFTER_ERROR if self._order.errors else PAUSE
 
     def _take_from_rclpy(self, topic: LargeTopic, data: bytes, info: Mapping[str, int]) -> None:
         """Pass on a message that the executor of rclpy has taken; info : the message information of rclpy."""
@@ -239,6 +248,43 @@ class LargeMessages:
             return
         self._errors, now = sentence, time.time_ns()
         report_error(lambda _: self._failed(sentence, now), RuntimeError(sentence))
+
+
+class _Arrivals:
+    """Lets a thread sleep until a message arrives; an eventfd of Linux that the middleware itself writes to.
+
+    The callback of a new message has the arguments (user data, number of messages), and `eventfd_write` of the C
+    library has (descriptor, number). So the address of `eventfd_write` is the callback, and the descriptor is its user
+    data: on 64-bit systems both calls use the same registers. A function in Python would make a thread of the
+    middleware wait for the interpreter's lock.
+    """
+
+    def __init__(self, subscriptions: Sequence[Any], rcl: _Rcl) -> None:
+        """Begin to note arrivals. Raises OSError if there is no free descriptor."""
+        self._descriptor = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+        self._poll = select.poll()
+        self._poll.register(self._descriptor, select.POLLIN)
+        self._subscriptions, self._rcl = subscriptions, rcl
+        self._call_back(ctypes.cast(ctypes.CDLL(None).eventfd_write, ctypes.c_void_p), self._descriptor)
+
+    def wait(self, seconds: float) -> None:
+        """Return when a message has arrived since the last call, after `wake`, or after `seconds`."""
+        if self._poll.poll(1000.0 * seconds):
+            os.eventfd_read(self._descriptor)
+
+    def wake(self) -> None:
+        """End the present or the next call of `wait`."""
+        os.eventfd_write(self._descriptor, 1)
+
+    def close(self) -> None:
+        """End the callbacks; call this while no thread waits, and before the subscriptions are destroyed."""
+        self._call_back(None, None)
+        os.close(self._descriptor)
+
+    def _call_back(self, function: Any, data: int | None) -> None:
+        for subscription in self._subscriptions:
+            with suppress(InvalidHandle), subscription.handle:  # invalid if the node has been destroyed
+                self._rcl.call_on_arrival(subscription.handle.pointer, function, data)
 
 
 class _Queue:
@@ -275,6 +321,18 @@ class _Queue:
         if code != NOTHING_THERE:
             raise RuntimeError(f"messages cannot be received: rcl returned {code}, {why}")
         return None
+
+
+def _arrivals_of(subscriptions: Sequence[Any], rcl: _Rcl) -> _Arrivals | None:
+    """Return the arrivals of some subscriptions; None if the system cannot announce them, so messages are looked for.
+
+    This is so on systems without eventfd (other than Linux), on 32-bit systems, and without a free descriptor.
+    """
+    if not hasattr(os, "eventfd") or ctypes.sizeof(ctypes.c_size_t) < ctypes.sizeof(ctypes.c_uint64):
+        return None
+    with suppress(OSError):
+        return _Arrivals(subscriptions, rcl)
+    return None
 
 
 def _numbered(info: _Info) -> Numbered:

@@ -2,6 +2,7 @@
 
 import itertools
 from collections import deque
+from functools import partial
 
 import pytest
 from hypothesis import example, given
@@ -33,6 +34,14 @@ class Stream:
         found = self.queues[queue].popleft() if self.queues[queue] else None
         self.publish(self.paces.popleft() if self.paces else 1)
         return found
+
+
+def test_a_message_that_waits_for_the_next_call_is_announced():
+    stream = Stream([0, 0], [0, 1, 1])
+    stream.publish(1)
+    order = InOrder([partial(stream.take, 0)])
+    assert [each.content for each in order.ready()] == ["message 0"] and order.keeps_some
+    assert [each.content for each in order.ready()] == ["message 1"] and not order.keeps_some
 
 
 @examples(300)

@@ -90,6 +90,49 @@ def test_what_came_stays_as_it_is_while_others_come(subscriber):
     assert all(same_bytes(data, mesh(50_000, seed)) for seed, data in enumerate(subscriber.received))
 
 
+def test_the_middleware_wakes_the_thread_for_each_message(node, monkeypatch):
+    """A thread that only looked from time to time would look after a minute here."""
+    monkeypatch.setattr(large_messages, "AT_LEAST_EVERY", 10 * PATIENCE)
+    received = node.received = []
+    some = subscribed(node, lambda data, published_ns: received.append(data))
+    node.publisher = node.create_publisher(Mesh, "mesh", LATCHED)
+    for count in (10, 20, 100_000):
+        before = publish(node, mesh(count))
+        wait(lambda before=before: len(received) > before)
+    began = time.monotonic()
+    some.close()
+    assert time.monotonic() - began < PATIENCE
+    assert [len(data) for data in received] == [len(mesh(count)) for count in (10, 20, 100_000)]
+
+
+def test_a_message_that_came_before_the_thread_slept_wakes_it(node, monkeypatch):
+    """The first look is made during the callback of the first message, so nothing arrives while the thread sleeps."""
+    monkeypatch.setattr(large_messages, "AT_LEAST_EVERY", 10 * PATIENCE)
+    received = node.received = []
+
+    def take(data, published_ns):
+        received.append(data)
+        if len(received) == 1:
+            node.publisher.publish(mesh(20))
+            time.sleep(ARRIVES)
+
+    some = subscribed(node, take)
+    node.publisher = node.create_publisher(Mesh, "mesh", LATCHED)
+    publish(node, mesh(10))
+    wait(lambda: len(received) == 2)
+    some.close()
+
+
+def test_without_an_eventfd_the_thread_looks_for_messages(node, monkeypatch):
+    monkeypatch.delattr(os, "eventfd")
+    received = node.received = []
+    some = subscribed(node, lambda data, published_ns: received.append(data))
+    node.publisher = node.create_publisher(Mesh, "mesh", LATCHED)
+    publish(node, mesh(10))
+    wait(lambda: received)
+    some.close()
+
+
 def test_an_executor_that_spins_takes_none_of_it(subscriber):
     executor = SingleThreadedExecutor(context=subscriber.context)
     executor.add_node(subscriber)
