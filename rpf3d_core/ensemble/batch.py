@@ -106,7 +106,7 @@ def in_order(parts: Sequence[Written]) -> Written:
     """
     rows = np.concatenate([part.rows for part in parts])
     if not any(len(part.facets) or len(part.modes) for part in parts):
-        return written_of(np.flatnonzero(np.bincount(rows)))  # rows are distinct: ten times as fast as a sort
+        return written_of(_sorted_rows(rows))
     lengths = np.concatenate([np.diff(part.first, axis=0) for part in parts])
     order = np.argsort(rows)  # rows are distinct, so the sort need not be stable
     struck, moved = (_gathered(lengths[:, k], order) for k in range(2))
@@ -114,6 +114,19 @@ def in_order(parts: Sequence[Written]) -> Written:
     facets, modes = (np.concatenate([getattr(part, name) for part in parts]) for name in ("facets", "modes"))
     written = (impacts[struck], facets[struck], pieces[moved], modes[moved])
     return Written(rows[order], *written, _firsts(lengths[order]))
+
+
+def _sorted_rows(rows: IntArray) -> IntArray:
+    """Return distinct rows (N,) in ascending order, faster than by sorting.
+
+    Usually the rows of all rocks come together, and are 0 to N - 1.
+    """
+    end = int(rows.max(initial=-1)) + 1
+    if end == len(rows):
+        return np.arange(end)
+    present = np.zeros(end, dtype=np.bool_)
+    present[rows] = True
+    return np.flatnonzero(present)
 
 
 def _stacked(arrays: Sequence[Any]) -> Any:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from rpf3d_core.ensemble.flights import IntArray
+from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.releases import Releases
 
 LARGEST_BATCH = 4096
@@ -121,9 +121,16 @@ def side_by_side(releases: Releases, rows: IntArray) -> IntArray:
     Such rocks need the same facets, which are still in the processor's cache.
     """
     x, y = releases.x.take(rows, axis=0)[:, :2].T
-    if np.ptp(x) > np.ptp(y):
-        x, y = y, x
-    width = np.ptp(x) / max(STRIPS * np.sqrt(len(rows)), 1.0)
-    strip = np.floor((x - x.min()) / width) if width > 0.0 else 0.0
-    across = max(np.ptp(y), width)  # one key for strip and place sorts five times as fast as two
-    return rows[np.argsort(strip + (y - y.min()) / (2.0 * across) if across > 0.0 else x)]
+    (x_min, x_size), (y_min, y_size) = _extent(x), _extent(y)
+    if x_size > y_size:
+        x, x_min, x_size, y, y_min, y_size = y, y_min, y_size, x, x_min, x_size
+    width = x_size / max(STRIPS * math.sqrt(len(rows)), 1.0)
+    strip = np.floor((x - x_min) / width) if width > 0.0 else 0.0
+    across = max(y_size, width)  # one key for strip and place sorts five times as fast as two
+    return rows[np.argsort(strip + (y - y_min) / (2.0 * across) if across > 0.0 else x)]
+
+
+def _extent(values: FloatArray) -> tuple[float, float]:
+    """Return the smallest of some values (N,), N > 0, and the difference between the largest and the smallest."""
+    least = values.min()
+    return least, values.max() - least
