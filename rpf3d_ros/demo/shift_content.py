@@ -110,7 +110,10 @@ def heights_at(engine: Engine, facets: Facets, x: FloatArray, y: FloatArray) -> 
 
 
 def with_muck(bench: FloatArray) -> FloatArray:
-    """Return the grid (H, W, 3) m after the crest of the upper bench has failed and its muck fills the lower bench."""
+    """Return the grid (H, W, 3) m after the crest of the upper bench has failed and its muck fills the lower bench.
+
+    bench : (H, W, 3) m, the grid before the failure
+    """
     x, y, z = np.moveaxis(bench, -1, 0)
     edge = EDGE + BENT * np.clip((y - BEND[0]) / (BEND[1] - BEND[0]), 0.0, 1.0)
     heap = TOP - SLOPE * (x - edge) - SLOPE * np.clip(np.abs(y) - HALF_LENGTH, 0.0, None)

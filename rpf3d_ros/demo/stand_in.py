@@ -20,7 +20,7 @@ from rpf3d_ros.interface.recorded_topics import TOPICS
 from rpf3d_ros.nodes.acknowledge import acknowledged_by_request
 
 NEWS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
-"""Quality of service for results: only new messages, none of them dropped."""
+"""Quality of service for results: only new messages, of which 100 may wait."""
 
 SIMULATOR = "rpf3d_simulator"
 SPIN = 0.02

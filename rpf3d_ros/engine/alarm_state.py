@@ -42,12 +42,12 @@ class AlarmState:
 
     The contact may be closed only while all of these conditions hold:
 
-    - each topic has one publisher, and both publishers are of the same node
+    - no topic is known to have two publishers, and the known publishers of both topics are of the same node
     - at least two alerts have arrived since the start, and since the publisher was last lost; a publisher is lost if
       it misses a deadline, if it dies, or if an alert is not understood
     - the last messages of both topics are not stale
     - the last alert is still valid, judged both by the time since its arrival and by the clock of the bridge
-    - for `stale_s`, all alerts came from one run of the simulator, with rising sequence numbers
+    - for the last `stale_s`, all alerts came from one run of the simulator, with rising sequence numbers
     - the alarm is off in the last messages of both topics, and the level is not `fault`
     """
 
@@ -130,7 +130,10 @@ class AlarmState:
 
 
 def heard_alert(alerts: list[ReceivedLevel]) -> HeardAlert | None:
-    """Return the alert of the site from the levels in a message of `alerts`; None if a value is missing or wrong."""
+    """Return the alert of the site from the levels in a message of `alerts`; None if a value is missing or wrong.
+
+    alerts : levels as `alerts_of` returns them, so that the level of the site is among them
+    """
     site = next(each for each in alerts if each.area is None)
     values = site.health.values
     stamp, until = (nanoseconds_of_text(values.get(key, "")) for key in ("stamp", "valid_until"))

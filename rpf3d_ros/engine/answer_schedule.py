@@ -105,8 +105,8 @@ class AnswerSchedule:
     def _wants_latest(self) -> bool:
         """True if the newest trigger must be answered again, so that its answer is published last.
 
-        This is necessary after a change of the terrain or the areas, and after an answer to another trigger, but not
-        before all interrupted answers are complete.
+        This is necessary after a change of the terrain or the areas, and after an answer to another trigger. While
+        interrupted answers are being completed, only a change counts, until the last of these answers is complete.
         """
         ends_another = self._finishing and (self._unfinished is not None or self._to_be_completed() is not None)
         return self._latest is not None and (self.repeats or (self.current is not self._latest and not ends_another))
@@ -117,7 +117,10 @@ class AnswerSchedule:
         self._interrupted = [each for each in kept if each is not trigger and self._answered.holds(each)]
 
     def _to_be_completed(self) -> Trigger | None:
-        """Return an interrupted trigger of another wall whose answer must still be completed; None if there is none."""
+        """Return an interrupted trigger of another wall whose answer must still be completed; None if there is none.
+
+        The result is also None while the answer to the current trigger is not complete.
+        """
         if self._unfinished is not None or self._latest is None:
             return None
         others = self._answered.others(self._latest)

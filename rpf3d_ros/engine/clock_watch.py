@@ -15,7 +15,8 @@ class ClockWatch:
     def stands(self, now_ns: int, steady_s: float) -> bool:
         """True if the node's clock has stood still for longer than `patience_s`.
 
-        now_ns : time of the node's clock (ns), 0 before it runs; steady_s : time of a steady clock (s)
+        now_ns : time of the node's clock (ns), 0 before it runs: the result is then False
+        steady_s : time of a steady clock (s)
         """
         if self._last is None or self._last[0] != now_ns:
             self._last = now_ns, steady_s

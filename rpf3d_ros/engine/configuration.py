@@ -308,7 +308,7 @@ def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:
 
 
 def version() -> str:
-    """Return the installed version of rpf3d, as written in decisions."""
+    """Return the version of rpf3d, as written in decisions; "not installed" if Python finds no installed package."""
     try:
         return importlib.metadata.version("rpf3d")
     except importlib.metadata.PackageNotFoundError:

@@ -41,7 +41,7 @@ class FlightListener(Protocol):
         """Report that sources get no answer, because there is no terrain yet."""
 
     def failed(self, error: BaseException, trigger: Trigger | None = None) -> None:
-        """Report an unforeseen error, and the trigger that has no answer because of it."""
+        """Report an unforeseen error, and the trigger that has no answer because of it; None if no trigger is known."""
 
 
 @dataclass(eq=False)
@@ -99,7 +99,7 @@ class Flyer:
             return self._schedule.submit(trigger)
 
     def hand_over(self, ready: PreparedTerrain | None = None, change: Change | None = None) -> Handover:
-        """Ask for a change of the terrain, and wait until the new terrain is in use.
+        """Ask for a change of the terrain, wait until the new terrain is in use, and return the completed request.
 
         ready, change : as in `Handover`; give one of the two
 
@@ -126,7 +126,10 @@ class Flyer:
 
     @property
     def outlines(self) -> dict[str, str]:
-        """The digest of the present outline of each area of interest, by name: areas of the scene, then live areas."""
+        """The digest of the present outline of each area of interest, by name: areas of the scene, then live areas.
+
+        Without terrain, only the live areas.
+        """
         with self._changed:
             standing, areas = self.standing, self._live_areas()
         if standing is not None:
@@ -287,9 +290,11 @@ class Flyer:
             return self._active and not self._closed
 
     def _is_overtaken(self, stage: int) -> bool:
-        """True if the flight of a stage must stop because of other work; stage : number of the stage, first 0.
+        """True if the flight of a stage must stop, because of other work or because the flyer is not active any more.
 
-        The first stage is flown even if other triggers wait. Otherwise a flood of triggers would never be answered.
+        The first stage is flown even if other work waits. Otherwise a flood of triggers would never be answered.
+
+        stage : number of the stage, from 0
         """
         if self._closed or not self._active:
             return True

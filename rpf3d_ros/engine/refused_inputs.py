@@ -1,11 +1,15 @@
 """Remember the topics of sources and areas with a refused message: a fault, because the message may report danger.
 
-The fault of a topic lasts until a later message of the topic is understood. A message of sources reports only some
-regions, and the refused message may have reported other regions. So the fault of a topic of sources lasts until the
-refused sources would be too old, or until a person acknowledges after a message was understood. While a topic has
-several publishers, the fault stays, because it is unknown which publisher sent the understood message. Once the last
-refused message of a topic is older than sources may be, an acknowledgement ends the fault of the topic even if no
-message was understood. A fault also stays after a restart, and while the node is not active.
+The fault of a topic of areas ends when a later message of the topic is understood. A message of sources reports only
+some regions, and the refused message may have reported other regions. So the fault of a topic of sources ends in one of
+three cases:
+
+- a message is understood after the refused sources have become too old
+- enough persons acknowledge after a later message was understood
+- enough persons acknowledge after the refused sources have become too old, even if no message was understood
+
+While a topic has several publishers, an understood message does not count, because it is unknown which publisher sent
+the message. A fault also stays after a restart, and while the node is not active.
 """
 
 from collections.abc import Callable

@@ -331,7 +331,10 @@ class Station:
     # --- reports of the flyer
 
     def answered(self, answer: Answer) -> None:
-        """Publish an answer, and ask for an alert decision on it."""
+        """Publish an answer, and ask for an alert decision on it.
+
+        Return only when few answers wait for their decision (`AlertDesk.wait_for_room`), because the disk may be slow.
+        """
         self._watch_present()
         if self.desk is not None:
             evidence = evidence_of_answer(answer, self._circumstances())

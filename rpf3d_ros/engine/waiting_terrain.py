@@ -24,7 +24,7 @@ NO_REASON = "no reason is given"
 """Stands for an empty reason, because an empty sentence would be no fault."""
 
 REMEMBERED = 10_000
-"""Number of patches whose time of publication is remembered."""
+"""Number of patches, and of replaced whole surveys, whose times of publication are remembered."""
 
 
 class QueueFull(MessageRefused):
@@ -222,7 +222,7 @@ class WaitingTerrain(Generic[M]):
             self._changed.notify()
 
     def take(self) -> tuple[str, M] | None:
-        """Wait for a survey and return ("whole", survey) or ("patch", survey); None once the queue is closed.
+        """Wait for a survey and return ("whole", survey) or ("patch", patch); None once the queue is closed.
 
         After a whole survey, call `accepted`, `repeated` or `refused`. After a patch that is not used, call `lost`.
         """

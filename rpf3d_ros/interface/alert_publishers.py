@@ -51,9 +51,9 @@ class AlertPublishers:
         self.closed = False
 
     def publish(self, alert: Alert, evidence: Evidence | None, frame: str) -> bool:
-        """Publish the alert of a decision on `alarm` and `alerts`; return False if the node is inactive.
+        """Publish the alert of a decision on `alarm` and `alerts`, and return True.
 
-        An inactive node publishes nothing.
+        If the node is inactive or is being destroyed, publish nothing and return False.
 
         `alerts` has the stamp of the oldest sources of the decision, or the time of the decision if there is no answer.
 

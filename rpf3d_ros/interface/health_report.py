@@ -21,9 +21,9 @@ SPACING = 0.005
 """Shortest time (s) between publications after changes, so that many messages do not cause many diagnostics."""
 
 QUIET = 5.0
-"""Time (s) for which a node logs the same warning only once, even if its numbers differ.
+"""Time (s) that must pass without a report of a state before the node logs this state again.
 
-/diagnostics contains every warning.
+States whose texts differ only in numbers count as the same state. /diagnostics contains every state.
 """
 
 NUMBER = re.compile(r"\d+(\.\d+)?")

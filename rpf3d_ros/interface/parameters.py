@@ -76,7 +76,7 @@ class FrameParameters:
 
 @dataclass(frozen=True)
 class InputParameters(FrameParameters):
-    """Parameters for the reception of terrain."""
+    """Parameters for the reception of terrain, and of inputs in frames other than those of `FrameParameters`."""
 
     terrain_durability: str = parameter(
         "volatile",

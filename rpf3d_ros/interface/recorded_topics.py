@@ -1,4 +1,4 @@
-"""The recorded topics and their message types, for the live recorder, the bag writer and both readers of bags."""
+"""The recorded topics and their message types, for the live recorder and all programs that write or read bags."""
 
 from collections.abc import Mapping
 from importlib import import_module

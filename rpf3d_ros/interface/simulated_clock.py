@@ -18,7 +18,7 @@ class SimulatedClock:
     """Publishes the simulated time on /clock from a separate thread; a context manager."""
 
     def __init__(self, node: Node, begin_ns: int, speed: float = 1.0) -> None:
-        """Set the clock; it begins to publish when the `with` statement is entered.
+        """Set the clock, which runs from now on; it begins to publish when the `with` statement is entered.
 
         begin_ns : first time (ns)
         speed : seconds of the clock per second of wall-clock time

@@ -13,7 +13,7 @@ from rpf3d_ros.messages.map_frame import MapFrame, rigid_transform
 from rpf3d_ros.messages.refusals import MessageRefused
 
 NEWEST = 0
-"""The value of `stamp_ns` that asks for the newest transform."""
+"""The value of `stamp_ns` with which `TransformLookup.lookup` returns the newest transform."""
 
 
 MESH_HAS_NO_STAMP = "a mesh has no stamp"
@@ -64,10 +64,10 @@ class InputFrames:
     def of(self, frame_id: str, stamp_ns: int) -> MapFrame:
         """Return the map frame that converts a message; frame_id, stamp_ns : frame and stamp (ns) of the message.
 
-        No transform is looked up for the frames in the parameters, or if there is no provider of transforms: a message
-        in another frame is then refused when the returned map frame converts the message. Raises MessageRefused if the
-        provider has no transform, if the stamp is 0, and for a transform that is later than the message, too old or
-        not a rotation.
+        No transform is looked up for the frames in the parameters, for an empty frame_id, or if there is no provider of
+        transforms. The returned map frame then refuses an empty frame_id, or another frame, when it converts the
+        message. Raises MessageRefused if the provider has no transform, if the stamp is 0, and for a transform that is
+        later than the message, too old or not a rotation.
         """
         if self._transforms is None or self._needs_none(frame_id):
             return self._frame  # the map frame itself refuses a message in another frame

@@ -29,7 +29,7 @@ class AnswerContent(NamedTuple):
     The units are m (x, y, z, runout), s after the release (t), m/s (speed) and J (energy); `rock` is the rock's number.
 
     trajectories : x, y, z, t, rock, speed, energy; grouped by rock, in order of time
-    impacts : x, y, z, t, rock, speed, energy; speed and energy just before each impact
+    impacts : x, y, z, t, rock, speed, energy; only impacts on the ground; speed and energy just before each impact
     deposits : x, y, z, t, rock, runout, speed, energy; one row for each rock that stopped or was caught on the terrain,
         with the greatest speed and energy of its path
 

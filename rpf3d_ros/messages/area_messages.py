@@ -20,13 +20,14 @@ A hand-drawn haul road has dozens of corners, a mine some hundred machines.
 
 
 def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArray]:
-    """Return the outline (P, 2) m of a live area of interest, in plan, map frame, from a polygon message.
+    """Return the outline of a live area of interest from a polygon message: rings (P, 2) m, in plan, map frame.
 
-    A polygon without corners deletes the area: the list is then empty.
+    A polygon without corners deletes the area: the result is then empty.
 
     Raises MessageRefused for a foreign frame, for corners that are not finite, are too many or form no polygon, and for
-    an area below `SMALLEST`. Also refused are float32 coordinates beyond `FARTHEST`, because they have lost
-    centimetres, and corners of equal height in a tilted frame: an outline without heights has no place in plan there.
+    an area that is too small (`live.areas.too_small`). Also refused are float32 coordinates beyond `FARTHEST`, because
+    they have lost centimetres, and corners of equal height in a tilted frame: an outline without heights has no place
+    in plan there.
     """
     frame.check(polygon.header.frame_id)
     corners = polygon.polygon.points
@@ -57,7 +58,7 @@ def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArra
 
 
 def rings_of_equipment(poses: PoseArray, frame: MapFrame, radius: float) -> list[FloatArray]:
-    """Return the outlines (P, 2) m, in plan, map frame, of the area within a radius (m) of the poses of equipment.
+    """Return the outlines of the area within a radius (m) of poses of equipment: rings (P, 2) m, in plan, map frame.
 
     Overlapping circles are joined. The list is empty if the message has no poses.
     Raises MessageRefused for a foreign frame, and for poses that are not finite or too many.

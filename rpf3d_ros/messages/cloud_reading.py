@@ -38,8 +38,8 @@ def columns_of_cloud(cloud: "PointCloud2", names: Sequence[str]) -> dict[str, ND
 
     Each column has the type of its field.
 
-    Raises MessageRefused in the cases of `check_sizes`, and if a field is missing, has an unknown type, has more than
-    one value, or lies outside the point.
+    Raises MessageRefused in the cases of `check_sizes`, and if a field is missing, occurs twice, has an unknown type,
+    has more than one value, or lies outside the point.
     """
     check_sizes(cloud)
     fields = [_field(cloud, name) for name in names]
@@ -79,8 +79,9 @@ def positions_of_cloud(cloud: "PointCloud2") -> FloatArray:
 def check_sizes(cloud: "PointCloud2") -> None:
     """Check the announced sizes of a cloud without reading or allocating its points.
 
-    Raises MessageRefused for a cloud without points, for data shorter than the announced sizes, and for data
-    with room for a further point: the publisher may have announced too few points, and the rest would be lost silently.
+    Raises MessageRefused for a cloud without points, for a `row_step` that is too short for the points of a row, for
+    data shorter than the announced sizes, and for data with room for a further point: the publisher may have announced
+    too few points, and the rest would be lost silently.
     """
     if cloud.width * cloud.height == 0 or cloud.point_step == 0:
         raise MessageRefused("the cloud holds no points; width, height and point_step must be at least 1")

@@ -62,7 +62,7 @@ class MapFrame:
     def points(self, points: FloatArray, frame_id: str) -> FloatArray:
         """Return the points (..., 3) m of a message, converted from frame_id to the map frame; NaN stays NaN.
 
-        Raises MessageRefused for a foreign frame, and for a point farther than `FARTHEST` from the origin.
+        Raises MessageRefused for a foreign frame, and for a coordinate in the map frame beyond +/- `FARTHEST`.
         """
         self.check(frame_id)
         moved = points

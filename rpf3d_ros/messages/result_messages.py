@@ -24,7 +24,7 @@ class ResultFacts:
     seed : random seed of the scene
     seconds : time (s) since the processing of the trigger began
     terrain_digest, sources_digest : sha256, hex
-    warning : a sentence if the answer omits part of the request, else ""
+    warning : the warnings about the answer, such as refused sources, joined by semicolons; "" if there are none
     """
 
     result: int

@@ -34,6 +34,7 @@ def check_names(names: Collection[str]) -> None:
 
     Case, and all characters other than letters and digits, do not matter. A field that looks like a velocity is allowed
     if the cloud has a field `vx`, `vy` or `vz`. A field that looks like a size is allowed if the cloud has `diameter`.
+    A field with a word of UNCERTAINTY in its name is always allowed.
 
     names : of the fields of the cloud
     """

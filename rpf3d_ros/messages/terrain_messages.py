@@ -89,9 +89,10 @@ def mesh_of_cdr(data: Buffer, frame: MapFrame, frame_id: str, most: int = MOST_P
 
     frame_id : frame of the mesh in the message, from a parameter, because a Mesh has no header
 
-    Raises MessageRefused for another encapsulation, for lengths that do not fit the buffer, for more than `most`
-    vertices or twice as many triangles, for indices beyond the vertices, for vertices that are not finite, and in
-    the cases of `MapFrame.points`. No memory is allocated before its length has been checked.
+    Raises MessageRefused for another encapsulation, for lengths that do not fit the buffer, for a mesh without
+    triangles or vertices, for more than `most` vertices or twice as many triangles, for indices beyond the vertices,
+    for vertices that are not finite, and in the cases of `MapFrame.points`. No memory is allocated before its length
+    has been checked.
     """
     triangles, vertices = _split_mesh(data, most)
     if not bool(np.isfinite(vertices).all()):

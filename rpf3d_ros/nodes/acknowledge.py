@@ -1,8 +1,9 @@
 """Acknowledge the alert of a running simulator, so that its level may fall; the log records the person and the reason.
 
-`rpf3d_acknowledge "J. Meyer" "no movement since 14:10, ramp inspected"` ends with 0 if the level was lowered, 1 if the
-simulator refuses and gives the reason, 2 if there is no simulator, 3 if the result is not yet known, 4 if the site
-demands that another person acknowledges, too. ROS's own arguments (an enclave, for example) follow after --ros-args.
+`rpf3d_acknowledge "J. Meyer" "no movement since 14:10, ramp inspected"` ends with 0 if the level was lowered or the
+fault of an unknown level has ended, 1 if the simulator refuses and gives the reason, 2 if no simulator answers, 3 if
+the disk of the decision log is slow, so that the result is not yet known, 4 if the site demands that another person
+acknowledges, too. ROS's own arguments (an enclave, for example) follow after --ros-args.
 """
 
 import argparse
@@ -36,9 +37,10 @@ NOT_ALONE = 4
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Acknowledge the alert; return the exit code: 0 if the level was lowered, else 1 to 4, or 128 + a signal's number.
+    """Acknowledge the alert; return the exit code: 0 after success, else 1 to 4, or 128 + a signal's number.
 
-    1 : refused; 2 : no simulator; 3 : result not known yet; 4 : another person must acknowledge, too
+    0 : the level was lowered, or the fault of an unknown level has ended; 1 : refused; 2 : no answer of a simulator
+    3 : the result is not known yet; 4 : another person must acknowledge, too
     """
     words = sys.argv[1:] if args is None else list(args)
     options = _options(arguments_of_program(words))
@@ -141,7 +143,7 @@ def _simulator_in_namespace(node: "Node", until: float) -> str:
 
 
 def simulators_among(services: Iterable[str]) -> list[str]:
-    """Return the full names of the simulators, in order, from the names of all services.
+    """Return the full names of the simulators, in alphabetical order, from the names of all services.
 
     >>> simulators_among(["/pit_a/rpf3d_simulator/acknowledge", "/rpf3d_recorder/get_parameters"])
     ['/pit_a/rpf3d_simulator']

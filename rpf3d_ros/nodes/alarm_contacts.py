@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 CLOSED, OPEN = b"closed\n", b"open\n"
-"""The words for the two states; a program that does not read the first word must treat the contact as open."""
+"""The words for the two states; a program that does not read `closed` must treat the contact as open."""
 
 LOOKED = 1.0
 """Time (s) since the last call of `set` after which a contact opens, because the bridge hangs."""

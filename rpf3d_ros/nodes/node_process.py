@@ -31,6 +31,8 @@ SOURCE_PLACE = re.compile(r",? at /\S+:\d+")
 def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> int:
     """Run a node until a signal; return 0 after SIGINT or SIGTERM, BAD_INPUT if arguments or parameters are refused.
 
+    With --help, print the usage and return 0.
+
     make_node : returns the node; the first line of its module's docstring is printed for --help
     """
     listening = _leave_on_signals()
@@ -117,6 +119,9 @@ def _refused(sentence: str) -> int:
 
 
 def _leave_at_once() -> None:
-    """End the process at once, even during a run or an import; Python's own exit would wait for the thread pool."""
+    """End the process at once with exit code 0, even while rocks fly or modules are imported.
+
+    Python's own exit would wait for threads, such as those that fly rocks.
+    """
     flush_output()
     os._exit(0)

@@ -1,6 +1,7 @@
 """Play a bag into the running nodes: publish its input topics as CDR, at the recorded pace, optionally with /clock.
 
-`rpf3d_play_bag BAG --rate 4 --clock` ends with 0 when the last message is published, 2 if the bag cannot be read.
+`rpf3d_play_bag BAG --rate 4 --clock` ends with 0 when the last message is published, 2 if the bag cannot be read or if
+a topic has too few subscribers.
 The stamps in a bag are times of the recording. Nodes that use today's clock treat the sources of a bag as stale, so
 start the nodes with use_sim_time:=true. ROS's own arguments (an enclave, for example) follow after --ros-args.
 """
@@ -36,7 +37,7 @@ LEAVING = 1.0
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Play a bag; return the exit code: 0, 2 for bad input, 128 + the signal's number after a signal."""
+    """Play a bag; return the exit code: 0, 2 for bad input or too few subscribers, 128 + N after signal N."""
     words = sys.argv[1:] if args is None else list(args)
     options = _options(arguments_of_program(words))
     return unless_signalled(lambda: _played(options, words))

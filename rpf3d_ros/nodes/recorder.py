@@ -96,8 +96,8 @@ class RecorderNode(Node):
     def _take(self, topic: str, read: Read) -> None:
         """Record all messages that are due after a message was received, and count the received message.
 
-        The received message is not counted if it is refused or cannot be written. If it waits to be recorded later, it
-        is counted now.
+        The received message is not counted if it is refused or cannot be written. A message that waits to be recorded
+        later is counted now, although a newer message may replace it.
 
         topic : topic of the received message; read : returns the message
         """

@@ -18,7 +18,7 @@ OPTIONS = {POSES: "--source-topics", CLOUD: "--source-cloud-topics"}
 """Option of the commands that read bags, by the type of the messages whose topics the option names."""
 
 HELP = "topics of sources as {}, between commas, as the nodes' parameter; without it, the names noted in the bag"
-"""Help of these options; the braces stand for the kind of the messages: poses or clouds."""
+"""Help text of the options in OPTIONS; the braces stand for the kind of the messages: poses or clouds."""
 
 
 def sensors_in(reader: Any, poses: str | None = None, clouds: str | None = None) -> RecordedSensors:

@@ -42,7 +42,10 @@ class Rotation:
 
 
 class Head:
-    """The state with which every new file of a recording begins: terrain, patches, sources, areas, alerts."""
+    """The state with which every new file of a recording begins: terrain, patches, sources, areas, alerts.
+
+    In a thinned recording, the state also has the last rocks and hazard maps.
+    """
 
     def __init__(self) -> None:
         self._kept: dict[str, RecordingEntry] = {}

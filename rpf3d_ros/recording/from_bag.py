@@ -52,7 +52,7 @@ class Raw(NamedTuple):
 class Converted(NamedTuple):
     """The result of a conversion.
 
-    messages : topic -> number of recorded messages
+    messages : topic -> number of messages that were not refused, including messages that the thinning left out
     refused : one sentence for each refused message, with its topic and time, in order
     """
 
@@ -160,7 +160,7 @@ def convert(
     bag: Path, out: Path, frame: MapFrame, mesh_frame: str, namespace: str = "", thinning: Thinning = WHOLE,
     sensors: RecordedSensors | None = None,
 ) -> Converted:  # fmt: skip
-    """Convert a bag into a recording file; return the numbers of recorded messages, and why others were refused.
+    """Convert a bag into a recording file; return the numbers of accepted messages, and why others were refused.
 
     out : path of the recording; frame : the map frame and survey frame of the messages
     mesh_frame : name of the frame of terrain/mesh; namespace : namespace of the topics in the bag

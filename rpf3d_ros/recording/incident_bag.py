@@ -19,7 +19,7 @@ At a site with more patches between two whole surveys, later bags lack the oldes
 """
 
 Message = tuple[str, str, bytes]
-"""Topic, type and serialized content of a message."""
+"""Topic of a message as a key of `recorded_topics`, full name of the topic, and CDR bytes of the message."""
 
 
 class IncidentBag:

@@ -146,8 +146,9 @@ class Recording:
         """Add the motion of rocks, one row for each moment, so that the viewer can play it.
 
         The motion is on two timelines: simulated time, and ROS time, which begins at the stamp of the event. A frame is
-        the picture of one moment. On both timelines, the times of frames are multiples of the frame step, so this event
-        replaces the frames of an earlier event. If the earlier event had more frames, frames without rocks follow.
+        the picture of one moment. On both timelines, the times of frames are multiples of the frame step, so frames of
+        this event replace frames of an earlier event at the same times. If the earlier event had more frames, frames
+        without rocks follow.
         """
         rocks, frames = motion.positions.shape[1], len(motion.times)
         self._frames = max(self._frames, frames)
@@ -216,7 +217,7 @@ class Recording:
         self.clear(_under("hazard", level))
 
     def alert(self, level: int) -> None:
-        """Add the alert level of the site to the plot of the level; level : index into LEVELS."""
+        """Add the alert level of the site to the plot of the level; level : from 0 for normal to 4 for fault."""
         self._log("alert_level", self._rerun.Scalars(float(level)))
 
     def alert_state(self, name: str, state: str | None) -> None:

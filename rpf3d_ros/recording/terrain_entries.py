@@ -21,7 +21,10 @@ LARGEST_PATCH = 10_000_000
 
 
 class TerrainEntries:
-    """Converts surveys to entries of a recording; a repeated survey gives no entry."""
+    """Converts surveys to entries of a recording.
+
+    A whole survey that repeats the last whole survey gives no entry, unless a patch was recorded in between.
+    """
 
     def __init__(self, frames: InputFrames, mesh_frame: str, times: EntryTimes) -> None:
         """Begin without terrain; mesh_frame : frame of terrain/mesh."""
@@ -33,7 +36,7 @@ class TerrainEntries:
         return {"terrain/points": self.cloud, "terrain/mesh": self.mesh, "terrain/update": self.update}
 
     def cloud(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield the entry of a terrain as points, in rows or scattered; nothing if the cloud repeats the last terrain.
+        """Yield the entry of a terrain as points, in rows or scattered; nothing if the cloud repeats the last survey.
 
         Raises MessageRefused, and TerrainError if the points make no triangle.
         """
@@ -43,7 +46,7 @@ class TerrainEntries:
             yield self._terrain(ground_mesh(survey), digest, nanoseconds(cloud.header.stamp))
 
     def mesh(self, data: bytes) -> Iterator[RecordingEntry]:
-        """Yield the entry of a terrain as a mesh (CDR bytes); nothing if the mesh repeats the last terrain.
+        """Yield the entry of a terrain as a mesh (CDR bytes); nothing if the mesh repeats the last survey.
 
         The entry has the current time, because a mesh has no stamp.
         """

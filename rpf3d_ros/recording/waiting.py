@@ -7,7 +7,7 @@ Read = Callable[[], Any]
 """A function that deserializes a received message. Raises MessageRefused."""
 
 SETTLED = 1_000_000_000
-"""Time (ns) after which drawn lines no longer wait for the points of the same answer."""
+"""Time (ns) after which the line markers of an answer no longer wait for the points of this answer."""
 
 
 class PacedMessages:
