@@ -47,6 +47,8 @@ def fly_ensemble(
 ) -> Flights:
     """Fly R rocks and return their deposits, impacts and paths, all in memory.
 
+    Fragments of rocks that break do not fly (`stream.Stream` also flies fragments).
+
     Parameters
     ----------
     engine : engine with its index over the terrain (`engine_of`)
