@@ -157,7 +157,8 @@ Shown = Callable[[list[Extent], list[str]], None]
 def check_scene(scene: Scene, show: Shown | None = None) -> Check:
     """Check a scene and its terrain without a full run, and estimate the time of the run from a few rocks.
 
-    show : called with the extents of all inputs before anything is refused
+    show : called with the extents of all inputs after the terrain has been read, even if the terrain is then refused;
+        not called if an earlier check fails, for example if a file of points is damaged
 
     Raises
     ------
