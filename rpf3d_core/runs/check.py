@@ -43,7 +43,10 @@ PILOT_ROCKS = 20
 OF_A_SOURCE = 3
 """Smallest number of pilot rocks of a source, if the source has as many; they show whether its rocks fall."""
 MOST_CHECKED = 50_000
-"""Largest number of rocks whose start is checked, evenly spread over each source, so that a check takes seconds."""
+"""Approximate largest number of rocks whose start is checked, so that a check takes seconds.
+
+The checked rocks are evenly spread over each source.
+"""
 COMPILED_GAIN = 300.0
 """Speed-up (-) of the compiled engine over the reference engine, used to estimate the time of a run.
 
