@@ -84,7 +84,10 @@ def only(batch: Batch, rocks: Rocks) -> Batch:
 
 
 def joined_batches(batches: Sequence[Batch]) -> Batch:
-    """Return one or more batches joined into one; the rocks of each batch follow the rocks of the previous batch."""
+    """Return one or more batches joined into one; the rocks of each batch follow the rocks of the previous batch.
+
+    In the result, `broken` is `NONE_BROKEN`.
+    """
     lengths = np.concatenate([np.diff(batch.first, axis=0) for batch in batches])
     names = ("rows", "impacts", "facets", "pieces", "modes", "finals", "counts")
     columns: dict[str, Any] = {name: _stacked([getattr(batch, name) for batch in batches]) for name in names}

@@ -239,6 +239,9 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
 def _look_at(crew: Crew, flown: Batch) -> Written:
     """Pass a flown batch to `crew.watch`, collect its broken rocks, and return copies of the records to keep.
 
+    The batch is also completed in place. With a watch, the final results get the largest heights. With recorded paths,
+    they get the largest energies if rocks spin, and times of fragments count from the release of the whole rock.
+
     The records must be copied, because the next rocks overwrite the memory. The path of a failed rock is not kept: it
     may contain invalid numbers, and such a path cannot be drawn.
     """

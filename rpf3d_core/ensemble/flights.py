@@ -33,11 +33,13 @@ def given_columns(table: Any) -> dict[str, Any]:
 class Deposits:
     """End position and results of each of R rocks, the table behind `deposits.csv`.
 
-    Every array has R rows, in order of block, then source, then rock.
+    Every array has R rows: the blocks in the order in which they flew, and each block by source, then rock; fragments
+    follow the rocks of their block. (After `joined.joined`: by source, then rock, then fragment.)
 
     source : index of the scene's source; rock : number within its source, from 0
     outcome : `values.Outcome`; facet : facet of the last contact, -1 if the rock never touched the ground
-    release : (R, 3) m; x : (R, 3) m, end position; t : s, end time; path : m, length flown and slid; impacts : count
+    release : (R, 3) m, start position; x : (R, 3) m, end position; t : s, end time since the release of the rock, or of
+        the whole rock for a fragment; path : m, length flown and slid; impacts : count
     max_speed : m/s; max_energy : J, translational
     max_height : m, largest height on the whole path above the facet vertically below (`hazard.tallies` computes it);
         NaN for a rock that failed, and for all rocks if the ensemble flew without the callback `batches.Watch`

@@ -17,9 +17,9 @@ from rpf3d_core.simulation.record import IMPACT_COLUMNS, POSE
 REFERENCE_ROCKS = 200
 """Largest number of rocks for which `auto` selects the reference engine: the compiled engine must first compile."""
 REFERENCE_SPHERES = 40
-"""Largest number of rocks for which `auto` selects the reference engine, if rocks touch the ground as spheres.
+"""Largest number of rocks for which `auto` selects the reference engine, if rocks are spheres or bodies, not points.
 
-Such a rock takes about 0.5 s in plain Python (demo pit, rolling friction 0.3).
+A sphere takes about 0.5 s in plain Python (demo pit, rolling friction 0.3).
 """
 
 
@@ -28,7 +28,7 @@ def choose_engine(name: str, rocks: int, compiled: bool, sized: bool = False) ->
 
     Both engines give the same result.
     rocks : number of rocks to fly; compiled : True if numba is installed
-    sized : True if rocks touch the ground as spheres, not as points
+    sized : True if rocks touch the ground as spheres or bodies, not as points
     """
     if name != "auto":
         return name
@@ -46,6 +46,8 @@ def fly_ensemble(
     watch: Watch | None = None,
 ) -> Flights:
     """Fly R rocks and return their deposits, impacts and paths, all in memory.
+
+    Fragments of rocks that break do not fly (`stream.Stream` also flies fragments).
 
     Parameters
     ----------

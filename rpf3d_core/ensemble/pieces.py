@@ -2,8 +2,8 @@
 
 All fragments of a rock form a family. A fragment has the source and the rock number of this rock, and a number within
 the family. Numbers count from 1 in the order in which fragments are made: by generation, then by parent, then by size.
-The random numbers of a fragment use the key source + SOURCES * number. This key is unique while there are fewer than
-SOURCES sources.
+The random numbers of a fragment use the key source + SOURCES * number. This key is unique while there are at most
+SOURCES (65,536) sources.
 """
 
 import math

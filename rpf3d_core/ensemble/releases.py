@@ -34,7 +34,7 @@ class Source:
 
     points : (P, 3) m; rocks start at the points in turn or, if `line`, spread uniformly along the line through the
         points
-    breaks : with `line`, numbers of points after which another line begins
+    breaks : with `line`, numbers of points, from 0, after which another line begins
     rocks : number of rocks; velocity : (3,) m/s
     spread, velocity_spread : (3,) half-widths of a uniform spread about the position (m) and the velocity (m/s)
     above_ground : m; if given, each position's height is replaced by the terrain's height plus this value

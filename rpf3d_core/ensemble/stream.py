@@ -94,8 +94,9 @@ def _share(low: int, high: int, b: int, blocks: int) -> range:
 class Stream:
     """Flies an ensemble one block of rocks after another, passes the results on and keeps the rocks to display.
 
-    Fragments of rocks that break fly after their block. `rows` counts the rocks of all blocks, `pieces` the fragments;
-    `dust` is the mass of fragments too small to fly, in `broken.DUST_UNITS`.
+    Fragments of rocks that break fly after their block. `rows` counts the rocks of all blocks so far, including rocks
+    of the last block that did not fly because of a stop. `pieces` counts the fragments; `dust` is the mass of fragments
+    too small to fly, in `broken.DUST_UNITS`.
 
     shown : selects the rocks to keep for display
     watch, stop, threads, advance : as in `fly_batches` and `BatchControl`; sink : receives deposits and impacts

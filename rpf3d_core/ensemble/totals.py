@@ -48,7 +48,7 @@ class Totals:
     why : number of rocks with a shape that stopped, by reason (`bodies.WHY_STOPPED`); empty for points and spheres
     lifted, most_lifted : number of rocks with a shape lifted off the ground at their release, largest lift (m)
     outcomes : number of rocks by outcome; impacts : number of impacts of all rocks
-    path : length of all paths together, in PATH_UNITS
+    path : length of the paths of all rocks that did not fail, in PATH_UNITS
     runout : sample of runouts (m); stops : sample of the results of `position` (m)
     farthest : the rock with the largest runout of all rocks that stopped, the first one if several are equal; None if
         no rock stopped, or if all runouts are 0
@@ -83,7 +83,7 @@ class Totals:
 
     @property
     def path_m(self) -> float:
-        """Length of all paths together (m)."""
+        """Length of the paths of all rocks that did not fail (m)."""
         return float(Fraction(self.path, PATH_UNITS))
 
     @property

@@ -1,7 +1,8 @@
-"""Find which parts of a rock's path lie inside areas of interest; the times are exact and need no cells.
+"""Find from when to when a rock's path lies inside areas of interest, from exact crossings instead of map cells.
 
-A track is a part of a path that is straight in plan. It crosses the outlines of an area, including the outlines of
-holes, at exact times. Between two crossings, the track is either inside or outside the area.
+A track is a part of a path that is straight in plan. The times at which a track crosses the outlines of an area,
+including the outlines of holes, are computed exactly. Between two crossings, the track is either inside or outside the
+area.
 """
 
 from collections.abc import Mapping, Sequence

@@ -68,7 +68,8 @@ class PassingRock(NamedTuple):
 class PathSegment(NamedTuple):
     """One segment of a recorded path, with the arc that the rock follows there.
 
-    pieces : (S, 10) all path segments: time, position and velocity at the start, velocity at the end
+    pieces : all path segments (S, 10), columns time, position and velocity at the start, velocity at the end; with more
+        columns if rocks spin or have a shape
     p : row of this segment in `pieces`
     flies : True for a flight, False for motion on the ground
     arc : the parabola of a flight; for motion on the ground, the straight line between both ends of the segment
@@ -265,7 +266,8 @@ def _pass(
 def _passes_as(barriers: Barriers, b: int, height: float, high: float) -> int:
     """Return the result of a crossing of a panel's plane without a contact: OVER, THROUGH, or NEVER for no arrival.
 
-    The result is NEVER if the crossing is a contact, which has a row among the impacts, or is below the panel's foot.
+    The result is THROUGH only for a barrier of capacity 0, which has no contacts. It is NEVER if the crossing is a
+    contact, which has a row among the impacts, or is below the panel's foot.
 
     height : height of the rock's centre above the foot of the panel (m)
     high : height above this foot of the rock's centre or top, as the scene says (m); the rock flies over if `high` is

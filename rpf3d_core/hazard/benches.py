@@ -18,9 +18,9 @@ TEXT_HEADER = ("zone", "reached", "stopped", "retained", "p95 (kJ)")
 """Header of the printed table, short so that it fits 80 columns; `text_rows` has the same columns."""
 
 AT_MOST = "at most"
-"""Header of the column with the share that counts every rock lost to a hole of the terrain as if it had come.
+"""Header of the column with the share that counts every rock lost to a hole as a rock that reached the place.
 
-The column is printed only if rocks were lost to holes.
+The column is printed only if rocks were lost to holes of the terrain.
 """
 
 TEXT_NOTE = "shares of all rocks (retained: of the rocks that reached the place) with 95 % intervals"

@@ -1,9 +1,9 @@
 """Sort energies, speeds and heights into logarithmic bins, from which percentiles follow without storing each rock.
 
 Bins need bounded memory, and give the same result whatever the order of the rocks. An octave (a factor of 2) has
-`PER_OCTAVE` bins. A value is (1 + x) times a power of two. Within an octave, all bins are equally wide on the scale of
-x + BEND x (1 - x). This polynomial replaces log2(1 + x), which takes ten times as long; both are equal where 1 + x is
-1, the square root of 2, or 2.
+`PER_OCTAVE` bins for map cells and facets, and `FINE` bins for zones and areas. A value is (1 + x) times a power of
+two. Within an octave, all bins are equally wide on the scale of x + BEND x (1 - x). This polynomial replaces
+log2(1 + x), which takes ten times as long; both are equal where 1 + x is 1, the square root of 2, or 2.
 """
 
 import math
@@ -28,7 +28,7 @@ MANTISSA = 2**52 - 1
 SPEED_OCTAVES, HEIGHT_OCTAVES = 12, 17
 """Range of the bins of speed and of height, in octaves below the largest value.
 
-In a pit 1 km across, speeds from 0.06 m/s and heights from 8 mm up have bins of their own; smaller values share the
+In a pit 1 km deep, speeds from 0.06 m/s and heights from 8 mm up have bins of their own; smaller values share the
 lowest bin.
 """
 MOST_MASS_OCTAVES = 20

@@ -39,7 +39,8 @@ class DisplacedFigures:
     """The counts and the runout of S parameter sets with displaced paths.
 
     moves : (S, 2) m, displacement of each set in plan; zones, areas : counts of each set in the zones and in the areas
-    runout : (S, P) m, the percentiles `PERCENTILES` over the deposits of each set; NaN for a set without deposits
+    runout : (S, P) m, the P percentiles `ensemble.statistics.PERCENTILES` over the deposits of each set; NaN for a set
+        without deposits
     """
 
     moves: FloatArray
@@ -127,7 +128,10 @@ def _facets_below(places: FloatArray, engine: Engine) -> IntArray:
 
 
 def percentiles_of(samples: list[Sample]) -> FloatArray:
-    """Return the P percentiles `PERCENTILES` of S samples (S, P), in the unit of the values; NaN without values."""
+    """Return percentiles (S, P) of S samples, in the unit of the values; NaN for a sample without values.
+
+    The P percentiles are `ensemble.statistics.PERCENTILES`.
+    """
     nothing = [np.nan] * len(PERCENTILES)
     return np.array([sample.percentiles(PERCENTILES) if sample.count else nothing for sample in samples])
 

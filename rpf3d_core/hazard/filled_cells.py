@@ -1,9 +1,9 @@
 """Estimate, from the counts of a map, the larger cell size or the number of rocks that gives most cells a percentile.
 
 A percentile needs FEWEST_ROCKS rocks. The rocks of a larger cell of k x k map cells are not counted, but estimated. A
-rock that crosses this square on a straight line visits 4 k / pi map cells on average. So the number of rocks in the
-larger cell is about the sum of the rocks in its map cells divided by 4 k / pi, and at least the largest of these
-numbers.
+rock that crosses the larger cell on a straight line visits 4 k / pi map cells on average. So the number of rocks in the
+larger cell is about the sum of the rocks in its map cells divided by 4 k / pi, and at least the number of rocks in the
+map cell with most rocks.
 """
 
 import math
@@ -20,7 +20,10 @@ from rpf3d_core.terrain.frame import FloatArray
 FEWEST_CELLS = 5
 """Smallest number of cells along the longer side of a map with the cell size that is advised."""
 MOST = 0.5
-"""Share (-) of the reached cells, or of the visits to cells, that must have at least FEWEST_ROCKS rocks."""
+"""Share (-) of the reached cells, or of the visits, that must be in cells with at least FEWEST_ROCKS rocks.
+
+A visit is one rock in one cell.
+"""
 
 
 class ReachedCells(NamedTuple):

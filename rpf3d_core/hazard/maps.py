@@ -48,7 +48,7 @@ class Layers:
     count : C, the number of all cells; cell : number of each cell, from 0 to C - 1, ascending
     rocks : distinct rocks that passed over the cell, touched it or stopped in it, at least 1
     passages : number of times that a rock entered the cell, or was released there
-    impacts : contacts with restitution; deposits : rocks that stopped there
+    impacts : contacts with restitution; deposits : rocks that stopped there, or that a barrier caught there
     first_arrival : s, shortest time from the release of a rock to its arrival
     energy : J, translational, plus rotational if rocks spin; speed : m/s; height : m, vertical, above the terrain
         straight below

@@ -31,7 +31,7 @@ GIGABYTE = 1e9
 def raster_over(
     terrain: Terrain, cell: float | None = None, box: tuple[Vec, Vec] | None = None, least: float = 0.0
 ) -> Raster:
-    """Return the raster of the hazard maps, which covers a terrain in plan.
+    """Return the raster (local frame) of the hazard maps, which covers a terrain in plan.
 
     In the input's coordinates, the borders of the cells are whole multiples of the cell size, so that the cells of the
     maps of two surveys of one place coincide.
@@ -41,7 +41,7 @@ def raster_over(
     cell : side of a cell, m; None for a round size of at most half the typical facet size (larger only if `least`,
         `SMALLEST_CELL` or `MOST_CELLS` requires it)
     least : smallest cell (m) if no cell is given; rounded up to a round size
-    box : corners of the terrain's box if they are known already, m
+    box : corners of the terrain's box (m, local frame) if they are known already; None to find them here
     """
     low, high = _extent_of(terrain) if box is None else (np.array(corner[:2]) for corner in box)
     if cell is not None:

@@ -64,7 +64,10 @@ def reach_scale(flown: int, share: Values) -> Scale:
 
 
 def scale_of_energy(energy: Values) -> Scale:
-    """Return the colour scale of a map of energy (C,) J, NaN if unknown; it spans at least a power of ten."""
+    """Return the colour scale of a map of energy (C,) J, NaN if unknown; it spans at least a power of ten.
+
+    Without a known energy, the scale is 1 kJ to 1 MJ.
+    """
     low, high = _range(energy)
     if high <= 0.0:
         return Scale(low=1e3, high=1e6, logarithmic=True)
@@ -75,7 +78,7 @@ def scale_of_energy(energy: Values) -> Scale:
 def scale_of_passages(passages: Values) -> Scale:
     """Return the colour scale of a map of passages per metre (C,) 1/m, NaN if unknown.
 
-    The scale spans at least a power of ten.
+    The scale spans at least a power of ten; without a known value, it is 1e-5 to 1e-2 per metre.
     """
     low, high = _range(passages)
     if high <= 0.0:
@@ -85,7 +88,10 @@ def scale_of_passages(passages: Values) -> Scale:
 
 
 def scale_of_height(height: Values) -> Scale:
-    """Return the colour scale of a map of heights (C,) m, NaN if unknown; it begins at 0."""
+    """Return the colour scale of a map of heights (C,) m, NaN if unknown; it begins at 0.
+
+    Without a known height above 0, the scale ends at 1 m.
+    """
     _, high = _range(height)
     return Scale(low=0.0, high=_rounded_up(high) if high > 0.0 else 1.0, logarithmic=False)
 

@@ -63,7 +63,7 @@ def _bands(at: Sequence[AtBarrier], rocks: FloatArray) -> Bands:
 
 
 def _share(counts: FloatArray, of: FloatArray) -> tuple[float, float]:
-    """Return the predictive interval of a share (-); NaN if fewer than ENOUGH sets have rocks.
+    """Return the predictive interval of a share (-); both ends are NaN if fewer than 39 sets have rocks.
 
     counts, of : (S,) numbers of rocks of each set, numerator and denominator of the share
     """

@@ -62,7 +62,8 @@ class SetFigures:
 
     sets : the S sets; rocks : (S,) number of rocks flown with each set; outcomes : number of rocks by outcome, per set
     zones, areas : counts of each set in the zones and in the areas
-    percentiles : for each name in `SAMPLES`, (S, P) percentiles `PERCENTILES` of each set; NaN for a set without values
+    percentiles : for each name in `SAMPLES`, the percentiles `ensemble.statistics.PERCENTILES` of each set (S, P); NaN
+        for a set without values
     cells : for each set, the map cells that its rocks reached, and how many rocks reached each cell
     displaced : results of the same rocks with paths displaced by the error of the model; None if this error is unknown
     barriers : predictive intervals at each barrier, `hazard.set_barriers.Bands`; empty without barriers

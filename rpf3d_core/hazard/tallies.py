@@ -28,7 +28,10 @@ from rpf3d_core.hazard.walks.walk import Scratch, empty_spans, with_more_room
 from rpf3d_core.jit.background import Call
 
 ROOM = 65_536
-"""Largest number of visits to one kind of cell that are collected before they are added to the counts: 4 MB."""
+"""Largest number of visits to one kind of cell that are collected before they are added to the counts: 4 MB.
+
+The number is doubled if the visits of a single rock do not fit.
+"""
 
 
 @dataclass(frozen=True, eq=False)

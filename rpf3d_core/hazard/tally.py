@@ -34,8 +34,8 @@ MOST_MERGES = PER_OCTAVE.bit_length() - 1
 BYTES_PER_CELL = 132
 """Memory (bytes) that is planned for each cell of a map, without bins.
 
-It covers the slot number of the cell, its entries in the visits of a thread and in the sheet of facets, and its map
-values if rocks reach it.
+It covers the slot number of the cell, its entries in the visits of a thread and in the known neighbours of facets
+(`Sheet`), and its map values if rocks reach it.
 """
 BYTES_PER_SLOT = LINE + 4
 """Memory (bytes) that a reached cell needs in addition to its bins."""

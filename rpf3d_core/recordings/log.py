@@ -32,7 +32,7 @@ from rpf3d_core.values import DEPOSITED, Outcome
 
 APPLICATION = "rpf3d"
 FRAMES = 500
-"""Number of moments for which the positions of moving rocks are recorded, evenly spaced until the last of them ends."""
+"""Number of moments for which the positions of moving rocks are recorded, evenly spaced until the last rock ends."""
 
 SERIES_ROCKS = 20
 """Largest number of rocks with plots of speed and energy, because more lines cannot be distinguished."""

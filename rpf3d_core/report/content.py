@@ -217,7 +217,10 @@ def _further_faces(beyond: BeyondToe) -> list[Element]:
 
 
 def _pictures(run: RunFiles, section: CriticalSection | None) -> Iterator[Element]:
-    """Yield the 3D view, the map and the hazard map; section : the critical section, None if there is none."""
+    """Yield the 3D view, the map of the rocks and the hazard maps, with captions; pictures without a file are left out.
+
+    section : the critical section, None if there is none
+    """
     seen, along = terrain_seen(run), directions(run.ends).mean(axis=0)
     looking = along / max(float(np.linalg.norm(along)), 1e-9)
     small = f", reduced from {seen.of:,} triangles to {len(seen.triangles):,}" if seen.of > MOST_TRIANGLES else ""

@@ -38,8 +38,9 @@ IntArray = NDArray[np.int64]
 def draped_facets(grid: HazardGrid, corners: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return a hazard map on the terrain: corners (M, 3, 3) m and values (M,) of the triangles that touch a value.
 
-    The longest edges are cut first, until no edge is longer than half a cell or cuts have added MOST_DRAPED triangles.
-    The triangles of the terrain do not count towards this number, because most of them may need no cut.
+    The longest edges are cut first, until no edge is longer than half a cell or FINEST (0.5 m), whichever is longer.
+    The cutting ends earlier if cuts would add more than MOST_DRAPED triangles in total. The triangles of the terrain do
+    not count towards this number, because most of them may need no cut.
 
     A triangle has the largest value of the cells that it touches, or FEW.
 

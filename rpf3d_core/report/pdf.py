@@ -14,10 +14,13 @@ PNG = b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR"
 WIDTH, BOTTOM = 174.0, 279.0
 """Width of the text (mm), and distance from the upper edge of a page to the end of its text (mm)."""
 HIGHEST, LEAST, CAPTION = 115.0, 0.6, 18.0
-"""Largest height of a picture (mm), least share (-) of its height to which it is reduced to fit the rest of a page, and
-height of a caption with its distances (mm)."""
+"""Largest height of a picture (mm); smallest share (-) of its height that a picture keeps if it is reduced to fit the
+rest of a page; height of a caption with the space around it (mm)."""
 FEW_ROWS = 5
-"""A table with fewer rows is not divided between two pages; a longer one continues with its header on the next page."""
+"""Number of rows below which a table is not divided between two pages.
+
+A longer table continues on the next page, where its header is repeated.
+"""
 STYLE = """\
 #set page(paper: "a4", margin: (x: 18mm, y: 18mm), numbering: "1 / 1")
 #set text(size: 9.5pt)

@@ -39,14 +39,14 @@ def write_report(folder: Path, out: Path, pdf: Path | None = None, site: str = "
 
 
 def check_is_html(path: Path) -> None:
-    """Refuse a path for the HTML report that names a PDF, because the HTML would replace the PDF."""
+    """Raise an InputError if the path for the HTML report names a PDF, because the HTML would replace the PDF."""
     if path.suffix.lower() == ".pdf":
         raise InputError(f"{path}: is the name of a PDF, but the report is written there as HTML; give the name of an "
                          "HTML file. `rpf3d report` writes a PDF as well, with --pdf")  # fmt: skip
 
 
 def _check_writable(path: Path) -> None:
-    """Refuse the path of an output file that cannot be written, before the report is made."""
+    """Raise an InputError if the output file at a path cannot be written; called before the report is made."""
     folder = path.resolve().parent
     if path.is_dir():
         raise InputError(f"{path}: is a folder; give the path of a file")

@@ -21,8 +21,10 @@ AGREES = 0.01
 SLOW = 0.05
 """Difference of speeds (m/s) that is allowed in addition to the relative difference AGREES."""
 MOSTLY, FOR_HEIGHTS = 0.9, 0.95
-"""Smallest share (-) of flights among the passages of a place for which the place's energy is from impacts; and share
-that flights must exceed for its p95 height, because other passages have no known height. Else they are from kept paths.
+"""Limits of the share (-) of flights among the passages of a place, for results from impacts.
+
+The energy at the place is from impacts if the share is at least MOSTLY, the p95 height if the share is above
+FOR_HEIGHTS; else the result is from kept paths. The height of a passage that is not a flight is unknown.
 """
 IMPACTS, KEPT = "impacts of all rocks", "kept paths"
 
@@ -154,7 +156,8 @@ class FirstPassage(NamedTuple):
 def first_passages(segments: Segments, origin: FloatArray, along: FloatArray, distance: FloatArray) -> FirstPassage:
     """Return the first passage of each rock past a distance along the rock's own direction.
 
-    All R rocks of `Ends` have a row in each array; a rock with NaN is left out.
+    Each array has a row for each of the R rocks of `Ends`. The result leaves out rocks that do not pass the distance,
+    and rocks with NaN in an array.
 
     origin : (R, 2) m, where distances start; along : (R, 2) unit vectors in plan; distance : (R,) m
     """

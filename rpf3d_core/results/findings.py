@@ -31,7 +31,7 @@ class Run:
     critical : flight of the rock that stopped farthest from its release, with its path only; None if `flights` has this
         path, or if no such rock is known
     steps : convergence after each doubling if the scene has `rocks: auto`, else empty
-    wall_s : wall seconds from the start of the preparation until the last rock has flown
+    wall_s : wall seconds from the start of the preparation until all rocks have flown and the maps are computed
     """
 
     prepared: Prepared
@@ -60,7 +60,10 @@ class Run:
 
     @cached_property
     def placement(self) -> list[str]:
-        """Warnings about sources in the air and outlines partly off the terrain; see `setup.placement`."""
+        """Warnings about sources in the air or with unused points, and outlines partly off the terrain.
+
+        `setup.placement` makes the warnings.
+        """
         releases = some_releases(self.prepared, MOST_LOOKED_AT)
         return placement_warnings(self.prepared, releases, source_heights(self.prepared, releases))
 

@@ -71,7 +71,7 @@ def result_folder(folder: str | Path) -> Iterator[Path]:
 
 
 def _check_room(folder: str | Path, part: Path) -> None:
-    """Refuse to start a run if the disk has fewer than LEAST_ROOM bytes free.
+    """Raise an InputError if the disk has fewer than LEAST_ROOM bytes free, before a run starts.
 
     folder : the result folder, for the message; part : an existing folder on the same disk
     """

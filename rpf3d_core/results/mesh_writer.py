@@ -22,7 +22,9 @@ FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 
 
 def write_mesh(path: Path, terrain: Terrain) -> None:
-    """Write a terrain to a mesh file; the extension chooses the format. If writing fails, no file is left.
+    """Write a terrain to a mesh file; the extension chooses the format.
+
+    If writing fails, no new file is left, and an earlier file of this name stays unchanged.
 
     Raises
     ------

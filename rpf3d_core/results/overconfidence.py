@@ -148,7 +148,11 @@ def _of_places(run: Run) -> Iterator[str]:
 
 
 def _of_barriers(run: Run) -> Iterator[str]:
-    """Yield a sentence on barriers whose figures have no predictive interval although the scene has unknowns."""
+    """Yield sentences on barriers that rocks reached, but whose figures have no predictive interval.
+
+    The first sentence is about shares, the second about p95 energies and heights. Without parameter sets, there are no
+    sentences.
+    """
     sets = run.maps.sets
     if sets is None:
         return

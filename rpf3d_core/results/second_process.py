@@ -198,7 +198,7 @@ def _bytes(pipe: BinaryIO, size: int) -> bytearray:
 
 
 def main(module: str, name: str) -> None:
-    """Run the second process: make the object, and call the requested methods until one fails.
+    """Run the second process: make the object, and call the requested methods until one fails or standard input ends.
 
     module, name : of the object's class
     """

@@ -6,14 +6,14 @@ from typing import Any, NamedTuple
 Colour = tuple[int, int, int]
 
 LEAST = 1e-4
-"""Smallest error (-) that is drawn, because a logarithmic axis has no 0; smaller errors are drawn here."""
+"""Smallest error (-) that is drawn, because a logarithmic axis has no 0; smaller errors are drawn as this value."""
 
 
 class Series(NamedTuple):
     """One series of S points in the plot of error against computing time, such as one method with several time steps.
 
     kind : kind of the error: numerical, geometric or statistical; colour : red, green, blue, each up to 255
-    seconds : (S,) s; errors : (S,) (-), above 0; words : (S,) labels next to the points
+    seconds : (S,) s; errors : (S,) (-), at least LEAST; words : (S,) labels next to the points
     compiled : (S,) s, for the thesis' method: times of the compiled engine with the same steps as in `seconds`. None
         for other series
     """

@@ -43,7 +43,10 @@ PILOT_ROCKS = 20
 OF_A_SOURCE = 3
 """Smallest number of pilot rocks of a source, if the source has as many; they show whether its rocks fall."""
 MOST_CHECKED = 50_000
-"""Largest number of rocks whose start is checked, evenly spread over each source, so that a check takes seconds."""
+"""Approximate largest number of rocks whose start is checked, so that a check takes seconds.
+
+The checked rocks are evenly spread over each source.
+"""
 COMPILED_GAIN = 300.0
 """Speed-up (-) of the compiled engine over the reference engine, used to estimate the time of a run.
 
@@ -157,7 +160,8 @@ Shown = Callable[[list[Extent], list[str]], None]
 def check_scene(scene: Scene, show: Shown | None = None) -> Check:
     """Check a scene and its terrain without a full run, and estimate the time of the run from a few rocks.
 
-    show : called with the extents of all inputs before anything is refused
+    show : called with the extents of all inputs after the terrain has been read, even if the terrain is then refused;
+        not called if an earlier check fails, for example if a file of points is damaged
 
     Raises
     ------

@@ -92,7 +92,8 @@ class Energies(NamedTuple):
 class Comparison(NamedTuple):
     """The comparison of two runs: differences of shares and energies in each zone and area of interest.
 
-    a, b : summaries of the runs; differences, energies : for the places that exist in both runs and that rocks reached
+    a, b : summaries of the runs
+    differences, energies : for the places that exist in both runs and that rocks reached in at least one run
     only : for "a" and for "b", the places (kind, name) that exist only in this run
     """
 

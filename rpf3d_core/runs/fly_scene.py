@@ -35,12 +35,12 @@ class RunControl:
     """Settings with which a caller controls a run: functions that report progress or stop the run, threads, rounds.
 
     progress : called before the rocks of a round fly; see `ensemble.batches.Progress`
-    stop : called while rocks fly; after it has returned True, no further rocks start
+    stop : called while rocks fly; after `stop` has returned True, no further group of rocks starts
     writing : called after the last rock has flown, before the files of a result are written
     threads : number of threads for the compiled engine; None for one thread for each core
     first : approximate number of rocks of the first round. Each further round about doubles the number of rocks flown,
         and after each round the rocks flown represent all rocks (`setup.rounds.growing_rounds`). None for the rounds
-        that the scene itself asks for
+        that the scene itself asks for; ignored with `rocks: auto`
     after_round : called after each round except the last, with the result so far
     painting : object that draws the pictures; None if `run_scene` should make such an object itself
     """
@@ -68,12 +68,13 @@ def fly_scene(
 ) -> Run:
     """Fly the rocks of a prepared scene, round by round, and return the finished run.
 
-    A round is a number of rocks after which results are checked; with `rocks: auto` there are several. The run ends
-    when all rocks have flown, when the target is reached, or when `control.stop` returns True.
+    A round is a number of rocks after which results are checked; with `rocks: auto` or `control.first` there are
+    several. The run ends when all rocks have flown, when the target of `rocks: auto` is reached, or when `control.stop`
+    returns True.
 
     precompiler : compiles the loops that the run needs
     shown : number of rocks to keep in memory, None for all
-    sink : function that receives the deposits and impacts of each group of rocks
+    sink : function that receives the deposits and impacts of each block of rocks; None for no function
     rounds : rounds to fly; None for the rounds of the scene, or of `control.first`
     """
     scene = prepared.scene
@@ -221,7 +222,7 @@ def finished_run(
 
 
 def _check_known(prepared: Prepared, plan: Sequence[AnyRound]) -> None:
-    """Refuse sources with a rock under the ground or off the terrain, in all rounds that are certain to fly.
+    """Raise an InputError if a rock starts under the ground or off the terrain, in a round that is certain to fly.
 
     With `rocks: auto`, only the first round is certain to fly.
     """
@@ -230,7 +231,7 @@ def _check_known(prepared: Prepared, plan: Sequence[AnyRound]) -> None:
 
 
 def _check_all(prepared: Prepared, rocks: AnyRound) -> None:
-    """Refuse sources with a rock under the ground or off the terrain, before any rock of the round flies."""
+    """Raise an InputError if a rock of a round starts under the ground or off the terrain."""
     for ranges in rocks.blocks():
         check_releases(prepared, releases_in_ranges(prepared, ranges))
 

@@ -215,7 +215,7 @@ def study(
     -------
     iterator of Finished
         Yields the runs in the order in which they finish. All runs are submitted before this function returns. If the
-        caller closes the iterator, runs that have not started are cancelled.
+        caller closes the iterator after at least one `next`, runs that have not started are cancelled.
 
     Raises
     ------

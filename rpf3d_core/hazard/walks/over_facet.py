@@ -88,7 +88,7 @@ def largest_height(facets: Facets, f: int, arc: Arc, low: float, high: float) ->
 
 @kernel
 def above_plane(facets: Facets, f: int, arc: Arc) -> tuple[float, float]:
-    """Return (c, b): the height c (m) of an arc's start vertically above the plane of facet f, and its rate b (m/s).
+    """Return (c, b): the height c (m) of an arc's start above the plane of facet f, and the rate b (m/s) of c there.
 
     After t (s) the height is c + b t - g t^2 / 2, with the gravity g of the arc.
     """

@@ -125,7 +125,10 @@ def _lies_in_clear_buckets(sheet: Sheet, locator: BucketLocator, facets: Facets,
 
 @kernel
 def _is_clear(sheet: Sheet, locator: BucketLocator, facets: Facets, i: int, j: int) -> bool:
-    """True if the bucket in column i and row j is clear: exactly one facet lies over each place of it."""
+    """True if the bucket in column i and row j is clear: exactly one facet lies over each place of the bucket.
+
+    False if this is not certain, for example for a bucket with more than CROWDED (64) facets.
+    """
     bucket = j * locator.nx + i
     x, y = locator.x + (i + MIDDLE[0]) * locator.cell, locator.y + (j + MIDDLE[1]) * locator.cell
     over, near = 0, 0

@@ -206,7 +206,10 @@ def _energy2_at(spin: Any, track: Track, t: float) -> float:
 
 @kernel
 def pace_of(v: float) -> float:
-    """Return the time per metre (s/m) for a speed v along an axis (m/s); inf for a speed too low to cross a cell."""
+    """Return the time per metre (s/m) of a velocity v (m/s) along an axis, with the sign of v.
+
+    The result is inf, whatever the sign, if v is too small to cross a cell.
+    """
     return 1.0 / v if abs(v) > SLOWEST else math.inf
 
 

@@ -198,7 +198,7 @@ def _come_to_rest(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: 
 
 @kernel
 def _largest_height(visits: Visits) -> float:
-    """Return the largest height (m) above the terrain in all visits of the current rock."""
+    """Return the largest height (m) above the terrain in all visits of the current rock, at least 0."""
     height = 0.0
     for k in range(visits.state[OF_ROCK], visits.state[USED]):
         height = max(height, visits.most[k, HEIGHT])

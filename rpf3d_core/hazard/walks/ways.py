@@ -7,7 +7,7 @@ the density is 1 / L: one passage over a width of L. Lengths and areas are addit
 mean of the densities of its parts, weighted by area. The expected density at a place depends on the cell only because
 the density is averaged over the cell.
 (Chilton 1978, Health Phys. 34:637: fluence as track length over volume, any shape of volume; ICRU report 85, section
-3.1. Here, a plane takes the place of the space, and area the place of volume.)
+3.1. Here, the plan replaces space, and area replaces volume.)
 
 Lengths are summed as whole numbers, so the sums have the same bits whatever the order of the rocks.
 """

@@ -60,7 +60,8 @@ def barriers_section(maps: HazardMaps) -> dict[str, Any]:
 def write_barriers(path: Path, maps: HazardMaps) -> None:
     """Write barriers.csv, with a line for each barrier; unknown values are left empty.
 
-    A value is unknown if no rock reached the barrier.
+    Shares, energies and heights are unknown if no rock reached the barrier. An end of an interval is also unknown if
+    too few rocks did.
     """
     header = HEADER if maps.sets is None else [*HEADER, *OF_SETS]
     write_csv(path, header, (_line(figures, band) for figures, band in zip(*_banded(maps), strict=True)))

@@ -40,7 +40,7 @@ if TYPE_CHECKING:  # rasterio takes 0.1 s to import, so it is imported late, whi
     from rasterio.windows import Window
 
 COUNT_NODATA = 2**32 - 1
-"""Value that marks missing counts in a file; no cell has it, because 0 is a valid count."""
+"""Value that marks a missing count in a file; no cell has this value, because a cell without rocks has the count 0."""
 
 TILE, LARGE = 256, 1024
 """Side of a tile (cells); and number of rows or columns from which a file has tiles, which viewers read separately."""

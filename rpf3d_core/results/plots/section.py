@@ -13,7 +13,7 @@ from rpf3d_core.results.plots.style import GROUND, PATH, label, scale_in_words
 
 FloatArray = NDArray[np.float64]
 PANEL, NARROWEST, SHARES = 6.6, 3.4, 1.9
-"""Largest and smallest width of the panels, and height of the lower panel (inches); letters are readable on paper."""
+"""Largest and smallest width of the panels, and height of the lower panel (inches): letters stay readable on paper."""
 LOWEST, HIGHEST = 1.8, 4.4
 """Smallest and largest height (inches) of the upper panel; within these limits, lengths and heights have the same
 scale. A section that is higher than HIGHEST has narrower panels instead."""

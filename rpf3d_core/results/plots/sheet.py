@@ -55,8 +55,8 @@ def whole_window(terrain: Terrain) -> Window:
 def window_around(whole: Window, places: FloatArray) -> Window:
     """Return the part of the terrain that a map of given places (N, 2) m shows, with a margin.
 
-    The result is the whole terrain if the part would cover more than WHOLE_SHARE of its width and of its height. The
-    result is also the whole terrain if there are no places, or if the part lies outside the terrain.
+    The result is the whole terrain if the part would cover more than WHOLE_SHARE of the terrain's width and of the
+    terrain's height. The result is also the whole terrain if there are no places, or if the part lies outside it.
     """
     if len(places) == 0:
         return whole

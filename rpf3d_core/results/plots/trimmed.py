@@ -13,7 +13,10 @@ WHITE = 0.999
 
 
 def trimmed(path: Path) -> bytes:
-    """Return a PNG file's content after its white margin has been cut down to MARGIN pixels."""
+    """Return a PNG file's content after its white margin has been cut down to about MARGIN pixels.
+
+    A picture that is all white is returned unchanged.
+    """
     image = np.asarray(imread(path))
     inked = np.any(image[..., :3] < WHITE, axis=2)
     if not np.any(inked):
