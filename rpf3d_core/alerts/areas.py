@@ -83,9 +83,11 @@ def worst_of(findings: Iterable[LimitFinding]) -> dict[str, LimitFinding]:
 
 
 def got_worse(previous: Alert, worst: Mapping[str, LimitFinding]) -> bool:
-    """True if an area gets a higher alert level from the new answer than from the answer of the previous decision.
+    """Return True if the new answer gives an area a higher alert level than the answer of the previous decision gave.
 
-    For an area that has moved, every level above normal counts as higher: no decision was made for its new place.
+    For an area that has moved, every level above normal counts as higher: no decision was made for its new place. An
+    area that the previous decision does not contain counts as normal there. If the previous decision contains no areas
+    (log of an older version), the evident level of the site counts for every area.
 
     worst : for each area, by name, the new answer's finding with the highest level
     """

@@ -109,12 +109,12 @@ def decide(
 
 
 def _is_small(evidence: Evidence, thresholds: Thresholds) -> bool:
-    """True if there are sources, but too few rocks flew to lower an alert level or to show that an area is safe."""
+    """Return True if there are sources, but too few rocks flew to lower an alert level or to show an area as safe."""
     return evidence.sources != 0 and any(is_small(area, thresholds.evidence) for area in evidence.areas)
 
 
 def _stands(previous: Alert | None, now_ns: int) -> bool:
-    """True if there is a previous decision that has no faults and is still valid; now_ns : present time (ns).
+    """Return True if there is a previous decision that has no faults and is still valid; now_ns : present time (ns).
 
     An answer with too few rocks must not replace such a decision.
     """

@@ -25,7 +25,7 @@ def faults_of(
 
 
 def went_back(previous: Alert | None, now_ns: int) -> bool:
-    """True if the clock was set back: the time now is earlier than the time of the previous decision."""
+    """Return True if the clock was set back: the time now is earlier than the time of the previous decision."""
     return previous is not None and now_ns < previous.at_ns
 
 

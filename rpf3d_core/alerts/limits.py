@@ -17,7 +17,11 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.unknowns.predictive import ENOUGH
 
 RARE = 0.05
-"""Largest share (-) of the rocks in an area that cannot change its p95 energy beyond the largest energy."""
+"""Largest share (-) of the rocks in an area that may have unknown energies while the p95 energy stays bounded.
+
+If at most this share of the rocks has unknown energies, the p95 energy of all rocks in the area is at most the largest
+known energy.
+"""
 
 
 class LimitFinding(NamedTuple):
@@ -115,7 +119,9 @@ def level_of(area: AreaEvidence, thresholds: Thresholds) -> Level:
 
 
 def is_small(area: AreaEvidence, terms: EvidenceSpec) -> bool:
-    """True if an answer is small: too few rocks flew to lower an alert level. A small answer may still raise the level.
+    """Return True if an answer is small: too few rocks flew to lower an alert level.
+
+    A small answer may still raise the level.
 
     With unknowns, an answer is also small if the site compares predictive intervals and the answer has none yet.
 
@@ -125,7 +131,7 @@ def is_small(area: AreaEvidence, terms: EvidenceSpec) -> bool:
 
 
 def lacks_predictive(area: AreaEvidence, terms: EvidenceSpec) -> bool:
-    """True if an answer still lacks the predictive interval that the site compares; False in a scene without unknowns.
+    """Return True if an answer lacks the predictive interval that the site compares; False in a scene without unknowns.
 
     area : evidence of the answer on one area; terms : the site's rules for evidence
     """
@@ -146,7 +152,7 @@ def upper_end(area: AreaEvidence, terms: EvidenceSpec) -> float:
 
 
 def _is_predictive(area: AreaEvidence, terms: EvidenceSpec) -> bool:
-    """True if `upper_end` is the upper end of the predictive interval; parameters as in `upper_end`."""
+    """Return True if `upper_end` is the upper end of the predictive interval; parameters as in `upper_end`."""
     return terms.interval == "predictive" and area.predictive_high is not None
 
 
@@ -164,7 +170,8 @@ def _finding(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> L
 def _ends_below(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> Iterator[str]:
     """Yield a text on the energy and a text on the first arrival of rocks, for an area that reaches no limit.
 
-    A text is omitted if the site has no limit for its figure. Both are omitted in a scene without unknowns.
+    A text is omitted if the site has no limit for its figure. Both are omitted in a scene without unknowns, and if no
+    rock reached the area.
 
     spec : the site's limits for the area; terms : the site's rules for evidence
     """
@@ -199,7 +206,7 @@ def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Ite
 
 
 def _probability_reaches(area: AreaEvidence, limit: float, terms: EvidenceSpec) -> bool:
-    """True if the share of rocks that reached an area is at or above a limit of the site.
+    """Return True if the share of rocks that reached an area is at or above a limit of the site.
 
     If the site file has `reach_probability_is: upper_end`, the limit is also compared with the upper end of the share's
     interval. For a small answer (`is_small`), only the share is compared: if 0 of 64 rocks reach the area, the upper

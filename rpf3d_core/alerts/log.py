@@ -175,7 +175,7 @@ class DecisionLog:
     def _keep(self, **facts: Any) -> str:
         """Replace some facts of the state file; return "" if they are on disk, else the reason why they are not.
 
-        After a failure, the next start must not trust the log; this is noted in the witness file.
+        After a failure, the next start must not trust the log; a note of this is made in the file of `Witness`.
         """
         assert self._state is not None
         try:
@@ -188,8 +188,8 @@ class DecisionLog:
     def _follow(self) -> None:
         """Update the state file after a decision was written to the log.
 
-        If an earlier write failed, the witness file has a note. The note is removed if this log made it, nothing is
-        missing on disk any more and `unknown` is empty, so that no person has to acknowledge the failure.
+        If an earlier write failed, the file of `Witness` has a note. The note is removed if this log made the note,
+        nothing is missing on disk any more and `unknown` is empty, so that no person has to acknowledge the failure.
         """
         wanted = {"lost": 0, "alert": None, "file": self._number, "unknown": self.unknown}
         is_current = all(self._facts.get(name) == value for name, value in wanted.items()) or not self._keep(**wanted)
@@ -303,7 +303,7 @@ class DecisionLog:
     def _why_unknown(self, tails: list[Tail]) -> str:
         """Return a sentence on why decisions may be missing in the log; "" without a sign of missing decisions.
 
-        A log of an older version has neither a state file nor a witness.
+        A log of an older version has neither a state file nor the file of `Witness`.
         """
         assert self._state is not None
         newest = int(self._facts.get("file", 0))

@@ -70,7 +70,7 @@ def tail_of(path: Path) -> Tail:
 
 
 def _was_interrupted(raw: bytes) -> bool:
-    """True if the bytes are the beginning of a line whose writing was interrupted, so that it was never published.
+    """Return True if the bytes are the beginning of a line whose writing was interrupted, so it was never published.
 
     Zeros or other bytes show that the disk has damaged the line after it was written.
     """

@@ -26,7 +26,7 @@ def judged_of(before: AreaAlert | None, finding: LimitFinding | None, is_small: 
 
 
 def is_moved(before: AreaAlert, finding: LimitFinding) -> bool:
-    """True if the previous decision judged the area for another outline than the outline in the answer.
+    """Return True if the previous decision judged the area for another outline than the outline in the answer.
 
     before : the previous decision on the area; finding : the answer's finding on the area
     """
@@ -57,7 +57,7 @@ def places_end_ns(
 
 
 def place_is_over(before: AreaAlert, finding: LimitFinding, thresholds: Thresholds, now_ns: int) -> bool:
-    """True if the previous decision judged an area for a place that the area left too long ago.
+    """Return True if the previous decision judged an area for a place that the area left too long ago.
 
     The function is for answers with too few rocks, which cannot judge the area for its new place.
 

@@ -1,8 +1,9 @@
 """A small file next to the folder of a decision log: it shows that a log was begun, also if the folder is lost.
 
 Without this file, a node whose log was deleted could not be distinguished from a node that starts for the first time.
-The file is `<folder>.begun`. It is renamed to `<folder>.unlogged` if decisions were made that no file of the log has.
-Renaming needs no room on a full disk. Each change of the name is on disk before the node continues.
+The file is `<folder>.begun`. It is renamed to `<folder>.unlogged` if decisions, or facts that the node's next start
+needs, are missing on disk. Renaming needs no room on a full disk. Each change of the name is on disk before the node
+continues.
 """
 
 import contextlib
@@ -14,7 +15,7 @@ BEGUN, UNLOGGED = ".begun", ".unlogged"
 
 
 class Witness:
-    """The file next to a log folder that shows whether a log was begun, and whether decisions are missing in it.
+    """The file next to a log folder that shows whether a log was begun, and whether decisions or facts are missing.
 
     folder : the folder of the log
     """
@@ -33,12 +34,12 @@ class Witness:
 
     @property
     def is_unlogged(self) -> bool:
-        """True if decisions were made that the log does not have, and no person has acknowledged since."""
+        """True if the file has the note that decisions, or facts for the node's next start, are missing on disk."""
         return self.unlogged_path.exists()
 
     @property
     def is_own(self) -> bool:
-        """True if this object has noted that the log lacks decisions, and no other program has noted so since."""
+        """True if this object made the note that decisions or facts are missing, and no other program made it since."""
         return self._own_ns is not None and self._own_ns == self._changed_ns()
 
     def begin(self) -> None:
@@ -48,7 +49,7 @@ class Witness:
             sync_folder(self.begun_path.parent)
 
     def unlog(self) -> None:
-        """Note, by renaming the file, that the log lacks decisions; do nothing if the file cannot be changed.
+        """Note, by renaming the file, that decisions or facts are missing on disk; do nothing if this is impossible.
 
         If another program has made this note already, only the time of the file is changed. The other program then sees
         that the note is no longer its own (`is_own`), and does not remove it.
@@ -77,9 +78,9 @@ class Witness:
             return None
 
     def settle(self) -> None:
-        """Remove the note that decisions are missing; do nothing if the file cannot be changed.
+        """Remove the note that decisions or facts are missing on disk; do nothing if the file cannot be changed.
 
-        Call this only if nothing is missing any more, or if a person has acknowledged that decisions are missing.
+        Call this only if nothing is missing any more, or if a person has acknowledged that something is missing.
         """
         with contextlib.suppress(OSError):
             if self.unlogged_path.exists():

@@ -85,7 +85,7 @@ class Gate(NamedTuple):
 
 
 def new_gate(port: int) -> Gate:
-    """Return the gate of a new server; port : 0 for any free port.
+    """Return the `Gate` of a new server, with a free port and a new random token; port : 0 for any free port.
 
     Raises
     ------

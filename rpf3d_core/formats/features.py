@@ -13,7 +13,7 @@ from rpf3d_core.terrain.frame import FloatArray
 FEATURE_EXTENSIONS = (".geojson", ".json", ".gpkg", ".shp", ".dxf", ".str")
 """Extensions of the files of polygons and lines that are read; a file with another extension is read as GeoJSON."""
 FORMATS = "GeoJSON (.geojson, .json), GeoPackage (.gpkg), Shapefile (.shp), DXF (.dxf) or Surpac strings (.str)"
-"""The formats of these files, for messages."""
+"""The formats of files of polygons, lines and points that `features_of` reads, for messages."""
 
 
 def features_of(path: Path, family: str, heights: bool = False, layer: str = "") -> Any:

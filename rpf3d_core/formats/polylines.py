@@ -89,7 +89,7 @@ def layers_of_lines(path: Path) -> dict[str, int]:
     Raises
     ------
     InputError
-        The file cannot be read.
+        The file cannot be read, or has curves or lines that `read_dxf_lines` refuses.
     """
     if path.suffix.lower() != ".dxf":
         return {}

@@ -11,13 +11,19 @@ from rpf3d_core.formats.surface import FileMesh
 from rpf3d_core.terrain.frame import FloatArray
 
 LEAST_LOSS = 0.01
-"""Error of a vertex, as a share (-) of the median edge, above which it is reported; it turns a facet by 0.6 degrees."""
+"""Error of a vertex, as a share (-) of the median edge, above which the error is reported.
+
+An error of this size turns a facet by 0.6 degrees.
+"""
 MOST_FACETS = 100_000
 """Largest number of facets that are used to compute the median edge."""
 
 
 def lost_precision(path: Path, surface: FileMesh) -> str | None:
-    """Return a sentence with the error (m) due to single precision, and what to do; None if the error is negligible."""
+    """Return a sentence with the error due to single precision, and what to do; None if the error is negligible.
+
+    The sentence gives lengths in m, without a conversion from the unit of the file.
+    """
     step = _steps(surface)
     loss, edge = 0.5 * float(np.linalg.norm(step)), _median_edge(surface)
     if loss <= LEAST_LOSS * edge:

@@ -77,6 +77,7 @@ def reference_system_of_file(path: Path) -> str | None:
 def stated_reference_system(path: Path, family: str = "polygon") -> str | None:
     """Return the coordinate reference system that an input file states, even one in degrees; None if it states none.
 
+    The result is also None if the file cannot be read.
     GeoTIFF, LandXML, LAS, GeoPackage, Shapefile and GeoJSON with the member `crs` can state one.
 
     family : kind of geometry, "polygon", "line" or "point", whose layer counts in a GeoPackage or Shapefile; the layers

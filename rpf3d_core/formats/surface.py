@@ -21,13 +21,13 @@ Larger values come from damage or from wrong units.
 class FileMesh(NamedTuple):
     """The points and triangles of one terrain file, exactly as in the file: same axes, order and winding, not welded.
 
-    points : (N, 3) float32 or float64, m
+    points : (N, 3) float32 or float64, in the unit of the file, which the reader does not convert
     triangles : (F, 3) int32, indices into points; None if every three consecutive points are the corners of one facet
     zone : (F,) int32, indices into zones; None if the file states no zones
     zones : names of the layers or surfaces of the file, which become zones
     remarks : sentences on content of the file that was not read, and on assumptions of the reader
     crs : the coordinate reference system that the file states; None if it states none
-    unit : unit of the points that the file states, a key of `units.LENGTHS`; None for metres or if it states none
+    unit : unit of the points that the file states, a key of `units.LENGTHS`; None if it states metres or no unit
     """
 
     points: NDArray[Any]

@@ -45,7 +45,8 @@ class PolyData(NamedTuple):
 
     points : (N, 3) m; kind : "Polys" or "Lines"
     ends, corners : cell i connects the points corners[ends[i - 1] : ends[i]]; the first cell starts at corners[0]
-    point_data, cell_data : arrays (N,) and (C,) by name; the first array of each is the active array in VTK
+    point_data, cell_data : arrays (N,) for the points and (C,) for the C cells, by name; the first array of each is the
+        active array in VTK
     names : lists of texts by name, written as field data
     """
 

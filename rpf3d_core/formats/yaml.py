@@ -194,7 +194,10 @@ def parse_yaml(text: str, path: Path, kind: str = "scene") -> Document:
 
 
 def yaml_values(text: str, name: str) -> Any:
-    """Return the plain values of a YAML text that is not from a file; messages show `name` in place of a path.
+    """Return the plain values of a YAML text that is not from a file.
+
+    name : text that messages about refused values show in place of a path; the message for a text that is not YAML has
+        no name
 
     Raises
     ------

@@ -72,8 +72,8 @@ class Crest(NamedTuple):
 def crests_of(terrain: Terrain) -> list[Crest]:
     """Return the crests of a terrain: first the crest with the longest fall, then the others, the largest face first.
 
-    Faces are searched in a coarse image; the lines of the first MOST_CRESTS (16) crests are searched again in a fine
-    image.
+    The first crest is at least LONG (50 m) long, unless all crests are shorter. Faces are searched in a coarse image;
+    the lines of the first MOST_CRESTS (16) crests are searched again in a fine image.
     """
     image = height_image(terrain, terrain.vertices[:, :2], 2.0 * COARSE, COARSE)
     lowest = float(np.percentile(terrain.vertices[:, 2], LOW, method="lower"))
@@ -91,8 +91,9 @@ def crests_of(terrain: Terrain) -> list[Crest]:
 def listed(crests: Sequence[Crest], most: int) -> list[Crest]:
     """Return at most `most` >= 2 crests: first the crest with the longest fall, then the others, largest face first.
 
-    The crest with the highest mean altitude is always included: if it is not among the first `most` crests of this
-    order, this crest replaces the last of them.
+    The first crest is at least LONG (50 m) long, unless all crests are shorter. The crest with the highest mean
+    altitude is always included: if it is not among the first `most` crests of this order, this crest replaces the last
+    of them.
     """
     return [crests[i] for i in _in_order(crests, most)]
 

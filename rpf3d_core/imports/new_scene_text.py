@@ -19,7 +19,7 @@ SCHEMA = "scene.schema.json"
 SETS, EACH = 64, 40
 """Number of parameter sets of a run with ranges, and number of rocks for each set in a new scene."""
 LIVE = re.compile("[\x7f-\x9f\u2028\u2029]")
-"""Characters that JSON does not escape, but YAML must: control characters and line separators."""
+"""Characters that JSON leaves unescaped, but that must be escaped in YAML: control characters and line separators."""
 LIBRARY = "bedrock"
 """Library entry for all zones of a new scene: the widest range for hard ground."""
 

@@ -86,7 +86,9 @@ def live_sets(scene: Scene, terrain: Terrain, flight: Flight) -> LiveSets | None
 
 
 class SafeEnds(NamedTuple):
-    """The figures of a cluster in A areas, from all parameter sets, to compare with the site's limits; NaN if unknown.
+    """The figures of a cluster in A areas, from all parameter sets, to compare with the site's limits.
+
+    Unknown energies and arrivals are NaN. An unknown interval of the share is 0 to 1, with 1 as its `left_high`.
 
     share : lower and upper ends (A,) (-) of the predictive intervals of the share of rocks that reach each area
     left_high : (A,) upper ends (-) of these intervals if every rock that left the terrain had reached all areas that it

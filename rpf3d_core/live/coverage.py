@@ -24,7 +24,7 @@ MOST_PLACES = 40_000
 """Largest number of places that are spread over the box around an area; the places inside the area are tested."""
 
 MOSTLY = 0.5
-"""Share of one outline without terrain above which its area lacks this outline, however large the area is."""
+"""Share (-) without terrain of a single outline above which this share counts for the whole area."""
 
 LATTICE_PLACES = 4_000
 """Approximate number of places that are spread over the boxes around all outlines of an area."""

@@ -113,8 +113,9 @@ def _origins_of(results: list[AreaEvidence], flown: int) -> Origins | None:
 def _ends_over_sets(results: list[AreaEvidence]) -> dict[str, Any]:
     """Return the fields `energy_high`, `energy_sets` and `first_arrival_low_s` of the worst result, by name.
 
-    A field is missing if it is None in all results. For a result in which it is None, the figure of all rocks together
-    is compared instead. So the worst value is at least as bad as the figure of all rocks in each result.
+    `energy_high` and `energy_sets` are missing if `energy_high` is None in all results; `first_arrival_low_s` is
+    missing if it is None in all results. If only some results lack one of these ends, the figure of all rocks together
+    replaces this end in these results. So the worst value is at least as bad as the figure of all rocks in each result.
     """
     ends: dict[str, Any] = {}
     if any(area.energy_high is not None for area in results):

@@ -72,7 +72,7 @@ EXCLUDED: Mapping[str, str] = {
 }
 """Fields of a scene that cannot be given as live parameters, including all fields below them, and the reason.
 
-A scene file may contain these fields, except for the shape of a body.
+A scene file may contain these fields, except for the shape of a body and the sizes of single sources.
 """
 
 STAND_INS: Mapping[str, Any] = {

@@ -77,8 +77,9 @@ class StoredSurveys(NamedTuple):
 def read_last(folder: Path) -> StoredSurveys | None:
     """Return the surveys of the last terrain that was stored in a folder; None if there is none.
 
-    A damaged patch and all later patches are left out; `faults` then has a sentence. Raises TerrainError if the whole
-    survey is damaged, and OSError if a file cannot be read.
+    A damaged patch and all later patches are left out; `faults` then has a sentence. A patch that does not continue
+    from the survey before it is ignored. Raises TerrainError if the whole survey is damaged, and OSError if a file
+    cannot be read.
     """
     if not (folder / WHOLE).exists():
         return None

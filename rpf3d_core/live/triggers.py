@@ -12,7 +12,8 @@ from rpf3d_core.terrain.frame import FloatArray
 class Trigger:
     """The S sources of one message; S = 0 means that the walls were watched and no source was seen.
 
-    positions : (S, 3) m, map frame; velocities : (S, 3) m/s; diameters : (S,) m, NaN where unknown, or None
+    positions : (S, 3) m, map frame; velocities : (S, 3) m/s
+    diameters : (S,) m, NaN where unknown; None if the message has no diameters
     stamp_ns : stamp (ns) of the message
     digest : SHA-256 (hex) of the values above, as from `digest_of`; topic : the topic of the message
     """

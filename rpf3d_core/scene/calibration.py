@@ -11,7 +11,7 @@ from rpf3d_core.scene.values import Count, Name, Number, StrictModel, no_two_ali
 MOST_UNKNOWNS = 12
 """Largest number of unknowns of a calibration: data of a slope determines far fewer."""
 VALUES = ("speeds", "heights", "energies")
-"""Keys of a gate whose value is a list with one number for each rock observed there."""
+"""Keys of a gate whose value is a list with one number for each rock observed at the gate."""
 
 if TYPE_CHECKING:
     Column = int | str

@@ -46,7 +46,10 @@ SECTIONS: dict[str, type[BaseModel]] = {
 }  # fmt: skip
 """Sections of a scene whose keys users write at the top level by mistake, by key path."""
 MISSPELT = 0.85
-"""Least similarity (-) of a wrong key to a known key to count as misspelt, even if it means another known key."""
+"""Least similarity (-), from 0 to 1, of a wrong key to a known key from which the wrong key counts as a misspelling.
+
+A misspelling is preferred to another known key with the same meaning as the wrong key.
+"""
 
 UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
 NOT_SCENE_KEYS = ("path",)
@@ -207,7 +210,8 @@ def _requirement(path: KeyPath, root: Root) -> str:
     """Return the valid values for a key as a phrase, such as "a number >= 0 (m)".
 
     The phrase is the description of the innermost described field on the path of the key, "left out" if no field there
-    has a description. For a section, the phrase lists the keys of the section.
+    has a description. For a section, the phrase lists the keys of the section. For an item of a list of points, the
+    phrase is about one item, such as "three numbers [x, y, z] (m)".
     """
     inner = _bare(_annotation(path, root))
     if _is_record(inner):

@@ -275,7 +275,9 @@ def _plain(value: Any) -> Any:
 
 
 def given_keys(section: BaseModel, above: Steps = ()) -> Iterator[str]:
-    """Yield the key paths of the values that a scene file states, for the whole scene or one section; no defaults.
+    """Yield the key paths of the sections and values that a scene file states, for the whole scene or one section.
+
+    Keys that the file does not state are left out. The parameters of a synthetic terrain are not listed one by one.
 
     section : the scene or the section; above : the keys that lead to the section; an item of a list has its number,
         from 0

@@ -10,8 +10,10 @@ from rpf3d_core.scene.shapes import SlipFrictionSpec
 from rpf3d_core.scene.values import Name, Number, StrictModel, refuse
 
 BODY_KEYS = ("restitution", "friction", "rolling_resistance", "slip_friction")
+"""Keys of a material for rocks with a shape."""
+
 POINT_KEYS = ("normal_restitution", "tangential_restitution", "friction_angle_deg", "rolling_friction")
-"""Keys of a material for rocks with a shape, and for points and spheres."""
+"""Keys of a material for points and spheres."""
 
 
 class Material(StrictModel):

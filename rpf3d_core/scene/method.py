@@ -53,7 +53,7 @@ def method_values(value: Any) -> Any:
     Raises
     ------
     PydanticCustomError
-        The value is any other word, a list, or an empty mapping.
+        The value is neither the word `events` nor a mapping with at least one key.
     """
     if value == EVENTS:
         return {}

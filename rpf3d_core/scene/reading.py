@@ -94,6 +94,8 @@ def _checked(path: Path, document: Document) -> Scene:
 def check_unknowns(scene: Scene) -> None:
     """Refuse priors whose key path leads to no value of the scene, or whose `min` or `max` is not a valid value there.
 
+    The priors of `unknowns` and of `calibration` are checked.
+
     Raises
     ------
     SceneError
@@ -130,7 +132,9 @@ def check_may_be_unknown(scene: Scene, path: str) -> None:
 
 
 def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
-    """Return the scene from values that are not from a file, after a check; messages show `path` as its file.
+    """Return the scene from values that are not from a file, after a check.
+
+    path : the path that later messages about the scene show as its file
 
     Raises
     ------

@@ -25,7 +25,10 @@ from rpf3d_core.sweep.tables import (
 from rpf3d_core.sweep.varied import Varied
 
 NEARLY_ALL = 0.9
-"""Retained share (-) at which the picture shows the share that reached the place instead, such as a pit floor."""
+"""Retained share (-) of a place from which on, in all cells, the picture shows the share that reached the place.
+
+For example, a pit floor retains nearly all rocks that reach it.
+"""
 TABLE, PICTURE = "sweep.csv", "sweep.png"
 MOST_PLACES = 6
 """Largest number of places in the picture: the places in which the largest shares of all rocks stopped."""

@@ -119,7 +119,11 @@ def have_unknowns(cells: Sequence[Cell]) -> bool:
 
 
 def notes_of(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
-    """Return notes for the reader: what the intervals cover and, if true, that cells share random numbers."""
+    """Return notes for the reader of the tables, as sentences.
+
+    The notes state what the intervals cover and, if true, that the cells share random numbers, that a p95 runout is
+    unknown or leaves rocks out, and that an end of an interval is unknown.
+    """
     brackets = _on_brackets(cells, records)
     notes = [f"reached: of all rocks; retained: of the rocks that reached the place; in brackets {brackets}"]
     notes += [COMMON.format(seed=cells[0].scene.seed)] if are_alike(cells) else []

@@ -225,7 +225,7 @@ def _whole(values: FloatArray) -> Ids:
 
 
 def _layers(drawing: Drawing, entity: Ids) -> tuple[NDArray[np.int32], tuple[str, ...]]:
-    """Return the zone (T,) of each triangle, and the names of the zones, which are the layers in order of the file.
+    """Return the zone (T,) of each triangle, an index into the zone names, and these names: the layers in file order.
 
     entity : (T,) entity of each triangle
     """

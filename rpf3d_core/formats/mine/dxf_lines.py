@@ -42,7 +42,8 @@ def read_dxf_lines(path: Path, layer: str = "") -> list[Line]:
     Raises
     ------
     InputError
-        The file is damaged, or has curves on these layers: arcs, circles, ellipses, splines, or polylines with bulges.
+        The file is damaged, or has one of these on a wanted layer: a curve (arc, circle, ellipse, spline, helix), or a
+        polyline with bulges or in a plane that is not level.
     """
     try:
         state = path.stat()

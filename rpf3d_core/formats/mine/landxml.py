@@ -107,7 +107,10 @@ def read_landxml(path: Path) -> FileMesh:
 
 
 def landxml_crs(path: Path) -> str | None:
-    """Return the coordinate reference system stated near the start of a LandXML file; None if none is stated there."""
+    """Return the coordinate reference system that a LandXML file states in its first HEAD (2^20) bytes.
+
+    The result is None if no system is stated there, or if the file cannot be read.
+    """
     content = _Content()
     try:
         with path.open("rb") as file:
@@ -151,7 +154,10 @@ def _parser(path: Path, content: _Content) -> Any:
 
 
 def _surface(path: Path, content: _Content, k: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the points (V, 3) m, easting first, and the triangles (F, 3) of surface number k, from 0."""
+    """Return the points (V, 3) and the triangles (F, 3) of surface number k, from 0.
+
+    The points have the easting first, in the unit of the file.
+    """
     name, ids = content.surfaces[k], content.point_ids[k]
     places = _numbers(path, content.points[k], f"the points of surface {name!r}", "northing easting elevation", float)
     faces = _numbers(path, content.faces[k], f"the faces of surface {name!r}", "three point numbers", np.int64)

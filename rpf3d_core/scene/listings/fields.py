@@ -24,7 +24,7 @@ ANY_ZONE = "default"
 class SceneField:
     """One field of a scene, described for a program that offers the field in another form, such as a ROS parameter.
 
-    key : key in the scene file, with dots; in a mapping of zones, the key below `default`
+    key : key in the scene file, with dots; in a mapping with names of the user, such as zones, the key below `default`
     kind : bool, int, float or str; None if the field takes a list, a file or a mapping with names of the user
     default : default value; None if the field is required or the default is not a bool, int, float or str
     description : valid values and meaning in words

@@ -12,7 +12,7 @@ from rpf3d_core.terrain.pit import parameters as pit
 UNIT = re.compile(r"\((-|m|m2|m3|m/s|m/s2|kg|kg/m3|kg/s|kJ|J|s|Pa|cm|1/m|1/s|1/ha|degrees)\)")
 """Pattern of a unit in the description of a key."""
 ENDS = {"_deg": "degrees", "_cm": "cm", "_kj": "kJ", "_per_ha": "1/ha"}
-"""Units that a key may end with."""
+"""Unit of a key whose name states the unit at its end, by this end."""
 RATIOS = ("elongation", "ramp_grade")
 """Names of the parameters of synthetic terrains that are ratios."""
 TERRAINS = {"terrain.benches.": benches, "terrain.pit.": pit}

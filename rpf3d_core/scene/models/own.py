@@ -129,5 +129,5 @@ OWN = "[own]"
 
 
 def is_own(name: Any) -> bool:
-    """Return True if a name in a scene is the import path of a user's class, such as `sand.Sand`."""
+    """Return True if a name in a scene has the form of an import path of a user's class, such as `sand.Sand`."""
     return isinstance(name, str) and all(part.isidentifier() for part in name.split(".")) and "." in name
