@@ -91,7 +91,7 @@ def fly_rounds(
     slope: Slope, priors: list[Distribution], seed: int, state: Path, control: Control,
     ending: Callable[[Result], float] | None = None,
 ) -> Result | None:  # fmt: skip
-    """Fly round after round, and return all sets; None if there is no set, in time and before an interruption.
+    """Fly round after round, and return all sets; None if no set flew before the deadline or an interruption.
 
     Sets that are on disk in the folder `state` are part of the result, and are not flown again.
 
