@@ -174,7 +174,9 @@ def gains(one: Sequence[Sequence[float]], two: Sequence[Sequence[float]]) -> str
 
 
 def end_to_end(folder: Path, more: bool) -> None:
-    """Run a scene in separate processes; print the times of the median run, and the peak of memory of all runs so far.
+    """Run a scene in separate processes; print wall time, CPU time, and the peak of memory of all runs so far.
+
+    The wall time and its parts are those of the run with the median wall time; the CPU time is the median of all runs.
 
     more : True to write pictures and a recording as well
     """

@@ -39,10 +39,10 @@ FINEST = 20_000
 START, ANSWER, QUIET = 120.0, 60.0, 0.4
 """Waiting times (s): for the start and compilation of a node, for an answer, and until no more results arrive."""
 TOLD, BEATING = 2.5, 4.0
-"""Waiting times (s): until the last report of a gap, and until a heartbeat has found its service.
+"""Waiting times (s): until the last report of a gap, and until the process that calls the node's service has found it.
 
 A gap is a time in which the node's executor is busy and handles no messages. The node reports the longest gap of each
-second, and repeats the report for another second. The discovery of the heartbeat must not count: rmw_fastrtps holds a
+second, and repeats the report for another second. Calls during the discovery must not count: rmw_fastrtps holds a
 reply, and the executor with it, for up to 100 ms if it has not yet discovered the caller.
 """
 

@@ -75,7 +75,7 @@ class Heartbeat:
         threading.Thread(target=self._beat, daemon=True).start()
 
     def longest(self) -> float:
-        """Return the longest delay of the thread since the last call (s)."""
+        """Return the longest time (s) from one awakening of the thread to the next, since the last call."""
         late, self._late = self._late, 0.0
         return late
 

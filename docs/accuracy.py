@@ -195,7 +195,7 @@ def bullet(text: str) -> str:
 
 
 def maps_alone(measured: list[tuple[Row, list[Row]]]) -> list[str]:
-    """Return short Markdown tables with the map errors only, from the tables of a price list."""
+    """Return short Markdown tables with the map errors only, from the three tables of a scene without unknowns."""
     (_, numerical), (_, geometric), (_, statistical) = measured
     errors = {(method, dt): error for method, dt, error, *_ in numerical if dt}
     steps = sorted({dt for _, dt in errors}, key=float, reverse=True)

@@ -214,7 +214,10 @@ def _measured_with(key: str) -> list[str]:
 
 
 def _parts(spec: type[ModelSpec]) -> list[tuple[str, type[BaseModel]]]:
-    """Return name and class of each parameter that is a mapping or a list of mappings, and so needs a table."""
+    """Return name and class of each parameter, except `zones`, that is a mapping or a list of mappings.
+
+    Each of these parameters needs a table of its own.
+    """
     found = []
     for name, field in spec.model_fields.items():
         for kind in (field.annotation, *get_args(field.annotation)):

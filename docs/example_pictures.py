@@ -61,7 +61,10 @@ def plan(axes: Axes, run: Any, box: Box, zones: bool = False) -> None:
 
 
 def section(axes: Axes, folder: Path, run: Any, box: Box) -> None:
-    """Draw the paths in a result folder from the side, over the ground near y = 0; box : range of x and z (m)."""
+    """Draw the paths in a result folder and the road from the side, over the ground near y = 0.
+
+    box : range of x and z (m)
+    """
     points = run.terrain.frame.points_to_input(run.terrain.vertices)
     near = points[np.abs(points[:, 1]) < 3.0]
     near = near[np.argsort(near[:, 0])]

@@ -17,7 +17,8 @@ from rpf3d_core.setup.prepared import Prepared
 FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)
 """Measured accuracies of contact, as multiples of the scene's own accuracy.
 
-Several of them give a small rock the same result, because its contact begins at most `motion.SKIN` times its size away.
+For a small rock several accuracies give the same result, because contact begins at most 0.4 % of the body's reach (the
+largest distance of a corner from the centre) from the ground (`simulation.bodies.motion.SKIN`).
 """
 FINEST = 0.125
 """Accuracy of contact with which all others are compared, as a multiple of the scene's own accuracy."""

@@ -112,8 +112,8 @@ def _in_contact(
 ) -> tuple[list[Priced], list[ImpactErrors]]:  # fmt: skip
     """Return the numerical lines of the price list for rocks with a shape, one line for each accuracy of contact.
 
-    The second result is always an empty list. For points and spheres, `_numerical` returns the rounding errors of
-    single impacts there. For rocks with a shape, these errors are not measured, because a comparison with 50 digits
+    The second result is always an empty list. For points and spheres, the second result of `_numerical` is the rounding
+    errors of single impacts. For rocks with a shape, these errors are not measured, because a comparison with 50 digits
     would have to repeat all steps in contact.
 
     sampled : statistical errors, which state how much of a difference is chance; tell : receives progress texts

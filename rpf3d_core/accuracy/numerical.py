@@ -36,7 +36,7 @@ TIMED_ROCKS = 10
 class Steps(NamedTuple):
     """A setting of the thesis' fixed-step method, as in `method.stepping` of a scene.
 
-    dt : time step, s; threshold : contact distance, m
+    dt : time step, s; threshold : contact distance, m, or its square, m2, if `squared`
     squared : True if the squared distance is compared with `threshold`, as in the thesis' code
     """
 
@@ -64,7 +64,7 @@ RASTER_CELLS, RASTER_STEPS = (4.0, 1.0), (1e-2, 1e-3, 1e-4)
 MOST_NODES = 2_000_000
 """Largest number of heights of a raster; a finer raster is not measured, because it takes too long."""
 GUESSED_STEP = 2e-5
-"""Assumed computing time (s) of a time step before the first measurement, for VTK called from Python."""
+"""Assumed computing time (s) of a time step before the first measurement: that of VTK called from Python."""
 
 
 class Price(NamedTuple):
@@ -134,7 +134,7 @@ def raster_answers(prepared: Prepared, releases: Releases, exact: FlownSample) -
     """Yield the error and the cost of fixed steps on rasters of several cell sizes, for several time steps.
 
     On each raster, the rocks start at the same heights above the ground as on the scene's terrain.
-    A raster with more than MOST_NODES (2 million) heights is left out.
+    A raster with more than MOST_NODES (2 million) heights, or with nothing but holes, is left out.
     exact : result of all releases with exact contacts, over the scene's own terrain
     """
     finest = raster_over(prepared.terrain).cell

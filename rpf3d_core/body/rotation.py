@@ -38,7 +38,7 @@ LEAST_CHANGE = 1e-120
 """Rate of change of the spin, as a share (-) of the square of the spin, below which the spin counts as constant."""
 
 CANCELLED = 0.02
-"""Share (-) below which a difference of two terms is computed with twice the digits."""
+"""Difference of two terms, as a share (-) of their sum, up to which it is computed with twice the digits."""
 
 FARTHEST = 40.0
 """Argument (-) of hyperbolic functions beyond which the spin has reached the middle axis to rounding."""

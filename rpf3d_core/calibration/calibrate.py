@@ -26,7 +26,7 @@ from rpf3d_core.setup.choices import with_choices
 BUDGET_S = 900.0
 """Default time (s) of one call of a calibration, from reading the scene to writing the results."""
 LEAST_BUDGET_S = 10.0
-"""Smallest allowed budget (s): point-shaped rocks on a small terrain need it, if compiled code is in the cache."""
+"""Smallest allowed budget (s): enough for points on a small terrain, if the compiled code is in the cache."""
 END_S = 4.0
 """Time (s) that a small calibration takes for scores, pictures and files; used to suggest a budget that is enough."""
 
@@ -47,7 +47,8 @@ class Calibrated(NamedTuple):
 def calibrate(scene: Scene | str | Path, out: str | Path, control: Control, engine: str | None = None) -> Calibrated:
     """Calibrate a scene and write the result into a folder.
 
-    Parameter sets that an earlier call has flown are read from the folder, and not flown again.
+    Parameter sets that an earlier call has flown are read from the folder, and not flown again. A calibration that the
+    user interrupts keeps its flown sets in the folder, but writes no result.
 
     Parameters
     ----------

@@ -109,7 +109,8 @@ def _cells(path: Path, column: int | str, key: str) -> Iterator[Cell]:
 def _place_without_names(path: Path, rows: list[Row], column: int | str, key: str) -> int:
     """Return the index of a column, from 0, in a file without a header; `column` counts from 1.
 
-    The first two columns are coordinates. If there are more than three columns, the third is a coordinate, too.
+    The first two columns are coordinates and, if there are more than three columns, also the third. The
+    number of such a column, or a name in place of a number, is refused with an InputError.
     """
     if isinstance(column, str):
         raise InputError(f"{path}: `calibration.{key}` is {column!r}, but the file has no header; give the number "

@@ -60,9 +60,9 @@ def _gates_without_rocks(slope: Slope, flown: list[Flown]) -> set[tuple[str, flo
 def _gate_columns(field: Field) -> Iterator[tuple[str, float, slice]]:
     """Yield name and distance (m) of a gate, and columns of `Flown.densities` with observations of passed rocks.
 
-    There is one item for each kind of values observed at a gate, and one for each count of rocks that passed a gate. A
-    density in these columns is above 0 only if a simulated rock passed the gate. The column for the rocks that did not
-    pass is left out.
+    There is one item for each kind of values observed at a gate, and one for each gate that at least one counted rock
+    passed. A density in these columns is above 0 only if a simulated rock passed the gate. The column for the rocks
+    that did not pass is left out.
     """
     column = len(field.stops)
     for values in field.values:

@@ -27,7 +27,7 @@ Densities of neighbouring parameter sets are averaged afterwards, which removes 
 LEAST_KERNEL = 0.1
 """Smallest standard deviation of a kernel, in the unit of its values, and of observed stops (m).
 
-It is used where all rocks stop in one place or have the same value.
+Without this limit, a kernel would have no width where all rocks stop in one place or have the same value.
 """
 NORMAL_QUARTILES = 1.349
 """Distance between the lower and the upper quartile of a standard normal distribution (-)."""

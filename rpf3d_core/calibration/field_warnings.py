@@ -12,7 +12,7 @@ from rpf3d_core.ensemble.even_rounds import rocks_of_round
 from rpf3d_core.setup.prepared import Prepared, releases_in_ranges
 
 OTHER_ROCKS = 2.0
-"""Ratio (-) of the median masses of observed blocks and of the scene's rocks above which they are different rocks."""
+"""Largest factor (-) between the median masses of the observed blocks and of the scene's rocks without a warning."""
 COMPARED = 256
 """Number of the scene's rocks whose masses are compared with the observed masses."""
 

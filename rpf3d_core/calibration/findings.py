@@ -40,7 +40,7 @@ class Estimate:
     """The estimate of one parameter by a calibration: its posterior in numbers, next to its prior.
 
     name : key path; prior : the prior's keys and values, as in the scene
-    mean; low, high : mean and ends of the 90 % interval of the posterior, in the unit of the parameter
+    mean, low, high : mean of the posterior, and ends of its 90 % interval, in the unit of the parameter
     shrinkage : 1 minus the ratio of two standard deviations, posterior over prior (-); 0 if the data showed nothing
     edge : share (-) of the posterior in the lowest twentieth of the prior's range, and share in the highest twentieth
     """
@@ -58,7 +58,8 @@ class Estimate:
 class Findings:
     """All findings of a calibration.
 
-    correlation : (U, U) of the posterior (-); effective, noise : as in `sampling.Posterior`
+    estimates : of the U parameters; correlation : (U, U) of the parameters in the posterior (-)
+    effective, noise : as in `sampling.Posterior`
     held_out : score of kept-out observations under the calibrated model; prior : score under the priors
     book : score under the book values, None if the scene has no book values
     curve : score under a normal curve without physics, None if no end points were observed

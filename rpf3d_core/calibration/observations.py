@@ -22,7 +22,7 @@ IntArray = NDArray[np.int64]
 class Directions(NamedTuple):
     """The horizontal directions along and across the slope, in which stops are compared.
 
-    axes : (2, 3) unit vectors in the local frame
+    axes : (2, 3) unit vectors in the local frame: along the slope, and across it to the left of this direction
     origin : (2,) m, added to distances along the axes; the sum is the distance in the input's coordinates
     """
 
@@ -82,7 +82,9 @@ class Field(NamedTuple):
 
 
 def calibration_of(scene: Scene) -> CalibrationSpec:
-    """Return the section `calibration` of a scene, with the unknowns of the whole scene added to its unknowns.
+    """Return the section `calibration` of a scene, or its defaults, with all unknowns that the calibration varies.
+
+    These are the unknowns of the section, and the scene's other unknowns that the section does not replace.
 
     Raises
     ------

@@ -26,7 +26,7 @@ FROM_PRIOR = 0.1
 WIDENING = 1.5
 """Factor on the standard deviation of the kernels of a mixture, relative to the rule for density estimates."""
 LEAST_KEPT = 25.0
-"""Least effective number of parameter sets behind a proposal.
+"""Least effective number of parameter sets behind a proposal, or 8 for each unknown if this is more.
 
 If there are fewer, the likelihood is raised to a smaller power (`flattened`).
 """
@@ -115,6 +115,7 @@ def flattened(log_ratio: FloatArray, log_likelihood: FloatArray, least: float) -
     """Return weights (S,) with at least `least` effective samples, and the power of the likelihood in these weights.
 
     The power is 1 if the full likelihood has enough effective samples; otherwise a smaller power is found by bisection.
+    If even the power 0 has too few effective samples, the power is 0, and the weights have fewer than `least`.
     log_ratio : (S,) from `log_importance`; log_likelihood : (S,)
     """
     full = normalised(log_ratio + log_likelihood)

@@ -47,6 +47,7 @@ class Pace:
     """Measures the time that a parameter set takes, to decide whether another set would end in time.
 
     workers : number of sets that fly at the same time; set_s : s, time of one set, 0 before the first set has flown
+    began : `time.monotonic()` at the start of the round; flown : number of sets of the round that have flown
     """
 
     workers: int

@@ -91,9 +91,9 @@ def fly_rounds(
     slope: Slope, priors: list[Distribution], seed: int, state: Path, control: Control,
     ending: Callable[[Result], float] | None = None,
 ) -> Result | None:  # fmt: skip
-    """Fly round after round, and return all sets; None if no set could be flown in time.
+    """Fly round after round, and return all sets; None if no set flew before the deadline or an interruption.
 
-    Sets that are on disk in the folder `state` are not flown again.
+    Sets that are on disk in the folder `state` are part of the result, and are not flown again.
 
     priors : of the unknowns; seed : of the proposals; state : folder of the flown sets
     control : deadline, progress reports, interruption and threads

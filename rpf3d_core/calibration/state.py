@@ -45,7 +45,8 @@ def check_folder(out: Path, scene: Scene) -> None:
     Raises
     ------
     InputError
-        The folder contains other files, the calibration of another scene or of an earlier version, or a damaged plan.
+        The folder contains other files, the calibration of another scene or of an earlier version, or a damaged
+        plan.json (the file that identifies a calibration).
     """
     state = out / STATE
     names = {entry.name for entry in out.iterdir()} if out.is_dir() else set()

@@ -31,7 +31,10 @@ LITTLE = 0.1
 BY_CHANCE = 0.05
 """Probability (-) that correct 90 % intervals contain as few kept-out blocks, below which a calibration warns."""
 FEWEST_TO_CONDEMN = 8
-"""Number of scores from which a calibration may be called clearly worse; fewer differ too often by chance."""
+"""Least number of kept-out observations to warn that a score is clearly worse, or that stops lie to one side.
+
+With fewer observations, chance alone causes such differences too often.
+"""
 ASIDE = 3.0
 """Number of standard errors by which observed stops must lie to one side of the predicted stops for a warning."""
 JUDGED = 0.5

@@ -176,7 +176,7 @@ def _stands_at(panel: Panel, k: int, x: Vec, reach: float) -> bool:
 
 @first_obstacle.rule(Barriers)
 def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
-    """Return the first panel segment that a rock on an arc meets before `until` (s), or NO_MEETING.
+    """Return the first panel segment that a rock on an arc meets up to the time `until` (s), or NO_MEETING.
 
     Segments whose planes are within the slack of the meeting count as at the same place, even if the arc crosses their
     planes later because it is nearly parallel to them. Of these, the rock meets the segment with the smallest index.

@@ -1,6 +1,7 @@
 """Forest as a layer above the ground that brakes flying rocks with the force F = -c v.
 
-The layer reaches from the ground up to z_height; it covers the area inside given outlines, or the whole terrain.
+The layer reaches from the ground up to a height that the scene gives (`height`, m above the ground). It covers the area
+inside given outlines, or the whole terrain.
 
 Source: Leine et al. 2014 (Multibody Syst. Dyn. 32:241), equations 10 and 11. RAMMS' classes, c = 250, 500 and 750 kg/s
 for open, medium and dense forest, and its height of 30 m are unconfirmed. As in the source, c is the same for all

@@ -152,7 +152,7 @@ def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, ro
 
 @first_obstacle.rule(Forest)
 def first_tree(forest: Forest, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
-    """Return the first tree that a rock on an arc hits before `until` (s), or NO_MEETING.
+    """Return the first tree that a rock on an arc hits up to the time `until` (s), or NO_MEETING.
 
     passed : number of the obstacle that the rock met last; below 0 for none
     """

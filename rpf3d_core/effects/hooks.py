@@ -196,7 +196,7 @@ def air_of_all(chain: Chain, motion: Motion, height: float, t: float, rock: Rock
 
 @model_function
 def first_obstacle(effect: object, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
-    """Return the first obstacle that a rock on an arc meets before `until` (s), or NO_MEETING.
+    """Return the first obstacle that a rock on an arc meets up to the time `until` (s), or NO_MEETING.
 
     This is a hook for barriers and trees.
 
@@ -212,7 +212,7 @@ def no_obstacle(effect: object, arc: Arc, passed: int, until: float, rock: RockC
 
 @first_obstacle.rule(Chain)
 def first_of_all(chain: Chain, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
-    """Return the first obstacle of any effect of the chain that a rock on an arc meets before `until` (s).
+    """Return the first obstacle of any effect of the chain that a rock on an arc meets up to the time `until` (s).
 
     If a rock meets two obstacles at the same time, the obstacle of the earlier effect in the chain counts. The result
     is NO_MEETING if the rock meets no obstacle.

@@ -98,7 +98,7 @@ def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, rock
 def first_in_cells(
     obstacles: Any, arc: Arc, passed: int, until: float, instant: float, rock: RockContext
 ) -> Meeting:  # fmt: skip
-    """Return the first obstacle of one kind that a rock on an arc meets before `until` (s), or NO_MEETING.
+    """Return the first obstacle of one kind that a rock on an arc meets up to the time `until` (s), or NO_MEETING.
 
     `Meeting.number` is the index within this kind. Meetings within `instant` (s) count as simultaneous; of these, the
     meeting with the smallest index is returned.

@@ -138,7 +138,8 @@ def _excess(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: floa
     """Return the left side minus the right side (m/s) of |c + 5/2 r e(L)| = L, for a trial value of the length L.
 
     The result is positive if the trial value is too small, and 0 for the solution. The derivation of the equation is at
-    the top of this file.
+    the top of this file. If the spin is arrested at the trial value, the left side is |u| L / (L - 5/2 k) instead, with
+    k = `friction`.
     u, friction, moment : as in `impulses_of`; q : (3,) m/s, 2/5 of the surface velocity due to spin
     c : (3,) m/s, slip before the impact; length : trial value of L (m/s)
     """

@@ -26,7 +26,7 @@ ROCKS = 500
 TRAJECTORIES = 20
 """Default number of Morris trajectories."""
 BASE_SETS = 128
-"""Default number of base sets of Sobol's design, each of which needs as many flights as there are unknowns, plus 2."""
+"""Default number N of rows (base sets) of Sobol's design, each of U + 2 parameter sets for U unknowns."""
 FEWEST, MOST = 4, 100_000
 """Smallest and largest number of trajectories, of rocks of a parameter set, and of base sets."""
 EDGE = 1e-6

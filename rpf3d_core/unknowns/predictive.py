@@ -95,8 +95,8 @@ def least_end(counts: FloatArray, totals: FloatArray) -> FloatArray:
     The result is the smaller of two bounds. First bound: if a share p has the mean m over all sites, then
     P(p > x) <= m / x (Markov's inequality), so the upper end is at most m / 0.025; for m, the upper end of the sampling
     interval of the mean share is used. Second bound: the upper end of the sampling interval of the largest share of a
-    single set. If more than 2.5 % of the sets have a hit, the ranks show the upper end; both bounds are then computed
-    as if no set had a hit.
+    single set. If more than 2.5 % of the sets (rounded up to whole sets) have a hit, the ranks show the upper end; both
+    bounds are then computed as if no set had a hit.
 
     counts : (S, N) number of rocks of each set that the share counts, the hits; totals : (S, N) number of rocks of each
         set. The sets have equal weights; sampling errors are computed from the harmonic mean of the numbers of rocks
