@@ -30,7 +30,8 @@ CLEAR = 3
 class BucketLocator(NamedTuple):
     """The bucket grid of a terrain as one record that compiled code can read; the outermost cells extend without limit.
 
-    x, y, cell, nx, ny : as in `Grid`; starts, ids, boxes : as in `Buckets`; slabs : slabs of the cells
+    x, y : m, south-west corner of the grid; cell : m, side of a cell; nx, ny : numbers of columns and rows
+    starts, ids, boxes : the facets of each cell, as in `Buckets`; slabs : slabs of the cells
     """
 
     x: float

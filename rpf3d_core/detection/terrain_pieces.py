@@ -69,7 +69,9 @@ class OnGround(NamedTuple):
 
     This record takes the place that a `PreviousContact` has in the search for the contacts of a flight.
 
-    facet, other, side : as in `PreviousContact`; number, rims : as in `PieceNumbers`
+    facet, other : the facet that carries the rock, and a second facet in a gully, else -1
+    side : side of the ground on which the rock is, +1.0 for the free side, -1.0 for the back
+    number, rims : pieces of all facets, and edges at their rims, as in `PieceNumbers`
     """
 
     facet: int
