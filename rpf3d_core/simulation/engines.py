@@ -231,7 +231,8 @@ def stepping(engine: Engine, dt: float, threshold: float, squared: bool = False,
     The method is `detection.stepped`. Heights above the ground are still exact.
 
     dt : time step, s; threshold : distance to a facet below which the rock is in contact, m, or m2 if `squared` is True
-    squared, every_step : as in `stepped`
+    squared : True to compare the squared distance with the threshold
+    every_step : True to test each step; False to skip the steps in which the rock cannot reach a facet
     """
     other = copy(engine)
     other.method = stepped(engine.locator, facet_size(engine.facets), dt, threshold, squared, every_step)

@@ -152,7 +152,8 @@ def no_obstacle_near(effects: Any, x: Vec, along: Vec, down: Vec, passed: int, r
 def _no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockContext) -> bool:
     """Return True if no obstacle lies on the straight line from x (3,) m to x + way (3,) m.
 
-    effects : parameters of all effects of the scene; passed : as in `no_obstacle_near`
+    effects : parameters of all effects of the scene
+    passed : number of the obstacle that the rock has just passed, which does not count
     """
     return first_obstacle(effects, Arc(x=x, v=way, gravity=0.0), passed, 1.0, rock).t == math.inf  # type: ignore[no-any-return]
 
