@@ -162,7 +162,8 @@ def _still_in(index: int, level: int, x: float, origin: float, cell: float, coun
 
     Without this limit, rounding could give a bucket of a neighbouring cell.
 
-    level : size of cell `index` (`slabs.py`); origin, cell, count : of the grid, as in `cell_index`
+    level : size of cell `index` (`slabs.py`)
+    origin, cell, count : of the grid along this axis: start (m), side of a bucket (m) and number of buckets
     """
     if level == 0:
         return index

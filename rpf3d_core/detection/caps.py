@@ -40,7 +40,7 @@ class CapFacets(NamedTuple):
 class CapLocator(NamedTuple):
     """The caps with the locator that finds passages of rocks through them.
 
-    facets, layered : see `CapFacets`
+    facets : the caps; layered : True if ground lies above other ground; both as in `CapFacets`
     """
 
     locator: Any

@@ -55,7 +55,8 @@ class PieceNumbers(NamedTuple):
 class TerrainPieces(NamedTuple):
     """The pieces of a terrain with the locator over all its facets, for the search along ground segments.
 
-    number, rims, overlap : see `PieceNumbers`
+    number : (F,) piece of each facet; rims : (F,) bits for the edges of each facet at the rim of its piece
+    overlap : False if no two pieces can pass through each other; all three as in `PieceNumbers`
     """
 
     locator: Any

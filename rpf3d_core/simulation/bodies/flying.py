@@ -165,7 +165,8 @@ def _slipped(ride: Ride, physics: Physics, t: float) -> Ride:
 def _with_flight(tally: RockTally, arc: Arc, t: float, after: BodyMotion, tolerance: float) -> RockTally:
     """Return the running totals after a flight of t seconds; they are unchanged if t is 0.
 
-    arc : path of the centre; after : motion at the end; tolerance : m, as in `simulation.state.with_slide`
+    arc : path of the centre; after : motion at the end
+    tolerance : m, length up to which a flight counts as a path segment without progress
     """
     if not t > 0.0:
         return tally
