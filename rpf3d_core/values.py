@@ -86,7 +86,11 @@ UNSTOPPED = tuple(outcome for outcome in Outcome if outcome not in (*DEPOSITED, 
 
 
 class Mode(IntEnum):
-    """Kind of motion of a rock between two events of its path; each row of a path stores this number."""
+    """Kind of motion of a rock between two events of its path; each row of a path stores this number.
+
+    SETTLING : the last small bounces, summed up; SLIDING : sliding or rolling
+    END : no motion; the row marks the end of the path
+    """
 
     FLIGHT = 0
     SETTLING = 1

@@ -30,7 +30,8 @@ CLEAR = 3
 class BucketLocator(NamedTuple):
     """The bucket grid of a terrain as one record that compiled code can read; the outermost cells extend without limit.
 
-    x, y, cell, nx, ny : as in `Grid`; starts, ids, boxes : as in `Buckets`; slabs : slabs of the cells
+    x, y : m, south-west corner of the grid; cell : m, side of a cell; nx, ny : numbers of columns and rows
+    starts, ids, boxes : the facets of each cell, as in `Buckets`; slabs : slabs of the cells
     """
 
     x: float
@@ -161,7 +162,8 @@ def _still_in(index: int, level: int, x: float, origin: float, cell: float, coun
 
     Without this limit, rounding could give a bucket of a neighbouring cell.
 
-    level : size of cell `index` (`slabs.py`); origin, cell, count : of the grid, as in `cell_index`
+    level : size of cell `index` (`slabs.py`)
+    origin, cell, count : of the grid along this axis: start (m), side of a bucket (m) and number of buckets
     """
     if level == 0:
         return index

@@ -40,7 +40,7 @@ class CapFacets(NamedTuple):
 class CapLocator(NamedTuple):
     """The caps with the locator that finds passages of rocks through them.
 
-    facets, layered : see `CapFacets`
+    facets : the caps; layered : True if ground lies above other ground; both as in `CapFacets`
     """
 
     locator: Any
@@ -101,7 +101,7 @@ def no_loss(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
 def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Loss:
     """Return the first passage of an arc through a cap of a terrain with gaps; NO_LOSS if no rock falls through.
 
-    contact, end : as in `loss_on`
+    contact : the first contact with the ground, which may take precedence; end : s, later passages do not count
     """
     if contact.t <= end and not caps.layered and is_on_free_side(contact):
         return NO_LOSS
@@ -121,6 +121,6 @@ def loss_on_way(caps: Any, x: Vec, way: Vec) -> Loss:
     `Loss.t` is here the share of the path up to the cap (-).
 
     way : (3,) m, from the start to the end of the path
-    caps : as in `loss_on`
+    caps : a `CapLocator`, or None if the terrain has no gap
     """
     return loss_on(caps, Arc(x=x, v=way, gravity=STRAIGHT), NO_CONTACT, 1.0)  # type: ignore[no-any-return]

@@ -14,7 +14,7 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, dot, scale, subtract
 
 SURELY = 1e-300
-"""Distance (m) inside all edges beyond which a point counts as inside a facet: as good as 0, which is not allowed."""
+"""Distance (m) inside all edges beyond which a point counts as inside a facet; nearly 0, as `contains` needs > 0."""
 
 
 class Closest(NamedTuple):
@@ -39,7 +39,7 @@ def closest_facet(locator: object, facets: Facets, x: Vec, radius: float) -> Clo
 def closest_in_buckets(locator: BucketLocator, facets: Facets, x: Vec, radius: float) -> Closest:
     """Return the facet closest to x (3,) m within a radius (m), from the buckets of a grid.
 
-    Facets farther away than the radius are not found. In a tie, the smaller facet number counts.
+    Only facets nearer than the radius are found. In a tie, the smaller facet number counts.
     """
     best = Closest(radius, -1)
     cells = cells_between(grid_of(locator), x[0] - radius, x[1] - radius, x[0] + radius, x[1] + radius)

@@ -112,11 +112,13 @@ def line_of_sight(facets: Facets, arc: Arc, asked: Inquiry) -> Arc:
 def answered(arc: Arc, end: float, asked: Inquiry, height: float, side: float) -> Inquiry:
     """Return the state of the check for a fall through the ground after the search along one line of sight.
 
-    - If no line down, at the place or around it, meets the free side of the ground, the place counts as under the
-      ground. Exception: if no underside of a facet is near above the place, the rock has not passed through a facet,
-      and the place counts as above the ground.
+    The first rule that holds decides where the place is:
+    - If the line down at the place meets the free side of the ground, the place counts as above the ground.
     - If a line down around the place does not meet the free side, and the line up from the same point does not meet the
       back of the ground, the place counts as outside the terrain.
+    - If no line down, at the place or around it, meets the free side, the place counts as under the ground. Exception:
+      if no place was under the ground before, and no underside of a facet is near above the place, the rock has not
+      passed through a facet, and the place counts as above the ground.
     - In all other cases the place counts as above the ground.
 
     All lines are needed. Next to a vertical wall, rounding may put the place just inside the wall: only a line around
@@ -167,6 +169,9 @@ def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
     UNDER finishes the check if no place before was above the ground: the rock has fallen. Otherwise the time between
     `over` and `under` is halved repeatedly, to find a place outside the terrain. The rock has fallen if there is none.
 
+    OVER never shows a fall. If none of the first ALONG places, up to `end`, is under the ground, the rock has not
+    fallen.
+
     asked : state of the check before; end : s, end of the flight
     """
     t, place = _time(arc, asked.path, asked.over, asked.under), asked.place + 1
@@ -191,7 +196,7 @@ def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
 def _time(arc: Arc, path: float, over: float, under: float) -> float:
     """Return the time (s) when the rock is at the place to be tested.
 
-    This is the time at the path length `path` or, after the rock was found under the ground, the middle between `over`
-    and `under`. All three are as in `Inquiry`.
+    path : length of the path (m) to the place, used until the rock was found under the ground (`under` is inf)
+    over, under : last time above the ground and first time under the ground (s); the result is their mean if known
     """
     return time_over(arc, 0.0, path) if under == math.inf else 0.5 * (over + under)

@@ -117,7 +117,8 @@ def _mark(corners: Any, locator: BucketLocator, footprint: Footprint, marks: Any
 def _collect(locator: BucketLocator, block: CellRectangle, marks: Any, found: Any) -> None:
     """Write the facets marked _SEEN into `found`, and mark them GOES: the patch removes them.
 
-    block : rectangle of cells around the patch; marks : (F,) as in `_mark`; found : (N,) receives the facets' numbers
+    block : rectangle of cells around the patch; found : (N,) receives the facets' numbers
+    marks : (F,) STAYS, GOES or _SEEN for each facet of the ground, changed
     """
     count = 0
     for j in range(block.bottom, block.top):
@@ -151,7 +152,7 @@ def _beside(edges: Any, vertices: Any, triangles: Any, locator: BucketLocator, m
     """Write True into `out` for each edge that belongs to a facet marked STAYS.
 
     edges : (E, 2) vertices; vertices : (V, 3) m and triangles : (F, 3), of the ground
-    marks : (F,) as in `_mark`; out : (E,), changed
+    marks : (F,) STAYS or GOES for each facet; out : (E,), changed
     """
     for e in range(len(edges)):
         a, b = edges[e, 0], edges[e, 1]
@@ -167,7 +168,7 @@ def _used(some: Any, vertices: Any, triangles: Any, locator: BucketLocator, mark
     """Write True into `out` for each vertex that belongs to a facet marked STAYS.
 
     some : (N,) vertices; vertices : (V, 3) m and triangles : (F, 3), of the ground
-    marks : (F,) as in `_mark`; out : (N,), changed
+    marks : (F,) STAYS or GOES for each facet; out : (N,), changed
     """
     for n in range(len(some)):
         v = some[n]
@@ -182,7 +183,7 @@ def _used(some: Any, vertices: Any, triangles: Any, locator: BucketLocator, mark
 def _over(points: Any, corners: Any, locator: BucketLocator, marks: Any, out: Any) -> None:
     """Write True into `out` for each point that lies, in plan, in a facet marked GOES.
 
-    points : (N, 2) m; corners : (F, 9) m, of the ground; marks : (F,) as in `_mark`; out : (N,), changed
+    points : (N, 2) m; corners : (F, 9) m, of the ground; marks : (F,) STAYS or GOES for each facet; out : (N,), changed
     """
     for n in range(len(points)):
         px, py = points[n, 0], points[n, 1]

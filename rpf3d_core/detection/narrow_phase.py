@@ -112,13 +112,18 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: PreviousContact, c: 
     c, b, a : height (m), speed (m/s) and half the acceleration (m/s^2) of the rock above the plane; above means on the
         side from which the rock came
 
-    - A rock that rises through the plane from below, as across a crack, meets the plane where it falls back.
-    - A rock that moves along the plane meets the plane at once if gravity presses the rock against it (a < 0).
-    - Gravity does not press a rock against a wall, but rounding may move the rock into the wall, by GRAZING metres per
-      metre of path. The rock meets the wall when the rock is NEAR tolerances behind the plane of the wall.
+    The first rule that holds decides:
+    - A rock that moves along the plane, and that gravity presses against the plane (a < 0), meets the plane at once if
+      facet f carries the rock (`_carries`), else never.
+    - Gravity does not press a rock against a wall, but rounding may move a rock on its way along the wall into the
+      wall, by GRAZING metres per metre of path. The rock meets the wall when it is NEAR tolerances behind its plane.
+    - A rock that starts on a facet never meets facet f if the rock moves away across a convex edge, or moves onto
+      another facet (`_passes_over`, `_goes_elsewhere`). In the last search (`search.py`) this rule is not used.
     - A rock that slides into the corner under an overhang (a > 0) meets the overhang at once, although gravity pulls
-      the rock away: the rock cannot fall through the floor. In the second search, a sliding rock meets every near facet
-      at once that it moves into; otherwise the rock would fall past a facet that is nearly vertical.
+      the rock away: the rock cannot fall through the floor. In the second and the last search, a sliding rock meets
+      every near facet at once that it moves into; otherwise the rock would fall past a facet that is nearly vertical.
+    - A rock that rises through the plane from below, as across a crack, meets the plane where it falls back.
+    - Any other rock meets the plane where it falls through the plane; a rock slightly below counts as on the plane.
     """
     if b * b <= GRAZING * GRAZING * dot(arc.v, arc.v):
         if a < 0.0:

@@ -44,7 +44,7 @@ def packed_probe(low_x: int, high_x: int, low_y: int, high_y: int) -> int:
     Each byte is the largest value that the same byte of a packed box may have if both boxes overlap. The highest bit of
     each byte, its guard bit, is set.
 
-    low_x, high_x, low_y, high_y : as in `packed_box`
+    low_x, high_x, low_y, high_y : first and last part along x and along y, 0 to PARTS - 1
     """
     return GUARDS | high_x | (PARTS - 1 - low_x) << 8 | high_y << 16 | (PARTS - 1 - low_y) << 24
 

@@ -43,7 +43,8 @@ class Slabs(NamedTuple):
 class SlabTable(NamedTuple):
     """The slabs as rows of a table, while they are computed.
 
-    planes : (C, 4), first : (LEVELS,), as in `Slabs`; columns : number of columns of buckets
+    planes : (C, 4), for each cell n_x, n_y, n_z (-) and h (m); first : (LEVELS,) number of the first cell of each level
+    columns : number of columns of buckets
     """
 
     planes: Any

@@ -247,7 +247,7 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
     """Return the earlier of two contacts of a moving sphere: `best`, or its contact with one edge or corner of facet f.
 
     k : 0, 1, 2 for an edge; 3, 4, 5 for corner k - 3
-    end, before : as in `earlier_touch` (s)
+    end : s, finite, end of the whole motion; before : s, contacts after this time need not be found
     """
     rim = _rim_of(facets, f, k)
     at, along, length = rim.at, rim.along, rim.length
@@ -316,7 +316,9 @@ def _time_into_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, until: 
     This function is for an edge or corner that does not stop the sphere at once (`_lies_behind`). The sphere hits the
     edge or corner when both overlap by DEEP tolerances, or when the sphere has moved away and returns.
 
-    rim : the edge or corner; q, until : as in `_time_from_rim`
+    rim : the edge or corner; until : s, end of the search
+    q : polynomial of time: squared distance (m^2) of the centre from the line or corner, minus the square of the radius
+        reduced by RIM tolerances
     """
     deep = _at_depth(q, course.radius, DEEP * facets.tolerance, RIM * facets.tolerance)
     if deep.c0 <= 0.0:
@@ -343,7 +345,8 @@ def _time_from_rim(course: Course, p: Vec, v: Vec, a: Vec, distance: float, q: Q
     """Return the time (s) when a sphere that already touches an edge or corner hits it: 0 for at once, inf for never.
 
     p, v, a : offset of the centre from the line or corner (m) and its derivatives (m/s, m/s^2); distance : |p| (m)
-    q : squared distance minus squared radius, as a polynomial of time; until : s, end of the search
+    q : polynomial of time: the squared distance minus the square of the radius reduced by RIM tolerances
+    until : s, end of the search
     """
     speed2, pull = dot(course.v, course.v), course.gravity
     rate = dot(p, v) / distance
@@ -362,8 +365,9 @@ def _time_from_rim(course: Course, p: Vec, v: Vec, a: Vec, distance: float, q: Q
 def _time_on_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, begin: float, until: float) -> float:
     """Return the time (s) when a flying sphere first touches an edge or a corner; inf for never.
 
-    The polynomial q, the squared distance minus the squared radius, falls through zero at most twice. The result is the
-    first of these times at which the sphere touches the edge between its ends (`_is_on`).
+    The polynomial q of time is the squared distance (m^2) from the edge or corner, minus the square of the radius
+    reduced by some tolerances. It falls through zero at most twice. The result is the first of these times at which the
+    sphere touches the edge between its ends (`_is_on`).
 
     rim : the edge or corner; begin, until : s, begin and end of the search
     """

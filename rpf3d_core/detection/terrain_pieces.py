@@ -55,7 +55,8 @@ class PieceNumbers(NamedTuple):
 class TerrainPieces(NamedTuple):
     """The pieces of a terrain with the locator over all its facets, for the search along ground segments.
 
-    number, rims, overlap : see `PieceNumbers`
+    number : (F,) piece of each facet; rims : (F,) bits for the edges of each facet at the rim of its piece
+    overlap : False if no two pieces can pass through each other; all three as in `PieceNumbers`
     """
 
     locator: Any
@@ -69,7 +70,9 @@ class OnGround(NamedTuple):
 
     This record takes the place that a `PreviousContact` has in the search for the contacts of a flight.
 
-    facet, other, side : as in `PreviousContact`; number, rims : as in `PieceNumbers`
+    facet, other : the facet that carries the rock, and a second facet in a gully, else -1
+    side : side of the ground on which the rock is, +1.0 for the free side, -1.0 for the back
+    number, rims : pieces of all facets, and edges at their rims, as in `PieceNumbers`
     """
 
     facet: int

@@ -19,7 +19,7 @@ def wins_tie(facets: Facets, f: int, g: int, arc: Arc, t: float, approach: float
     normal are compared, x first, and the larger component takes precedence. For equal normals, `_lies_first` decides.
 
     approach : speed (m/s) into facet f; for a rock at rest, the pull of gravity along facet f (m/s^2)
-    other : the same quantity for facet g; both as in `Contact.approach`
+    other : the same quantity for facet g
     """
     if approach != other:
         return approach > other

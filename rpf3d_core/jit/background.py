@@ -5,6 +5,8 @@ main process loads the compiled functions from the cache. The main process waits
 so the two processes never write the same file. If the background process cannot start, fails or takes too long, the
 main process compiles the missing functions, and only time is lost.
 
+The main process starts the background process with a command of this form; its arguments are modules to import:
+
     python -m rpf3d_core.jit.background rpf3d_core.hazard.walks.visiting
 """
 

@@ -5,7 +5,8 @@ import gc
 
 OBJECTS, YOUNG, MIDDLE = 50_000, 20, 100
 """Thresholds of Python's garbage collector: how many new objects start a search among the new objects, how many such
-searches start a search among middle-aged objects, and how many of those start a search among all objects.
+searches start a search among middle-aged objects, and how many searches among middle-aged objects start a search among
+all objects.
 
 The defaults of Python 3.11 are 700, 10 and 10. The imports of a run make some 500,000 objects, none of them garbage.
 """

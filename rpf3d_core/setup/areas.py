@@ -83,7 +83,8 @@ def outlines_on(terrain: Terrain, path: Path, key: str) -> list[FloatArray]:
     Raises
     ------
     InputError
-        The file is damaged, or no part of the polygons lies on the terrain; the message names the key.
+        The file is damaged (the message names the file), or no part of the polygons lies on the terrain (the message
+        names the key).
     """
     polygons = _united(read_polygons(path))
     if lies_off(terrain, polygons):

@@ -28,7 +28,10 @@ LEAST_SHARE = 0.02
 MANY, CELLS = 200_000, 64
 """Number of facets from which `_near` reduces a terrain, and number of cells along each side of its search grid."""
 LOCAL = 2.0
-"""Length (m) over which the slope at a foot is measured, besides half the width: single facets are often rough."""
+"""Length (m) over which one of two slopes at a foot is measured; the other slope is measured over half the width.
+
+Single facets are not used, because they are often rough.
+"""
 STEP, MOST_PLACES = 1.0, 100
 """Distance (m) between the places along a foot where the ground is compared, and their largest number for a side."""
 

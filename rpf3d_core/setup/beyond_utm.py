@@ -1,8 +1,8 @@
 """Find coordinates of a terrain that lie outside every UTM zone: another grid, or feet.
 
 Many metric grids have such coordinates, and many of these coordinates would fit a UTM zone if they were in feet. A
-wrong unit changes energies by more than a factor of three. Therefore the sentence first asks for the coordinate system,
-and then asks the user to check the size of the terrain before setting a unit.
+wrong unit changes energies by more than a factor of three. Therefore the sentence to the user first asks for the
+coordinate system, and then asks to check the size of the terrain before a unit is set.
 """
 
 import re

@@ -66,7 +66,7 @@ class Extent(NamedTuple):
 def input_extents(scene: Scene, faults: FaultReport | None) -> list[Extent]:
     """Return the extents of all inputs of a scene, the terrain first.
 
-    An input that cannot be read is left out, because a later step of the check reports the error.
+    An input that cannot be read is left out, because a later step of `rpf3d check` reports the error.
 
     faults : the report on the mesh of the terrain; None if the terrain was refused, so that its files are read again
     """
@@ -161,7 +161,7 @@ def _observed(scene: Scene) -> Iterator[Extent | None]:
 def _in_plan(name: str, plan: FloatArray, up: Up, file: Path | None, kind: str = "polygon") -> Extent | None:
     """Return the extent of places (N, 2) m in plan (x and y, or x and z if y is up); None without places.
 
-    kind : as in `Extent`
+    kind : of the input's geometries: "polygon", "line" or "point"
     """
     missing = np.full(len(plan), np.nan)
     columns = (plan[:, 0], plan[:, 1], missing) if up == "z" else (plan[:, 0], missing, plan[:, 1])

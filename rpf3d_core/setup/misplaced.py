@@ -41,7 +41,8 @@ Mount Everest is 8,849 m or 29,032 ft high.
 """
 VERTICAL, TALL = 2.0, 2.0
 """A terrain may lie on its side if its facets seen along another axis cover more than VERTICAL times the area seen from
-above, or if it is more than TALL times as high as wide. A pit wall with berms covers about as much as seen from above.
+above, or if it is more than TALL times as high as wide. A pit wall with berms covers about the same area seen from the
+front as seen from above.
 """
 NEARLY_ALL = 0.95
 """Smallest share (-) of facets that were turned over for which the terrain may be mirrored."""

@@ -27,11 +27,11 @@ LEAST_SHARE = 0.05
 LEAST_COMMON = 0.5
 """Smallest share (-) of the smaller file that must be in the larger file, too; neighbouring surveys share a strip."""
 LARGEST_BODY = 0.8
-"""Size in plan (-), in sizes of the other file, up to which a file can be a pile, berm or building on the other."""
+"""Largest area in plan of a file that can be a pile, berm or building, divided by the area of the file below (-)."""
 LEAST_RAISED = 3.0
-"""Volume above the ground, in volumes below the ground, from which a file can be a pile with a buried rim."""
+"""Smallest volume of a pile above the ground, divided by the volume of its buried part (-)."""
 LOWEST_RIM = 0.25
-"""Height of a rim above the ground, in median heights of the file, up to which the file may rise from the ground."""
+"""Largest height of a pile's rim above the ground, divided by the median height of the pile (-)."""
 FEWEST = 3
 """Smallest number of places at which two files must lie above each other."""
 MOST_PAIRS = 3

@@ -96,8 +96,8 @@ def _shares_of_laps(rocks: int, first: int, most: int) -> list[Fraction]:
     """Return the shares (-) of the rocks of a round that have flown at the start and after each lap, from 0 to 1.
 
     A further lap has a quarter of the rocks that have flown before, at most `most`; it has `first` rocks if this is
-    more. So whenever a run is stopped, a parameter set has flown at most 5/4 times as many rocks as another set; in
-    laps 2, 3 and 4, at most 2, 3/2 and 4/3 times as many.
+    more. So if a run is stopped in lap 5 or later, a parameter set has flown at most 5/4 times as many rocks as
+    another set; in laps 2, 3 and 4, at most 2, 3/2 and 4/3 times as many. In the first lap, a set may have flown none.
 
     first : approximate number of rocks of the first lap; most : largest number of rocks of a further lap
     """
@@ -246,8 +246,8 @@ def _spread_ranks(size: int) -> IntArray:
 def rounds_of(scene: Scene, points: Sequence[int]) -> list[Round]:
     """Return the rounds of a run: one round of all rocks or, for `rocks: auto`, doubling rounds up to `most_rocks`.
 
-    points : number of release points of each source, 1 for random places. The first round uses all points, so that its
-        result does not depend on the first points only.
+    points : number of release points of each source, 1 for random places. The first round uses all points, if
+        `most_rocks` allows it, so that its result does not depend on the first points only
     """
     counts = [source.rocks for source in scene.sources]
     if scene.rocks != "auto":

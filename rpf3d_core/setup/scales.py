@@ -28,7 +28,7 @@ Materials that stop every rock on contact, such as water, have a stop speed abov
 KMH = 3.6
 """1 m/s in km/h."""
 WIDE = 2.0
-"""Ratio (-) of a standard deviation to the range between its bounds above which the range decides alone."""
+"""Ratio (-) of a draw's standard deviation to the range between its bounds; above it, the range alone decides."""
 
 
 def warnings_of_scales(scene: Scene) -> Iterator[str]:

@@ -54,7 +54,7 @@ def table_of(scene: Scene) -> ShapeTable:
     Raises
     ------
     InputError
-        As `polyhedra_of`.
+        A file has no usable block; the message names the key.
     """
     polyhedra, _ = polyhedra_of(scene)
     return shape_table(polyhedra, weights_of(scene, len(polyhedra)))
@@ -75,7 +75,7 @@ def rock_of_scene(scene: Scene) -> AnyRock:
     Raises
     ------
     InputError
-        As `polyhedra_of`.
+        A file has no usable block; the message names the key.
     """
     if not scene.rock.is_body:
         return rocks_of_sources(scene) or rock_of(scene.rock)

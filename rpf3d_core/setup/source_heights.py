@@ -61,7 +61,8 @@ def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:
 
     Here, `off_terrain` is 0, and `under_ground` includes the rocks off the terrain; `_told_apart` separates them.
 
-    below : (N, 3), as in `heights_of`, for the N checked rocks of this source
+    below : (N, 3) for the N checked rocks of this source: height (m) above the ground, facet below (-1: none), side of
+        this facet below the rock (1: free, -1: back)
     """
     good = (below[:, 1] >= 0) & (below[:, 2] > 0)
     heights = below[good, 0]
@@ -84,7 +85,8 @@ def _told_apart(
 
     A rock without terrain below is under the ground if there is terrain above the rock, else off the terrain.
     found : from `_heights`; number : index of the source
-    releases, below : of all R checked rocks, as in `heights_of`
+    releases : of all R checked rocks; below : (R, 3) for these rocks: height (m) above the ground, facet below (-1:
+        none), side of this facet below the rock (1: free, -1: back)
     """
     bad = (releases.source == number) & ((below[:, 1] < 0) | (below[:, 2] <= 0))
     top = np.array(releases.x[bad])

@@ -44,7 +44,8 @@ def scene_sources(scene: Scene, terrain: Terrain, polygons: Mapping[str, MultiPo
     Raises
     ------
     InputError
-        A file is damaged, a polygon lies off the terrain, or a zone has no suitable facet; the message names the key.
+        A file is damaged, a polygon lies off the terrain, or a zone has no suitable facet; the message names the key,
+        or for a damaged file of points only the file.
     """
     known = read_source_files(scene) if polygons is None else polygons
     return [_source(scene, number, terrain, known) for number in range(len(scene.sources))]
@@ -110,7 +111,10 @@ def _rock(density: float, spec: RockSpec | SourceSpec) -> Rock | DrawnRock:
 
 
 def _source(scene: Scene, number: int, terrain: Terrain, polygons: Mapping[str, MultiPolygon]) -> Source:
-    """Return one source of a scene in the local frame, ready to release rocks; polygons : as in `scene_sources`."""
+    """Return one source of a scene in the local frame, ready to release rocks.
+
+    number : index of the source in the scene; polygons : of the sources, by name, from `read_source_files`
+    """
     spec, frame = scene.sources[number], terrain.frame
     is_crest = spec.crest is not None
     return Source(
@@ -161,7 +165,7 @@ def line_points(path: Path, up: Up) -> FloatArray:
     Raises
     ------
     InputError
-        As `read_lines`.
+        The file is damaged or has no lines.
     """
     plan = np.concatenate(read_lines(path))
     return np.insert(plan, 1 if up == "y" else 2, 0.0, axis=1)

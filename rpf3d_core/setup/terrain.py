@@ -49,8 +49,8 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
     Raises
     ------
     InputError
-        If a file is missing, damaged, of unknown format or empty, no facet has an area, or a polygon covers no facet;
-        the message names the file.
+        If a file is missing, damaged, of unknown format or empty, no facet has an area, or a polygon covers no facet
+        (the message names the file); or if a berm or a zone to split is refused (the message names the key).
     """
     raw, files, remarks = _raw_terrain(scene.terrain)
     bare, raw = raw, with_berms(raw, scene)
@@ -75,7 +75,8 @@ def read_surface(path: Path, unit: str | None = None) -> FileMesh:
     Raises
     ------
     TerrainError
-        If the file is missing, empty, damaged, of unknown format, or has facets with vertices that are not finite.
+        If the file is missing, empty, damaged, of unknown format, has too many facets, or has facets with vertices that
+        are not finite or too far from the origin.
     """
     extension = _extension(path)
     reader = MESH_READERS.get(extension, read_dem if extension in DEM_EXTENSIONS else None)

@@ -28,7 +28,7 @@ def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> En
     """Return a new engine for a terrain, with its search structure built and all gaps of the terrain closed by caps.
 
     name : of the engine, "reference" or "compiled"; facets : facets of the terrain, if the caller has them already
-    Raises ValueError under the same conditions as `engine_of`.
+    Raises ValueError for an unknown name, or for "compiled" without numba.
     """
     facets = facets or facets_of(terrain)
     return engine_of(name, facets, gap_facets(terrain, facets.tolerance), piece_numbers(terrain))

@@ -131,7 +131,9 @@ class Compiled:
 
     Several threads may call the engine at once.
 
-    method, caps, pieces : as in `Reference`; locator : the buckets over the facets, built here if not given
+    locator : the buckets over the facets, built here if not given
+    method : finds the contacts of flights: the locator, which finds every contact, or fixed time steps (`stepping`)
+    caps, pieces : find passages through caps, and contacts with other separate parts of the terrain; None if not given
     """
 
     name = "compiled"
@@ -154,7 +156,11 @@ class Compiled:
     def follow(
         self, models: Models, materials: Any, settings: Settings, starts: Starts, logbook: Logbook, begin: int
     ) -> int:
-        """Fly rocks and write their flights into the logbook; arguments and result as in `Reference.follow`."""
+        """Fly rocks `begin` to R - 1 of the R rocks in `starts`, and write their flights into the logbook.
+
+        models : of the scene; materials : surface properties of the zones; settings : gravity, limits and seed
+        Returns the number of the first rock whose path did not fit into the record; R if all paths fitted.
+        """
         physics = _physics(models, self, materials, settings)
         launches = launches_of(_parts(models), materials, settings.seed, starts)
         if bodies_of(models):
@@ -176,6 +182,7 @@ def follow_bodies(
 ) -> int:  # fmt: skip
     """Fly bodies with a shape, as `Reference.follow` does; the code for bodies is imported here, only if needed.
 
+    Returns the number of the first body whose path did not fit into the record; the number of bodies if all fitted.
     compiled : True for the compiled engine; method : contact search of the engine, as in `Reference`
     begin : number of the first rock to fly
     """
@@ -231,7 +238,8 @@ def stepping(engine: Engine, dt: float, threshold: float, squared: bool = False,
     The method is `detection.stepped`. Heights above the ground are still exact.
 
     dt : time step, s; threshold : distance to a facet below which the rock is in contact, m, or m2 if `squared` is True
-    squared, every_step : as in `stepped`
+    squared : True to compare the squared distance with the threshold
+    every_step : True to test each step; False to skip the steps in which the rock cannot reach a facet
     """
     other = copy(engine)
     other.method = stepped(engine.locator, facet_size(engine.facets), dt, threshold, squared, every_step)

@@ -1,6 +1,7 @@
-"""The contact of a moving rock with the ground: the rock slides on if the contact is slight, otherwise it rebounds.
+"""The contact of a moving rock with the ground: the rock slides on or rebounds.
 
-A contact is slight if a bounce off the facet would rise by less than smallest_bounce.
+A rock that was on the ground slides on if the contact is slight: if a bounce off the facet would rise by less than
+smallest_bounce. A flying rock rebounds, except for a sphere that only grazes the ground.
 """
 
 from rpf3d_core.detection.contact import Contact, PreviousContact
@@ -35,7 +36,7 @@ def land_point(contact: Contact, physics: Physics, state: State, rock: RockConte
     """Return the state of a lumped mass after a contact with the ground: sliding, or after a rebound.
 
     A rock that was sliding, or is released on the ground, slides if the facet or a gully carries it (`held_by`). Any
-    other rock rebounds.
+    other rock rebounds. If an effect breaks the rock, the outcome of the state is FRAGMENTED.
     """
     facets = physics.facets
     n = scale(contact.side, stored_normal(facets, contact.facet))

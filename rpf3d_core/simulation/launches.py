@@ -34,7 +34,8 @@ class Launches(NamedTuple):
     """The rocks as the flight loop reads them at their release, with only the columns that the scene needs.
 
     x : (R, 3) m; v : (R, 3) m/s; sizes : masses (kg) and radii (m), None if not needed
-    keys : keys of the random numbers, None if not needed; shape, pose : as in `Starts`
+    keys : keys of the random numbers, None if not needed
+    shape, pose : for bodies with a shape, (R,) number of the shape and (R, 4) orientation; else None
     """
 
     x: Any

@@ -137,7 +137,8 @@ def no_obstacle_near(effects: Any, x: Vec, along: Vec, down: Vec, passed: int, r
     the speed and its losses act along the first side, gravity bends the path only towards the second side. An obstacle
     on the path crosses a side of the triangle, unless the whole obstacle is inside the triangle.
 
-    x : (3,) m, start of the bounces; along, down : (3,) m, their two total displacements, as in `RemainingBounces`
+    x : (3,) m, start of the bounces
+    along, down : (3,) m, total displacements of the bounces: due to the speed along the facet, and due to gravity
     passed : number of the obstacle that the rock has just passed, which does not count
     effects : parameters of all effects of the scene
     """
@@ -152,7 +153,8 @@ def no_obstacle_near(effects: Any, x: Vec, along: Vec, down: Vec, passed: int, r
 def _no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockContext) -> bool:
     """Return True if no obstacle lies on the straight line from x (3,) m to x + way (3,) m.
 
-    effects : parameters of all effects of the scene; passed : as in `no_obstacle_near`
+    effects : parameters of all effects of the scene
+    passed : number of the obstacle that the rock has just passed, which does not count
     """
     return first_obstacle(effects, Arc(x=x, v=way, gravity=0.0), passed, 1.0, rock).t == math.inf  # type: ignore[no-any-return]
 
@@ -161,7 +163,8 @@ def _no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockConte
 def _stays_on(facets: Facets, f: int, x: Vec, along: Vec, down: Vec) -> bool:
     """Return True if all remaining bounces of a rock stay within facet f, so that they can be summed up.
 
-    x : (3,) m, start of the bounces; along, down : (3,) m, their two total displacements, as in `RemainingBounces`
+    x : (3,) m, start of the bounces
+    along, down : (3,) m, total displacements of the bounces: due to the speed along the facet, and due to gravity
 
     Both displacements grow from bounce to bounce, so every bounce lies in the parallelogram that they span. A facet is
     convex, so it is enough that the corners of the parallelogram lie in the facet.

@@ -60,9 +60,9 @@ from rpf3d_core.values import MOVING, ZERO, Motion, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
 
 BENDS = 1e-4
-"""Length of a ground segment, divided by the radius (-): a longer segment that ends only at a bend is no new contact.
+"""Length of a ground segment, divided by the radius (-), above which a segment that only bends is no new contact.
 
-It continues the same slide, as in `state.with_slide`.
+The next segment then continues the same slide. A shorter segment counts as a contact.
 """
 SAME = math.cos(2.0 * CURVE)
 """Least cosine of the angle between the normals at both ends of a segment on one and the same ground.
@@ -70,9 +70,9 @@ SAME = math.cos(2.0 * CURVE)
 If the angle is larger, the normal at the end is that of other ground near the sphere, and is not used.
 """
 VANISHED = 1e-30
-"""Speed (m/s) up to which a sphere on the ground is at rest; `quartic.first_fall` misses roots of 1e-40 s.
+"""Speed (m/s) up to which a sphere on the ground counts as at rest.
 
-In corners a speed may decay without end.
+In corners a speed may decay without end, but `quartic.first_fall` misses contacts after times as short as 1e-40 s.
 """
 WALL = 0.01
 """Least share of gravity (-) that is assumed to press the sphere on a contact, in the test for a slight impact.
@@ -225,7 +225,8 @@ def _gripped(held: Held, motion: Motion, n: Vec, radius: float) -> tuple[Vec, Ve
     The slip turns while the sphere skids, so a small component of the slip, across its first direction, is left at the
     end (`kinetics.sphere_ground`). A friction impulse removes this component.
 
-    held : the contacts that carry the sphere; motion : just before; n, radius : as in `_slip`
+    held : the contacts that carry the sphere; motion : just before
+    n : (3,) unit direction of the push of the ground; radius : of the sphere, m
     """
     slip = _slip(held, motion, n, radius)
     after = kicked(motion, n, radius, STICKS * norm(slip), slip)

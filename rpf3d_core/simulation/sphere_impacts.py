@@ -129,6 +129,8 @@ def land_sphere(contact: Touch, physics: Physics, state: State, rock: RockContex
 def strike(physics: Physics, state: State, contact: Touch, rock: RockContext, record: Record) -> State:
     """Return the state of a sphere after an impact: in flight, or on the ground if the next bounce would be small.
 
+    If an effect breaks the sphere, the outcome of the state is FRAGMENTED.
+
     contact : the contact with the ground, which is recorded as an impact
     """
     n, rock_now = contact.n, rock_at(rock, state)

@@ -181,7 +181,8 @@ def with_ground(tally: RockTally, facet: int, speed: float) -> RockTally:
 def with_slide(tally: RockTally, length: float, motion: Motion, tolerance: float, bends: bool) -> RockTally:
     """Return the rock's running totals after a segment of sliding of the given length (m).
 
-    motion : at the end of the segment; tolerance : m, as in `with_piece`
+    motion : at the end of the segment
+    tolerance : m, length up to which a segment counts as a segment without progress
     bends : True if the segment ends only because the path bends, and the same slide continues. The segment then counts
         neither as a contact nor as a segment without progress
     """

@@ -121,7 +121,7 @@ def _enter(keys: Any, table: Any) -> None:
 def _look_up(keys: Any, table: Any, wanted: Any, out: Any) -> None:
     """Write the number of the point at each wanted place into `out` (M,); -1 if no point is exactly there.
 
-    keys : (N, 2) as in `_enter`; table : filled by `_enter`
+    keys : (N, 2) x and y of the points, their 64 bits read as integers; table : hash table, filled by `_enter`
     wanted : (M, 2) x and y of the wanted places, their 64 bits read as integers
     """
     mask = len(table) - 1

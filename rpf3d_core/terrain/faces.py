@@ -49,7 +49,7 @@ def first_face(distance: FloatArray, ground: FloatArray) -> Face | None:
 def foot_of_face(distance: FloatArray, ground: FloatArray) -> float:
     """Return the distance (m) of the foot of the first face along a line; NaN if `first_face` finds no face.
 
-    distance, ground : (S,) m, as in `first_face`
+    distance : (S,) m, ascending distances along the line; ground : (S,) m, height of the ground there, NaN if unknown
     """
     face = first_face(distance, ground)
     return math.nan if face is None else face.foot

@@ -219,7 +219,7 @@ def leads_on(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float) ->
     """Return True if a straight path over facet f stays on the facet for more than the contact tolerance.
 
     x : m, start of the path; direction : (3,) unit vector along the path
-    parallel : as in `line_exit`
+    parallel : sine of the angle between path and edge below which the path does not cross the edge
     """
     return line_exit(facets, f, x, direction, parallel, 0.0) > facets.tolerance
 

@@ -89,7 +89,7 @@ def _outline(border: FloatArray) -> Outline:
 
     Two border sides between the same places in opposite directions are left out; such pairs occur at a vertical wall.
 
-    border : (B, 3, 3) m, as in `caps_over`
+    border : (B, 3, 3) m, begin and end of each border side, and the third corner of its facet
     """
     ends = border[:, :2].reshape(-1, 3) + 0.0
     plan, number = np.unique(ends[:, 0] + 1j * ends[:, 1], return_inverse=True)

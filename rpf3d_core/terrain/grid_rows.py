@@ -132,7 +132,10 @@ def _place(points: Any, begin: int, end: int, origin: Vec, before: Any, vertices
 
 @kernel
 def _is_short(vertices: Any, a: int, b: int, c: int, longest: float) -> bool:
-    """True if no side in plan of the triangle a, b, c is longer than `longest` (m); vertices : (V, 3) m."""
+    """Return True if no side in plan of the triangle with the vertices a, b, c is longer than `longest` (m).
+
+    a, b, c : numbers of the vertices; vertices : (V, 3) m
+    """
     if longest == np.inf:
         return True
     most = 0.0
@@ -176,7 +179,9 @@ def _cut(
 ) -> None:  # fmt: skip
     """Write the kept triangles of each square with four points, for the rows of squares from `begin` to `end` - 1.
 
-    number, vertices, longest : as in `_count`; turned : true to make the triangles face the other side
+    A triangle is kept if no side in plan is longer than `longest` (m).
+    number : (H, W) vertex number of each point, -1 for a missing point; vertices : (V, 3) m
+    turned : true to make the triangles face the other side
     first : (H,) for each row of squares, the number of triangles in all earlier rows
     triangles : (F, 3), receives the triangles
     """

@@ -24,7 +24,7 @@ ROUNDS = 4
 SAMPLE = 250_000
 """Largest number of points from which the default cell size is found."""
 MOST_LINES = 10
-"""Largest number of different x, times the number of different y, per point, at which the points may form a grid.
+"""Largest product of the numbers of different x and different y, divided by the number of points, for a grid (-).
 
 Points that do not form a grid have far more different coordinates.
 """

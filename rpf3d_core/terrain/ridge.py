@@ -73,7 +73,8 @@ def _end(
 
     Each slope is given by corners (N, 2) m in plan and heights (N,) m above the ground.
 
-    end : (2,) m; onward : (2,) unit, along the line and away from the berm; inner, outer, height : as in `_sides`
+    end : (2,) m; onward : (2,) unit, along the line and away from the berm
+    inner, outer : m, distances of the edges of the crest and of the foot from the line; height : m, of the crest
     """
     left = np.array([-onward[1], onward[0]])
     tip = end + (outer - inner) * onward

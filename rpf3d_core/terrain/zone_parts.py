@@ -24,7 +24,7 @@ class ZoneParts(NamedTuple):
 
     zone : name of the zone
     part : (Z,) number of the part, from 0, of each facet of the zone, in the order of the terrain's facets
-    heights : (P,) m, mean height of each part, local frame
+    heights : (P,) m, local frame, mean height of each part without its surfaces that are smaller than SMALLEST
     """
 
     zone: str

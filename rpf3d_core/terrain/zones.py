@@ -1,4 +1,4 @@
-"""Assign zones to facets by polygons in plan, such as those in a scene file."""
+"""Assign zones to facets by polygons in plan, such as the polygons of a scene file."""
 
 from dataclasses import replace
 

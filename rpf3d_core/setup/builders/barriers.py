@@ -99,7 +99,7 @@ def _pieces(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Iterato
     Raises
     ------
     InputError
-        As `barriers_of`.
+        A line is damaged, has no length, leaves the terrain, or crosses a hole in it; the message names the key.
     """
     sections = list(_sections(model_spec, scene, terrain))
     for number, straight in enumerate(_in_one_place(sections, NEAR * tolerance_of(terrain))):
@@ -138,9 +138,10 @@ def _sections(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Itera
 def _in_one_place(sections: Sequence[_Straight], slack: float) -> Iterator[_Straight]:
     """Yield sections, each moved onto the line of the first earlier section of another barrier that it nearly lies on.
 
-    The flight loop treats planes within the slack of each other as planes at the same place, so that a rock meets each
-    of them once (`effects/barriers.py`). Of three planes, the first may be within the slack of the second, and the
-    second within the slack of the third, but not the first of the third: then a rock would meet one of them twice.
+    A rock meets the vertical plane of a section. The flight loop treats planes within the slack of each other as planes
+    at the same place, so that a rock meets each of them once (`effects/barriers.py`). Of three planes, the first may be
+    within the slack of the second, and the second within the slack of the third, but not the first of the third: then a
+    rock would meet one of them twice.
     After the move, two planes are either in one place or farther apart than the slack. Exception: planes that cross
     each other at an angle of less than the slack over their length.
 

@@ -33,7 +33,7 @@ class Met(NamedTuple):
     """The result of a body's meeting with an obstacle.
 
     motion, tally : motion and running totals after the meeting; outcome : MOVING if the body continues
-    passed : number of the obstacle, as in `Ride`
+    passed : number of the obstacle, which the next flight ignores; NONE_PASSED if the body has no speed left
     """
 
     motion: BodyMotion

@@ -90,7 +90,8 @@ def _next_path(
 ) -> Path:  # fmt: skip
     """Return the next free flight of a body, up to a contact, an obstacle or a cap.
 
-    The drag before and after the flight, and the repetition of short flights, are as in `parabola.next_parabola`.
+    Before the flight, air drag acts for half of the planned duration. If the flight ends in the first half of the
+    planned duration, it is computed again with a shorter planned duration, as in `parabola.next_parabola`.
     """
     effects, motion = physics.effects, ride.motion
     longest = longest_flight(effects, motion_of(motion), rock)
@@ -147,9 +148,9 @@ def fly_on(
 
 @kernel
 def _slipped(ride: Ride, physics: Physics, t: float) -> Ride:
-    """Return the state of a body with its slip (m) decreased by t seconds of flight.
+    """Return the state of a body with the slip (m) that is left after t seconds of flight.
 
-    The slip decays as set for the zone of the last contact. If no ground has slip friction, the state is unchanged.
+    The slip decays at the rate of the zone of the last contact. If no ground has slip friction, the state is unchanged.
 
     ride : state at the end of the flight
     """
@@ -164,7 +165,8 @@ def _slipped(ride: Ride, physics: Physics, t: float) -> Ride:
 def _with_flight(tally: RockTally, arc: Arc, t: float, after: BodyMotion, tolerance: float) -> RockTally:
     """Return the running totals after a flight of t seconds; they are unchanged if t is 0.
 
-    arc : path of the centre; after : motion at the end; tolerance : m, as in `simulation.state.with_slide`
+    arc : path of the centre; after : motion at the end
+    tolerance : m, length up to which a flight counts as a path segment without progress
     """
     if not t > 0.0:
         return tally

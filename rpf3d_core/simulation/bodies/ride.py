@@ -37,7 +37,8 @@ class Ride(NamedTuple):
     rest : times since which the body stands, is slow, or stays in one place; tally : running totals
     outcome : MOVING while the body moves
     why : number of the `Stop` reason, or NOT_STOPPED
-    passed : as in `simulation.state.State`; slip : m, as in `kinetics.slippage`, None if no ground has slip friction
+    passed : number of the obstacle that the body met last and has passed; NONE_PASSED after an impact elsewhere
+    slip : m, on which slip friction depends (`kinetics.slippage`); None if no ground has slip friction
     """
 
     motion: BodyMotion

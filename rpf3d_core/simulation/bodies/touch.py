@@ -190,8 +190,9 @@ def _set_ground(body: Body, points: Any, first: int, last: int, physics: Physics
 def keep_impulses(body: Body, before: Any, count: int, points: Any, now: int) -> None:
     """Copy the impulse of each contact of the previous step to the same contact now, as the first guess of the solver.
 
-    before : contacts of the previous step, of which `count` rows are used; points : contacts now, `now` rows. Contacts
-    are the same if they are on the same facet and near each other (KEPT).
+    before : contacts of the previous step, of which `count` rows are used; the facet of a copied contact is set to -1
+    points : contacts now, `now` rows
+    Contacts are the same if they are on the same facet and near each other (KEPT).
     """
     for i in range(now):
         row = points[i]

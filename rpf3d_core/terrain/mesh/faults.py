@@ -129,7 +129,10 @@ def fault_report(terrain: Terrain, winding: Winding, edges: Edges, files: tuple[
 
 
 def _seen(areas: FloatArray) -> Vec:
-    """Return the sums of the facets' areas (m^2) as seen along x, y and z; areas : (F, 3) m^2, as in `Winding`."""
+    """Return the sums of the facets' areas (m^2) as seen along x, y and z.
+
+    areas : (F, 3) m^2, the area of each facet times its unit normal
+    """
     x, y, z = (float(np.abs(column).sum()) for column in areas.T)
     return x, y, z
 
@@ -195,7 +198,8 @@ def _marks(vertices: int) -> NDArray[np.uint64]:
 def _steepest(areas: FloatArray, area: FloatArray, flat: Flags) -> float:
     """Return the largest angle (degrees) of a facet from the horizontal; above 90 for an overhang.
 
-    areas : (F, 3) m^2, as in `Winding`; area : (F,) m^2; flat : (F,) true for facets without area, which do not count
+    areas : (F, 3) m^2, the area of each facet times its unit normal; area : (F,) m^2
+    flat : (F,) true for facets without area, which do not count
     """
     cosine = np.divide(areas[:, 2], area, out=np.ones_like(area), where=~flat)
     return float(np.degrees(np.arccos(np.clip(cosine.min(), -1.0, 1.0))))

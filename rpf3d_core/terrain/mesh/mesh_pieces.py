@@ -1,7 +1,8 @@
 """Turn over the components of a mesh that face the wrong side; faster than `winding`, because nothing is sorted.
 
 Before, all neighbouring facets must already agree in their winding. Afterwards, each open component faces up, and each
-closed component faces outwards, as after `winding`. Only a mesh that has both upward and downward facets needs this.
+closed component faces outwards, as after `winding`. A mesh without downward facets does not need this repair. If
+all facets face down, it is faster to turn all facets over.
 """
 
 from typing import Any
@@ -43,7 +44,7 @@ def turn_wrong_pieces(
 def _fill_of(triangles: Any, begin: int, end: int, cursor: Any, of: Any) -> None:
     """Write the facet of each directed edge into `of`, for the edges that start at the vertices `begin` to `end` - 1.
 
-    triangles : (F, 3); of : (E,) in the order of `to` (`turn_wrong_pieces`)
+    triangles : (F, 3); of : (E,) receives the facets; the directed edges are sorted by the vertex at which they start
     cursor : (V + 1,) for each vertex, the next free index in `of`; changed
     """
     for f in range(len(triangles)):
@@ -59,7 +60,8 @@ def _fill_of(triangles: Any, begin: int, end: int, cursor: Any, of: Any) -> None
 def _join(starts: Any, to: Any, of: Any, above: Any, border: Any) -> None:
     """Write the lowest facet number of each facet's component into `above` (F,); mark facets at the border in `border`.
 
-    starts, to : directed edges, as in `turn_wrong_pieces`; of : the facet of each directed edge
+    starts (V + 1,), to : to[starts[v] : starts[v + 1]] are the end vertices of the directed edges that start at v
+    of : the facet of each directed edge
     border : (F,) receives true for a facet with a side on the border of the mesh, else false
     """
     for f in range(len(above)):
@@ -113,7 +115,9 @@ def _turn_some(triangles: Any, above: Any, border: Any, sums: Any) -> None:
 
     These are open components with a negative area in plan, and closed components with a negative volume.
 
-    triangles : (F, 3), changed; above, border, sums : as in `_sum_up`
+    triangles : (F, 3), changed; above : (F,) lowest facet number of the facet's component
+    border : (F,) at the lowest facet number of a component, true if the component is open
+    sums : (F, 2) at this number, area in plan (m^2) and three times the volume (m^3) of the component
     """
     for f in range(len(above)):
         piece = above[f]

@@ -38,7 +38,8 @@ def ready_mesh(
     If the mesh needs repairs, `survey.mesh_terrain` makes them. Raises TerrainError in the same cases as
     `mesh_terrain`, and if a triangle refers to a vertex that does not exist.
 
-    zone, weld_tolerance : as in `mesh_terrain`; memory : allocates the arrays; share : runs the work in parallel
+    zone : name of the only zone; weld_tolerance : m, vertices at most this far apart become one vertex
+    memory : allocates the arrays; share : runs the work in parallel
     must_face_up : True to refuse a mesh of which more facets face down than up, instead of turning the facets over
     """
     if len(triangles) == 0:

@@ -82,7 +82,8 @@ def _faces_wrong(first: FloatArray, areas: FloatArray, piece: Index, edges: Edge
 
     An open component must face up, a closed component outwards.
 
-    first : (F, 3) m, the first corner of each facet; areas : (F, 3) m^2 and piece : (F,), as in `Winding`
+    first : (F, 3) m, the first corner of each facet; areas : (F, 3) m^2, the area of each facet times its unit normal
+    piece : (F,) component of each facet across edges of exactly two facets
     """
     upward = np.bincount(piece, areas[:, 2], len(piece))
     has_border = np.zeros(len(piece), bool)

@@ -94,7 +94,9 @@ class RampTurn(NamedTuple):
 class Points(NamedTuple):
     """One group of points, such as the wall or the floor, to be joined to columns; all arrays are (M, N).
 
-    offset, height, row, ramp : as in `Columns`, with M points in each of N columns
+    There are M points in each of N columns.
+    offset : m, from the floor outline; height : m, above the floor
+    row : index of the row of the wall, -1 off the wall; ramp : turn of the ramp, from 0, -1 off the ramp
     key : sorting key of the point within its column; valid : false for points that are left out
     """
 
@@ -271,7 +273,8 @@ def flat(offset: FloatArray, height: FloatArray, key: FloatArray) -> Points:
 def joined(blocks: list[Points], rows: Rows, last: int) -> Columns:
     """Return the valid points of all groups (floor, wall, ramp, ground) in one `Columns`, sorted by column and key.
 
-    blocks : the groups; the second must be the wall; last : as in `crossing_of`, -1 for a pit without a ramp
+    blocks : the groups; the second must be the wall
+    last : number of columns from the foot of the ramp to its top, over all turns; -1 for a pit without a ramp
     """
     count = blocks[0].offset.shape[1]
     valid = np.concatenate([block.valid for block in blocks])
@@ -307,7 +310,8 @@ def key_at_top(
 
     For these triangles, the last line across the ramp is natural ground, and the inner end of the line is the crest.
 
-    column, offset : (P,) of the points, as in `Columns`; key : (P,) sorting keys before the correction
+    column, offset : (P,) column number, and offset (m) from the floor outline, of the points
+    key : (P,) sorting keys before the correction
     at_top : (P,) true for points on the last line across the ramp
     rows : number of rows of the wall; last : column of the last line across the ramp, -1 without a ramp
     """
@@ -326,7 +330,8 @@ def key_at_foot(column: IndexArray, offset: FloatArray, key: FloatArray, at_foot
 
     For these triangles, the first line across the ramp is floor, and the outer end of the line is the toe.
 
-    column, offset : (P,) of the points, as in `Columns`; key : (P,) sorting keys before the correction
+    column, offset : (P,) column number, and offset (m) from the floor outline, of the points
+    key : (P,) sorting keys before the correction
     at_foot : (P,) true for points on the first line across the ramp
     """
     if not at_foot.any():

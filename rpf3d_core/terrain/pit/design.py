@@ -45,7 +45,7 @@ class Design:
     climb : (L,) heights of the ramp above the floor, m, at evenly spaced p from 0 to `turns`
     turns : number of turns of the ramp around the pit; -1 for a pit without a ramp
     strip : width of the ramp measured along the outline's normal, m
-    inner, outer : offsets of the first and the last line of the walls' mesh, m
+    inner, outer : m, offsets of the first and the last line of the walls' mesh; inner is negative (on the floor)
     """
 
     pit: Pit
@@ -256,7 +256,8 @@ def climb_ramp(pit: Pit, cot: float, angle: FloatArray, width: FloatArray, strip
     The ramp climbs from its foot on the floor to the crest. The rise per step is the grade times the distance along the
     ramp's middle line (explicit Euler, steps of about 1 m).
 
-    cot : run over rise of the faces (-); angle, width : (SAMPLES + 1,), as in `Design`
+    cot : run over rise of the faces (-)
+    angle, width : (SAMPLES + 1,) polar angle (rad) of the floor outline, and bench width (m), at p = 0 ... 1
     strip : width of the ramp along the outline's normal, m
     """
     _, _, _, _, speed, curvature = outline(pit, angle)
@@ -283,7 +284,7 @@ def climb_ramp(pit: Pit, cot: float, angle: FloatArray, width: FloatArray, strip
 def refuse_folds(pit: Pit, inner: float, outer: float) -> None:
     """Raise `TerrainError` if the plan of the pit folds over itself at the innermost or outermost offset.
 
-    inner, outer : m, horizontal distance of the innermost and outermost line from the outline of the floor
+    inner, outer : m, offsets of the innermost and outermost line from the outline of the floor, positive outwards
     """
     curvature = outline(pit, np.linspace(0.0, 2.0 * math.pi, SAMPLES))[5]
     stretch = min(float(np.min(1.0 + curvature * inner)), float(np.min(1.0 + curvature * outer)))

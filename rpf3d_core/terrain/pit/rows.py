@@ -64,8 +64,9 @@ def face_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, fl
 def bench_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, float, float, float]]:
     """Return the rows of points on the bench above a face, without the rows at both edges of the bench.
 
-    The rows at the edges are the crest of this face and the toe of the next face; `face_rows` returns them. A row,
-    `edge` and `face` are as in `face_rows`.
+    The rows at the edges are the crest of this face and the toe of the next face; `face_rows` returns them. A row is
+    (kind, face, height, berms, coordinate), as in `Rows`.
+    edge : m, wanted distance between rows; face : number of the face, 1 is the lowest
     """
     parts = max(1, int(np.ceil(float(design.width.mean()) / edge - 0.25)))
     height = design.pit.levels[face]
