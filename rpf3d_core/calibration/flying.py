@@ -43,6 +43,7 @@ from rpf3d_core.ensemble.even_rounds import every_point, is_spread, rocks_of_rou
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.sizes import UNIT_SPHERE_VOLUME
 from rpf3d_core.ensemble.stream import taken
+from rpf3d_core.errors import SceneError
 from rpf3d_core.jit.cores import usable_cores
 from rpf3d_core.scene.key_paths import with_values
 from rpf3d_core.scene.model import Scene
@@ -126,7 +127,7 @@ def slope_of(scene: Scene) -> Slope:
     prepared = prepare(scene)
     field = field_of(scene, prepared.terrain.frame)
     check_field(scene, field)
-    rocks = spec.rocks or rocks_a_set(scene, len(field.stops))
+    rocks = _rocks_for(scene, spec.rocks, field)
     slope = Slope(
         prepared=prepared, names=tuple(spec.unknowns), directions=directions_of(scene, prepared.terrain.frame),
         field=field, rocks=rocks, error=spec.measuring_error, misfits=misfits_of(field.stops), alike=None,
@@ -141,6 +142,26 @@ def slope_of(scene: Scene) -> Slope:
     precompile_ground_below(prepared.engine)
     weights = _alike(field, releases)
     return replace(slope, alike=None if weights is None else weights[:, _mixed_order(rocks)])
+
+
+def _rocks_for(scene: Scene, stated: int | None, field: Field) -> int:
+    """Return the number of rocks of a parameter set: the stated number, or a number that fits the observations.
+
+    If the observed blocks have masses or shapes, each block needs a rock that is like it.
+
+    Raises
+    ------
+    SceneError
+        Fewer rocks are stated than blocks with masses or shapes were observed.
+    """
+    blocks = len(field.stops)
+    least = blocks if field.masses is not None or field.shapes is not None else 1
+    if stated is not None and stated < least:
+        raise SceneError(
+            f"{scene.path}: `calibration.rocks` is {stated}, but each of the {blocks} observed blocks has its own mass "
+            f"or shape and needs a rock: give at least {blocks}, or leave the key out"
+        )
+    return stated or max(rocks_a_set(scene, blocks), least)
 
 
 def rocks_a_set(scene: Scene, blocks: int) -> int:

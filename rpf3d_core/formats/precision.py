@@ -19,17 +19,17 @@ MOST_FACETS = 100_000
 """Largest number of facets that are used to compute the median edge."""
 
 
-def lost_precision(path: Path, surface: FileMesh) -> str | None:
+def lost_precision(path: Path, surface: FileMesh, unit: float = 1.0) -> str | None:
     """Return a sentence with the error due to single precision, and what to do; None if the error is negligible.
 
-    The sentence gives lengths in m, without a conversion from the unit of the file.
+    surface : with its points in the unit of the file; unit : length (m) of this unit, such as 0.001
     """
-    step = _steps(surface)
-    loss, edge = 0.5 * float(np.linalg.norm(step)), _median_edge(surface)
+    step = unit * _steps(surface)
+    loss, edge = 0.5 * float(np.linalg.norm(step)), unit * _median_edge(surface)
     if loss <= LEAST_LOSS * edge:
         return None
     axis = int(step.argmax())
-    at = float(np.abs(surface.points[:, axis]).max())
+    at = unit * float(np.abs(surface.points[:, axis]).max())
     return (
         f"{path.name}: its coordinates have single precision, so steps of {step[axis]:g} m at {at:.0f} m: vertices are "
         f"off by up to {loss:.2g} m, and the median edge is {edge:.2g} m; slopes are wrong. Export it in double "

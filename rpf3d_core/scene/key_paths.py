@@ -283,6 +283,8 @@ def given_keys(section: BaseModel, above: Steps = ()) -> Iterator[str]:
         from 0
     """
     for name in _given(section):
+        if not above and name in NOT_SCENE_KEYS:
+            continue
         yield ".".join(map(str, (*above, name)))
         yield from _given_below(getattr(section, name), (*above, name))
 

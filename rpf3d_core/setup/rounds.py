@@ -247,14 +247,17 @@ def rounds_of(scene: Scene, points: Sequence[int]) -> list[Round]:
     """Return the rounds of a run: one round of all rocks or, for `rocks: auto`, doubling rounds up to `most_rocks`.
 
     points : number of release points of each source, 1 for random places. The first round uses all points, if
-        `most_rocks` allows it, so that its result does not depend on the first points only
+        `most_rocks` allows it, so that its result does not depend on the first points only. Every source with rocks
+        has at least one rock in it, even if these are more than `most_rocks`
     """
     counts = [source.rocks for source in scene.sources]
     if scene.rocks != "auto":
         return rounds_up_to([counts])
     times = max(-(-FIRST_ROUND // sum(counts)), *(-(-p // n) for p, n in zip(points, counts, strict=True) if n))
     first, most = [n * times for n in counts], scene.target.most_rocks
-    return doubling_rounds(first if sum(first) <= most else share_out(first, most), most)
+    if sum(first) > most:  # every source keeps a rock, or its danger would count as none
+        first = [max(share, min(n, 1)) for share, n in zip(share_out(first, most), first, strict=True)]
+    return doubling_rounds(first, most)
 
 
 def rounds_of_parts(counts: Sequence[int], parts: int) -> list[Round]:

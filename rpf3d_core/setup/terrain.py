@@ -148,7 +148,7 @@ def surfaces_in_metres(spec: TerrainSpec) -> list[FileMesh]:
 def _remarks(file: TerrainFile, surface: FileMesh) -> Iterator[str]:
     """Yield sentences on what was left out of a terrain file, and on its unit."""
     yield from surface.remarks
-    if lost := lost_precision(file.path, surface):
+    if lost := lost_precision(file.path, surface, LENGTHS[file.unit or METRE][1]):
         yield lost
     if surface.unit and file.unit != surface.unit:
         name, used = LENGTHS[surface.unit][0], LENGTHS[file.unit or METRE][0]

@@ -2,8 +2,8 @@
 
 `rpf3d_acknowledge "J. Meyer" "no movement since 14:10, ramp inspected"` ends with 0 if the level was lowered or the
 fault of an unknown level has ended, 1 if the simulator refuses and gives the reason, 2 if no simulator answers, 3 if
-the disk of the decision log is slow, so that the result is not yet known, 4 if the site demands that another person
-acknowledges, too. ROS's own arguments (an enclave, for example) follow after --ros-args.
+the result is not yet known, because the simulator or the disk of its decision log is slow, 4 if the site demands that
+another person acknowledges, too. ROS's own arguments (an enclave, for example) follow after --ros-args.
 """
 
 import argparse
@@ -34,6 +34,10 @@ NOT_YET = 3
 
 NOT_ALONE = 4
 """Exit code if the acknowledgement waits for another person."""
+
+
+class ResultUnknown(InputError):
+    """The acknowledgement was sent and not answered in time, so it may have lowered the level."""
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -86,7 +90,7 @@ def _acknowledged(options: argparse.Namespace, words: list[str]) -> int:
         lowered, message = _ask(options)
     except InputError as error:
         print(f"rpf3d: {error}", file=sys.stderr)
-        return 2
+        return NOT_YET if isinstance(error, ResultUnknown) else 2
     finally:
         rclpy.try_shutdown()
     if message == TAKEN_UP:
@@ -101,7 +105,7 @@ def _acknowledged(options: argparse.Namespace, words: list[str]) -> int:
 def _ask(options: argparse.Namespace) -> tuple[bool, str]:
     """Ask the simulator to acknowledge; return True if the level was lowered, and the simulator's message.
 
-    Raises InputError if the simulator does not answer.
+    Raises InputError if the simulator does not answer, ResultUnknown if it received the acknowledgement and is slow.
     """
     from rcl_interfaces.srv import SetParameters
     from rclpy.node import Node
@@ -119,7 +123,10 @@ def _ask(options: argparse.Namespace) -> tuple[bool, str]:
     (taken,) = _answer(node, set_parameters.call_async(request), options).results
     if not taken.successful:
         return False, taken.reason
-    response = _answer(node, acknowledge.call_async(Trigger.Request()), options)
+    try:
+        response = _answer(node, acknowledge.call_async(Trigger.Request()), options)
+    except InputError as late:
+        raise ResultUnknown(str(late)) from None
     return response.success, response.message
 
 

@@ -46,15 +46,18 @@ class IncidentBag:
         """Close the last bag, and begin the bag for a new file of the recording; recording : path of this file.
 
         Raises OSError if the first bag cannot be written, InputError if rosbags is missing. If a later bag cannot be
-        written, `fault` states the error.
+        written, or the last bag cannot be completed, `fault` states the error; the new bag is begun in any case.
         """
         if self._prefix is None:
             return
-        first = self.folder is None
-        self.folder = self._folder_of(recording)
+        first, last = self.folder is None, self.folder
+        self.folder, unfinished = self._folder_of(recording), ""
         try:
             self.close()
-            self._writer, self._is_new, self.fault = BagWriter(self.folder, self._sensors), True, ""
+        except OSError as error:
+            unfinished = f"the index of {last} could not be written: {error}"
+        try:
+            self._writer, self._is_new, self.fault = BagWriter(self.folder, self._sensors), True, unfinished
         except OSError as error:
             self.fault = f"{self.folder} cannot be written: {error}"
             if first:

@@ -1,5 +1,6 @@
 """Tests that the rocks of a calibration round represent all release points of the scene."""
 
+from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -9,6 +10,7 @@ import pytest
 
 from rpf3d_core.calibration.flying import _mixed_order, fly_set, releases_of_round, slope_of
 from rpf3d_core.calibration.observations import Field
+from rpf3d_core.errors import SceneError
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.prepared import Prepared, prepare
 
@@ -76,3 +78,27 @@ def test_weights_of_rocks_for_blocks_have_the_order_of_the_stops_of_a_flown_set(
     speeds = np.sqrt(2000.0 * flown.energy / masses)
     assert speeds.max() < 2.0 * speeds.min(), "the energies, and so the stops, have this order"
     assert np.array_equal(slope.alike.argmax(axis=0), np.searchsorted([10.0, 1000.0, 100000.0], masses))
+
+
+@pytest.mark.parametrize("column", ["mass_column: mass", ""])
+def test_fewer_rocks_than_blocks_with_masses_are_refused(tmp_path: Path, column: str) -> None:
+    """A block without a rock like it would have no prediction; formerly all weights of the sets became NaN."""
+    prepared_crest(tmp_path, 3)
+    stops = [f"{k % 9},{k},0,{k + 1}" for k in range(100)]
+    (tmp_path / "stops.csv").write_text("\n".join(["x,y,z,mass", *stops]) + "\n")
+    observed = OBSERVED.replace("mass_column: mass", f"rocks: 64\n  {column}")
+    (tmp_path / "scene.yaml").write_text(SCENE + observed)
+    with pytest.raises(SceneError, match="is 64, but each of the 100 observed") if column else nullcontext():
+        assert slope_of(read_scene(tmp_path / "scene.yaml")).rocks == 64
+
+
+def test_left_out_the_number_of_rocks_is_at_least_that_of_blocks_with_masses(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prepared_crest(tmp_path, 3)
+    monkeypatch.setattr("rpf3d_core.calibration.flying.MOST_ROCKS", 128)
+    stops = [f"{k % 9},{k},0,{k + 1}" for k in range(200)]
+    (tmp_path / "stops.csv").write_text("\n".join(["x,y,z,mass", *stops]) + "\n")
+    (tmp_path / "scene.yaml").write_text(SCENE + OBSERVED)
+    slope = slope_of(read_scene(tmp_path / "scene.yaml"))
+    assert slope.rocks == 200 and slope.alike is not None and slope.alike.max(axis=1).min() == pytest.approx(1.0)

@@ -267,6 +267,16 @@ def test_an_open_number_of_rocks_is_kept_whole_in_memory(folder: Path, no_pictur
     assert (folder / "out" / "deposits.csv").read_bytes().count(b"\n") == 2001
 
 
+def test_every_source_flies_in_the_first_round_even_if_the_most_rocks_do_not_suffice(folder: Path) -> None:
+    """The danger of a source without a rock would count as none, and doubling would never give it a rock."""
+    scene = read_scene(folder / "scene.yaml")
+    few, many = (source.model_copy(update={"rocks": n}) for source, n in zip(scene.sources, (1, 5000), strict=True))
+    target = scene.target.model_copy(update={"most_rocks": 1000})
+    auto = scene.model_copy(update={"rocks": "auto", "sources": (few, many), "target": target})
+    rounds = list(rounds_of(auto, [1, 1]))
+    assert rounds[0].last[0] >= 1 and 1000 <= rounds[-1].rocks <= 1001
+
+
 def test_a_number_of_rocks_leaves_one_round(folder: Path) -> None:
     assert list(rounds_of(read_scene(folder / "scene.yaml"), [1, 1])) == [([0, 0], [3, 1])]
 

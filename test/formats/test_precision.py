@@ -40,3 +40,18 @@ def test_a_binary_stl_at_survey_coordinates_is_reported_with_the_metres_that_it_
 )
 def test_only_a_loss_that_matters_is_reported(points, reported):
     assert (lost_precision(NAME, FileMesh(points, TRIANGLES)) is not None) is reported
+
+
+def test_the_loss_is_in_metres_whatever_the_unit_of_the_file(tmp_path):
+    """A file in mm at the same place has the same loss, in the same digits but for rounding."""
+    lost = {}
+    for unit, length in (("m", 1.0), ("mm", 0.001)):
+        write_binary_stl(tmp_path / f"{unit}.stl", (SITE / length)[TRIANGLES])
+        scene = scene_of(tmp_path / f"{unit}.stl")
+        files = tuple(file.model_copy(update={"unit": unit}) for file in scene.terrain.files)
+        terrain = scene.terrain.model_copy(update={"files": files})
+        _, faults = read_terrain(scene.model_copy(update={"terrain": terrain}))
+        remark = next(each for each in faults.remarks if "single precision" in each)
+        assert "at 7654002 m" in remark
+        lost[unit] = float(remark.partition("off by up to ")[2].split()[0])
+    assert 0.4 < lost["mm"] / lost["m"] < 2.5  # the steps of float32 depend on the power of two below the number

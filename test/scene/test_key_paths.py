@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from rpf3d_core.errors import SceneError
-from rpf3d_core.scene.key_paths import value_at, with_values
+from rpf3d_core.scene.key_paths import given_keys, value_at, with_values
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene, scene_digest
 
@@ -127,3 +127,12 @@ def test_a_key_of_a_designed_terrain_needs_it(tmp_path: Path) -> None:
     scene = scene_of(tmp_path, "terrain: {files: [{path: pit.stl}]}\n" + text)
     with pytest.raises(SceneError, match="the terrain is read from files, and this key needs"):
         with_values(scene, {"terrain.benches.berm": 6})
+
+
+def test_the_given_keys_are_those_of_the_file(tmp_path: Path) -> None:
+    (tmp_path / "wall.obj").write_text("v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\n")
+    text = POINTS.replace("pit: {triangles: 6000}", "files: [{path: wall.obj}]")
+    text = text.replace("zone: bench_1, above_ground: 8", "points: [[1, 1, 9]]")
+    keys = set(given_keys(scene_of(tmp_path, text)))
+    assert {"terrain.files", "terrain.files.0.path", "ground", "effects.roughness.angle_sd_deg"} <= keys
+    assert "path" not in keys and "stop_speed" not in keys

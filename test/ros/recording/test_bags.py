@@ -168,6 +168,22 @@ def test_every_bag_begins_with_the_ground_so_that_it_replays_by_itself(tmp_path)
     assert again == [("terrain/mesh", 9), ("terrain/update", 9), ("sources", 9)]
 
 
+def test_a_bag_that_cannot_be_completed_does_not_prevent_the_next_bag(tmp_path, monkeypatch):
+    bags = IncidentBag(str(tmp_path / "incident"))
+    bags.begin_with(tmp_path / "a.rrd")
+
+    def full(*_):
+        raise OSError("No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(bags._writer, "close", full)
+        bags.begin_with(tmp_path / "b.rrd")
+    assert "incident_a" in bags.fault and "No space" in bags.fault
+    bags.write("sources", "/sources", 9, made.as_cdr(made.poses(9, (8.0, 2.0, 20.0))))
+    bags.close()
+    assert [raw.topic for raw in messages_of(tmp_path / "incident_b")] == ["sources"]
+
+
 def test_a_bag_keeps_the_last_patches_also_if_no_survey_came_before_them(tmp_path, monkeypatch):
     monkeypatch.setattr("rpf3d_ros.recording.incident_bag.PATCHES_KEPT", 2)
     bags = IncidentBag(str(tmp_path / "incident"))
