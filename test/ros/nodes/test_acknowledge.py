@@ -1,4 +1,4 @@
-"""Tests that the exit code of rpf3d_acknowledge tells an unknown result from a simulator that does not answer."""
+"""Tests that the exit code of rpf3d_acknowledge distinguishes an unknown result from a missing answer."""
 
 from types import SimpleNamespace
 
