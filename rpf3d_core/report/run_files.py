@@ -39,7 +39,8 @@ class Ends(NamedTuple):
     """The releases and ends of N rocks, in local coordinates with z up (m).
 
     key : (N,) each rock as (source, rock, fragment); at_rest : (N,) True for a rock that stopped or was caught
-    on_ground : (N,) True for a rock that stopped on the ground; t : (N,) s, time of the end; max_speed : (N,) m/s
+    on_ground : (N,) True for a rock that stopped on the ground; max_speed : (N,) m/s
+    since, t : (N,) s, times of the release and of the end; a fragment is released when its rock breaks
     release, end : (N, 3) m; runout : (N,) m, horizontal; mass : (N,) kg
     set : (N,) number of the rock's parameter set; None without unknowns
     """
@@ -47,6 +48,7 @@ class Ends(NamedTuple):
     key: list[tuple[str, int, int]]
     at_rest: NDArray[np.bool_]
     on_ground: NDArray[np.bool_]
+    since: FloatArray
     t: FloatArray
     max_speed: FloatArray
     release: FloatArray
@@ -187,6 +189,7 @@ def _ends(path: Path, frame: Frame, sources: list[str], sets: int) -> Ends:
         key=key,
         at_rest=np.isin(outcomes, np.array(AT_REST, dtype=object)),
         on_ground=np.asarray(outcomes == Outcome.STOPPED.name.lower(), dtype=bool),
+        since=_releases(table),
         t=table["t"].to_numpy().astype(float),
         max_speed=table["max_speed"].to_numpy().astype(float),
         release=frame.points_to_local(_columns(table, ("release_x", "release_y", "release_z"))),
@@ -195,6 +198,25 @@ def _ends(path: Path, frame: Frame, sources: list[str], sets: int) -> Ends:
         mass=table["mass_kg"].to_numpy().astype(float),
         set=_sets(np.array([sources.index(name) for name in names]), rocks, sets) if sets else None,
     )
+
+
+def _releases(table: pa.Table) -> FloatArray:
+    """Return the time (N,) s at which each rock of deposits.csv was released: 0, or the time at which its rock broke.
+
+    The times of a fragment count from the release of the whole rock, but the place of its release is where it broke.
+    """
+    whole = list(zip(table["source"].to_pylist(), table["rock"].to_pylist(), strict=True))
+    starts, ends = (
+        [(*rock, *place) for rock, place in zip(whole, _columns(table, names).tolist(), strict=True)]
+        for names in (("release_x", "release_y", "release_z"), ("x", "y", "z"))
+    )
+    outcomes, times = table["outcome"].to_pylist(), table["t"].to_pylist()
+    broke = {
+        end: t for end, t, outcome in zip(ends, times, outcomes, strict=True)
+        if outcome == Outcome.FRAGMENTED.name.lower()
+    }  # fmt: skip
+    pieces = table["piece"].to_pylist()
+    return np.array([broke[start] if piece else 0.0 for start, piece in zip(starts, pieces, strict=True)])
 
 
 def _sets(source: IntArray, rocks: IntArray, sets: int) -> IntArray:

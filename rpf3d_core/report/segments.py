@@ -71,7 +71,7 @@ def _from_impacts(run: RunFiles) -> Segments | None:
     row, t, x, into, out = found
     first = np.append(True, row[1:] != row[:-1])
     begin = np.where(first[:, None], run.ends.release[row], np.roll(x, 1, axis=0))
-    time = t - np.where(first, 0.0, np.roll(t, 1))
+    time = t - np.where(first, run.ends.since[row], np.roll(t, 1))
     launched = np.where(first, np.nan, np.roll(out, 1))
     gravity = float(run.summary["scene"]["gravity"])
     time, speed = _flights(begin, x, time, launched, into, gravity)
@@ -92,7 +92,9 @@ def _to_the_ends(ends: Ends, impacts: ImpactRows, gravity: float) -> Segments:
     count = len(ends.runout)
     last = np.flatnonzero(np.append(impacts.row[1:] != impacts.row[:-1], True)[: len(impacts.row)])
     struck = impacts.row[last]
-    begin, since, launched, landed = ends.release.copy(), np.zeros(count), np.full(count, np.nan), ends.max_speed.copy()
+    begin, since, launched, landed = (
+        ends.release.copy(), ends.since.copy(), np.full(count, np.nan), ends.max_speed.copy()
+    )  # fmt: skip
     begin[struck], since[struck], launched[struck] = impacts.x[last], impacts.t[last], impacts.speed_out[last]
     landed[struck] = np.nan
     time, speed = _flights(begin, ends.end, ends.t - since, launched, landed, gravity)

@@ -253,3 +253,28 @@ def test_unknown_ends_are_named() -> None:
     assert interval((None, 3.0), height) == "at most 3.0 m"
     assert interval((None, None), height) == UNKNOWN
     assert interval((1.0, 2.0), height) == "1.0 m to 2.0 m"
+
+
+BREAKING = """
+terrain: {benches: {}}
+materials: {default: {normal_restitution: 0.4, tangential_restitution: 0.85, friction_angle_deg: 30}}
+rock: {density: 2700, diameter: 1.0}
+sources: [{name: top, zone: face_1, rocks: 12, above_ground: 6, velocity: [3, 0, 0]}]
+effects: {fragmentation: {}}
+outputs: {pictures: false, recording: false}
+"""
+
+
+def test_a_fragment_is_released_when_its_rock_breaks(tmp_path: Path) -> None:
+    """With times from the release of the whole rock, the first flight of a fragment would be too long and too fast."""
+    (tmp_path / "scene.yaml").write_text(BREAKING)
+    run_scene(read_scene(tmp_path / "scene.yaml"), tmp_path / "run")
+    run = read_run(tmp_path / "run")
+    fragments = np.array([piece > 0 for _, _, piece in run.ends.key])
+    assert (run.ends.since[fragments] > 0.0).all() and (run.ends.since[~fragments] == 0.0).all()
+    segments = _from_impacts(run)
+    assert segments is not None
+    first = np.append(True, segments.row[1:] != segments.row[:-1]) & fragments[segments.row]
+    assert first.sum() > 20
+    fastest = run.ends.max_speed[segments.row[first]]
+    assert (segments.speed[first].max(axis=1) <= 1.001 * fastest + 0.001).all()

@@ -37,7 +37,7 @@ def fallen(runouts, at_rest=None, sets=0, paths=None) -> RunFiles:
         key=[("crest", i, 0) for i in range(count)],
         at_rest=np.ones(count, dtype=bool) if at_rest is None else np.asarray(at_rest),
         on_ground=np.ones(count, dtype=bool) if at_rest is None else np.asarray(at_rest),
-        t=np.full(count, 10.0), max_speed=np.full(count, 20.0),
+        since=np.zeros(count), t=np.full(count, 10.0), max_speed=np.full(count, 20.0),
         release=np.column_stack([np.zeros(count), y, np.full(count, HEIGHT + 0.5)]),
         end=np.column_stack([runouts, y, np.zeros(count)]),
         runout=runouts, mass=np.full(count, 1000.0), set=np.arange(count) % sets if sets else None,
