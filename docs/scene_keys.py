@@ -77,8 +77,8 @@ is a level step between two faces, not a [ridge of loose rock](#terrainberms).
 
 Zones from the top: `crest`, `face_1`, `berm_1`, `face_2` and so on, `floor`. Materials may name them by pattern
 (`face_*`). A source with `crest: 1` releases rocks along the middle half of the upper edge of `face_1`, at
-`above_ground`. `roughness` moves the points of faces and berms normal to the surface, but not their edges: from an
-edge, its effect grows over the first 3 m.
+`above_ground`. `roughness` moves the points of crest, faces, berms and floor normal to the surface (the floor by a
+third), but not their edges: from an edge, its effect grows over the first 3 m.
 
 The steps of a design: [how-to](../howto/catch-bench-design.md).
 """
@@ -145,9 +145,9 @@ BERMS = """\
 The word *berm* has two meanings in a scene. A berm of `terrain.berms` is a ridge of loose rock, the *windrow* of the
 [glossary](glossary.md). `berm` of [`terrain.benches`](#terrainbenches) is the level step between two faces.
 
-A berm of `terrain.berms` is a part of the ground. Berms are added before the winding is corrected and before zones are
-drawn or split. The crest of a berm has a constant height above the ground below. The berm slopes down to its foot on
-both sides and beyond its ends. Where two berms cross, their heights are added. The facets of a berm form the zone
+A berm of `terrain.berms` is a part of the ground. Berms are added before rpf3d corrects the winding, applies the
+polygons of `zones`, and splits zones. The crest of a berm has a constant height above the ground below. The berm slopes
+down to its foot on both sides and beyond its ends. Where two berms cross, their heights are added. The facets of a berm form the zone
 `berm_<name>`, even inside a polygon of `zones`, so `materials` and the bench table can use this name. If a berm cuts a
 facet into parts, the first part keeps the number of the facet.
 
@@ -170,8 +170,8 @@ distribution off, and must be within the limits of the key.
 | `{mean: 0.5, sd: 0.1, min: 0.2, max: 0.8}` | normal; mean and sd are those before the cut |
 | `{lognormal: {mean: 0.4, sd: 0.3, min: 0.05, max: 3}}` | lognormal; mean and sd of the number, not of its logarithm |
 | `{uniform: [0.2, 0.8]}` | uniform between the two numbers |
-| `{power_law: {exponent: 0.5, min: 0.01, max: 8}}` | the number of values above x is proportional to x^-exponent; \
-for volumes of rocks the exponent is 0.4 to 0.6 |
+| `{power_law: {exponent: 0.5, min: 0.01, max: 8}}` | before the cut, the number of values above x is proportional \
+to x^-exponent; for volumes of rocks the exponent is 0.4 to 0.6 |
 | `{weibull: {shape: 1.5, scale: 0.8, min: 0.1, max: 3}}` | Weibull: before the cut, the share of values below x is \
 1 - exp(-(x/scale)^shape) |
 | `{triangular: {min: 0.2, mode: 0.5, max: 1.4}}` | triangular, most frequent at its mode |
@@ -192,8 +192,9 @@ same probability; a file has a number on each line, and may have a header |
   - A radius, such as `Radius (m)`: the file is refused, because sizes are diameters, masses or volumes.
   - `Length (L)`, `mass (m)` and `thickness (t)`: the letter in brackets is read as the symbol of the quantity, not as
     litres, metres or tonnes.
-- rpf3d asks for the unit if all rocks are lighter than about 5 kg, or if a named column of masses without a unit has
-  only values below 50. It also asks for the unit of a density from 100 to 300 kg/m3, which may be in lb/ft3.
+- rpf3d warns, and names a likely unit, if masses without a unit give only rocks below about 5 kg, if a named column
+  of masses without a unit has only values below 50, if sizes converted from a smaller unit, such as mm, give only very
+  small rocks, and if a density is from 100 to 300 kg/m3, which may be in lb/ft3.
 - Random numbers are the same on both engines.
 - A coefficient of a material is drawn for each rock and zone; with `draw: per_impact`, for each impact. The last
   bounces, which are summed, and the slide after them share one draw.

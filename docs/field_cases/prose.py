@@ -51,8 +51,8 @@ writes the page from the last measurement.
   libraries. 10,000 rocks at Authume and 9,000 at Tschamut fly with one value for each coefficient.
 - **Calibrated** is a sample of parameter sets from `rpf3d calibrate`, with one value for the whole site and a budget of
   one hour. `python docs/field_cases/scenes.py FOLDER` writes the scenes. 64 sets of the sample fly over the slope of
-  their calibration, with 200 rocks each at Authume and 216 at Tschamut (about 72 for rocks with a shape, because only
-  rocks with the shape of the block of their run are used). These rows show how well a model can fit, not how well it
+  their calibration, with 200 rocks each at Authume and 216 at Tschamut. There, only about 72 of the rocks with a shape
+  count: those with the shape of the block of their run. These rows show how well a model can fit, not how well it
   predicts.
 - **Kept-out stops** show how well a model predicts. The stops are divided into groups (folds), and each group is
   predicted from a calibration with the other groups. The *score* is the mean logarithm of the predicted density at each
@@ -160,7 +160,7 @@ two models.
 
 `coulomb_limited` is **worse** in these figures:
 
-- the spreads at Authume along and across the slope, the distance in x, and the number of kept-out stops that its
+- at Authume: the spreads along and across the slope, the distance in x, and the number of kept-out stops that its
   intervals contain;
 - R_n at Authume, which is at the lower end of its range;
 - predictions with values of the other slope. With values from Tschamut, nearly half of its rocks do not stop in the

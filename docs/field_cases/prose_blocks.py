@@ -19,7 +19,8 @@ tried.
 """
 
 PER_SHAPE = """### Which shape goes how far?
-All rows have the coefficients of the scene above:
+All rows have the coefficients of the scene above. The masses of the four scanned blocks are their volumes times 2,700
+kg/m3, so SP2B is heavier than the heaviest of the 41 blocks.
 """
 
 PER_BLOCK = """### Does a block's shape decide where it stopped?
@@ -41,7 +42,7 @@ BLOCKS_FAIL = """**Where rocks with a shape fail.**
 - The lateral sd with the values of the scene is at the upper end of the field's interval, not in its middle.
   Restitution and rolling resistance compensate each other in x, so x alone does not determine the spread. Of the five
   sets that fit x best, four spread wider than the goal.
-- The calibrated sphere has too little spread, in x and across the slope (less than half of the field's).
+- The calibrated sphere has too little spread in x, and less than half of the field's spread across the slope.
 - Rocks with the proportions of all 41 blocks go farther and spread wider than the blocks. The values of the scene
   were found with the four scanned blocks, and these are not a random sample of the 41 blocks.
 - With the coefficients of Authume, rocks at Chant Sura keep too much energy in five of the six fast, flat impacts, and

@@ -119,9 +119,10 @@ def prepare(point: Any, row: Any, inverse: Vec) -> None:
 
 @kernel
 def _set_matrix(row: Any) -> None:
-    """Write the contact's matrix: the velocities along its local axes that unit impulses along these axes cause.
+    """Write the matrix of a contact: the velocities of the contact point that unit impulses at this point cause.
 
-    The matrix is symmetric, so six numbers are written: nn, nt, ns, tt, ts, ss.
+    Velocities and impulses (per unit of mass) are along the local axes of the contact: the normal n, the tangents t and
+    s. The matrix is symmetric, so six numbers are written, in the order nn, nt, ns, tt, ts, ss.
 
     row : the solver's row of the contact
     """

@@ -16,7 +16,7 @@ def replay(
     web: Annotated[bool, typer.Option("--web", help="Serve it to a browser on this machine, until Ctrl-C.")] = False,
     port: Annotated[int, typer.Option(help="Port for --web; 0 for any free port.", min=0, max=65535)] = 0,
 ) -> None:
-    """Open a recording in the rerun viewer, reachable from this machine only."""
+    """Open the recording of a run in the rerun viewer; only this machine can reach the viewer."""
     from rpf3d_core.recordings.replay import replay as open_viewer
 
     if web:

@@ -70,7 +70,7 @@ def drawn_body_surface(materials: DrawnBodyMaterials, zone: int, rock: RockConte
 
 
 def _certain(surface: DrawnBodySurface) -> Surface:
-    """Return the ground of a zone whose coefficients are all fixed."""
+    """Return the ground properties of a zone as plain numbers; all coefficients of the zone must be fixed."""
     return Surface(
         R_n=surface.restitution.location, R_t=0.0, mu=surface.friction.location, stop_speed=surface.stop_speed,
         mu_r=surface.rolling_resistance.location,

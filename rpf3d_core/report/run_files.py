@@ -234,7 +234,7 @@ def _sets(source: IntArray, rocks: IntArray, sets: int) -> IntArray:
 
 
 def _paths(path: Path, frame: Frame) -> KeptPaths:
-    """Return the kept paths from trajectories.parquet."""
+    """Return the paths in a Parquet file of a result: trajectories.parquet or critical_rock.parquet."""
     table = pyarrow.parquet.read_table(path, columns=[*KEY, "x", "y", "z", "speed"])
     key = list(zip(*(table[name].to_pylist() for name in KEY), strict=True))
     begins = [i for i, one in enumerate(key) if i == 0 or one != key[i - 1]]

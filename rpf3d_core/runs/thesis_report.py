@@ -211,7 +211,7 @@ def finding_header(report: Report) -> tuple[str, ...]:
 
 
 def finding_rows(report: Report) -> list[tuple[str, ...]]:
-    """Return the rows of the report's table, under `finding_header`."""
+    """Return the rows of the report's table as text: one for each difference, with the columns of `finding_header`."""
     return [tuple(_finding_row(found)) for found in report.findings]
 
 

@@ -17,7 +17,10 @@ SHORTEST_STEP = 1e-7
 
 
 class SteppingSpec(StrictModel):
-    """Contacts found in fixed steps, as in the thesis, sections 3.1 and 3.4; the defaults are 0.1 ms and 5 cm."""
+    """Settings of the search for contacts in fixed time steps, as in the thesis, sections 3.1 and 3.4.
+
+    Defaults: a time step of 0.1 ms, and contact at 5 cm.
+    """
 
     dt: Number = Field(
         1e-4, ge=SHORTEST_STEP, le=LONGEST_STEP,

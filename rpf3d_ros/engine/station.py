@@ -145,7 +145,7 @@ class Station:
         return log.memory if log is not None else {}
 
     def _areas_before(self) -> list[str]:
-        """Return the topics that had an area with limits before the start."""
+        """Return the topics that had an area before the start, and whose areas have limits in the present site file."""
         watched = self._watched_area_topics()
         return [topic for topic in self._memory.get("areas", ()) if topic in watched]
 
