@@ -101,9 +101,9 @@ of [file formats](formats.md#areas-lines-and-points).
 
 ## What does each cost?
 *Time* is the CPU time to simulate the rocks, divided by the CPU time with the defaults (`coulomb_limited`, `sliding`),
-without compiling; median of {passes} alternating measurements. *Runout* is the change of the mean
-horizontal distance from release to end. A fragment counts as a rock that starts where its rock broke; rocks that
-broke do not count.
+without compiling; median of {passes} alternating measurements. *Runout* is the change of the mean horizontal distance
+from release to end. A fragment counts as a rock that starts where its rock broke; rocks that broke do not count.
+
 `make effects` measured both with {rocks:,} rocks on a wall of one synthetic pit (150,000 triangles,
 `docs/effects_wall.yaml`). For other pits they show only the order of magnitude. Models without default parameters were
 measured with invented parameters, which are not advice.

@@ -148,8 +148,8 @@ The word *berm* has two meanings in a scene. A berm of `terrain.berms` is a ridg
 A berm of `terrain.berms` is a part of the ground. Berms are added before rpf3d corrects the winding, applies the
 polygons of `zones`, and splits zones. The crest of a berm has a constant height above the ground below. The berm slopes
 down to its foot on both sides and beyond its ends. Where two berms cross, their heights are added. The facets of a berm
-form the zone `berm_<name>`, even inside a polygon of `zones`, so `materials` and the bench table can use this name. If a
-berm cuts a facet into parts, the first part keeps the number of the facet.
+form the zone `berm_<name>`, even inside a polygon of `zones`, so `materials` and the bench table can use this name. If
+a berm cuts a facet into parts, the first part keeps the number of the facet.
 
 Example: `berms: [{name: haul_road, along: [[0, 0], [120, 40]], height: 2, width: 6, crest: 1}]`
 """
