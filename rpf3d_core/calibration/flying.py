@@ -60,7 +60,7 @@ ROCKS_A_BLOCK, SIZED_ROCKS_A_BLOCK = 24, 4
 Densities are averaged over neighbouring sets, so more sets of few rocks determine more than few sets of many rocks.
 """
 LEAST_ROCKS, MOST_ROCKS = 128, 4096
-"""Bounds of the number of rocks of a parameter set, where the scene does not give it."""
+"""Bounds of the number of rocks of a parameter set, if the scene does not state it; more blocks need more rocks."""
 MASS_KERNEL = 0.3
 """Width (-) of the kernel in the logarithm of mass: a rock counts less for an observed block of another mass."""
 DEALT = 2**34
@@ -158,8 +158,8 @@ def _rocks_for(scene: Scene, stated: int | None, field: Field) -> int:
     least = blocks if field.masses is not None or field.shapes is not None else 1
     if stated is not None and stated < least:
         raise SceneError(
-            f"{scene.path}: `calibration.rocks` is {stated}, but each of the {blocks} observed blocks has its own mass "
-            f"or shape and needs a rock: give at least {blocks}, or leave the key out"
+            f"{scene.path}: `calibration.rocks` is {stated}, but {blocks} observed blocks have masses or shapes, and "
+            f"each is predicted from rocks that are like it: give at least {blocks}, or leave the key out"
         )
     return stated or max(rocks_a_set(scene, blocks), least)
 

@@ -121,5 +121,6 @@ class CalibrationSpec(StrictModel):
     rocks: Count | None = Field(
         None,
         ge=64,
-        description="a whole number >= 64, the number of rocks of each parameter set; left out: rpf3d chooses it",
+        description="a whole number >= 64, the number of rocks of each parameter set, at least one for each observed "
+        "block with a mass or shape; left out: rpf3d chooses it",
     )

@@ -114,7 +114,8 @@ class TargetSpec(StrictModel):
         0.05, gt=0, description="a number above 0, the largest relative change of p95 energies over two doublings"
     )
     most_rocks: Rocks = Field(
-        10_000_000, description=f"a whole number from 1 to {MOST_ROCKS}, the largest number of rocks that fly"
+        10_000_000, description=f"a whole number from 1 to {MOST_ROCKS}, the largest number of rocks that fly; "
+        "every source flies at least one rock",
     )
 
 

@@ -105,10 +105,18 @@ def _options(args: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--scene", type=Path, default=shipped("config/scenes/shift.yaml"), help="scene file")
     parser.add_argument("--site", type=Path, default=shipped("config/site_shift.yaml"), help="thresholds of the alerts")
     parser.add_argument("--out", type=Path, default=Path("out/demo-ros"), help="folder for demo.rrd")
-    parser.add_argument("--speed", type=float, default=SPEED, help="of the clock while no answer is awaited")
+    parser.add_argument("--speed", type=_speed, default=SPEED, help="of the clock in quiet stretches, at least 1")
     parser.add_argument("--real-time", dest="speed", action="store_const", const=1.0, help="take the five minutes")
     parser.add_argument("--timeout", type=float, default=120.0, help="seconds to wait for nodes to start and to record")
     return parser.parse_args(args)
+
+
+def _speed(text: str) -> float:
+    """Return the speed of the clock (-). Raises ArgumentTypeError below 1, at which the clock would jump back."""
+    speed = float(text)
+    if not 1.0 <= speed < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text} is not a number of at least 1")
+    return speed
 
 
 def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[str]:

@@ -39,6 +39,9 @@ PAUSE = 0.01
 A check takes some microseconds; to wake up the thread for it takes ten times as long.
 """
 
+WITHOUT_ARRIVALS = 0.03
+"""Time (s) between two checks if nothing wakes the thread when a message arrives."""
+
 AT_LEAST_EVERY = 1.0
 """Longest time (s) between two checks, although the middleware wakes the thread for each message."""
 
@@ -211,14 +214,14 @@ class LargeMessages:
     def _run(self) -> None:
         pause = PAUSE
         while not self._closed.wait(pause):
-            if self._arrivals is not None and not self._order.keeps_some:
+            if self._arrivals is not None and not self._order.keeps_some and not self._order.errors:
                 self._arrivals.wait(AT_LEAST_EVERY)
             for message in self._order.ready():
                 self._hand_on(self._topics[message.queue], message.content.data, message.at_ns, message.content.lost)
             if any(isinstance(error, InvalidHandle) for error in self._order.errors):  # the node is being destroyed
                 return
             self._report(self._order.errors)
-            pause = AFTER_ERROR if self._order.errors else PAUSE
+            pause = AFTER_ERROR if self._order.errors else PAUSE if self._arrivals is not None else WITHOUT_ARRIVALS
 
     def _take_from_rclpy(self, topic: LargeTopic, data: bytes, info: Mapping[str, int]) -> None:
         """Pass on a message that the executor of rclpy has taken; info : the message information of rclpy."""
@@ -260,12 +263,18 @@ class _Arrivals:
     """
 
     def __init__(self, subscriptions: Sequence[Any], rcl: _Rcl) -> None:
-        """Begin to note arrivals. Raises OSError if there is no free descriptor."""
+        """Begin to note arrivals.
+
+        Raises OSError if there is no free descriptor, or if the middleware has no callback for new messages.
+        """
         self._descriptor = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
         self._poll = select.poll()
         self._poll.register(self._descriptor, select.POLLIN)
         self._subscriptions, self._rcl = subscriptions, rcl
-        self._call_back(ctypes.cast(ctypes.CDLL(None).eventfd_write, ctypes.c_void_p), self._descriptor)
+        if not self._call_back(ctypes.cast(ctypes.CDLL(None).eventfd_write, ctypes.c_void_p), self._descriptor):
+            self.close()
+            raise OSError("the middleware does not announce messages")
+        self.wake()  # a message that arrived just before its subscription got the callback is not announced
 
     def wait(self, seconds: float) -> None:
         """Return when a message has arrived since the last call, after `wake`, or after `seconds`."""
@@ -278,13 +287,18 @@ class _Arrivals:
 
     def close(self) -> None:
         """End the callbacks; call this while no thread waits, and before the subscriptions are destroyed."""
-        self._call_back(None, None)
-        os.close(self._descriptor)
+        if self._call_back(None, None):  # otherwise a callback could write into a file that has got this descriptor
+            os.close(self._descriptor)
 
-    def _call_back(self, function: Any, data: int | None) -> None:
+    def _call_back(self, function: Any, data: int | None) -> bool:
+        """Set the callback of all subscriptions; return False if the middleware has refused it for any of them."""
+        accepted = True
         for subscription in self._subscriptions:
             with suppress(InvalidHandle), subscription.handle:  # invalid if the node has been destroyed
-                self._rcl.call_on_arrival(subscription.handle.pointer, function, data)
+                if self._rcl.call_on_arrival(subscription.handle.pointer, function, data) != OK:
+                    self._rcl.reset_error()
+                    accepted = False
+        return accepted
 
 
 class _Queue:
@@ -324,9 +338,10 @@ class _Queue:
 
 
 def _arrivals_of(subscriptions: Sequence[Any], rcl: _Rcl) -> _Arrivals | None:
-    """Return the arrivals of some subscriptions; None if the system cannot announce them, so messages are looked for.
+    """Return the arrivals of some subscriptions; None if they cannot be announced, so messages are looked for.
 
-    This is so on systems without eventfd (other than Linux), on 32-bit systems, and without a free descriptor.
+    This is so on systems without eventfd (other than Linux), on 32-bit systems, without a free descriptor, and if the
+    middleware has no callback for new messages.
     """
     if not hasattr(os, "eventfd") or ctypes.sizeof(ctypes.c_size_t) < ctypes.sizeof(ctypes.c_uint64):
         return None

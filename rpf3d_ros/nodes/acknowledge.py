@@ -105,7 +105,7 @@ def _acknowledged(options: argparse.Namespace, words: list[str]) -> int:
 def _ask(options: argparse.Namespace) -> tuple[bool, str]:
     """Ask the simulator to acknowledge; return True if the level was lowered, and the simulator's message.
 
-    Raises InputError if the simulator does not answer, ResultUnknown if it received the acknowledgement and is slow.
+    Raises InputError if the simulator does not answer, ResultUnknown if the acknowledgement itself is not answered.
     """
     from rcl_interfaces.srv import SetParameters
     from rclpy.node import Node

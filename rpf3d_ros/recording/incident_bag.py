@@ -59,7 +59,7 @@ class IncidentBag:
         try:
             self._writer, self._is_new, self.fault = BagWriter(self.folder, self._sensors), True, unfinished
         except OSError as error:
-            self.fault = f"{self.folder} cannot be written: {error}"
+            self.fault = "; ".join(filter(None, [unfinished, f"{self.folder} cannot be written: {error}"]))
             if first:
                 raise
 

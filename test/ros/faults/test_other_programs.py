@@ -28,7 +28,7 @@ new recorders lacked the message of a topic until the next answer.
 """
 
 LATCHED_WITHIN = 60.0
-"""Time (s) in which a recorder that has received the latched `results` receives the other latched messages."""
+"""Time (s) in which a recorder that runs receives the latched messages."""
 
 
 @pytest.fixture(scope="module")
@@ -85,12 +85,13 @@ def new_recorder(peer, stage, file):
     """
     peer.health.pop(f"{RECORDER}: recording", None)
     recorder, said = stage.node("recorder_node", file=file), len(peer.said)
-    wait_until_recorded(peer, "results", 1, said)
+    peer.wait(lambda: f"{RECORDER}: recording" in peer.health and len(peer.said) > said, "a word of the recorder")
     deadline = time.monotonic() + LATCHED_WITHIN
     while time.monotonic() < deadline:
-        if recorded(peer, "trajectories", said):
+        if all(recorded(peer, topic, said) for topic in ("results", "trajectories")):
             return recorder
         peer.spin(0.1)
+    print(f"{file.name}: a recorder lacks the last answer: {peer.health[f'{RECORDER}: recording'].values}")
     recorder.kill()
     recorder.wait()
     return None
