@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute
 import pyarrow.csv
 import pyarrow.parquet
 import rasterio
@@ -189,7 +190,7 @@ def _ends(path: Path, frame: Frame, sources: list[str], sets: int) -> Ends:
         key=key,
         at_rest=np.isin(outcomes, np.array(AT_REST, dtype=object)),
         on_ground=np.asarray(outcomes == Outcome.STOPPED.name.lower(), dtype=bool),
-        since=_releases(table),
+        since=_release_times(table),
         t=table["t"].to_numpy().astype(float),
         max_speed=table["max_speed"].to_numpy().astype(float),
         release=frame.points_to_local(_columns(table, ("release_x", "release_y", "release_z"))),
@@ -200,23 +201,23 @@ def _ends(path: Path, frame: Frame, sources: list[str], sets: int) -> Ends:
     )
 
 
-def _releases(table: pa.Table) -> FloatArray:
+def _release_times(table: pa.Table) -> FloatArray:
     """Return the time (N,) s at which each rock of deposits.csv was released: 0, or the time at which its rock broke.
 
     The times of a fragment count from the release of the whole rock, but the place of its release is where it broke.
     """
-    whole = list(zip(table["source"].to_pylist(), table["rock"].to_pylist(), strict=True))
-    starts, ends = (
-        [(*rock, *place) for rock, place in zip(whole, _columns(table, names).tolist(), strict=True)]
-        for names in (("release_x", "release_y", "release_z"), ("x", "y", "z"))
-    )
-    outcomes, times = table["outcome"].to_pylist(), table["t"].to_pylist()
-    broke = {
-        end: t for end, t, outcome in zip(ends, times, outcomes, strict=True)
-        if outcome == Outcome.FRAGMENTED.name.lower()
-    }  # fmt: skip
-    pieces = table["piece"].to_pylist()
-    return np.array([broke[start] if piece else 0.0 for start, piece in zip(starts, pieces, strict=True)])
+    broke = table.filter(pyarrow.compute.equal(table["outcome"], Outcome.FRAGMENTED.name.lower()))
+    times = dict(zip(_rows(broke, ("source", "rock", "x", "y", "z")), broke["t"].to_pylist(), strict=True))
+    is_fragment = table["piece"].to_numpy() > 0
+    starts = _rows(table.filter(is_fragment), ("source", "rock", "release_x", "release_y", "release_z"))
+    since = np.zeros(len(table))
+    since[is_fragment] = [times[start] for start in starts]
+    return since
+
+
+def _rows(table: pa.Table, names: tuple[str, ...]) -> list[tuple[Any, ...]]:
+    """Return the rows of a table as tuples of the values in the named columns."""
+    return list(zip(*(table[name].to_pylist() for name in names), strict=True))
 
 
 def _sets(source: IntArray, rocks: IntArray, sets: int) -> IntArray:
@@ -236,7 +237,7 @@ def _sets(source: IntArray, rocks: IntArray, sets: int) -> IntArray:
 def _paths(path: Path, frame: Frame) -> KeptPaths:
     """Return the paths in a Parquet file of a result: trajectories.parquet or critical_rock.parquet."""
     table = pyarrow.parquet.read_table(path, columns=[*KEY, "x", "y", "z", "speed"])
-    key = list(zip(*(table[name].to_pylist() for name in KEY), strict=True))
+    key = _rows(table, KEY)
     begins = [i for i, one in enumerate(key) if i == 0 or one != key[i - 1]]
     return KeptPaths(
         key=[key[i] for i in begins],
@@ -272,8 +273,7 @@ def read_impacts(run: RunFiles) -> ImpactRows | None:
         return None
     table = pyarrow.parquet.read_table(path, columns=[*KEY, "t", "x", "y", "z", "speed_in", "speed_out"])
     place = {key: row for row, key in enumerate(run.ends.key)}
-    keys = zip(*(table[name].to_pylist() for name in KEY), strict=True)
-    row = np.array([place[key] for key in keys], dtype=np.int64)
+    row = np.array([place[key] for key in _rows(table, KEY)], dtype=np.int64)
     t, into, out = (table[name].to_numpy().astype(float) for name in ("t", "speed_in", "speed_out"))
     order = np.lexsort((t, row))
     x = run.terrain.frame.points_to_local(_columns(table, ("x", "y", "z")))

@@ -212,7 +212,8 @@ class LargeMessages:
         self._subscriptions = []
 
     def _run(self) -> None:
-        pause = PAUSE
+        usual = WITHOUT_ARRIVALS if self._arrivals is None else PAUSE
+        pause = usual
         while not self._closed.wait(pause):
             if self._arrivals is not None and not self._order.keeps_some and not self._order.errors:
                 self._arrivals.wait(AT_LEAST_EVERY)
@@ -221,7 +222,7 @@ class LargeMessages:
             if any(isinstance(error, InvalidHandle) for error in self._order.errors):  # the node is being destroyed
                 return
             self._report(self._order.errors)
-            pause = AFTER_ERROR if self._order.errors else PAUSE if self._arrivals is not None else WITHOUT_ARRIVALS
+            pause = AFTER_ERROR if self._order.errors else usual
 
     def _take_from_rclpy(self, topic: LargeTopic, data: bytes, info: Mapping[str, int]) -> None:
         """Pass on a message that the executor of rclpy has taken; info : the message information of rclpy."""

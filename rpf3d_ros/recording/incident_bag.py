@@ -50,17 +50,16 @@ class IncidentBag:
         """
         if self._prefix is None:
             return
-        first, last = self.folder is None, self.folder
-        self.folder, unfinished = self._folder_of(recording), ""
+        last, self.folder, self.fault = self.folder, self._folder_of(recording), ""
         try:
             self.close()
         except OSError as error:
-            unfinished = f"the index of {last} could not be written: {error}"
+            self.fault = f"the index of {last} could not be written: {error}"
         try:
-            self._writer, self._is_new, self.fault = BagWriter(self.folder, self._sensors), True, unfinished
+            self._writer, self._is_new = BagWriter(self.folder, self._sensors), True
         except OSError as error:
-            self.fault = "; ".join(filter(None, [unfinished, f"{self.folder} cannot be written: {error}"]))
-            if first:
+            self.fault = "; ".join(filter(None, [self.fault, f"{self.folder} cannot be written: {error}"]))
+            if last is None:
                 raise
 
     def forget(self, recording: Path) -> None:
