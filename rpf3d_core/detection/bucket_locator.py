@@ -188,7 +188,7 @@ def _earliest_in_bucket(
         entry = _next_overlapping(locator.boxes, entry, stop, stretch.probe)
         if entry >= stop:
             return best
-        f: Any = np.int64(locator.ids[np.uintp(entry)])  # a contact stores its facet in 64 bits
+        f: Any = np.int64(np.uint32(locator.ids[np.uintp(entry)]))  # a contact stores its facet in 64 bits
         entry += 1
         if f == left.facet or out_of_reach(facets, f, stretch):
             continue

@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +43,7 @@ from rpf3d_core.simulation.engines import (
     Engine,
     Models,
     bodies_of,
+    needs_of,
     spins_of,
 )
 from rpf3d_core.simulation.launches import Starts
@@ -210,17 +212,12 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
 
     The rocks fly in parts, because the record of the engine has a fixed size.
     """
-    releases, keep = crew.releases, crew.keep
-    x, v = releases.x.take(rows, axis=0), releases.v.take(rows, axis=0)  # take() is four times as fast as indexing
-    columns = {name: getattr(releases, name).take(rows) for name in ("source", "rock", "mass", "radius")}
-    columns["source"] = columns["source"] + SOURCES * releases.piece.take(rows)  # key of random numbers
-    if releases.shape is not None and releases.pose is not None:
-        columns |= {"shape": releases.shape[rows], "pose": releases.pose[rows]}
+    keep = crew.keep
     models = crew.flight.models
     kind = (spins_of(models), bodies_of(models))
     finals, counts = _room_for(len(rows), models)
     first = np.zeros((len(rows) + 1, 2), dtype=np.int64)
-    flight = (models, crew.flight.materials, crew.flight.settings, Starts(x=x, v=v, **columns))
+    flight = (models, crew.flight.materials, crew.flight.settings, _starts(crew, rows))
     record, begin, parts = empty_record(*(2 * (ROOM if keep.record else 0,)), *kind), 0, []
     while begin < len(rows):
         first[begin] = 0
@@ -232,8 +229,33 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
         some = slice(begin, end)
         parts.append(_look_at(crew, _batch(rows[some], finals[some], counts[some], record, first[begin : end + 1])))
         begin = end
-    crew.finals[rows], crew.counts[rows] = finals, counts
+    _whole_rows(crew.finals)[rows], _whole_rows(crew.counts)[rows] = _whole_rows(finals), _whole_rows(counts)
     return parts
+
+
+def _starts(crew: Crew, rows: IntArray) -> Starts:
+    """Return the rocks in some rows of the releases as an engine reads them, with only the data that the scene needs.
+
+    The source number of a fragment differs from that of its rock, so that a fragment has random numbers of its own.
+    """
+    releases, flight = crew.releases, crew.flight
+    needed = needs_of(flight.models, flight.materials)
+    return Starts(
+        x=releases.x.take(rows, axis=0),  # take() is four times as fast as indexing
+        v=releases.v.take(rows, axis=0),
+        source=releases.source.take(rows) + SOURCES * releases.piece.take(rows) if needed.keys else None,
+        rock=releases.rock.take(rows) if needed.keys else None,
+        mass=releases.mass.take(rows) if needed.sizes else None,
+        radius=releases.radius.take(rows) if needed.sizes else None,
+        shape=None if releases.shape is None else releases.shape[rows],
+        pose=None if releases.pose is None else releases.pose[rows],
+    )
+
+
+def _whole_rows(table: NDArray[Any]) -> NDArray[np.void]:
+    """Return a view (R,) of a table (R, C) with one item per row: numpy copies such items faster than rows."""
+    row = np.dtype((np.void, table.shape[1] * table.itemsize))
+    return table.view(row)[:, 0]
 
 
 def _look_at(crew: Crew, flown: Batch) -> Written:

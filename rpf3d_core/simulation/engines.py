@@ -15,7 +15,7 @@ from rpf3d_core.effects.hooks import Chain, links_of
 from rpf3d_core.jit.cache import is_cached
 from rpf3d_core.jit.dispatch import HAS_NUMBA, loop
 from rpf3d_core.materials.rock_context import RockContext, key_of, rock_of
-from rpf3d_core.simulation.launches import Launches, Starts, launches_of
+from rpf3d_core.simulation.launches import Launches, Needed, Starts, launches_of, needed_by
 from rpf3d_core.simulation.march import follow, locator_for, set_down
 from rpf3d_core.simulation.parabola import ground_below
 from rpf3d_core.simulation.physics import Physics
@@ -110,7 +110,7 @@ class Reference:
         lists: dict[str, Any] = {name: None if column is None else column.tolist() for name, column in columns}
         listed = Starts(**lists)
         physics = _physics(plain(models), self, plain(materials), settings)
-        launches = launches_of(_parts(models), materials, settings.seed, listed)
+        launches = launches_of(needs_of(models, materials), settings.seed, listed)
         if bodies_of(models):
             return follow_bodies(False, physics, self.method, launches, logbook, begin)
         return int(_follow_all.py_func(physics, self.method, launches, logbook, begin))  # type: ignore[attr-defined]
@@ -162,7 +162,7 @@ class Compiled:
         Returns the number of the first rock whose path did not fit into the record; R if all paths fitted.
         """
         physics = _physics(models, self, materials, settings)
-        launches = launches_of(_parts(models), materials, settings.seed, starts)
+        launches = launches_of(needs_of(models, materials), settings.seed, starts)
         if bodies_of(models):
             return follow_bodies(True, physics, self.method, launches, logbook, begin)
         return int(_follow_all(physics, self.method, launches, logbook, begin))
@@ -194,9 +194,9 @@ def follow_bodies(
     return int(follow_in_room(loop_of, physics, method, launches, logbook, begin))
 
 
-def _parts(models: Models) -> tuple[Any, ...]:
-    """Return the parameter objects of all models and effects of a scene, to find out which rock data they need."""
-    return models.rebound, models.ground, *links_of(models.effects)
+def needs_of(models: Models, materials: Any) -> Needed:
+    """Return the data of each rock that the models of a scene and the materials of its zones need."""
+    return needed_by((models.rebound, models.ground, *links_of(models.effects)), materials)
 
 
 def _physics(models: Models, engine: Engine, materials: Any, settings: Settings) -> Physics:

@@ -17,15 +17,16 @@ class Starts(NamedTuple):
     """R rocks at their release: x (R, 3) m, v (R, 3) m/s, mass (R,) kg and radius (R,) m.
 
     source, rock : (R,) number of the source, and of the rock in this source; both select the rock's random numbers
+    A scene may not need mass and radius, or source and rock (`Needed`); such columns may be None.
     shape, pose : for bodies with a shape, (R,) number of the shape and (R, 4) orientation q_w, q_x, q_y, q_z; else None
     """
 
     x: Floats
     v: Floats
-    source: Integers
-    rock: Integers
-    mass: Floats
-    radius: Floats
+    source: Integers | None
+    rock: Integers | None
+    mass: Floats | None
+    radius: Floats | None
     shape: Integers | None = None
     pose: Floats | None = None
 
@@ -46,16 +47,32 @@ class Launches(NamedTuple):
     pose: Any = None
 
 
-def launches_of(parts: Sequence[Any], materials: Any, seed: int, starts: Starts) -> Launches:
+class Needed(NamedTuple):
+    """The data of each rock that the models, effects and materials of a scene need.
+
+    sizes : True if mass and radius are needed; keys : True if random numbers are drawn, which source and rock select
+    """
+
+    sizes: bool
+    keys: bool
+
+
+def needed_by(parts: Sequence[Any], materials: Any) -> Needed:
+    """Return the data of each rock that a scene needs.
+
+    parts : parameters of the models and effects of the scene; materials : surface properties of the zones
+    """
+    drawn = not isinstance(materials, Materials) or any(getattr(part, "draws", False) for part in parts)
+    return Needed(sizes=any(getattr(part, "asks_rock", False) for part in parts), keys=drawn)
+
+
+def launches_of(needed: Needed, seed: int, starts: Starts) -> Launches:
     """Return the rocks of an ensemble at their release, as the flight loop reads them.
 
-    Sizes or keys are None if no model or material of the scene needs them.
+    Sizes or keys are None if they are not needed.
 
-    parts : parameters of the models and effects of the scene; seed : seed of all random numbers
-    materials : surface properties of the zones; starts : the rocks
+    needed : the data that the scene needs, from `needed_by`; seed : seed of all random numbers; starts : the rocks
     """
-    asked = any(getattr(part, "asks_rock", False) for part in parts)
-    drawn = not isinstance(materials, Materials) or any(getattr(part, "draws", False) for part in parts)
-    sizes = RockColumns(starts.mass, starts.radius) if asked else None
-    keys = RockKeys(seed=seed, source=starts.source, rock=starts.rock) if drawn else None
+    sizes = RockColumns(starts.mass, starts.radius) if needed.sizes else None
+    keys = RockKeys(seed=seed, source=starts.source, rock=starts.rock) if needed.keys else None
     return Launches(x=starts.x, v=starts.v, sizes=sizes, keys=keys, shape=starts.shape, pose=starts.pose)
