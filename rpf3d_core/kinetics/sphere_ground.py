@@ -91,7 +91,9 @@ def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Sur
         a, turn = _skidding(scale(1.0 / pull, g_t), n, g_t, friction, radius)
         t = _turning_time(v, a, radius)
         return RollingSegment(v=v, a=a, turn=turn, t=t, rolls=False, stops=False, turns=t < math.inf)
-    return _rolls(v, g_t, min(surface.mu_r * push, _most_resistance(v, g_t, friction)), surface.stop_speed, radius)
+    resistance = min(surface.mu_r * push, _most_resistance(v, g_t, friction))
+    holds = min(surface.mu_r * push, friction) >= HOLDS * pull
+    return _rolls(v, g_t, resistance, max(surface.stop_speed, CREEP) if holds else 0.0, radius)
 
 
 @kernel
@@ -184,17 +186,16 @@ def _rolling(v: Vec, g_t: Vec, resistance: float, direction: Vec, lowest: float)
 
 
 @kernel
-def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float, radius: float) -> RollingSegment:
+def _rolls(v: Vec, g_t: Vec, resistance: float, lowest: float, radius: float) -> RollingSegment:
     """Return the segment on which a sphere rolls, until it has slowed down or its velocity has turned by TURN.
 
-    TURN is 3.6 degrees. The segment ends at the stop speed if the resistance can hold the sphere, else at speed zero.
+    TURN is 3.6 degrees.
 
-    resistance : rolling resistance (m/s^2)
-    v, g_t, radius : as in `rolling_piece`; stop_speed : of the ground, m/s
+    resistance : rolling resistance (m/s^2); it may be larger for a sphere that moves uphill than for a sphere at rest
+    lowest : speed (m/s) at which the sphere stops for good; 0 if the ground cannot hold the sphere at rest
+    v, g_t, radius : as in `rolling_piece`
     """
-    speed, pull = norm(v), norm(g_t)
-    holds = resistance >= HOLDS * pull
-    lowest = max(stop_speed, CREEP) if holds else 0.0
+    speed, pull, holds = norm(v), norm(g_t), lowest > 0.0
     if holds and speed <= lowest * (1.0 + ROLLS):
         return RollingSegment(v=v, a=ZERO, turn=ZERO, t=0.0, rolls=True, stops=True, turns=False)
     if resistance == 0.0:

@@ -110,6 +110,7 @@ def roll_on(
         if not is_slight(physics, met.n, -dot(met.n, v), WALL):
             return strike(physics, state, met, rock, record)
         v = held_against(locator.locator, facets, motion.x, locator.radius, v, ZERO, gravity).way
+        v = _along_groove(physics, locator, motion.x, v)
     held = held_against(locator.locator, facets, motion.x, locator.radius, gravity, v, gravity)
     lying = Motion(t=motion.t, x=motion.x, v=v, w=motion.w)
     if held.contacts == 0:
@@ -129,6 +130,31 @@ def roll_on(
     if piece.stops:
         return ended(_at_rest(state, lying), STOPPED)
     return _follow_piece(physics, locator, state, Lying(motion=lying, held=held, n=n), piece, rock, record)
+
+
+@kernel
+def _along_groove(physics: Physics, locator: Swept, x: Vec, v: Vec) -> Vec:
+    """Return the velocity (3,) m/s of a sphere after a slight impact; in a groove it is along the groove.
+
+    A sphere lies in a groove if two contacts would carry it at rest. A slight impact on one contact lifts the sphere
+    off the other contact by micrometres. Without this function such hops would follow each other without end, and
+    friction on one contact at a time would turn the spin.
+
+    The result is v if the sphere lies in no groove, if other ground blocks the groove, or if the sphere moves across
+    the groove faster than a sphere that stays at a wall (`WALL`).
+
+    x : (3,) m, centre of the sphere; v : (3,) m/s, velocity that no contact blocks
+    """
+    gravity = (0.0, 0.0, -physics.settings.gravity)
+    rest = held_against(locator.locator, physics.facets, x, locator.radius, gravity, ZERO, gravity)
+    if rest.contacts != 2:
+        return v
+    line = cross(rest.first.n, rest.second.n)
+    way = scale(dot(v, line) / dot(line, line), line)
+    if not is_slight(physics, ZERO, norm(subtract(v, way)), WALL):
+        return v
+    onward = Against(x=x, way=way, v=ZERO, down=gravity, radius=locator.radius, noise=0.5 * GRAZING * norm(way))
+    return v if most_against(locator.locator, physics.facets, onward).facet >= 0 else way
 
 
 @kernel
@@ -280,7 +306,7 @@ def _follow_piece(
         v_end, w = pivoted(v_end, turned, n, n_end, radius)
     if rolls and held.contacts == 2:
         w = rolling_spin(v_end, dot(turned, n), n, radius)
-    end = Motion(t=motion.t + t, x=x, v=v_end, w=w if t > 0.0 else ZERO)
+    end = Motion(t=motion.t + t, x=x, v=v_end, w=w)
     bends = (piece.turns or span.curved) and touch.t > t and length > BENDS * radius
     late = t >= left
     over = PreviousContact(facet=held.first.facet, other=-1, side=1.0, resting=True, before=-1)

@@ -143,6 +143,18 @@ def test_a_slope_steeper_than_its_friction_angle_holds_no_sphere_however_hard_it
     assert np.linalg.norm(np.subtract(end.x[0], x)) == pytest.approx(0.5 * a * t * t, rel=1e-6)
 
 
+@BOTH
+@pytest.mark.parametrize("v", [(0.0, 0.0, 0.0), (-3.0, 0.0, 1.2), (0.0, 3.0, 0.0)])
+@pytest.mark.parametrize("friction", [12.0, 19.0])
+def test_a_slope_steeper_than_its_friction_angle_stops_no_sphere_that_rolls_uphill_or_across(engine, v, friction):
+    """A moving sphere may have more rolling resistance than one at rest: only the latter decides whether it stays."""
+    over = engine_over(engine, incline(22.0))
+    lies = over.ground_below(np.array([[0.0, 0.3, 100.0]]))
+    x = (0.0, 0.3, 100.1 - lies[0, 0] + 0.5 / math.cos(math.radians(22.0)))
+    ground_there = ground(mu=math.tan(math.radians(friction)), mu_r=0.8, stop_speed=0.0)
+    assert roll(over, spheres(ground_there), 0.5, x, v).deposits.outcome[0] == Outcome.LEFT_TERRAIN
+
+
 def test_a_sphere_that_strikes_a_wall_just_where_a_net_stands_breaks_the_net_once():
     """The centre comes no nearer to the wall than R, so a net at this distance is met together with the wall."""
     terrain = strip([(-12.0, 0.0), (3.0, 0.0), (3.0, 6.0)], half_width=8.0, across=4)
