@@ -146,10 +146,9 @@ TSCHAMUT_FAILS = """**Where it fails.**
 """
 
 DEFAULT = """## Why is `coulomb_limited` the default, and where is it weaker than `constant`?
-`coulomb_limited` is the default because of its mechanics: no impact removes more speed along the ground than friction
-can. With `constant` [no speed is left when bouncing ends](physics.md#the-end-of-bouncing), on any slope. Unless the
-ground is slippery, the runout is too short, which is the unsafe side. The field data alone do not decide between the
-two models.
+`coulomb_limited` is the default because no impact removes more speed along the ground than friction can. With
+`constant` [no speed is left when bouncing ends](physics.md#the-end-of-bouncing): unless the ground is slippery, the
+runout is too short, which is the unsafe side. The field data alone do not decide between the two models.
 
 `coulomb_limited` is **better** in these figures:
 

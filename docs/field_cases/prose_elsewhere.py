@@ -36,11 +36,11 @@ ELSEWHERE = """### With a calibration on another slope
 The parameter sets of a calibration at one site predict the stops at the other site, without the misfit of the model.
 """
 
-TOO_SURE_ELSEWHERE = """**A calibration on another slope can be far too sure.** With the calibrations at Authume, the
-intervals contain at most a third of the stops at Tschamut. With the calibrations at Tschamut, the intervals contain
-most stops at Authume, except for the Coulomb-limited model: Tschamut's stops leave most coefficients nearly as
-uncertain as before. You cannot know beforehand which of the two cases you have. On a slope without observations, use
-ranges of the library.
+TOO_SURE_ELSEWHERE = """**A calibration on another slope can be far too sure**, and you cannot know beforehand
+whether it is. With the calibrations at Authume, the intervals contain at most a third of the stops at Tschamut. With
+the calibrations at Tschamut, the intervals contain most stops at Authume, except for the Coulomb-limited model:
+Tschamut's stops leave most coefficients nearly as uncertain as before. On a slope without observations, use ranges of
+the library.
 """
 
 IMPACTS = """The next table has predictions with values from the eleven contacts of Chant Sura. Single impacts cannot
