@@ -60,6 +60,9 @@ rpf3d run SCENE --out DIR --accuracy 0.05   # enough rocks to keep the error und
 there is none for this scene and version, `run --accuracy` measures it first. The rocks of `run --accuracy` always fly
 with exact contacts over the full terrain. `make accuracy` (`docs/accuracy.py`) measures and writes this page.
 
+**Known defect.** For spheres (`rock.shape: sphere`), `rpf3d cost` and `run --accuracy` end with an error (`scan has no
+rule for Stepped`), because fixed steps are only for points.
+
 ## Which errors are measured?
 All errors are differences of two maps of reach probability. The **map error** is the sum over all cells of |p - q|,
 divided by the sum over all cells of p + q, with p and q the reach probabilities of a cell in the two maps. 0 means
