@@ -89,7 +89,7 @@ There are four errors:
 - **parametric**: the error of unknown values of the ground. If a scene has ranges (`prior`, `library`) or the sample
   of a calibration, up to 32 parameter sets fly two groups of rocks each. The error is the root mean square distance
   between the maps of two sets, without the distance that chance causes between two groups of one set. If a scene
-  gives one value for each coefficient, the table has no parametric error: the error exists, but its size is unknown.
+  gives one value for each coefficient, the parametric error exists, but its size is unknown.
 
 The **total** is the sum of the first three errors, because a systematic and a random error do not cancel. The full
 terrain has the geometric error 0.
@@ -128,8 +128,8 @@ next: more rocks, a finer survey, or a calibration.
 
 ## How do I read the lines of a scene?
 - *events against 50 digits*: rounding errors of the impacts of 50 rocks.
-- *errors of this scene*: the errors of the scene with the method, the terrain and the number of rocks of its file.
-  The geometric error is the error that half of the triangles of this terrain would cause.
+- *errors of this scene*: the errors with the method, the terrain and the number of rocks of its file. The geometric
+  error is the error that half of the triangles of this terrain would cause.
 - *total up to 0.05*: the cheapest measured setting with a *total* of at most 0.05 (`rpf3d cost --target`), with
   events or with fixed steps, on the full or on a coarser terrain. If this setting has a coarser terrain, you must
   make that terrain yourself.

@@ -78,8 +78,8 @@ writes the page from the last measurement.
   certain than its prior.
 - **Scores** have four columns: the calibrated model for kept-out stops, the *prior*, published values (*books*; empty
   if none were compared) and the *curve*. *Effective samples*: see the [glossary](../reference/glossary.md).
-- **Other columns**: *sd* is the standard deviation; *p5*, *p50* and *p95* are percentiles; *rms* is the root mean
-  square; *not at rest* is the share of rocks that did not stop. *Correlation over runs* is the correlation of simulated
+- **Other columns**: *sd* is the standard deviation, *rms* the root mean square; *p5* to *p95* are percentiles. *Not at
+  rest* is the share of rocks that did not stop. *Correlation over runs* is the correlation of simulated
   and observed runouts. *Error of velocity* is the root mean square of the difference between simulated and observed
   velocity as vectors, so it includes wrong directions. Angles are in degrees.
 """
@@ -119,9 +119,9 @@ other releases, and the intervals in the table *Kept-out stops* below are often 
 """
 
 AUTHUME_FAILS = """**Where it fails.**
-- Across the slope, the intervals of points and spheres contain at most 25 of 41 kept-out stops. Along the slope, the
-  intervals of `coulomb_limited` contain only 27. With the misfit, 4 to 6 m, the intervals contain most stops: the error
-  is in the model, not in its coefficients.
+- The intervals of points and spheres contain at most 25 of 41 kept-out stops across the slope, and those of
+  `coulomb_limited` only 27 along. With the misfit, 4 to 6 m, the intervals contain most stops: the error is in the
+  model, not in its coefficients.
 - The calibrated sphere has too little spread in x, and less than half of the field's spread across the slope.
 - The stops determine only combinations of coefficients. The correlation of R_n and R_t is {constant:.2f} (`constant`)
   and {limited:.2f} (`coulomb_limited`); the correlation of {pair} of the sphere is {sphere:.2f}.

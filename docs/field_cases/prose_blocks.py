@@ -11,8 +11,7 @@ The scene `config/scenes/authume_p1_blocks.yaml`, which comes with rpf3d, has on
 coefficients. A search tried 260 sets of values; this set gave the distribution of x that is nearest to the distribution
 of the 41 blocks. The search did not use lateral figures, so the lateral figures in the table test the model.
 
-In the search all sets fly the same rocks. Each round keeps the best sets, which then fly more rocks (successive
-halving). The values are within the 90 % intervals of the calibration. The figures in the table come from 4,000 rocks
+The values are within the 90 % intervals of the calibration. The figures in the table come from 4,000 rocks
 that the search did not use. A *goal* is the range that the developers demand of a figure; for the lateral sd, the goal
 is the 95 % interval of the field. The next line has the values, and in brackets the distance in x (m) and the number of
 sets tried.
