@@ -201,8 +201,8 @@ The name of a column of measured sizes may state a unit; `rpf3d check` prints th
 | name of the column | sizes |
 |---|---|
 | `length (mm)`, `diameter_cm`, `mass (t)` | converted to m, kg or m3 |
-| without a unit; `Length (L)`, `mass (m)`, `thickness (t)`, where the letter is the symbol of the quantity | read in m, \
-kg or m3 |
+| without a unit; `Length (L)`, `mass (m)`, `thickness (t)`, where the letter is the symbol of the quantity | read in \
+m, kg or m3 |
 | `mass_t`, `mass_g` | converted, with a warning: if the letter after `_` is a unit, write `mass (t)` |
 | `ton` | 1 ton is 1,000 kg, with a warning, because there are other tons |
 | an unknown word in brackets; `tonnage` or `mass t` for masses | read in m, kg or m3, with a warning |
