@@ -155,7 +155,7 @@ SCENE = f"""\
 - `engine`: both engines give the same result with `method: events`. `auto` uses the engine that finishes first:
   `reference` up to {REFERENCE_ROCKS} rocks ({REFERENCE_SPHERES} spheres or rocks with a shape) or without numba, else
   `compiled`.
-- `method`: `events` is exact; fixed steps ([`stepping`](#methodstepping)) are only for comparison.
+- `method`: `events` is exact; fixed steps ([`stepping`](#methodstepping)) are only for comparison, and only for points.
 """
 BERMS = """\
 A berm of `terrain.berms` is a ridge of loose rock, the *windrow* of the [glossary](glossary.md). The key `berm` of
