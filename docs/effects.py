@@ -122,8 +122,8 @@ In `zones`, each zone or pattern may have all other keys of this table. A key th
 """,
     "effects.forest": """\
 - A file of trees is a CSV. Its header names x, y and `dbh_cm` (stem diameter). It may also name `height` (m),
-  `kind` (`conifer`, `broadleaved`, `silver_fir`) and z of the foot, which must be within 2 m of the ground. Without a
-  header, the columns are x, y, dbh_cm, height and kind.
+  `kind` (`conifer`, `broadleaved`, `silver_fir`) and z of the foot, which must be within 2 m of the ground. A tree
+  without a kind is a conifer. Without a header, the columns are x, y, dbh_cm, height and kind.
 - A randomly placed tree is equally likely at every place. Each tree depends only on the seed and its number.
 - A flying rock that loses all its energy at a tree drops to the foot of the tree. A sliding or rolling rock stops at
   the tree.
@@ -244,8 +244,8 @@ def _part(name: str, part: type[BaseModel]) -> list[str]:
         rows.append(
             f"| `{key}` | {_short(field.description or '')} | {_default(default, field.is_required())} | {source} |"
         )
-    about = " ".join((part.__doc__ or "").split())
-    return [f"`{name}`: {about}", "", f"| key of `{name}` | value | default | source |", "|---|---|---|---|", *rows, ""]
+    about = _wrapped(" ".join([f"`{name}`:", *(part.__doc__ or "").split()]))
+    return [about, "", f"| key of `{name}` | value | default | source |", "|---|---|---|---|", *rows, ""]
 
 
 def _short(meaning: str) -> str:
