@@ -129,7 +129,7 @@ A material has coefficients for one kind of rocks; coefficients of both kinds to
 | points, spheres | `normal_restitution`, `tangential_restitution` | `friction_angle_deg`, `rolling_friction` |
 | rocks with a shape | `restitution`, and either `friction` or `slip_friction` | `rolling_resistance` |
 
-A material with `library` needs none of them; `rpf3d materials` lists the entries of the library.
+A material with a `library` entry for the kind of the rocks needs none of them; `rpf3d materials` lists the entries.
 """
 ROCK = """\
 `diameter`, `mass` and `volume` exclude each other; `diameter` is that of the sphere of equal volume. Without a size,
