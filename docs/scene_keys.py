@@ -66,9 +66,8 @@ A source has exactly one of the keys `points`, `points_file`, `line`, `crest`, `
   back and would be shorter in another order. Rocks also start along the last segment of a closed line, which leads back
   to the first point; rpf3d warns if this segment is long, or if the line has at most five points.
 - **Polygons.** If part of a polygon is outside the terrain, `rpf3d check` prints how much of it is on the terrain.
-- **Size.** A source with `diameter`, `mass` or `volume` has rocks of this size; all other sources use the size in
-  `rock`. All sources use the density and shape in `rock`. The live node receives its sources in messages, and refuses a
-  scene in which a source has a size.
+- **Size.** A source may have its own `diameter`, `mass` or `volume`; density and shape are always those of `rock`. The
+  live node refuses a scene in which a source has a size.
 - **Speed.** A source has `velocity`, or `speed` with `azimuth_deg`. A release speed above 10,000 m/s is refused.
 - **Spread.** Polygons and zones have no `spread`.
 """
@@ -243,10 +242,9 @@ sources:
 ```
 """
 UNKNOWNS = f"""\
-A coefficient is **unknown** if it has one value for the whole site, but this value is not known. It **varies** if it
-differs from rock to rock or from impact to impact ([distributions](#distributions)):
-[the difference](../explanation/statistics.md#what-is-the-difference-between-unknown-and-varying),
-[the steps](../howto/unknown-ground.md).
+A coefficient is **unknown** if it has one value for the whole site, but this value is not known. It
+[varies](../explanation/statistics.md#what-is-the-difference-between-unknown-and-varying) if it differs from rock to
+rock or from impact to impact ([distributions](#distributions)). [How-to](../howto/unknown-ground.md).
 
 - These keys, and keys below them, may have unknown numbers:
   {", ".join(f"`{root}`" for root in scene_unknowns.ROOTS)}.
@@ -257,8 +255,8 @@ differs from rock to rock or from impact to impact ([distributions](#distributio
     [coefficients that its source leaves out](../howto/unknown-ground.md#take-ground-from-the-library).
 - The number may be a part of a distribution: `{{mean: {{prior: {{min: 0.3, max: 0.5}}}}, sd: 0.1, min: 0.1, max: 0.8}}`
   varies, and its mean is unknown.
-- A key path is the keys from the outermost to the innermost, joined by dots. `*` stands for all keys of a mapping:
-  `materials.*.friction` is one value for all materials.
+- In a [key path](glossary.md), `*` stands for all keys of a mapping: `materials.*.friction` is one value for all
+  materials.
 - The rocks of a run with unknowns are shared among `sets` parameter sets. Without unknowns, `sets` has no effect.
 - A parameter with a column in `sample` is drawn from the sample, even if it also has a prior.
 - `rpf3d cost`, `rpf3d check` and pictures of models use the middle of each range. A
