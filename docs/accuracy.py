@@ -56,9 +56,12 @@ rpf3d cost SCENE --out DIR                  # a table on the screen; cost.json, 
 rpf3d run SCENE --out DIR --accuracy 0.05   # enough rocks to keep the error under 0.05
 ```
 
-`rpf3d cost` writes a *price list*: error and time of each setting. `run --accuracy` reads the price list in DIR. If
+`rpf3d cost` writes a *price list*: error and time of each setting. `run --accuracy` reads the price list in DIR; if
 there is none for this scene and version, `run --accuracy` measures it first. The rocks of `run --accuracy` always fly
-over the full terrain. `make accuracy` (`docs/accuracy.py`) measures and writes this page.
+with exact contacts over the full terrain. `make accuracy` (`docs/accuracy.py`) measures and writes this page.
+
+**Known defect.** For spheres (`rock.shape: sphere`), `rpf3d cost` and `run --accuracy` end with an error (`scan has no
+rule for Stepped`), because fixed steps are only for points.
 
 ## Which errors are measured?
 All errors are differences of two maps of reach probability. The **map error** is the sum over all cells of |p - q|,
@@ -69,20 +72,24 @@ There are four errors:
 - **numerical**: the error of the search for contacts. The same rocks fly with two methods: from event to event, which
   is exact, and in fixed time steps, as in the [thesis](design.md#what-is-rpf3d-for) (`method: {stepping: ...}` in a
   scene). At each step VTK finds the closest facet. If the rock is nearer to the facet than the *threshold* and moves
-  into the facet, it has an impact. All other code is the same. The steps have two variants. *squared* compares the
-  squared distance with the threshold, as the thesis' code does: 0.05 then means 0.22 m. *raster* replaces the mesh by
-  heights in cells; the impact is at the first step below the ground. A scene cannot choose *raster*.
+  into the facet, it has an impact. All other code is the same. The steps have two variants:
+  - *squared* compares the squared distance with the threshold, as the thesis' code does: 0.05 then means 0.22 m.
+  - *raster* replaces the mesh by heights in cells; the impact is at the first step below the ground. A scene cannot
+    choose *raster*.
+- **numerical, for rocks with a shape**: the error of `accuracy`. The same rocks fly with four times to one eighth of
+  the scene's `accuracy`. Their maps are compared with the map of the smallest `accuracy`, without the difference that
+  chance explains. Fixed steps, rasters and impacts with 50 digits are not measured.
 - **geometric**: the error of a coarser terrain. The same rocks, from the same heights above the ground, fly over 1/2
   to 1/64 of the triangles (quadric decimation). Their map is compared with the map on the full terrain. The error of
   the survey itself is unknown; the best estimate is the error of half the triangles.
 - **statistical**: the error of a small number of rocks. The map of n rocks is compared with the map of all N rocks
   flown, which include the n rocks. The difference, divided by the square root of 1 - n/N, is the expected difference
   from the map of infinitely many rocks. Above the largest n, the error falls with the square root of the number of
-  rocks. (Two small ensembles cannot be compared directly, because most of their cells have one rock or no rock.)
-- **parametric**: the error of unknown values of the ground. If a scene has ranges (`prior`, `library`) or the sample of
-  a calibration, up to 32 parameter sets fly two groups of rocks each. The error is the root mean square distance
-  between the maps of two sets, without the distance that chance causes between two groups of one set. If a scene gives
-  one value for each coefficient, the table has no parametric error: the error exists, but its size is unknown.
+  rocks.
+- **parametric**: the error of unknown values of the ground. If a scene has ranges (`prior`, `library`) or the sample
+  of a calibration, up to 32 parameter sets fly two groups of rocks each. The error is the root mean square distance
+  between the maps of two sets, without the distance that chance causes between two groups of one set. If a scene
+  gives one value for each coefficient, the parametric error exists, but its size is unknown.
 
 The **total** is the sum of the first three errors, because a systematic and a random error do not cancel. The full
 terrain has the geometric error 0.
@@ -105,29 +112,28 @@ next: more rocks, a finer survey, or a calibration.
 | compiled | s / 1,000 rocks, if rpf3d's own compiled search finds the closest facet |
 
 - **Chance.** Numerical and geometric rows compare the same rocks, so they show errors far below chance. But if a
-  setting moves most rocks elsewhere, the error also contains chance and is an upper limit. If a setting is too slow for
-  2,000 rocks, only a half, a quarter, ... of them fly (`rocks` in `cost.json`). Small map errors are then uncertain: if
-  one of 500 rocks ends elsewhere, the map error is a few thousandths.
-- **Seconds of steps.** For these times, every step is tested for contact, as in the thesis, and no maps are made. For
-  *s / 1,000 rocks*, Python calls VTK as the thesis' program does. *compiled* (hollow markers in the picture) is the
-  time of the same steps in compiled code; compared with the time of events, it shows what the method alone costs.
-  `method: {stepping: ...}` is faster than both, because it skips steps at which no contact is possible. The times of
-  all other rows include maps.
-- **Events** have rounding errors only. To measure these errors, the impacts are calculated again with 50 digits on the
-  facets that the rocks hit. (`test/accuracy` checks that this calculation agrees with closed forms to 45 digits, and
-  that with exact arithmetic no rock hits another facet.) Each bounce off a new facet may multiply a small difference
-  between two paths, so the errors of single impacts say little about the map. The map error in the row *events* is
-  therefore an upper estimate from another test: all rocks are shifted by one contact tolerance to the east, thousands
-  of times more than rounding.
+  setting moves most rocks elsewhere, the error also contains chance and is an upper limit. Numerical rows have 2,000
+  rocks; if a setting is too slow, only a half, a quarter, ... of them fly (`rocks` in `cost.json`). Small map errors
+  are then uncertain: if one of 500 rocks ends elsewhere, the map error is a few thousandths.
+- **Seconds of steps.** For these times, every step is tested for contact, as in the thesis, and no maps are made; the
+  times of all other rows include maps. For *s / 1,000 rocks*, Python calls VTK as the thesis' program does.
+  *compiled* (hollow markers in the picture) is the time of the same steps in compiled code; compared with the time of
+  events, it shows what the method alone costs. `method: {stepping: ...}` is faster than both, because it skips steps
+  at which no contact is possible.
+- **Events** have rounding errors only. The map error in the row *events* is an upper estimate: all rocks are shifted
+  to the east by one contact tolerance, thousands of times more than rounding. For single impacts, the impacts are
+  calculated again with 50 digits on the facets that the rocks hit. (`test/accuracy` checks that this calculation
+  agrees with closed forms to 45 digits, and that with exact arithmetic no rock hits another facet.) These errors say
+  little about the map, because each bounce off a new facet may multiply a small difference between two paths.
 
 ## How do I read the lines of a scene?
 - *events against 50 digits*: rounding errors of the impacts of 50 rocks.
-- *errors of this scene*: the errors of the scene with the method, the terrain and the number of rocks of its file. The
-  geometric error is the error that half of the triangles of this terrain would cause.
-- *total up to 0.05*: the cheapest measured setting with a *total* of at most 0.05, with events or with fixed steps, on
-  the full or on a coarser terrain. If this setting has a coarser terrain, you must make that terrain yourself.
+- *errors of this scene*: the errors with the method, the terrain and the number of rocks of its file. The geometric
+  error is the error that half of the triangles of this terrain would cause.
+- *total up to 0.05*: the cheapest measured setting with a *total* of at most 0.05 (`rpf3d cost --target`), with
+  events or with fixed steps, on the full or on a coarser terrain. If this setting has a coarser terrain, you must
+  make that terrain yourself.
 - *`rpf3d run --accuracy 0.05`*: the setting that this command chooses.
-- *numerical*, *geometric*, *statistical*: a table for each of these errors.
 """
 READING = """## What follows from the tables?
 - **With steps, a ten times smaller error takes ten times more time.** If step and threshold shrink together, the error

@@ -75,11 +75,17 @@ Look up here every model and effect that a scene may name, with its parameters, 
 
 `rpf3d effects` prints this list, `rpf3d effects --json` the same for programs. `docs/effects.py` writes this page.
 
-A scene of points has one rebound model, one ground model and any number of effects. Spheres have a contact model in
-place of the rebound model. Rocks with a shape have a contact model in place of both the rebound and the ground model.
-[Effects by shape](effects-by-shape.md) shows on which rocks each effect acts. **An effect that the scene does not name
-is not simulated, not compiled, not imported and uses no random number.** You can add
-[your own](../howto/own-models.md).
+Which models a scene has depends on the shape of its rocks:
+
+| rocks | `rebound:` | `ground:` | `contact:` |
+|---|---|---|---|
+| points | one model | one model except `sphere` | |
+| spheres | | `sphere` or `none` | `coulomb_sphere` |
+| rocks with a shape | | | `rigid` |
+
+A scene may have any number of effects; [effects by shape](effects-by-shape.md) shows on which rocks each effect acts.
+**An effect that the scene does not name is not simulated, not compiled, not imported and uses no random number.** You
+can add [your own models and effects](../howto/own-models.md).
 
 ```yaml
 rebound: coulomb_limited         # a name, or a name with parameters: {v_half: {speed: 10}}
@@ -104,9 +110,9 @@ of [file formats](formats.md#areas-lines-and-points).
 without compiling; median of {passes} alternating measurements. *Runout* is the change of the mean horizontal distance
 from release to end. A fragment counts as a rock that starts where its rock broke; rocks that broke do not count.
 
-`make effects` measured both with {rocks:,} rocks on a wall of one synthetic pit (150,000 triangles,
-`docs/effects_wall.yaml`). For other pits they show only the order of magnitude. Models without default parameters were
-measured with invented parameters, which are not advice.
+`make effects` measures both with {rocks:,} rocks on a wall of one synthetic pit (150,000 triangles,
+`docs/effects_wall.yaml`). For other pits they show only the order of magnitude. Models without default parameters have
+invented parameters there, which are not advice.
 
 """
 TEXTS = {
@@ -116,8 +122,8 @@ In `zones`, each zone or pattern may have all other keys of this table. A key th
 """,
     "effects.forest": """\
 - A file of trees is a CSV. Its header names x, y and `dbh_cm` (stem diameter). It may also name `height` (m),
-  `kind` (`conifer`, `broadleaved`, `silver_fir`) and z of the foot, which must be within 2 m of the ground. Without a
-  header, the columns are x, y, dbh_cm, height and kind.
+  `kind` (`conifer`, `broadleaved`, `silver_fir`) and z of the foot, which must be within 2 m of the ground. A tree
+  without a kind is a conifer. Without a header, the columns are x, y, dbh_cm, height and kind.
 - A randomly placed tree is equally likely at every place. Each tree depends only on the seed and its number.
 - A flying rock that loses all its energy at a tree drops to the foot of the tree. A sliding or rolling rock stops at
   the tree.
@@ -132,8 +138,8 @@ effects:
 ```
 
 - A barrier stands vertically on the ground straight below its line. A rock hits the barrier if it crosses the plane of
-  the barrier at most `height` times `residual_height` above this ground. A higher rock flies over, and its path does
-  not change.
+  the barrier at most `height` times `residual_height` above this ground. A higher rock flies over without any change of
+  its path.
 - A rock with at most `capacity_kj` of energy is caught (outcome `caught`). A rock with more energy breaks through in
   the same direction, and loses `taken_by_break` times the capacity. The energy is translational; of bodies, it is the
   sum of translational and rotational energy.
@@ -141,8 +147,8 @@ effects:
 - Rocks are independent of each other, so every rock hits an undamaged barrier. For a net that was hit before, give
   `residual_height`.
 - `capacity_kj: 0` counts the rocks that cross a line, and changes no bit of any path.
-- The engineer must decide whether a net is high and strong enough: [results](outputs.md#barriers) have p95 energies and
-  heights, without a factor of safety.
+- The engineer must decide whether a net is high and strong enough: the [results](outputs.md#barriers) have p95 energies
+  and heights, without a factor of safety.
 - ETAG 027 (now EAD 340059) tests nets at these maximum energy levels (kJ), classes 0 to 7: 100, 250, 500, 1000, 1500,
   2000, 3000, 4500. They are unconfirmed: look them up for the product.
 """,
@@ -238,8 +244,8 @@ def _part(name: str, part: type[BaseModel]) -> list[str]:
         rows.append(
             f"| `{key}` | {_short(field.description or '')} | {_default(default, field.is_required())} | {source} |"
         )
-    about = " ".join((part.__doc__ or "").split())
-    return [f"`{name}`: {about}", "", f"| key of `{name}` | value | default | source |", "|---|---|---|---|", *rows, ""]
+    about = _wrapped(" ".join([f"`{name}`:", *(part.__doc__ or "").split()]))
+    return [about, "", f"| key of `{name}` | value | default | source |", "|---|---|---|---|", *rows, ""]
 
 
 def _short(meaning: str) -> str:

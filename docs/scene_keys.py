@@ -46,41 +46,42 @@ sources: [{name: west, line: [[-570, -10, 0], [-570, 40, 0]], above_ground: 1, v
 - Paths are relative to the scene file.
 - A key that does not exist, or a value out of bounds, is refused. The message has the file, the line, the key and what
   would be right.
-- YAML anchors and aliases: `*name` is a copy of the value with the anchor `&name`. A message about the copy has the key
-  of the copy, and the line of the original value. All aliases of a file together may repeat at most 100,000 values. An
-  alias inside the value of its own anchor and a merge key (`<<`) are refused.
-- In the tables, a value without a stated type is a number; (-) means without a unit. *Left out* describes a scene
-  without the key.
+- YAML aliases: `*name` is a copy of the value with the anchor `&name`. A message about the copy has the key of the copy
+  and the line of the original. All aliases of a file may repeat at most 100,000 values. Refused are merge keys (`<<`),
+  and an alias inside the value of its own anchor.
+- In the tables, a value without a stated type is a number; (-) means without a unit. The text after *left out* applies
+  if the scene does not have the key.
 """
 SOURCES = """\
-Without `rocks`, a source of points has one rock for each point; every other source has one rock. Rocks are assigned to
-points in turn. On a line, a polygon or a zone they start at random places. All places along the line, or on the
-inclined surface of the polygon or zone (not its area in plan), are equally likely. If part of a polygon is outside the
-terrain, `rpf3d check` prints how much of it is on the terrain.
+A source has exactly one of the keys `points`, `points_file`, `line`, `crest`, `polygon` and `zone`.
 
-With `above_ground`, points may be `[x, y]` (with `up: y`: `[x, z]`), and `line` may be a file with one or more lines
-(`.geojson .gpkg .shp .dxf .str`). Rocks are spread over the length of all lines of the file. The points of a line must
-be in their order along the crest: rpf3d warns of a line that turns back and would be shorter in another order.
-Rocks also start along the closing segment of a closed line, and along the lines of all layers of a DXF file: rpf3d
-warns of a long closing segment, and of several layers. With `above_ground`, heights in the file of a source are not
-used, but rpf3d warns if they differ from the ground by more than 2 m plus `above_ground` in the median.
-
-A source with `diameter`, `mass` or `volume` has rocks of this size; all other sources use the size in `rock`. All
-sources use the density and shape in `rock`. The live node receives its sources in messages, and refuses a scene in
-which a source has a size.
+- **Number.** Without `rocks`, a source of points has one rock for each point; every other source has one rock.
+- **Places.** Rocks are assigned to points in turn. On a line, a polygon or a zone they start at random places: all
+  places along the line, or on the inclined surface of the polygon or zone (not its area in plan), are equally likely.
+- **Heights.** With `above_ground`, points may be `[x, y]` (with `up: y`: `[x, z]`), and heights in the file of a source
+  are not used. rpf3d warns if they differ from the ground by more than 2 m plus `above_ground` in the median.
+- **Files of lines** (`.geojson .gpkg .shp .dxf .str`) need `above_ground`. Rocks are spread over the length of all
+  lines of the file, also of all layers of a DXF file; rpf3d warns of several layers.
+- **Order of points.** The points of a line must be in their order along the crest: rpf3d warns of a line that turns
+  back and would be shorter in another order. Rocks also start along the last segment of a closed line, which leads back
+  to the first point; rpf3d warns if this segment is long, or if the line has at most five points.
+- **Polygons.** If part of a polygon is outside the terrain, `rpf3d check` prints how much of it is on the terrain.
+- **Size.** A source may have its own `diameter`, `mass` or `volume`; density and shape are always those of `rock`. The
+  live node refuses a scene in which a source has a size.
+- **Speed.** A source has `velocity`, or `speed` with `azimuth_deg`. A release speed above 10,000 m/s is refused.
+- **Spread.** Polygons and zones have no `spread`.
 """
 PIT = "Lengths are in m, angles in degrees."
 BENCHES = """\
-A slope of level berms and plane faces, for a design without a mesh. Lengths are in m, angles in degrees. The uppermost
-edge is at x = 0, the floor at z = 0; x points away from the faces, and y = 0 is the middle of the slope. Here a *berm*
-is a level step between two faces, not a [ridge of loose rock](#terrainberms).
+A slope of level berms and plane faces, for a design without a mesh ([how-to](../howto/catch-bench-design.md)). Lengths
+are in m, angles in degrees. The uppermost edge is at x = 0, the floor at z = 0; x points away from the faces, and y = 0
+is the middle of the slope. Here a *berm* is a level step between two faces, not a
+[ridge of loose rock](#terrainberms).
 
 Zones from the top: `crest`, `face_1`, `berm_1`, `face_2` and so on, `floor`. Materials may name them by pattern
 (`face_*`). A source with `crest: 1` releases rocks along the middle half of the upper edge of `face_1`, at
 `above_ground`. `roughness` moves the points of crest, faces, berms and floor normal to the surface (the floor by a
 third), but not their edges: from an edge, its effect grows over the first 3 m.
-
-The steps of a design: [how-to](../howto/catch-bench-design.md).
 """
 POINTS = """## Files of points
 | file | content |
@@ -104,9 +105,9 @@ ROCKS = """## rocks
 The total number of rocks; `--rocks` of `rpf3d run` replaces it. Without this key, each source flies its own `rocks`.
 
 - With a number, sources share the total in proportion to their own `rocks`.
-- With `auto`, first at least 1,000 rocks fly. Then their number doubles until it is sufficient for `target`, or until
-  another doubling would exceed `most_rocks`. Each doubling keeps the proportions of the sources. The summary has the
-  intervals after each doubling.
+- With `auto`, first at least 1,000 rocks fly. Then their number doubles, at least twice, until it is sufficient for
+  `target`, or until another doubling would exceed `most_rocks`. Each doubling keeps the proportions of the sources. The
+  summary has the intervals after each doubling.
 """
 TARGET = """\
 The places of the target are the areas of interest or, in a scene without areas, all zones that rocks
@@ -115,18 +116,32 @@ enough: the share of rocks that reached the place, the share that stopped there,
 20 rocks reached the place).
 """
 MATERIALS = """\
-A zone has the material with its exact name; otherwise that of the first pattern that fits (`bench_*`); otherwise
-`default`. A material other than `default` is refused if its name fits no zone of the terrain. Capitals count: the
-pattern of layers such as `FACES_NORTH` is `FACES_*`. `rpf3d materials` lists the entries of the `library`.
+A zone has the material with its exact name; otherwise the first material whose pattern fits (`bench_*`); otherwise
+`default`. A part of a split zone without a material of its own name has the material of the whole zone. A material
+other than `default` is refused if its name fits no zone of the terrain. Capitals count: the pattern of layers such as
+`FACES_NORTH` is `FACES_*`.
+
+A material has coefficients for one kind of rocks; coefficients of both kinds together are refused:
+
+| rocks | must be given | may be given |
+|---|---|---|
+| points, spheres | `normal_restitution`, `tangential_restitution` | `friction_angle_deg`, `rolling_friction` |
+| rocks with a shape | `restitution`, and either `friction` or `slip_friction` | `rolling_resistance` |
+
+A material with a `library` entry for the kind of the rocks needs none of them; `rpf3d materials` lists the entries.
 """
 ROCK = """\
-Without `rock`, a rock has the mass of a sphere of 1 m diameter and 2,700 kg/m3: 1,414 kg. `rpf3d check` prints mass and
-size.
+`diameter`, `mass` and `volume` exclude each other; `diameter` is that of the sphere of equal volume. Without a size,
+boxes and blocks from files keep their own size, and all other rocks have a diameter of 1 m: 1,414 kg at the default
+density. `rpf3d check` prints mass and size.
 """
 TERRAIN = """\
-Files are meshes, grids, files of mine planning programs, or clouds of points: [all formats](formats.md). Heights of a
-grid are at the centres of cells; NODATA is a hole. Maps have the reference system `crs`; a terrain file that states
-another one is refused.
+A terrain has exactly one of the keys `files`, `pit` and `benches`. Files are meshes, grids, files of mine planning
+programs, or clouds of points: [all formats](formats.md). Heights of a grid are at the centres of cells; NODATA is a
+hole. Maps have the reference system `crs`; a terrain file that states another one is refused.
+"""
+ZONES = """\
+A facet belongs to the zone if its centroid lies inside one of the polygons in plan.
 """
 SCENE = f"""\
 - `stop_speed`: a rock on the ground stops below this speed, if friction holds it there. `ground: none` ignores
@@ -134,22 +149,23 @@ SCENE = f"""\
 - `smallest_bounce`: when the next bounce would be lower than this height, bouncing
   [ends](../explanation/physics.md#the-end-of-bouncing). The rebound model decides whether the remaining bounces are
   summed in closed form, simulated or left out.
-- `max_time` and `max_impacts`: the flight of a rock that still moves at this time, or after this number of impacts,
-  ends with the outcome of the same name.
+- `max_time` and `max_impacts`: the flight of a rock that still moves at this limit ends with the outcome of the same
+  name. `max_impacts` counts impacts, contacts with obstacles and slides over facets together.
 - `engine`: both engines give the same result with `method: events`. `auto` uses the engine that finishes first:
   `reference` up to {REFERENCE_ROCKS} rocks ({REFERENCE_SPHERES} spheres or rocks with a shape) or without numba, else
   `compiled`.
-- `method`: `events` is exact; fixed steps ([`stepping`](#methodstepping)) are only for comparison.
+- `method`: `events` is exact; fixed steps ([`stepping`](#methodstepping)) are only for comparison, and only for points.
 """
 BERMS = """\
-The word *berm* has two meanings in a scene. A berm of `terrain.berms` is a ridge of loose rock, the *windrow* of the
-[glossary](glossary.md). `berm` of [`terrain.benches`](#terrainbenches) is the level step between two faces.
+A berm of `terrain.berms` is a ridge of loose rock, the *windrow* of the [glossary](glossary.md). The key `berm` of
+[`terrain.benches`](#terrainbenches) means something else: the level step between two faces.
 
-A berm of `terrain.berms` is a part of the ground. Berms are added before rpf3d corrects the winding, applies the
-polygons of `zones`, and splits zones. The crest of a berm has a constant height above the ground below. The berm slopes
-down to its foot on both sides and beyond its ends. Where two berms cross, their heights are added. The facets of a berm
-form the zone `berm_<name>`, even inside a polygon of `zones`, so `materials` and the bench table can use this name. If
-a berm cuts a facet into parts, the first part keeps the number of the facet.
+The crest of a berm has a constant height above the ground below. The berm slopes down to its foot on both sides and
+beyond its ends. Where two berms cross, their heights are added.
+
+Berms are a part of the ground: they are added before rpf3d corrects the winding, applies the polygons of `zones`, and
+splits zones. The facets of a berm form the zone `berm_<name>`, even inside a polygon of `zones`; `materials` and the
+bench table can use this name. If a berm cuts a facet into parts, the first part keeps the number of the facet.
 
 Example: `berms: [{name: haul_road, along: [[0, 0], [120, 40]], height: 2, width: 6, crest: 1}]`
 """
@@ -171,7 +187,7 @@ distribution off, and must be within the limits of the key.
 | `{lognormal: {mean: 0.4, sd: 0.3, min: 0.05, max: 3}}` | lognormal; mean and sd of the number, not of its logarithm |
 | `{uniform: [0.2, 0.8]}` | uniform between the two numbers |
 | `{power_law: {exponent: 0.5, min: 0.01, max: 8}}` | before the cut, the number of values above x is proportional \
-to x^-exponent; for volumes of rocks the exponent is 0.4 to 0.6 |
+to x^-exponent; for volumes of rocks the exponent is 0.4 to 0.6 (unconfirmed) |
 | `{weibull: {shape: 1.5, scale: 0.8, min: 0.1, max: 3}}` | Weibull: before the cut, the share of values below x is \
 1 - exp(-(x/scale)^shape) |
 | `{triangular: {min: 0.2, mode: 0.5, max: 1.4}}` | triangular, most frequent at its mode |
@@ -179,22 +195,26 @@ to x^-exponent; for volumes of rocks the exponent is 0.4 to 0.6 |
 same probability; a file has a number on each line, and may have a header |
 | `{measured: blocks.csv, column: diameter_m}` | the same, from the column of a table with that name in its header |
 
-- The header of a file of measured sizes may state a unit:
-  - `length (mm)`, `diameter_cm`, `mass (t)`: the sizes are converted to m, kg or m3. `rpf3d check` prints the unit.
-  - No unit: the sizes are read in m, kg or m3.
-  - `mass_t`: the sizes are converted, with a warning, because a single letter after `_` may not be a unit. If it is,
-    write it in brackets: `mass (t)`.
-  - `ton`: a ton is read as 1,000 kg, with a warning, because there are other tons.
-  - An unknown word in brackets: the sizes are read in m, kg or m3, with a warning.
-  - A unit of another quantity, such as `width (m)` or `width_m` for masses: the file is refused.
-  - A name of another quantity, such as `tonnage` for diameters: the file is refused, with the key that the column
-    belongs to. German names such as `Masse`, `Durchmesser` and `Volumen` are also known.
-  - A radius, such as `Radius (m)`: the file is refused, because sizes are diameters, masses or volumes.
-  - `Length (L)`, `mass (m)` and `thickness (t)`: the letter in brackets is read as the symbol of the quantity, not as
-    litres, metres or tonnes.
-- rpf3d warns, and names a likely unit, if masses without a unit give only rocks below about 5 kg, if a named column
-  of masses without a unit has only values below 50, if sizes converted from a smaller unit, such as mm, give only very
-  small rocks, and if a density is from 100 to 300 kg/m3, which may be in lb/ft3.
+The name of a column of measured sizes may state a unit; `rpf3d check` prints the unit:
+
+| name of the column | sizes |
+|---|---|
+| `length (mm)`, `diameter_cm`, `mass (t)` | converted to m, kg or m3 |
+| without a unit; `Length (L)`, `mass (m)`, `thickness (t)`, where the letter is the symbol of the quantity | read in \
+m, kg or m3 |
+| `mass_t`, `mass_g` | converted, with a warning: if the letter after `_` is a unit, write `mass (t)` |
+| `ton` | 1 ton is 1,000 kg, with a warning, because there are other tons |
+| an unknown word in brackets; `tonnage` or `mass t` for masses | read in m, kg or m3, with a warning |
+| a unit of another quantity, such as `width (m)` or `width_m` for masses | refused |
+| another quantity, such as `tonnage` for diameters (also German: `Masse`, `Durchmesser`, `Volumen`) | refused, with \
+the right key |
+| a radius or circumference, such as `Radius (m)` | refused: sizes are diameters, masses or volumes |
+
+- rpf3d warns of these values, and names a likely unit:
+  - masses without a unit that give only rocks below about 5 kg;
+  - a named column of masses without a unit, with values below 50 only;
+  - sizes converted from a smaller unit, such as mm, that give only very small rocks;
+  - a density from 100 to 300 kg/m3, which may be in lb/ft3.
 - Random numbers are the same on both engines.
 - A coefficient of a material is drawn for each rock and zone; with `draw: per_impact`, for each impact. The last
   bounces, which are summed, and the slide after them share one draw.
@@ -222,22 +242,23 @@ sources:
 ```
 """
 UNKNOWNS = f"""\
-A coefficient is **unknown** if it has one value for the whole site, but this value is not known. It **varies** if it
-differs from rock to rock or from impact to impact ([distributions](#distributions)):
-[the difference](../explanation/statistics.md#what-is-the-difference-between-unknown-and-varying),
-[the steps](../howto/unknown-ground.md).
+A coefficient is **unknown** if it has one value for the whole site, but this value is not known. It
+[varies](../explanation/statistics.md#what-is-the-difference-between-unknown-and-varying) if it differs from rock to
+rock or from impact to impact ([distributions](#distributions)). [How-to](../howto/unknown-ground.md).
 
 - These keys, and keys below them, may have unknown numbers:
   {", ".join(f"`{root}`" for root in scene_unknowns.ROOTS)}.
-- There are three ways to make a number unknown: write `{{prior: {{min, max}}}}` in place of the number; write its key
-  path in `unknowns.priors`; or write `library` in a material. The library also gives ranges for
-  [coefficients that its source leaves out](../howto/unknown-ground.md#take-ground-from-the-library).
+- There are three ways to make a number unknown:
+  - write `{{prior: {{min, max}}}}` in place of the number;
+  - write its key path in `unknowns.priors`;
+  - write `library` in a material. The library also gives ranges for
+    [coefficients that its source leaves out](../howto/unknown-ground.md#take-ground-from-the-library).
 - The number may be a part of a distribution: `{{mean: {{prior: {{min: 0.3, max: 0.5}}}}, sd: 0.1, min: 0.1, max: 0.8}}`
   varies, and its mean is unknown.
-- A key path is the keys from the outermost to the innermost, joined by dots. `*` stands for all keys of a mapping:
-  `materials.*.friction` is one value for all materials.
+- In a [key path](glossary.md), `*` stands for all keys of a mapping: `materials.*.friction` is one value for all
+  materials.
 - The rocks of a run with unknowns are shared among `sets` parameter sets. Without unknowns, `sets` has no effect.
-- If a parameter has a column in `sample`, it is drawn from the sample, even if it also has a prior.
+- A parameter with a column in `sample` is drawn from the sample, even if it also has a prior.
 - `rpf3d cost`, `rpf3d check` and pictures of models use the middle of each range. A
   [run in parts](../howto/parallel-runs.md#run-one-scene-in-parts) refuses a scene with unknowns.
 
@@ -253,14 +274,14 @@ With `min` and `max` alone, all values between them are equally probable. With `
 distribution that is cut off at `min` and `max`.
 """
 CALIBRATION = """\
-`rpf3d calibrate` determines these unknowns from `observed` and from the data of this section
-([how-to](../howto/calibrate-a-ramp.md)). A run ignores the section. The calibration also determines unknowns that the
-scene has outside this section, such as the ranges of a library. If both have a range for a value, the range in
-`calibration.unknowns` applies.
+`rpf3d calibrate` determines unknowns from `observed` and from the data of this section
+([how-to](../howto/calibrate-a-ramp.md)). A run ignores the section.
 
-`mass_column` and `shape_column` name columns of the file of end points. A simulated rock is then compared only with
-blocks of about its mass, and of its shape. These columns may be anywhere in the file. The heights of stops are not
-compared, so x and y are enough.
+- **Unknowns.** The calibration determines at most 12 `unknowns` of this section, and all other unknowns of the scene,
+  such as the ranges of a library. If both have a range for a value, the range of this section applies.
+- **Columns.** `mass_column` and `shape_column` name columns of the file of end points, at any place in the file. A
+  simulated rock is then compared only with blocks of about its mass, and of its shape.
+- **Heights** of stops are not compared, so x and y are enough.
 """
 SHAPE = """\
 `shape: point` is the default. Spheres have the rocks' size, roll and spin, and need the same coefficients of materials
@@ -292,7 +313,7 @@ def document() -> str:
             table("terrain.berms[]", scene_terrain.BermSpec, BERMS),
             parameter_table("terrain.pit", PIT, pit.Pit(), pit),
             parameter_table("terrain.benches", BENCHES, benches.Benches(), benches),
-            table("zones[]", scene_terrain.ZoneSpec),
+            table("zones[]", scene_terrain.ZoneSpec, ZONES),
             table("materials.NAME", scene_material.Material, MATERIALS),
             table("materials.NAME.slip_friction", scene_shapes.SlipFrictionSpec),
             table("rock", scene_releases.RockSpec, ROCK),

@@ -5,15 +5,16 @@ This page explains how far you can trust a predicted runout. It compares simulat
 tests at three sites.
 
 On this page a *block* is a real rock of a field test, and a *rock* is simulated. A *stop* is the place where a block
-stopped. Four [models](physics.md) are compared: `constant` and `coulomb_limited`, in which a rock is a point; the rigid
-sphere; and [rocks with a shape](#rocks-with-a-shape).
+stopped. The page compares four [models](physics.md): `constant` and `coulomb_limited`, in which a rock is a point; the
+rigid sphere; and [rocks with a shape](#rocks-with-a-shape).
 """
 
-VERDICT = """**No, not on a slope where the model was not calibrated.** Calibrate on rocks that fell on this slope. If
+VERDICT = """**No, not on a slope where the model was not calibrated.** Calibrate on rocks that fell on your slope. If
 no rocks fell there, use ranges for the coefficients, and accept wide intervals.
 
 - **Coefficients from books give no reliable prediction.** With points and spheres, the error of the mean distance is
-  {book_low:+.0f} to {book_high:+.0f} m at Authume and {meadow_low:+.0f} to {meadow_high:+.0f} m at Tschamut.
+  {book_low:+.0f} to {book_high:+.0f} m at Authume (field: 44 m) and {meadow_low:+.0f} to {meadow_high:+.0f} m at
+  Tschamut (field: 92 m).
   The error of another open program, without calibration, is {bar:+.0f} m (point) and {bar_sphere:+.0f} m (sphere) at
   Tschamut.
 - **After calibration, the intervals of points and spheres contain too few stops across the slope.** At Authume the
@@ -28,16 +29,18 @@ no rocks fell there, use ranges for the coefficients, and accept wide intervals.
 - **The predictive intervals of a calibrated run include the misfit of the model, and are therefore wide enough**,
   except for `constant` along the slope at Tschamut. But at Tschamut the misfit of points and spheres is as large as the
   spread of the stops: such intervals repeat the spread of the field and predict nothing.
+- **No model predicts kept-out stops clearly better than a curve without physics**: none by two standard errors. The
+  best model, rocks with a shape at Authume, is better than the curve by {gain:.2f} ± {doubt:.2f} (mean log density).
 - **Stops alone contain little information about the ground.** At Tschamut most coefficients stay nearly as uncertain as
-  before the calibration. No model predicts kept-out stops clearly better than a curve without physics. The best model,
-  rocks with a shape at Authume, is better than the curve by {gain:.2f} ± {doubt:.2f} (mean log density).
+  before the calibration.
 - **A calibration on one slope may be far too sure on another.** Calibrated at Authume, the models have errors of
   {at_meadow} m at Tschamut (constant, Coulomb-limited, rigid sphere, rocks with a shape), and their 90 % intervals
-  contain {held_at_meadow} of 18 stops. Calibrated at Tschamut, they have errors of {at_quarry} m at Authume, and their
-  intervals contain {held_at_quarry} of 41 stops. With values from single impacts, the first three of these models have
-  errors of {impacts_quarry} m at Authume and {impacts_meadow} m at Tschamut.
+  contain {held_at_meadow} of 18 stops. Calibrated at Tschamut, the models have errors of {at_quarry} m at Authume, and
+  their intervals contain {held_at_quarry} of 41 stops.
+- **Values from single impacts give no reliable prediction either.** With these values, the errors of the first three
+  models are {impacts_quarry} m at Authume and {impacts_meadow} m at Tschamut.
 - **With ranges of the library, intervals contain most stops before any calibration**: {library_quarry} of 41 along the
-  slope at Authume and {library_meadow} of 18 at Tschamut. Most of these intervals [have no far
+  slope at Authume and {library_meadow} of 18 at Tschamut. But most of these intervals [have no far
   end](#do-predictive-intervals-contain-the-observed-stops). Across the slope they contain as few as {library_across}.
 """
 
@@ -51,33 +54,32 @@ writes the page from the last measurement.
   libraries. 10,000 rocks at Authume and 9,000 at Tschamut fly with one value for each coefficient.
 - **Calibrated** is a sample of parameter sets from `rpf3d calibrate`, with one value for the whole site and a budget of
   one hour. `python docs/field_cases/scenes.py FOLDER` writes the scenes. 64 sets of the sample fly over the slope of
-  their calibration, with 200 rocks each at Authume and 216 at Tschamut. There, only about 72 of the rocks with a shape
-  count: those with the shape of the block of their run. These rows show how well a model can fit, not how well it
-  predicts.
+  their calibration, with 200 rocks each at Authume and 216 at Tschamut. (At Tschamut, only about 72 of the 216 rocks
+  with a shape count: those with the shape of the block of their run.) These rows show how well a model can fit, not how
+  well it predicts.
 - **Kept-out stops** show how well a model predicts. The stops are divided into groups (folds), and each group is
   predicted from a calibration with the other groups. The *score* is the mean logarithm of the predicted density at each
   stop; higher is better. The *curve* is a normal distribution without physics.
-- **Misfit** is the error of the model that the calibration found, a standard deviation (m). Intervals *with the misfit*
-  include this error. The largest misfit that the calibration tries is the spread of the stops.
-- **Contained**: a 90 % interval contains a stop if 5 to 95 % of the predicted rocks stop before it, along or across the
-  slope. In tables of kept-out stops, the intervals come from a smoothed distribution of the simulated stops, without
-  the rocks that did not stop. All other tables count rocks that did not stop as beyond every stop along the slope, so
-  their counts differ a little.
-- **One basis**: the same functions evaluate field and simulation. Distances start at the field's start (the mean drop
-  point at Authume, the run's release at Tschamut), also for rocks that are released next to it. A rock that left the
+- **Misfit** is the error of the model that the calibration found, a standard deviation (m). The calibration tries
+  misfits up to the spread of the stops. Intervals *with the misfit* include this error.
+- **Contained**: a 90 % interval contains a stop if 5 to 95 % of the predicted rocks stop before this stop, along or
+  across the slope. In tables of kept-out stops, the intervals come from a smoothed distribution of the simulated stops,
+  without the rocks that did not stop. All other tables count rocks that did not stop as beyond every stop along the
+  slope, so their counts differ a little.
+- **One basis**: the same functions evaluate field and simulation. All distances start at the mean drop point
+  (Authume) or the run's release (Tschamut), also for rocks that are released next to this place. A rock that left the
   terrain counts with its distance to the boundary, although it would have gone farther.
 - **Brackets**: in a row of the field or of published values, the brackets have the 95 % interval that follows from the
-  small number of blocks (bootstrap percentiles). In a row of calibrated values or ranges, they have the 5th and the
-  95th percentile of the results of the parameter sets, each flown alone. These include chance among the rocks of one
-  set, but not chance among the blocks.
+  small number of blocks (bootstrap percentiles). In a row of calibrated values or ranges, the brackets have the 5th and
+  the 95th percentile of the results of the parameter sets, each flown alone. These percentiles include chance among the
+  rocks of one set, but not chance among the blocks.
 - **Narrower by** compares a calibrated coefficient with its prior: 1 minus the ratio of their standard deviations.
   Below 15 % (in **bold**) the stops hardly determine the coefficient. Below 0 the calibrated coefficient is less
   certain than its prior.
 - **Scores** have four columns: the calibrated model for kept-out stops, the *prior*, published values (*books*; empty
-  if none were compared) and the *curve*. *Effective samples* is the number of independent samples that would be as
-  certain as the sample of the calibration.
-- **Other columns**: *sd* is the standard deviation; *p5*, *p50* and *p95* are percentiles; *rms* is the root mean
-  square; *not at rest* is the share of rocks that did not stop. *Correlation over runs* is the correlation of simulated
+  if none were compared) and the *curve*. *Effective samples*: see the [glossary](../reference/glossary.md).
+- **Other columns**: *sd* is the standard deviation, *rms* the root mean square; *p5* to *p95* are percentiles. *Not at
+  rest* is the share of rocks that did not stop. *Correlation over runs* is the correlation of simulated
   and observed runouts. *Error of velocity* is the root mean square of the difference between simulated and observed
   velocity as vectors, so it includes wrong directions. Angles are in degrees.
 """
@@ -93,8 +95,8 @@ zones (`config/scenes/authume_p1.yaml`). x is the direction along the profile, z
 - Simulated rocks are dropped up to 1 m to each side of each of the four drop points. Points and spheres have the
   blocks' mean mass; rocks with a shape have the shapes and sizes of four scanned blocks. All lateral spreads include
   the spread of the drop points.
-- The stops are 2.87 m above the mesh, because stops and mesh have different height references. Simulated end points
-  are raised by 2.87 m.
+- Simulated end points are raised by 2.87 m, because the stops have another height reference than the mesh and are
+  2.87 m above it.
 """
 
 TSCHAMUT = """## Tschamut 2014
@@ -111,44 +113,42 @@ runs are used, so this stop counts twice in the calibration, and one copy may pr
   and a sphere).
 """
 
-OWN_RELEASE = """In this table each stop is compared with the simulated rocks that start at the release of the same run.
-The calibration does not know from which release a stop comes, so it compares each stop also with rocks from other
-releases, and the intervals in the table *Kept-out stops* below are often wider.
+OWN_RELEASE = """This table compares each stop with the simulated rocks that start at the release of the same run. The
+calibration does not know from which release a stop comes. So the calibration compares each stop also with rocks from
+other releases, and the intervals in the table *Kept-out stops* below are often wider.
 """
 
 AUTHUME_FAILS = """**Where it fails.**
-- Across the slope, the intervals of points and spheres contain at most 25 of 41 kept-out stops. Along the slope, the
-  intervals of `coulomb_limited` contain only 27. With the misfit, 4 to 6 m, the intervals contain most stops: the error
-  is in the model, not in its coefficients.
+- The intervals of points and spheres contain at most 25 of 41 kept-out stops across the slope, and those of
+  `coulomb_limited` only 27 along. With the misfit, 4 to 6 m, the intervals contain most stops: the error is in the
+  model, not in its coefficients.
+- The calibrated sphere has too little spread in x, and less than half of the field's spread across the slope.
 - The stops determine only combinations of coefficients. The correlation of R_n and R_t is {constant:.2f} (`constant`)
   and {limited:.2f} (`coulomb_limited`); the correlation of {pair} of the sphere is {sphere:.2f}.
 - The friction angle of `constant` is at the lower end of its range, too low for a rock slope. With `constant` no speed
   is left when bouncing ends, and rocks slide on only if the ground is slippery. R_n of `coulomb_limited` is at the
   lower end of its range.
 - Of the calibrated models, only `coulomb_limited` differs in x from the blocks by more than chance explains.
-- No model predicts kept-out stops better than a curve without physics by two standard errors.
 """
 
 TSCHAMUT_FAILS = """**Where it fails.**
 - No model fits the seven runs that were released in the east, near (59, 258), where the approximated terrain is
-  gentler. Up to half of the rocks of a model stop within 10 m of their release; no block did. For the other eleven
-  runs, the mean error of all calibrated models except `constant` is below 8 m. These data do not show whether the
-  terrain or the models are the reason.
-- With the known release of each run, the intervals of points and spheres contain 0 to 7 of 18 stops along the slope,
-  and 1 or 2 across.
+  gentler. Up to half of the rocks of a model stop there within 10 m of their release; no block did. For the other
+  eleven runs, the mean error of all calibrated models except `constant` is below 8 m. These data do not show whether
+  the terrain or the models are the reason.
+- Compared with the rocks of the same release, the intervals of points and spheres contain 0 to 7 of 18 stops along the
+  slope, and 1 or 2 across.
 - No calibrated model distinguishes long runs from short runs. The correlation over runs is within 0.25 of zero; by
   chance it would be within 0.47.
 - `constant` cannot fit. Its friction angle is at the lower end of its range. Its mean runout is 26 to 29 m too short
   and hardly differs between runs. Along the slope, its intervals contain no kept-out stop.
 - The stops hardly determine any restitution, nor the friction of rocks with a shape.
-- No model predicts kept-out stops better than a curve without physics by two standard errors.
 """
 
 DEFAULT = """## Why is `coulomb_limited` the default, and where is it weaker than `constant`?
-`coulomb_limited` is the default because of its mechanics: no impact removes more speed along the ground than friction
-can. With `constant` [no speed is left when bouncing ends](physics.md#the-end-of-bouncing), on any slope. Unless the
-ground is slippery, the runout is too short, which is the unsafe side. The field data alone do not decide between the
-two models.
+`coulomb_limited` is the default because no impact removes more speed along the ground than friction can. With
+`constant` [no speed is left when bouncing ends](physics.md#the-end-of-bouncing): unless the ground is slippery, the
+runout is too short, which is the unsafe side. The field data alone do not decide between the two models.
 
 `coulomb_limited` is **better** in these figures:
 
@@ -187,8 +187,9 @@ energy before it.
 **Where it fails.**
 - In one of the six impacts the translational energy is larger after the impact than before (ratio 1.11), because spin
   turned into speed. A model that never adds energy and starts without spin cannot show this.
-- The energy ratios of the six impacts differ by a factor of five, those of one model by a factor of {widest:.1f} or
-  less. A flat block lands on a face, an edge or a corner; none of these models distinguishes the three cases.
+- The measured energy ratios of the six impacts differ by a factor of five, the ratios of any one model by a factor of
+  {widest:.1f} or less. A flat block lands on a face, an edge or a corner; none of these models distinguishes the three
+  cases.
 - In the eleven contacts, slow blocks hit the ground at a steep angle; in the six impacts, fast blocks hit the ground at
   a shallow angle. With values of `constant` that are calibrated on the eleven contacts, the rocks keep far too little
   energy in the six impacts.

@@ -8,14 +8,13 @@ section, which `python docs/validation.py --blocks` measures, shows the effect o
 
 BARS = """### What does x alone determine?
 The scene `config/scenes/authume_p1_blocks.yaml`, which comes with rpf3d, has one value for each of the three
-coefficients. Of 260 sets of values that a search tried, this set gave the distribution of x that is nearest to that of
-the 41 blocks. The search did not look at lateral figures, so the lateral figures in the table test the model.
+coefficients. A search tried 260 sets of values; this set gave the distribution of x that is nearest to the distribution
+of the 41 blocks. The search did not use lateral figures, so the lateral figures in the table test the model.
 
-In the search all sets fly the same rocks. Each round keeps the best sets, which then fly more rocks (successive
-halving). The values are within the 90 % intervals of the calibration. The figures in the table come from 4,000 rocks
-that the search did not use. A *goal* is the range that the developers demand of a figure; for the lateral sd, it is the
-95 % interval of the field. The next line has the values, and in brackets the distance in x (m) and the number of sets
-tried.
+The values are within the 90 % intervals of the calibration. The figures in the table come from 4,000 rocks
+that the search did not use. A *goal* is the range that the developers demand of a figure; for the lateral sd, the goal
+is the 95 % interval of the field. The next line has the values, and in brackets the distance in x (m) and the number of
+sets tried.
 """
 
 PER_SHAPE = """### Which shape goes how far?
@@ -39,10 +38,9 @@ brackets the error of the speeds after the contacts (m/s) and the number of sets
 """
 
 BLOCKS_FAIL = """**Where rocks with a shape fail.**
-- The lateral sd with the values of the scene is at the upper end of the field's interval, not in its middle.
-  Restitution and rolling resistance compensate each other in x, so x alone does not determine the spread. Of the five
-  sets that fit x best, four spread wider than the goal.
-- The calibrated sphere has too little spread in x, and less than half of the field's spread across the slope.
+- The lateral sd with the values of the scene is at the upper end of the field's interval. Restitution and rolling
+  resistance compensate each other in x, so x alone does not determine the spread. Of the five sets that fit x best,
+  four spread wider than the goal.
 - Rocks with the proportions of all 41 blocks go farther and spread wider than the blocks. The values of the scene
   were found with the four scanned blocks, and these are not a random sample of the 41 blocks.
 - With the coefficients of Authume, rocks at Chant Sura keep too much energy in five of the six fast, flat impacts, and

@@ -2,9 +2,8 @@
 
 HEAD = """## Do predictive intervals contain the observed stops?
 On a slope without observations, a coefficient is a range. Here the prediction is the distribution of the rocks of 64
-parameter sets. Its 90 % interval *along the slope* contains a stop within the central 90 % of all rocks; the interval
-*across the slope*, a stop within the central 90 % of the rocks that stopped. At Tschamut each stop is compared with the
-rocks of its own run.
+parameter sets. Its 90 % interval *along the slope* contains the central 90 % of all rocks; its interval *across the
+slope*, the central 90 % of the rocks that stopped. At Tschamut each stop is compared with the rocks of its own run.
 
 Rocks that did not stop count as beyond every stop along the slope. If they are 5 % or more of all rocks, the interval
 has no far end (*open*), and contains every stop beyond its near end.
@@ -37,10 +36,10 @@ ELSEWHERE = """### With a calibration on another slope
 The parameter sets of a calibration at one site predict the stops at the other site, without the misfit of the model.
 """
 
-TOO_SURE_ELSEWHERE = """**A calibration on another slope can be far too sure.** With the calibrations at Authume, the
-intervals contain at most a third of the stops at Tschamut. With the calibrations at Tschamut, they contain most stops
-at Authume, except for the Coulomb-limited model, because Tschamut's stops leave most coefficients nearly as uncertain
-as before. You cannot know beforehand which of the two cases you have. On a slope without observations, use ranges of
+TOO_SURE_ELSEWHERE = """**A calibration on another slope can be far too sure**, and you cannot know beforehand
+whether it is. With the calibrations at Authume, the intervals contain at most a third of the stops at Tschamut. With
+the calibrations at Tschamut, the intervals contain most stops at Authume, except for the Coulomb-limited model:
+Tschamut's stops leave most coefficients nearly as uncertain as before. On a slope without observations, use ranges of
 the library.
 """
 
