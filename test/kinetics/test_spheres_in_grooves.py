@@ -18,7 +18,7 @@ G, RADIUS, FALL = 9.81, 0.5, 0.05
 
 
 def ditch():
-    """Return a ditch along x, 60 m long, between a bench face of 70 degrees (y < 0) and a berm (y > 0) inclined to it."""
+    """Return a ditch along x, 60 m long, between a bench face of 70 degrees (y < 0) and a berm (y > 0)."""
     x, y = np.meshgrid(np.arange(0.0, 60.1, 2.0), [-4.0, 0.0, 4.0], indexing="ij")
     z = np.where(y < 0.0, -y * math.tan(math.radians(70.0)), 0.02 * y) - FALL * x
     return terrain_of(np.stack([x, y, z], -1).reshape(-1, 3), grid_triangles(x.shape[0], 3))
