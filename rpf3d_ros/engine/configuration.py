@@ -274,7 +274,8 @@ def _restored(
         return None, "", before
     _ = standing.cells
     store.follow(last)
-    before = before._replace(patches_ns=last.patches_ns(before.read_ns), unread=last.unread)
+    times = last.patches_ns(before.read_ns)
+    before = before._replace(patches_ns=times, stamps_ns=last.patch_stamps_ns, unread=last.unread)
     whole_ns = standing.ground.whole_ns
     age = f"{age_of(whole_ns, now_ns)} old" if whole_ns else "of unknown age"
     return standing, "; ".join((f"restored, {age}", *last.faults)), before
