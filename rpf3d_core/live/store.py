@@ -64,6 +64,12 @@ class StoredSurveys(NamedTuple):
         times = [first.received_ns] * first.patches + [patch.received_ns for patch in patches]
         return tuple(min(time_ns, latest_ns) for time_ns in times)
 
+    @property
+    def patch_stamps_ns(self) -> tuple[int, ...]:
+        """The stamp (ns) of each patch, in the order of `patches_ns`; of patches that were stored whole, the last."""
+        first, *patches = self.pieces
+        return (*[first.stamp_ns] * first.patches, *(patch.stamp_ns for patch in patches))
+
     def ground(self, workshop: Workshop) -> LiveTerrain:
         """Return the terrain built from the stored whole survey and its patches; raise TerrainError if that fails."""
         first, *patches = self.pieces

@@ -89,7 +89,7 @@ class Builder:
         self._listener, self._store = listener, store
         self._now, self._in_use = now, in_use
         self._replaced = deque(replaced, maxlen=REMEMBERED)
-        self._is_clock_back = False
+        self._back_to_ns: int | None = now() or None  # the clock may have gone back before the start
         self._thread = threading.Thread(target=self._run, name="rpf3d builder", daemon=True)
         self._thread.start()
 
@@ -105,12 +105,14 @@ class Builder:
         replaced = list(self._replaced)[-SAVED:]
         return {"cloud_ns": cloud_ns, "cloud_digest": digest, "is_mesh": is_mesh, "replaced": replaced}
 
-    def forget_former(self) -> None:
-        """Request that all former surveys are forgotten, because the clock went back; any thread may call.
+    def clock_went_back(self, now_ns: int) -> None:
+        """Note that the clock went back to a time (ns): clouds with stamps from after the step may be used.
 
-        The builder's thread forgets the surveys as soon as it begins to build the next whole survey.
+        Older clouds, and meshes that were in use before, are still refused. Any thread may call. The step counts as
+        soon as the builder's thread begins to build the next whole survey.
         """
-        self._is_clock_back = True
+        back_to = self._back_to_ns
+        self._back_to_ns = now_ns if back_to is None else min(back_to, now_ns)
 
     def _run(self) -> None:
         while (task := self._waiting.take()) is not None:
@@ -156,10 +158,7 @@ class Builder:
         MessageRefused
             The mesh was in use before the present survey, or the cloud is older than the last cloud that was in use.
         """
-        if self._is_clock_back:
-            self._is_clock_back = False
-            self._replaced.clear()
-            self._in_use = self._in_use._replace(cloud_ns=0, cloud_digest="")
+        self._follow_clock()
         standing, in_use = self._flyer.standing, self._in_use
         known = standing.ground if standing is not None and isinstance(standing.ground, LiveTerrain) else None
         stays = known if in_use.may_stay(arrival) else None
@@ -170,7 +169,7 @@ class Builder:
         repeats = in_use.is_repeated(arrival, ground.digest)
         if arrival.is_mesh and not repeats and ground.digest in self._replaced:
             raise MessageRefused(OLD_MESH)
-        if not repeats and in_use.is_older(arrival, ground.digest, self._now()):
+        if not repeats and in_use.is_older(arrival, ground.digest):
             raise MessageRefused(OLD_CLOUD.format((in_use.cloud_ns - arrival.stamp_ns) / SECOND))
         if stays is not None and repeats:  # for example after a restart with the terrain from the store
             self._in_use = in_use._replace(mesh=arrival.mesh)
@@ -182,8 +181,14 @@ class Builder:
         self._flyer.hand_over(ready=standing)
         if in_use.is_mesh and in_use.digest and not repeats and in_use.digest not in self._replaced:
             self._replaced.append(in_use.digest)
-        self._in_use = in_use.followed_by(arrival, ground.digest, ground.whole_ns, self._now())
+        self._in_use = in_use.followed_by(arrival, ground.digest, ground.whole_ns)
         return Built(ground, survey, repeats, lost=in_use.patches if repeats else 0)
+
+    def _follow_clock(self) -> None:
+        """Take a step back of the clock into account, which was noted or happened before the start."""
+        back_to, self._back_to_ns = self._back_to_ns, None
+        if back_to is not None:
+            self._in_use = self._in_use.after_clock_went_back(back_to)
 
     def _patched(self, arrival: Arrival) -> Built:
         """Build a patch into the terrain in use. Raises MessageRefused if the patch is not a point cloud."""

@@ -14,11 +14,11 @@ from rpf3d_core.alerts.log_files import NotLogged
 from rpf3d_core.alerts.site import read_site
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.alerts.witness import Witness
-from rpf3d_core.errors import InputError
+from rpf3d_core.errors import InputError, SceneError
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.live.answers import warm_answers
 from rpf3d_core.live.areas import too_small
-from rpf3d_core.live.ground import Workshop
+from rpf3d_core.live.ground import ZONE, Workshop
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.scene import live_scene
 from rpf3d_core.live.standing import OF_THE_MAP, PreparedTerrain, stand_after, stand_on
@@ -26,6 +26,7 @@ from rpf3d_core.live.store import Store, StoredSurveys, read_last
 from rpf3d_core.live.survey import GridSurvey
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.zone_materials import check_materials
 from rpf3d_core.setup.areas import plan_rings, read_areas
 from rpf3d_core.simulation.engines import Reference
 from rpf3d_ros.engine.terrain_faults import TerrainBefore
@@ -102,6 +103,7 @@ def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], 
     scene = live_scene(given)
     _check_names(scene)
     _check_places(scene)
+    _check_zones(scene)
     thresholds = read_site(parameters.site_file) if parameters.site_file else None
     if thresholds is not None:
         _check_rocks(scene, thresholds)
@@ -152,6 +154,17 @@ def _check_names(scene: Scene) -> None:
                 f"areas_of_interest of the scene has {area.name}, a name that is reserved for areas from topics: "
                 f"choose a name other than {' and '.join(LIVE_AREAS)}"
             )
+
+
+def _check_zones(scene: Scene) -> None:
+    """Raise InputError if a material of a scene belongs to a zone: live terrain has only one zone."""
+    try:
+        check_materials(scene, (ZONE,))
+    except SceneError as error:
+        raise InputError(
+            f"{error}. Live terrain has only one zone, {ZONE!r}, because surveys have no zones: state the material as "
+            "materials.default"
+        ) from None
 
 
 def _check_places(scene: Scene) -> None:
@@ -274,7 +287,8 @@ def _restored(
         return None, "", before
     _ = standing.cells
     store.follow(last)
-    before = before._replace(patches_ns=last.patches_ns(before.read_ns), unread=last.unread)
+    times = last.patches_ns(before.read_ns)
+    before = before._replace(patches_ns=times, stamps_ns=last.patch_stamps_ns, unread=last.unread)
     whole_ns = standing.ground.whole_ns
     age = f"{age_of(whole_ns, now_ns)} old" if whole_ns else "of unknown age"
     return standing, "; ".join((f"restored, {age}", *last.faults)), before

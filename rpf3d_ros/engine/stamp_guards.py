@@ -1,5 +1,8 @@
 """Refuse messages with wrong time stamps: older than the last stamp of the topic, or in the future."""
 
+import threading
+from collections.abc import Mapping
+
 from rpf3d_ros.messages.refusals import MessageRefused
 from rpf3d_ros.messages.stamps import SECOND
 
@@ -9,7 +12,7 @@ class StampGuards:
 
     If stamps from the future were accepted, one damaged stamp would block a topic for all messages that follow. The
     stamps are kept while the node is not active, because a program may publish an old message when the node is
-    activated again.
+    activated again. Any thread may call.
     """
 
     def __init__(self, most_ahead: float) -> None:
@@ -18,7 +21,23 @@ class StampGuards:
         most_ahead : time (s) that a stamp may be ahead of the clock
         """
         self._last: dict[str, int] = {}
-        self._most_ahead = most_ahead
+        self._most_ahead, self._is_continued = most_ahead, False
+        self._changing = threading.Lock()
+
+    def continue_from(self, stamps: Mapping[str, int]) -> None:
+        """Continue with the stamps (ns) of each topic from before a restart, unless a topic has a later stamp.
+
+        If a stamp is in the future at the first check, the clock went back meanwhile, see `clock_went_back`.
+        """
+        for topic, stamp_ns in stamps.items():
+            self.note(topic, stamp_ns)
+        self._is_continued = True
+
+    @property
+    def stamps(self) -> dict[str, int]:
+        """The last stamp (ns) of each topic."""
+        with self._changing:
+            return dict(self._last)
 
     def check(self, topic: str, stamp_ns: int, now_ns: int) -> None:
         """Raise MessageRefused if a stamp (ns) is older than the topic's last stamp, or too far ahead of the clock.
@@ -31,6 +50,9 @@ class StampGuards:
                 f"its stamp is in the future, {ahead:.3f} s ahead of this clock; at most {self._most_ahead:g} s are "
                 "allowed (most_ahead, clock_tolerance_s)"
             )
+        if self._is_continued and now_ns > 0:
+            self._is_continued = False
+            self.clock_went_back(now_ns)
         last = self._last.get(topic, stamp_ns)
         if stamp_ns < last:
             back = (last - stamp_ns) / SECOND
@@ -38,8 +60,13 @@ class StampGuards:
 
     def note(self, topic: str, stamp_ns: int) -> None:
         """Note the stamp (ns) of an accepted message; older messages of the topic are then refused."""
-        self._last[topic] = max(stamp_ns, self._last.get(topic, stamp_ns))
+        with self._changing:
+            self._last[topic] = max(stamp_ns, self._last.get(topic, stamp_ns))
 
-    def reset(self) -> None:
-        """Forget all stamps, because the clock went back."""
-        self._last.clear()
+    def clock_went_back(self, now_ns: int) -> None:
+        """Lower all stamps in the future to the present time (ns), because the clock went back.
+
+        So messages with stamps from after the step are accepted, and older messages are still refused.
+        """
+        with self._changing:
+            self._last = {topic: min(stamp_ns, now_ns) for topic, stamp_ns in self._last.items()}

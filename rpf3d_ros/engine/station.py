@@ -46,6 +46,12 @@ from rpf3d_ros.messages.stamps import SECOND, stamp_of
 AREA_TOPICS = {"areas/polygon": LIVE_AREA, "areas/equipment": EQUIPMENT}
 """The topics of areas, and the name of the area that each defines."""
 
+REMEMBERED_STAMPS = ("terrain/points", "terrain/update", *AREA_TOPICS)
+"""Topics whose last stamps are kept for the next start, so that no older terrain or area is used then.
+
+Sources need no stamps: their age has a limit.
+"""
+
 ANSWER_WITHIN = 0.04
 """Time (s) that a service's callback waits for a decision and its log: no callback may take longer than 50 ms."""
 
@@ -111,6 +117,7 @@ class Station:
         self._areas = AreasBefore(self.report_fault, self._areas_before())
         self.decisions = DecisionReports(outlets, parameters.map_frame)
         self._note_terrain_before()
+        self._continue_stamps(restored)
         if configuration.thresholds is not None:
             # The thread of the alert desk may write to disk and decide as soon as it runs. So all that is known from
             # before the start is noted first.
@@ -167,13 +174,14 @@ class Station:
     def _inputs_to_remember(self) -> dict[str, Any]:
         """Return the state to save for the next start, as plain values; called on the thread of the alert desk.
 
-        The state has the refused messages, the topics with areas, the terrain in use (digests, stamp and number of
-        patches), the surveys before it, the number of missing patches, and why a whole survey was refused. The alert
-        desk adds the topics of sources.
+        The state has the refused messages, the topics with areas, the last stamps of terrain and areas, the terrain in
+        use (digests, stamp and number of patches), the surveys before it, the number of missing patches, and why a
+        whole survey was refused. The alert desk adds the topics of sources.
         """
         standing = self.flyer.standing
         terrain = terrain_to_remember(standing.ground if standing is not None else None, self._memory)
-        others = {"areas": list(self._areas.topics), "lacks": list(self._terrain_lack)}
+        stamps = {topic: at for topic, at in self.guards.stamps.items() if topic in REMEMBERED_STAMPS}
+        others = {"areas": list(self._areas.topics), "lacks": list(self._terrain_lack), "stamps": stamps}
         return {"refused": self._refused_inputs.reasons, **others, **terrain, **self.builder.to_remember()}
 
     def _note_terrain_before(self) -> None:
@@ -189,8 +197,14 @@ class Station:
         # The largest number, because an earlier restart may have counted the same missing patches already.
         patches = max(lack.patches, remembered.patches, before.unread + missing.patches)
         why = lack.why_refused or remembered.why_refused or before.unreadable or missing.why_refused
-        self.terrain.lacks(patches, why, before.read_ns)
-        self.terrain.holds(before.patches_ns)
+        self.terrain.lacks(patches, why, before.read_ns, self._memory.get("stamps", {}).get("terrain/update"))
+        self.terrain.holds(before.patches_ns, before.stamps_ns)
+
+    def _continue_stamps(self, restored: LiveTerrain | None) -> None:
+        """Refuse terrain and areas with older stamps than those before the start; restored : terrain from the store."""
+        self.guards.continue_from(self._memory.get("stamps", {}))
+        if restored is not None:  # patches that are older than the restored terrain are out of date
+            self.guards.continue_from({"terrain/update": max(restored.stamp_ns, restored.whole_ns)})
 
     def activate(self) -> None:
         """Begin to answer sources and to decide on alerts.
@@ -199,10 +213,7 @@ class Station:
         be published again. The whole terrain must be published again, too, if the node has received patches.
         """
         if self._was_deactivated:
-            self._areas.interrupted(self._watched_area_topics())
-            if self.terrain.has_patches:
-                self.terrain.refuse("patch", time.time_ns(), stamp_ns=self._outlets.now() or None)
-                self._report_terrain()
+            self._demand_anew()
         self.decisions.resume()
         self._outlets.alerts.forget()
         self.flyer.activate()
@@ -210,13 +221,20 @@ class Station:
             self.desk.forget("the node has just been activated and has received no sources yet")
         self.report_waiting()
 
+    def _demand_anew(self) -> None:
+        """Report a fault until all areas and, if the node has received patches, the whole terrain are published."""
+        self._areas.interrupted(self._watched_area_topics())
+        if self.terrain.has_patches:
+            self.terrain.refuse("patch", time.time_ns(), stamp_ns=self._outlets.now() or None)
+            self._report_terrain()
+
     def deactivate(self) -> None:
         """Stop answering, and forget waiting sources; received terrain is still processed.
 
         The last published alert is a fault, because a subscriber of the latched alarm must not take silence for safety.
         """
         self.flyer.deactivate()
-        self.terrain.forget_received(is_clock_back=False)
+        self.terrain.forget_received()
         self._was_deactivated = True
         if self.desk is not None:
             replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
@@ -265,15 +283,23 @@ class Station:
 
         why : sentence of the fault that lasts until every topic of sources has published again
         """
-        self.terrain.forget_received(is_clock_back=True)
+        self.terrain.forget_received()
         self.flyer.forget()
         if self.desk is not None:
             self.desk.forget(why)
 
-    def forget_stamps(self) -> None:
-        """Forget the stamps of former messages and surveys, because the clock went back; also while not active."""
-        self.guards.reset()
-        self.builder.forget_former()
+    def clock_went_back(self, seconds: float) -> None:
+        """Accept messages with stamps from after a step back of the clock, and no older ones; also while not active.
+
+        After a step that is longer than stamps may be ahead of the clock, the stamps of the inputs in use may be in the
+        future, and say nothing of which message is newer. So these inputs must be published again, as after a pause.
+        """
+        now = self._outlets.now()
+        self.guards.clock_went_back(now)
+        self.terrain.clock_went_back(now)
+        self.builder.clock_went_back(now)
+        if seconds > self._configuration.most_ahead:
+            self._demand_anew()
 
     def beat(self) -> None:
         """Do regular work: renew a decision whose validity ends soon, free old patches, and report the queues."""

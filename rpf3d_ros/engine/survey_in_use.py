@@ -77,32 +77,38 @@ class SurveyInUse(NamedTuple):
     cloud_ns: int = 0
     cloud_digest: str = ""
 
-    def is_older(self, arrival: Arrival, digest: str, now_ns: int) -> bool:
+    def is_older(self, arrival: Arrival, digest: str) -> bool:
         """True if a message is a cloud older than the last cloud in use, or the same cloud after its replacement.
 
-        A mesh may have replaced the last cloud. The result is always False if the clock went back before the start, so
-        that the stamp of the last cloud is in the future.
+        A mesh may have replaced the last cloud.
 
-        digest : SHA-256 (hex) of the survey in the message; now_ns : present time (ns), 0 before the clock begins
+        digest : SHA-256 (hex) of the survey in the message
         """
-        if arrival.is_mesh or 0 < now_ns < self.cloud_ns:
+        if arrival.is_mesh:
             return False
         again = arrival.stamp_ns == self.cloud_ns and digest == self.cloud_digest
         return arrival.stamp_ns < self.cloud_ns or (again and digest != self.digest)
 
-    def followed_by(self, arrival: Arrival, digest: str, stamp_ns: int, now_ns: int) -> "SurveyInUse":
+    def followed_by(self, arrival: Arrival, digest: str, stamp_ns: int) -> "SurveyInUse":
         """Return the survey in use after the survey of a message was used: a new survey, or this survey again.
 
         digest : SHA-256 (hex) of the survey in the message
-        stamp_ns : time (ns) from which the age of the survey counts; now_ns : present time (ns)
+        stamp_ns : time (ns) from which the age of the survey counts
         """
         cloud_ns, cloud_digest = self.cloud_ns, self.cloud_digest
-        if not arrival.is_mesh and (arrival.stamp_ns >= cloud_ns or 0 < now_ns < cloud_ns):
+        if not arrival.is_mesh and arrival.stamp_ns >= cloud_ns:
             cloud_ns, cloud_digest = arrival.stamp_ns, digest
         return SurveyInUse(
             digest=digest, stamp_ns=stamp_ns, mesh=arrival.mesh, is_mesh=arrival.is_mesh, cloud_ns=cloud_ns,
             cloud_digest=cloud_digest,
         )  # fmt: skip
+
+    def after_clock_went_back(self, now_ns: int) -> "SurveyInUse":
+        """Return the survey in use after the clock went back to a time (ns): clouds from before this time are too old.
+
+        Clouds with stamps from after the step may be used.
+        """
+        return self._replace(cloud_ns=min(self.cloud_ns, now_ns))
 
     def is_same_mesh(self, arrival: Arrival) -> bool:
         """True if a message is a mesh with the bytes and transform of the last message with this survey.

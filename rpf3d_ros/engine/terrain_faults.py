@@ -38,12 +38,14 @@ class TerrainBefore(NamedTuple):
 
     read_ns : time when the store was read, by the machine's clock (ns)
     patches_ns : times when the patches in the restored terrain were received, by the machine's clock (ns)
+    stamps_ns : stamps (ns) of these patches; empty if they are not known
     unread : number of stored patches that cannot be read
     unreadable : why the stored terrain cannot be read; "" if the terrain can be read, or if no terrain is stored
     """
 
     read_ns: int = 0
     patches_ns: tuple[int, ...] = ()
+    stamps_ns: tuple[int, ...] = ()
     unread: int = 0
     unreadable: str = ""
 

@@ -6,7 +6,7 @@ Any thread may put surveys in the queue quickly. The thread that builds the terr
 import threading
 import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, NamedTuple, TypeVar
 
@@ -51,6 +51,25 @@ class Moment(NamedTuple):
         if self.stamp_ns is None or whole.stamp_ns is None or self.stamp_ns == whole.stamp_ns:
             return self.published_ns > whole.published_ns
         return self.stamp_ns > whole.stamp_ns
+
+
+class MomentBefore(NamedTuple):
+    """When a patch from before a restart was received, and its stamp.
+
+    received_ns : time of arrival (ns), or a later time
+    stamp_ns : stamp (ns) of the patch, or a later time; None if it is not known
+    """
+
+    received_ns: int
+    stamp_ns: int | None = None
+
+    def follows(self, whole: Moment) -> bool:
+        """True if a whole survey may lack the patch: the survey was published, or measured, before the patch."""
+        known = self.stamp_ns is not None and whole.stamp_ns is not None
+        return self.received_ns > whole.published_ns or (known and self.stamp_ns > whole.stamp_ns)  # type: ignore[operator]
+
+
+AnyMoment = TypeVar("AnyMoment", bound=Moment | MomentBefore)
 
 
 class RefusedSurvey(NamedTuple):
@@ -119,7 +138,7 @@ class WaitingTerrain(Generic[M]):
         self._received: deque[ReceivedPatch[M]] = deque(maxlen=REMEMBERED)
         self._kept: deque[ReceivedPatch[M]] = deque()
         # patches from before a restart or a forgotten clock; an earlier whole survey lacks them
-        self._before: deque[Moment] = deque(maxlen=REMEMBERED)
+        self._before: deque[Moment | MomentBefore] = deque(maxlen=REMEMBERED)
         self._replaced: deque[Moment] = deque(maxlen=REMEMBERED)  # surveys that a later survey in use has replaced
         self._changed = threading.Condition()
         self._closed = False
@@ -164,25 +183,28 @@ class WaitingTerrain(Generic[M]):
             missing = ReceivedPatch[M](patch=None, moment=moment, at=time.monotonic())
             self._received.extend([missing] * min(count, REMEMBERED))
 
-    def lacks(self, patches: int, why_refused: str, known_ns: int = 0) -> None:
+    def lacks(self, patches: int, why_refused: str, known_ns: int = 0, stamp_ns: int | None = None) -> None:
         """Note the faults of the restored terrain from before a restart: missing patches, and why a survey was refused.
 
         why_refused : "" if no survey was refused
         known_ns : latest time (ns) at which these faults can have begun; a whole survey published earlier has them too
+        stamp_ns : latest stamp (ns) of the patches, None if it is not known; an older whole survey lacks them too
         """
         with self._changed:
             self._chapters[0].lost += patches
-            self._before.extend([Moment(known_ns)] * min(patches, REMEMBERED))
+            self._before.extend([MomentBefore(known_ns, stamp_ns)] * min(patches, REMEMBERED))
             if why_refused:
                 self._chapters[0].refused.append(RefusedSurvey(moment=Moment(known_ns), why=why_refused))
 
-    def holds(self, patches_ns: Iterable[int]) -> None:
+    def holds(self, patches_ns: Sequence[int], stamps_ns: Iterable[int] = ()) -> None:
         """Note the patches from before a restart that the terrain in use contains.
 
         patches_ns : when each patch was received (ns); a whole survey published earlier lacks the patch
+        stamps_ns : stamp (ns) of each patch, empty if they are not known; an older whole survey lacks the patch
         """
+        stamps = tuple(stamps_ns) or (None,) * len(patches_ns)
         with self._changed:
-            self._before.extend(Moment(published_ns) for published_ns in patches_ns)
+            self._before.extend(map(MomentBefore, patches_ns, stamps))
 
     def put_whole(self, survey: M, moment: Moment | None = None) -> None:
         """Queue a whole survey; if too many wait, drop the oldest that has not been built.
@@ -215,9 +237,7 @@ class WaitingTerrain(Generic[M]):
             self._drop_old_patches()
             if sum(len(chapter.patches) for chapter in self._chapters) >= self._most:
                 self._chapters[-1].lost += 1
-                raise QueueFull(
-                    f"{self._most} patches are waiting already (waiting_patches); this patch is not used"
-                )
+                raise QueueFull(f"{self._most} patches are waiting already (waiting_patches); this patch is not used")
             self._chapters[-1].patches.append(patch)
             self._changed.notify()
 
@@ -297,19 +317,27 @@ class WaitingTerrain(Generic[M]):
         with self._changed:
             return self._length()
 
-    def forget_received(self, is_clock_back: bool) -> None:
+    def forget_received(self) -> None:
         """Forget the received patches, because the clock went back or the node unsubscribes: none is applied again.
 
-        Their times of publication are kept, because a whole survey that was published earlier, and lacks them, may
-        still arrive.
-
-        is_clock_back : True if the clock went back, so that the stamps of the patches mean nothing any more
+        Their moments are kept, because an earlier whole survey that lacks them may still arrive.
         """
         with self._changed:
-            moments = [each.moment for each in self._received]
-            self._before.extend(Moment(each.published_ns) if is_clock_back else each for each in moments)
+            self._before.extend(each.moment for each in self._received)
             self._received.clear()
             self._kept.clear()
+
+    def clock_went_back(self, now_ns: int) -> None:
+        """Lower all stamps of patches and refused surveys to the present time (ns), because the clock went back.
+
+        So a whole survey that was measured after the step has these patches, and an older one still lacks them.
+        """
+        with self._changed:
+            for received in self._received:
+                received.moment = _at_most(received.moment, now_ns)
+            self._before = deque((_at_most(each, now_ns) for each in self._before), maxlen=REMEMBERED)
+            for chapter in self._chapters:
+                chapter.refused = [each._replace(moment=_at_most(each.moment, now_ns)) for each in chapter.refused]
 
     @property
     def has_patches(self) -> bool:
@@ -338,3 +366,8 @@ class WaitingTerrain(Generic[M]):
 
     def _length(self) -> int:
         return sum((chapter.whole is not None) + len(chapter.patches) for chapter in self._chapters)
+
+
+def _at_most(moment: AnyMoment, now_ns: int) -> AnyMoment:
+    """Return a moment with a stamp of at most `now_ns`."""
+    return moment if moment.stamp_ns is None else moment._replace(stamp_ns=min(moment.stamp_ns, now_ns))  # type: ignore[return-value]

@@ -219,7 +219,7 @@ class SimulatorNode(LifecycleNode):
         if self.transforms is not None:
             self.transforms.clear()
         if self.station is not None:
-            self.station.forget_stamps()
+            self.station.clock_went_back(seconds)
         if self.inputs is not None and self.station is not None:
             self.station.forget(f"the clock went back by {seconds:.3f} s: all sources received before are discarded")
             self.health.set("clock", WARN, f"the clock went back by {seconds:.3f} s: waiting for new sources")

@@ -55,7 +55,8 @@ WHOLE = Thinning(rocks=0, maps_every=0.0)
 """The setting with which a recording leaves nothing out."""
 
 ALWAYS = (
-    "- Sources, terrain, areas, alerts, the alarm and the figures of every answer are recorded whenever they change.\n"
+    "- Every message with sources or areas and the figures of every answer are recorded; terrain, alerts and the alarm "
+    "whenever they change.\n"
     "- The evidence of each alert is in the simulator's decision log, which is never thinned (`rpf3d audit`). A bag of "
     "the recorder has every message.\n"
 )

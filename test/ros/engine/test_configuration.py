@@ -138,6 +138,14 @@ def test_with_a_site_file_rocks_must_not_break_because_shares_of_fragments_are_n
     assert configured({"scene": str(tmp_path / "scene.yaml")}, site=False).scene.effects.fragmentation is not None
 
 
+def test_a_material_of_a_zone_is_refused_because_live_terrain_has_one_zone(configured, tmp_path):
+    scene = FRAGMENTS.partition("effects:")[0]
+    scene = scene.replace("default:", "face: {normal_restitution: 0.3, tangential_restitution: 0.8}, default:")
+    (tmp_path / "scene.yaml").write_text(scene)
+    with pytest.raises(InputError, match=r"`materials\.face` fits no zone .* terrain has only one zone, 'terrain'"):
+        configured({"scene": str(tmp_path / "scene.yaml")}, site=False)
+
+
 def test_a_gap_of_scattered_points_is_a_hole_if_the_parameter_says_how_long_a_triangle_may_be(configured):
     """By default a triangle may be ten times as long as the median: a gap of 6 m between points 1 m apart is ground."""
     points = cloud(1600, 0.0, 0.0, 40.0).points

@@ -10,7 +10,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 import numpy as np
 from never_green import combination, pit
 from never_green.combination import Run, configuration_of
-from never_green.plan import Plan, Send, Speaker, Truth
+from never_green.plan import ClockRule, Plan, Send, Speaker, Truth
 from never_green.stories import RADAR_A, patch_send, survey
 
 from rpf3d_core.alerts.log import DecisionLog
@@ -237,3 +237,72 @@ def test_a_restored_terrain_is_compared_by_its_digest(restored, unread, lack):
 def test_a_memory_of_an_earlier_version_has_only_the_number_of_patches():
     assert not_restored({"patches": 7}, Restored("b", 5, 20), 0) == TerrainLack(2)
     assert not_restored({}, Restored("b", 5, 20), 0) == TerrainLack()
+
+
+OLD_PATCH = patch_send(TRUTH, 0.12, ((16.0, 24.0), (8.0, 24.0)))
+
+
+@pytest.mark.parametrize("is_stored", [True, False], ids=["with the stored terrain", "with the decision log alone"])
+def test_a_patch_that_is_older_than_the_terrain_in_use_is_refused_after_a_restart_too(started, is_stored):
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING, PATCH) == ()
+    standing = run.node.station.flyer.standing
+    run.node.close()
+    run = started(standing if is_stored else None, read_ns=published(0.5), patches_ns=(published(0.4),) * is_stored)
+    whole = () if is_stored else (at(WHOLE, 0.9)._replace(offset=-0.4),)
+    assert faults_after(run, *whole, at(AREA, 1.0), at(NOTHING, 1.1)) == ()
+    digest = run.node.station.flyer.standing.ground.digest
+    assert "1 patches are not in" in faults_after(run, again(OLD_PATCH, 1.2))[0]
+    assert run.node.station.flyer.standing.ground.digest == digest
+
+
+def test_a_survey_that_was_measured_before_a_stored_patch_lacks_it_after_a_restart(started):
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING, PATCH) == ()
+    standing, times = run.node.station.flyer.standing, {"read_ns": published(0.5), "patches_ns": (published(0.4),)}
+    run.node.close()
+    run = started(standing, **times, stamps_ns=(standing.ground.stamp_ns,))
+    assert faults_after(run, at(AREA, 1.0), at(NOTHING, 1.1)) == ()
+    assert "1 patches are not in" in faults_after(run, again(EARLIER, 1.2))[0]
+    assert faults_after(run, at(WHOLE, 1.3)) == ()
+
+
+def test_an_area_that_is_older_than_the_last_before_a_restart_ends_no_fault(started):
+    run = started()
+    assert faults_after(run, WHOLE, at(AREA, 0.4), NOTHING) == ()
+    standing = run.node.station.flyer.standing
+    run.node.close()
+    run = started(standing, read_ns=published(0.5))
+    faults = faults_after(run, again(AREA, 1.0), at(NOTHING, 1.1))
+    assert any("older than the last message on areas/polygon" in fault for fault in faults)
+    assert any("had an area before" in fault for fault in faults)
+    assert faults_after(run, at(AREA, 1.2)) == ()
+
+
+@pytest.mark.parametrize(
+    "old", [OLD_PATCH, WHOLE._replace(places=survey(TRUTH, 6.0)), AREA], ids=["a patch", "a survey", "an area"]
+)
+def test_after_a_small_step_back_of_the_clock_an_older_message_is_refused(old):
+    run = Run(PLAN._replace(clock=ClockRule(jump=-0.4, jump_at=2.0)))
+    try:
+        assert faults_after(run, WHOLE, AREA, NOTHING, at(WHOLE, 1.0), at(AREA, 1.1)) == ()
+        digest = run.node.station.flyer.standing.ground.digest
+        assert "clock went back" in faults_after(run, at(NOTHING, 1.9), at(AREA, 2.0))[0]
+        assert faults_after(run, at(NOTHING, 2.1)) == ()
+        assert len(faults_after(run, again(old, 2.2))) == 1
+        assert run.node.station.flyer.standing.ground.digest == digest
+        assert faults_after(run, at(WHOLE, 2.5), at(AREA, 2.5)) == ()
+    finally:
+        run.close()
+
+
+def test_after_a_large_step_back_of_the_clock_areas_and_patched_terrain_must_be_published_again():
+    run = Run(PLAN._replace(clock=ClockRule(jump=-1.0, jump_at=2.0)))
+    try:
+        assert faults_after(run, WHOLE, AREA, NOTHING, PATCH) == ()
+        faults = faults_after(run, at(NOTHING, 1.9), at(NOTHING, 2.1), at(NOTHING, 2.2))
+        assert len(faults) == 2 and "1 patches are not in" in faults[0] + faults[1]
+        assert any("had an area before" in fault for fault in faults)
+        assert faults_after(run, at(WHOLE, 2.5), at(AREA, 2.5)) == ()
+    finally:
+        run.close()

@@ -268,7 +268,9 @@ def test_a_survey_that_is_in_use_and_comes_again_is_none():
 @pytest.mark.parametrize("is_clock_back", [True, False])
 def test_patches_received_before_a_pause_are_not_applied_again_but_an_earlier_survey_lacks_them(is_clock_back):
     waiting = late("early")
-    waiting.forget_received(is_clock_back)
+    waiting.forget_received()
+    if is_clock_back:
+        waiting.clock_went_back(0)
     waiting.put_whole("late", Moment(0))
     assert laid(waiting) == ["late"]
     assert waiting.lost_patches == 1
@@ -281,9 +283,39 @@ def test_a_survey_that_was_measured_before_a_patch_lacks_it_after_a_pause_though
     waiting = WaitingTerrain(5)
     waiting.put_patch("patch", Moment(1, 50))
     waiting.take()
-    waiting.forget_received(is_clock_back=False)
+    waiting.forget_received()
     for stamp, missing in ((40, 1), (60, 0)):
         waiting.put_whole("whole", Moment(stamp, stamp))
+        assert laid(waiting) == ["whole"]
+        assert waiting.lost_patches == missing
+
+
+@pytest.mark.parametrize("is_forgotten_first", [True, False])
+@pytest.mark.parametrize("kind", ["received", "restored", "refused"])
+def test_after_the_clock_went_back_a_survey_from_before_the_step_still_lacks_a_patch(is_forgotten_first, kind):
+    waiting = WaitingTerrain(5)
+    if kind == "received":
+        waiting.put_patch("patch", Moment(1, 50))
+        waiting.take()
+    elif kind == "restored":
+        waiting.holds((1,), (50,))
+    else:
+        waiting.refuse("whole", 1, "in a foreign frame", stamp_ns=50)
+    steps = [waiting.forget_received, lambda: waiting.clock_went_back(45)]
+    for step in steps if is_forgotten_first else reversed(steps):
+        step()
+    for published, stamp, faults in ((2, 44, 1), (3, 46, 0)):
+        waiting.put_whole("whole", Moment(published, stamp))
+        assert laid(waiting) == ["whole"]
+        assert waiting.lost_patches + waiting.refused_surveys == faults
+
+
+def test_a_survey_that_was_measured_before_what_was_lost_or_restored_lacks_it_though_it_is_published_later():
+    waiting = WaitingTerrain(5)
+    waiting.lacks(patches=1, why_refused="", known_ns=20, stamp_ns=50)
+    waiting.holds((10, 11), (48, 50))
+    for published, stamp, missing in ((30, 47, 3), (31, 49, 2), (32, 51, 0)):
+        waiting.put_whole("whole", Moment(published, stamp))
         assert laid(waiting) == ["whole"]
         assert waiting.lost_patches == missing
 
@@ -311,7 +343,7 @@ def test_a_latched_survey_that_another_has_replaced_is_ignored_when_it_comes_aga
 def test_a_latched_survey_that_comes_again_after_a_restart_lacks_the_patches_that_the_terrain_had():
     waiting = WaitingTerrain(5)
     waiting.holds((20, 30))
-    waiting.forget_received(is_clock_back=False)  # the node is deactivated and activated before the survey arrives
+    waiting.forget_received()  # the node is deactivated and activated before the survey arrives
     for published, missing in ((10, 2), (25, 1), (40, 0)):
         waiting.put_whole("latched", Moment(published))
         waiting.take()

@@ -30,6 +30,9 @@ PARAMETERS = {
     scene_publisher.NAME: ScenePublisherParameters,
 }
 
+OVERRIDABLE = ("use_tf", "autostart")
+"""Parameters that users set by `-p` or a launch argument: the shipped files set them in the section of all nodes."""
+
 IN_ANY_NAMESPACE = "/**/"
 """Prefix of a node's name in a parameter file: the section applies in every namespace."""
 
@@ -40,6 +43,7 @@ def known_to(node):
     known = {field.name: field.default for field in fields(PARAMETERS[node])} | {"use_sim_time": False}
     if node == "/**":
         known |= {name: known_to(recorder.NAME)[name] for name in SHARED}
+        known |= {name: known_to(simulator.NAME)[name] for name in OVERRIDABLE}
     if node == simulator.NAME:
         known |= {field.key: field.kind() for field in live_parameters()} | {SCENE: ""}
     return known
@@ -191,6 +195,13 @@ def test_a_parameter_file_sets_only_parameters_that_exist_and_of_their_type(file
         for name, value in given.items():
             assert name in known, f"{node}: {name}"
             assert isinstance(value, list if isinstance(known[name], tuple) else type(known[name])), f"{node}: {name}"
+
+
+@pytest.mark.parametrize("file", ["rpf3d.yaml", "rpf3d_scene.yaml"])
+def test_the_section_of_a_node_sets_nothing_that_would_win_over_a_launch_argument(file):
+    for node, given in set_by(file).items():
+        assert not set(given) & {*OVERRIDABLE, "scene", "site_file", "decision_log", "store"} or node == "/**"
+    assert set(OVERRIDABLE) <= set(set_by(file)["/**"])
 
 
 def test_the_parameter_file_beside_a_scene_differs_from_the_other_by_the_keys_of_a_scene_alone():

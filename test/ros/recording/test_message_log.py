@@ -332,6 +332,17 @@ def test_a_mesh_whose_frame_was_surveyed_again_is_recorded_again():
     assert [len(log.entries("terrain/mesh", mesh)) for _ in range(2)] == [1, 0]
 
 
+def test_equipment_is_recorded_whatever_its_orientation_because_the_simulator_uses_its_place_alone():
+    poses = made.inputs(4)["areas/equipment"]
+    log = MessageLog(MapFrame(), poses.header.frame_id, lambda: 4 * SECOND)
+    for pose in poses.poses:
+        pose.orientation.w = 7.0
+    assert len(log.entries("areas/equipment", poses)) == 1
+    poses.poses[0].position.z = float("nan")
+    with pytest.raises(MessageRefused, match="not finite"):
+        log.entries("areas/equipment", poses)
+
+
 def test_a_mesh_and_areas_in_a_moving_frame_are_not_recorded():
     drone, inputs = Drone(), made.inputs(4)
     drone.stamp_ns = 4 * SECOND

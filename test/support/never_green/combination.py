@@ -1,7 +1,10 @@
 """Draw a combination from its seed, run it on a node without a network, and compare shown levels with true levels."""
 
+import tempfile
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -11,7 +14,7 @@ from never_green.dry_node import DryNode
 from never_green.messages import SECOND, TERRAIN, bytes_of, message_of
 from never_green.narrow import NARROW
 from never_green.oracle import LEVELS, LIMITS, SCENE, SPREAD, Oracle
-from never_green.plan import END, TICK, ClockRule, Plan, Send, Speaker, TrueSource
+from never_green.plan import END, TICK, Plan, Send, Speaker, TrueSource
 from never_green.stories import (
     CHANGED_TERRAIN,
     MAX_AGE,
@@ -24,11 +27,13 @@ from never_green.stories import (
 from never_green.watcher import Watcher
 from rclpy.qos import qos_profile_sensor_data
 
+from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.scene import live_scene
 from rpf3d_ros.engine import flyer
 from rpf3d_ros.engine.configuration import StationConfiguration
+from rpf3d_ros.engine.terrain_faults import TerrainBefore
 from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.interface.qos import given_qos
 from rpf3d_ros.interface.recorded_topics import POSES, TOPICS
@@ -97,18 +102,21 @@ def drawn(seed: int, kinds: Sequence[str] = tuple(DEFECTS)) -> Plan:
     for _ in range(TRIES):
         if len(plan.defects) < count:
             plan = (DEFECTS | NARROW)[str(rng.choice(kinds))](plan, rng) or plan
-    sources = tuple(known_by_its_clock(source, plan.clock) for source in plan.truth.sources)
+    sources = tuple(known_by_its_node(source, plan) for source in plan.truth.sources)
     return plan._replace(truth=plan.truth._replace(sources=sources))
 
 
-def known_by_its_clock(source: TrueSource, clock: ClockRule) -> TrueSource:
-    """Return a clicked source that ends as soon as the node's clock makes the click void; other sources unchanged.
+def known_by_its_node(source: TrueSource, plan: Plan) -> TrueSource:
+    """Return a clicked source that ends as soon as the node's clock or a restart makes the click void.
 
-    A clock that jumps ahead makes the click too old; a clock that goes back makes the node forget the click.
+    A clock that jumps ahead makes the click too old; a clock that goes back, or a restart, makes the node forget the
+    click. Other sources are returned unchanged.
     """
     if np.isinf(source.until):
         return source
-    clicked = source.until - MAX_AGE
+    clock, clicked = plan.clock, source.until - MAX_AGE
+    voids = (plan.restart_at, clock.jump_at if clock.jump < 0.0 else np.inf)
+    source = source._replace(until=min([source.until, *(at for at in voids if at >= clicked)]))
     times = np.arange(clicked, source.until, FINE).tolist()
     ages = [clock.now(at) - clock.now(clicked) for at in times]
     ends = [at - FINE for at, age in zip(times, ages, strict=True) if not 0.0 <= age < MAX_AGE]
@@ -155,8 +163,31 @@ class Run:
     def __init__(self, plan: Plan) -> None:
         """Start a node without a network for a plan."""
         self.plan, self.at = plan, 0.0
-        self.node = DryNode(configuration_of(plan), self.now_ns, lambda: self.at, self._publishers)
+        self._log = tempfile.TemporaryDirectory()
+        self._start(self._logged(configuration_of(plan)) if np.isfinite(plan.restart_at) else configuration_of(plan))
+
+    def _start(self, configuration: StationConfiguration) -> None:
+        self.node = DryNode(configuration, self.now_ns, lambda: self.at, self._publishers)
         self.watcher = Watcher(self.node.ros.published, self.now_ns)
+
+    def _logged(self, configuration: StationConfiguration) -> StationConfiguration:
+        return replace(configuration, log=DecisionLog(Path(self._log.name), "0.1.0"))
+
+    def restart(self) -> None:
+        """End the node and start it again with its decision log, and with its terrain as if it were from the store."""
+        standing, read_ns = self.node.station.flyer.standing, published_ns(self.at)
+        self.node.close()
+        before = TerrainBefore(read_ns=read_ns)
+        if standing is not None:
+            count = standing.ground.patches
+            before = before._replace(patches_ns=(read_ns,) * count, stamps_ns=(standing.ground.stamp_ns,) * count)
+        configuration = self._logged(configuration_of(self.plan))
+        self._start(replace(configuration, standing=standing, standing_report="restored", before=before))
+
+    def close(self) -> None:
+        """End the node and delete its decision log."""
+        self.node.close()
+        self._log.cleanup()
 
     def now_ns(self) -> int:
         """Return the time of the node's clock (ns)."""
@@ -172,7 +203,7 @@ class Run:
             sent = self.plan.clock.now(send.sent)
             message = message_of(send, round((sent + send.offset) * SECOND))
             if send.kind in TERRAIN:
-                self.node.receive(send.topic, bytes_of(message), round((1e9 + send.sent) * SECOND))
+                self.node.receive(send.topic, bytes_of(message), published_ns(send.sent))
             else:
                 self.node.receive(send.topic, message)
 
@@ -196,6 +227,11 @@ class Run:
         return [_info_of(one) for one in there]
 
 
+def published_ns(sent: float) -> int:
+    """Return when a message that is sent at a time (s) is published, by the clock of the middleware (ns)."""
+    return round((1e9 + sent) * SECOND)
+
+
 def _info_of(speaker: Speaker) -> Any:
     known = TOPICS.get(speaker.topic)
     kind, qos = (POSES, given_qos("event")) if known is None else (known.kind, given_qos(known.offered))
@@ -217,16 +253,22 @@ def run(seed: int, kinds: Sequence[str] = tuple(DEFECTS)) -> Verdict:
         try:
             return _judged(seed, one, oracle)
         finally:
-            one.node.close()
+            one.close()
 
 
 def _judged(seed: int, one: Run, oracle: Oracle) -> Verdict:
     plan, waiting = one.plan, sorted(one.plan.sends, key=lambda send: send.at)
     greens, wrong, shown_s, fault_s, worst, closed = [], [], 0.0, 0.0, 0, False
     for tick in np.arange(0.0, END, TICK).tolist():
+        is_restarted = plan.restart_at <= tick < plan.restart_at + TICK
         while waiting and waiting[0].at <= tick:
+            if is_restarted and waiting[0].at >= plan.restart_at:
+                one.restart()
+                is_restarted = False
             one.deliver(waiting.pop(0))
         one.at = tick
+        if is_restarted:
+            one.restart()
         one.node.tick()
         shown, evident = one.watcher.shown(tick), one.evident()
         least = required(oracle, plan, tick)

@@ -19,6 +19,9 @@ Defect = Callable[[Plan, np.random.Generator], Plan | None]
 AREAS = ("areas/polygon", "areas/equipment")
 WHOLE = ("terrain/points", "terrain/mesh")
 PATCH = ("terrain/update",)
+RESTARTED = 3.5
+"""Time (s) after a restart within which the node notices two publishers, or a clock that stands still."""
+
 LOOKED = 2.5
 """Time (s) within which the node notices a second publisher, or a publisher that it cannot receive."""
 
@@ -195,6 +198,52 @@ def _anywhen(rng: np.random.Generator) -> float:
     return float(rng.uniform(2.0, 14.0))
 
 
+def clock_back(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let the clock jump back by 1 to 60 s; the areas are published again after the jump, because the node needs it."""
+    rule = plan.clock._replace(jump=-float(rng.uniform(1.0, 60.0)), jump_at=_anywhen(rng))
+    return plan.with_defect("clock back", clock=rule, sends=(*plan.sends, *areas_again(plan, rule.jump_at + 0.4)))
+
+
+def areas_again(plan: Plan, at: float) -> list[Send]:
+    """Return the last message of each topic of areas before a time `at` (s), published again at this time."""
+    last = {send.topic: send for send in plan.sends if send.topic in AREAS and send.sent < at}
+    return [send._replace(sent=at, at=at, offset=0.0) for send in last.values()]
+
+
+def again(send: Send, at: float) -> Send:
+    """Return a message that is published again at a time `at` (s), with its first stamp."""
+    return send._replace(sent=at, at=at, offset=send.sent + send.offset - at)
+
+
+def clock_back_a_little(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let the clock jump back by less than its tolerance; then an old survey, patch or area is published again."""
+    jump_at = _anywhen(rng)
+    old = _old_message(plan, rng, jump_at)
+    if old is None:
+        return None
+    rule = plan.clock._replace(jump=-float(rng.uniform(0.05, 0.45)), jump_at=jump_at)
+    return plan.with_defect("clock back a little", clock=rule, sends=(*plan.sends, old))
+
+
+def restarted(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let the node be started again; then the areas are published, and an old survey, patch or area again.
+
+    The new node needs some time to notice two publishers, or a clock that stands still.
+    """
+    restart_at = _anywhen(rng)
+    old = _old_message(plan, rng, restart_at)
+    if old is None or np.isfinite(plan.restart_at):
+        return None
+    sends, graces = (*areas_again(plan, restart_at + 0.4), old), (*plan.graces, (restart_at, RESTARTED))
+    return plan.with_defect("restarted", restart_at=restart_at, sends=(*plan.sends, *sends), graces=graces)
+
+
+def _old_message(plan: Plan, rng: np.random.Generator, since: float) -> Send | None:
+    """Return a survey, patch or area that is published again 0.5 to 4 s after a time `since` (s); None if none is."""
+    olds = [send for send in plan.sends if send.topic in (*AREAS, "terrain/points", *PATCH) and send.at < since]
+    return again(olds[rng.integers(len(olds))], since + float(rng.uniform(0.5, 4.0))) if olds else None
+
+
 def acknowledged(plan: Plan, rng: np.random.Generator) -> Plan | None:
     """Let a person acknowledge one to four times at random times, sometimes without a name or without a reason."""
     words = str(rng.choice(("A. Shift: looked from the other side", ":", "A. Shift:")))
@@ -253,10 +302,12 @@ DEFECTS: dict[str, Defect] = {
     "two speakers": two_speakers,
     "not received": not_received,
     "clock stands": _clock("clock stands", stands=_a_while),
-    "clock back": _clock("clock back", jump=lambda rng: -float(rng.uniform(1.0, 60.0)), jump_at=_anywhen),
+    "clock back": clock_back,
     "clock ahead": _clock("clock ahead", jump=lambda rng: float(rng.uniform(1.0, 60.0)), jump_at=_anywhen),
     "clock begins late": _clock("clock begins late", begins=_anywhen),
     "acknowledged early": acknowledged,
     "answers fail": failing,
     "published again": repeated_surveys,
+    "clock back a little": clock_back_a_little,
+    "restarted": restarted,
 }

@@ -48,7 +48,7 @@ RATE = 4.0
 SLOWER = 8.0
 """Time (s of `/clock`) that a message, a decision and a busy machine take, in addition to DECIDED."""
 
-ONLY_DRY = ("clock begins late", "answers fail", "missing terrain", "missing areas")
+ONLY_DRY = ("clock begins late", "answers fail", "missing terrain", "missing areas", "restarted")
 """Kinds of defects that are left out here, because they need a new node or a failing function in the node."""
 
 LIVE_KINDS = tuple(kind for kind in DEFECTS if kind not in ONLY_DRY)

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 from never_green import changes
 from never_green.changes import Change
-from never_green.defects import PATCH, WHOLE, Defect, changing, harmed
+from never_green.defects import PATCH, WHOLE, Defect, again, areas_again, changing, harmed
 from never_green.messages import lengthened
 from never_green.plan import END, ClockRule, Plan, Send, Speaker
 from never_green.stories import EVERY, patch_send, survey
@@ -178,6 +178,52 @@ def former_area(plan: Plan, rng: np.random.Generator) -> Plan | None:
     return plan.with_defect("former area again", sends=(*plan.sends, again))
 
 
+def after_a_small_step(plan: Plan, at: float) -> Plan:
+    """Return the plan with a clock that jumps back by less than its tolerance at a time (s)."""
+    return plan._replace(clock=ClockRule(jump=-0.4, jump_at=at))
+
+
+def after_a_restart(plan: Plan, at: float) -> Plan:
+    """Return the plan with a restart of the node at a time (s)."""
+    return plan._replace(restart_at=at)
+
+
+def old_patch(word: str, harmed_at: Callable[[Plan, float], Plan]) -> Defect:
+    """Return a defect in which an old patch with the bank comes after a survey without it, and a step or restart.
+
+    word : name of the defect; harmed_at : returns the plan with the step or restart at a time (s)
+    """
+
+    def defect(plan: Plan, rng: np.random.Generator) -> Plan | None:
+        times = (0.1, 9.1, 18.1)
+        if plan.truth.bank_until > times[1]:
+            return None
+        wholes = [Send(sent=at, at=at, topic=WHOLE[0], kind="grid", places=survey(plan.truth, at)) for at in times]
+        old = patch_send(plan.truth, 3.0, ((32.0, 48.0), (40.0, 72.0)))
+        harmed_plan = _with_terrain(plan, word, (*wholes, again(old, times[2] + 1.0)))
+        sends = (*harmed_plan.sends, *areas_again(plan, times[2] + 0.6))
+        return harmed_at(harmed_plan._replace(sends=sends), times[2] + 0.3)
+
+    return defect
+
+
+def old_area(word: str, harmed_at: Callable[[Plan, float], Plan]) -> Defect:
+    """Return a defect in which the first polygon is published again after the area has grown, and a step or restart.
+
+    word : name of the defect; harmed_at : returns the plan with the step or restart at a time (s)
+    """
+
+    def defect(plan: Plan, rng: np.random.Generator) -> Plan | None:
+        polygons = [send for send in plan.sends if send.topic == "areas/polygon"]
+        if len(polygons) < 2:
+            return None
+        since = plan.truth.area_since + float(rng.uniform(1.0, 3.0))
+        sends = (*plan.sends, again(polygons[0], since + 0.6))
+        return harmed_at(plan.with_defect(word, sends=sends), since)
+
+    return defect
+
+
 def before_silence(word: str, changed: Callable[[Plan, list[Send], np.random.Generator], Plan]) -> Defect:
     """Return a defect of the time or the stamps that hides the silence of all sensors.
 
@@ -245,6 +291,7 @@ def clock_back_over_old_terrain(plan: Plan, rng: np.random.Generator) -> Plan | 
     jump_at = gone - float(rng.uniform(0.1, 1.0))
     sends = tuple(send for send in plan.sends if send.topic not in (*WHOLE, *PATCH) or send.sent < jump_at)
     rule = ClockRule(jump=-float(rng.uniform(20.0, 60.0)), jump_at=jump_at)
+    sends = (*sends, *areas_again(plan, jump_at + 0.3))
     return plan.with_defect("clock back over old terrain", sends=sends, clock=rule)
 
 
@@ -270,6 +317,10 @@ NARROW: dict[str, Defect] = {
     "no data as a height": changing("no data as a height", WHOLE[:1], changes.no_data),
     "folded survey": changing("folded survey", WHOLE[:1], changes.folded),
     "former area again": former_area,
+    "old patch after a small step": old_patch("old patch after a small step", after_a_small_step),
+    "old area after a small step": old_area("old area after a small step", after_a_small_step),
+    "old patch after a restart": old_patch("old patch after a restart", after_a_restart),
+    "old area after a restart": old_area("old area after a restart", after_a_restart),
     "early before silence": before_silence("early before silence", _early),
     "early until a survey": before_silence("early until a survey", _early_until_a_survey),
     "clock back over old terrain": clock_back_over_old_terrain,

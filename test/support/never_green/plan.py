@@ -124,6 +124,7 @@ class Plan(NamedTuple):
     sensors : topics of the sensors; limits : highest level for which the site has limits, as a word
     expects : True if `expected_topics` of the node are the sensors, False if `optional_topics` are
     answers_fail : start and end (s) of the time in which answers to sources on the slope fail, None if none fails
+    restart_at : time (s) at which the node is ended and started again, with its decision log and its terrain
     graces : pairs of a start (s) and a duration (s) in which any level is accepted, plus the time of a decision
     """
 
@@ -135,6 +136,7 @@ class Plan(NamedTuple):
     expects: bool
     clock: ClockRule = ClockRule()
     answers_fail: tuple[float, float] | None = None
+    restart_at: float = np.inf
     graces: tuple[tuple[float, float], ...] = ()
     defects: tuple[str, ...] = ()
 
