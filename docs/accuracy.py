@@ -60,9 +60,6 @@ rpf3d run SCENE --out DIR --accuracy 0.05   # enough rocks to keep the error und
 there is none for this scene and version, `run --accuracy` measures it first. The rocks of `run --accuracy` always fly
 with exact contacts over the full terrain. `make accuracy` (`docs/accuracy.py`) measures and writes this page.
 
-**Known defect.** For spheres (`rock.shape: sphere`), `rpf3d cost` and `run --accuracy` end with an error (`scan has no
-rule for Stepped`), because fixed steps are only for points.
-
 ## Which errors are measured?
 All errors are differences of two maps of reach probability. The **map error** is the sum over all cells of |p - q|,
 divided by the sum over all cells of p + q, with p and q the reach probabilities of a cell in the two maps. 0 means
@@ -79,6 +76,8 @@ There are four errors:
 - **numerical, for rocks with a shape**: the error of `accuracy`. The same rocks fly with four times to one eighth of
   the scene's `accuracy`. Their maps are compared with the map of the smallest `accuracy`, without the difference that
   chance explains. Fixed steps, rasters and impacts with 50 digits are not measured.
+- **numerical, for spheres** (`rock.shape: sphere`): only the error of events. Fixed steps, rasters and impacts with
+  50 digits are not measured, because these methods find only contacts of points.
 - **geometric**: the error of a coarser terrain. The same rocks, from the same heights above the ground, fly over 1/2
   to 1/64 of the triangles (quadric decimation). Their map is compared with the map on the full terrain. The error of
   the survey itself is unknown; the best estimate is the error of half the triangles.

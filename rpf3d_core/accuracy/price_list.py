@@ -21,8 +21,8 @@ DEFINITIONS = {
     "of_shares": "largest difference of the share of rocks that reach, or stop in, an area of interest (or zone)",
     "numerical": "the same rocks, event by event and in fixed steps; events: how far the map moves where all rocks "
     "start one contact tolerance further east; rocks with a shape: the same rocks with other values of `accuracy`, "
-    "compared with the finest: the root of distance^2 - floor^2, 0 where chance explains the distance; rows of fixed "
-    "steps, rasters and 50 digits make no sense for them and are left out",
+    "compared with the finest: the root of distance^2 - floor^2, 0 where chance explains the distance; spheres and "
+    "rocks with a shape have no rows of fixed steps and rasters, because these methods find only contacts of points",
     "distance": "numerical, rocks with a shape, and parametric: of the two maps, chance included",
     "geometric": "the same rocks over fewer triangles, compared with the terrain as it is: what the survey itself "
     "misses is in none of these numbers",

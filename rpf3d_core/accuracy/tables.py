@@ -5,7 +5,7 @@ from typing import Any
 
 from rpf3d_core.accuracy.choice import Choice, cheapest, cheapest_by_events, errors_of_scene, largest
 from rpf3d_core.accuracy.precise import DIGITS
-from rpf3d_core.accuracy.price_list import Priced, PriceList
+from rpf3d_core.accuracy.price_list import EVENTS, Priced, PriceList
 from rpf3d_core.accuracy.series import word_of
 
 Row = tuple[str, ...]
@@ -161,13 +161,18 @@ def _largest(prices: PriceList) -> str:
 
 
 def _left_out(prices: PriceList) -> list[str]:
-    """Return a sentence on what is missing in the price list of rocks with a shape; [] for points and spheres."""
-    if prices.method["method"] != "contact":
-        return []
-    return [
-        "rocks with a shape: the numerical error is that of `accuracy` against the finest, beyond chance; fixed steps, "
-        "rasters and impacts with 50 digits are for points, and are left out"
-    ]
+    """Return a list with a sentence on the numerical rows that the price list leaves out; [] for points."""
+    if prices.method["method"] == "contact":
+        return [
+            "rocks with a shape: the numerical error is that of `accuracy` against the finest, beyond chance; fixed "
+            "steps, rasters and impacts with 50 digits are for points, and are left out"
+        ]
+    if all(line.setting == EVENTS for line in prices.numerical):
+        return [
+            "spheres: fixed steps, rasters and impacts with 50 digits are left out, because these methods find only "
+            "contacts of points"
+        ]
+    return []
 
 
 def _exactness(prices: PriceList) -> list[str]:
