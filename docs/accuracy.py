@@ -131,7 +131,7 @@ next: more rocks, a finer survey, or a calibration.
   error is the error that half of the triangles of this terrain would cause.
 - *total up to 0.05*: the cheapest measured setting with a *total* of at most 0.05 (`rpf3d cost --target`), with
   events or with fixed steps, on the full or on a coarser terrain. If this setting has a coarser terrain, you must
-  make that terrain yourself.
+  make that terrain yourself. *Without the unknown ground* means that the parametric error alone is above the target.
 - *`rpf3d run --accuracy 0.05`*: the setting that this command chooses.
 """
 READING = """## What follows from the tables?
@@ -200,8 +200,11 @@ def bullet(text: str) -> str:
 
 
 def maps_alone(measured: list[tuple[Row, list[Row]]]) -> list[str]:
-    """Return short Markdown tables with the map errors only, from the three tables of a scene without unknowns."""
-    (_, numerical), (_, geometric), (_, statistical) = measured
+    """Return short Markdown tables with the map errors only; the table of unknowns stays as it is.
+
+    measured : the tables of a scene, each as header and rows (`tables`)
+    """
+    (_, numerical), (_, geometric), (_, statistical), *unknowns = measured
     errors = {(method, dt): error for method, dt, error, *_ in numerical if dt}
     steps = sorted({dt for _, dt in errors}, key=float, reverse=True)
     methods = dict.fromkeys(method for method, _ in errors)
@@ -211,6 +214,7 @@ def maps_alone(measured: list[tuple[Row, list[Row]]]) -> list[str]:
         markdown(("numerical: method", *(f"dt {dt} s" for dt in steps)), rows),
         markdown(("triangles", *(row[0] for row in geometric)), [("map error", *(row[2] for row in geometric))]),
         markdown(("rocks", *(row[0] for row in statistical)), [("map error", *(row[1] for row in statistical))]),
+        *(markdown(*one) for one in unknowns),
     ]
 
 

@@ -30,7 +30,10 @@ def write_cost(path: Path, name: str, series: Sequence[Series], target: float, u
     axes = figure.subplots()
     for one in series:
         _draw(axes, one)
-    axes.plot([], [], color="0.5", marker="^", markerfacecolor="white", linestyle=":", label="the same steps, compiled")
+    if any(one.compiled is not None for one in series):
+        axes.plot(
+            [], [], color="0.5", marker="^", markerfacecolor="white", linestyle=":", label="the same steps, compiled"
+        )
     axes.axhline(target, color="0.3", linestyle="--", linewidth=1.0, label=f"target {target:g}")
     if unknown is not None:
         label = f"unknown values of the ground: {unknown:.2g}"
@@ -42,7 +45,7 @@ def write_cost(path: Path, name: str, series: Sequence[Series], target: float, u
         "seconds of one core (events, steps, triangles: for 1,000 rocks; number of rocks: for that many)\n"
         "steps as in the thesis, VTK called from Python; all else is compiled"
     )
-    axes.set_ylabel("error of the map of reach probability (-)")
+    axes.set_ylabel(f"error of the map of reach probability (-); errors below {LEAST:g} are drawn at {LEAST:g}")
     axes.grid(which="major", color="0.9")
     figure.legend(fontsize=8, loc="outside lower center", ncols=4)  # inside the axes, the legend would hide points
     axes.set_title(f"{name}: what accuracy costs", loc="left")
