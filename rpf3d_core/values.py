@@ -62,9 +62,9 @@ OUTCOME_SENTENCES: dict[Outcome, str] = {
         "sinks very slowly); raise max_impacts to follow it further"
     ),
     Outcome.UNRESOLVED_CONTACT: (
-        "was faster than stop_speed when its bounces had died out, and `ground: none` carries no rock on (`ground: "
-        "sliding` does, of a sphere `ground: sphere`), or it was wedged between facets at a speed that should have "
-        "freed it, or there is no room for its shape at its release nor above"
+        "was faster than stop_speed when its bounces had died out, and `ground: none` has no motion on the ground (use "
+        "`ground: sliding`, for a sphere `ground: sphere`); or it was wedged between facets at a speed that should "
+        "have freed it; or there is no room for its shape at its release and above"
     ),
     Outcome.FAILED: (
         "reached a position or speed that is not a number; its results end with the event before, it counts in no "
