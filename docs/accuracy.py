@@ -60,9 +60,6 @@ rpf3d run SCENE --out DIR --accuracy 0.05   # enough rocks to keep the error und
 there is none for this scene and version, `run --accuracy` measures it first. The rocks of `run --accuracy` always fly
 with exact contacts over the full terrain. `make accuracy` (`docs/accuracy.py`) measures and writes this page.
 
-**Known defect.** For spheres (`rock.shape: sphere`), `rpf3d cost` and `run --accuracy` end with an error (`scan has no
-rule for Stepped`), because fixed steps are only for points.
-
 ## Which errors are measured?
 All errors are differences of two maps of reach probability. The **map error** is the sum over all cells of |p - q|,
 divided by the sum over all cells of p + q, with p and q the reach probabilities of a cell in the two maps. 0 means
@@ -79,6 +76,8 @@ There are four errors:
 - **numerical, for rocks with a shape**: the error of `accuracy`. The same rocks fly with four times to one eighth of
   the scene's `accuracy`. Their maps are compared with the map of the smallest `accuracy`, without the difference that
   chance explains. Fixed steps, rasters and impacts with 50 digits are not measured.
+- **numerical, for spheres** (`rock.shape: sphere`): only the error of events. Fixed steps, rasters and impacts with
+  50 digits are not measured, because these methods find only contacts of points.
 - **geometric**: the error of a coarser terrain. The same rocks, from the same heights above the ground, fly over 1/2
   to 1/64 of the triangles (quadric decimation). Their map is compared with the map on the full terrain. The error of
   the survey itself is unknown; the best estimate is the error of half the triangles.
@@ -132,7 +131,7 @@ next: more rocks, a finer survey, or a calibration.
   error is the error that half of the triangles of this terrain would cause.
 - *total up to 0.05*: the cheapest measured setting with a *total* of at most 0.05 (`rpf3d cost --target`), with
   events or with fixed steps, on the full or on a coarser terrain. If this setting has a coarser terrain, you must
-  make that terrain yourself.
+  make that terrain yourself. *Without the unknown ground* means that the parametric error alone is above the target.
 - *`rpf3d run --accuracy 0.05`*: the setting that this command chooses.
 """
 READING = """## What follows from the tables?
@@ -201,8 +200,11 @@ def bullet(text: str) -> str:
 
 
 def maps_alone(measured: list[tuple[Row, list[Row]]]) -> list[str]:
-    """Return short Markdown tables with the map errors only, from the three tables of a scene without unknowns."""
-    (_, numerical), (_, geometric), (_, statistical) = measured
+    """Return short Markdown tables with the map errors only; the table of unknowns stays as it is.
+
+    measured : the tables of a scene, each as header and rows (`tables`)
+    """
+    (_, numerical), (_, geometric), (_, statistical), *unknowns = measured
     errors = {(method, dt): error for method, dt, error, *_ in numerical if dt}
     steps = sorted({dt for _, dt in errors}, key=float, reverse=True)
     methods = dict.fromkeys(method for method, _ in errors)
@@ -212,6 +214,7 @@ def maps_alone(measured: list[tuple[Row, list[Row]]]) -> list[str]:
         markdown(("numerical: method", *(f"dt {dt} s" for dt in steps)), rows),
         markdown(("triangles", *(row[0] for row in geometric)), [("map error", *(row[2] for row in geometric))]),
         markdown(("rocks", *(row[0] for row in statistical)), [("map error", *(row[1] for row in statistical))]),
+        *(markdown(*one) for one in unknowns),
     ]
 
 

@@ -58,13 +58,13 @@ OUTCOME_SENTENCES: dict[Outcome, str] = {
     Outcome.FRAGMENTED: "broke; its fragments fly on as separate rocks",
     Outcome.MAX_TIME: "was still moving at max_time; raise max_time to follow it further",
     Outcome.MAX_IMPACTS: (
-        "used up max_impacts (impacts and slides over facets; or as many stretches of flight in air that hardly lets "
-        "it sink); raise max_impacts to follow it further"
+        "reached max_impacts (impacts and slides over facets; or as many path segments in air so dense that the rock "
+        "sinks very slowly); raise max_impacts to follow it further"
     ),
     Outcome.UNRESOLVED_CONTACT: (
-        "was faster than stop_speed when its bounces had died out, and `ground: none` carries no rock on (`ground: "
-        "sliding` does, of a sphere `ground: sphere`), or it was wedged between facets at a speed that should have "
-        "freed it, or there is no room for its shape at its release nor above"
+        "was faster than stop_speed when its bounces had died out, and `ground: none` has no motion on the ground (use "
+        "`ground: sliding`, for a sphere `ground: sphere`); or it was wedged between facets at a speed that should "
+        "have freed it; or there is no room for its shape at its release and above"
     ),
     Outcome.FAILED: (
         "reached a position or speed that is not a number; its results end with the event before, it counts in no "

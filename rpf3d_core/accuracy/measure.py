@@ -6,7 +6,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from rpf3d_core.accuracy.flown import fly, some_rocks
+from rpf3d_core.accuracy.flown import FlownSample, fly, some_rocks
 from rpf3d_core.accuracy.geometric import coarser_terrains
 from rpf3d_core.accuracy.in_contact import BUDGET, accuracies
 from rpf3d_core.accuracy.numerical import SETTINGS, Steps, raster_answers, rounding, stepped_answers
@@ -27,6 +27,7 @@ from rpf3d_core.accuracy.price_list import (
     steps_setting,
 )
 from rpf3d_core.accuracy.statistical import Sampled, doublings
+from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.errors import InputError
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.scene.method import MethodSpec
@@ -129,17 +130,39 @@ def _in_contact(
 def _numerical(
     prepared: Prepared, scene: Scene, sampled: list[Sampled], tell: Tell
 ) -> tuple[list[Priced], list[ImpactErrors]]:  # fmt: skip
+    """Return the numerical lines of the price list for points and spheres, and the rounding errors of single impacts.
+
+    Fixed steps find only contacts of points, so spheres have one line, for exact contacts.
+
+    sampled : statistical errors, which state how much of a difference is chance; tell : receives progress texts
+    """
     tell("numerical: events, and 50 digits")
     releases = some_rocks(prepared, PAIRED)
     exact = fly(prepared, releases, paths=True)
-    lines = [priced_events(rounding(prepared, releases, exact), exact.seconds_per_1000)]
+    events = priced_events(rounding(prepared, releases, exact), exact.seconds_per_1000)
+    steps = _in_steps(prepared, scene, (releases, exact), sampled, tell) if _can_step(scene) else []
+    return [events, *steps], off_exact(prepared, exact.flights)
+
+
+def _can_step(scene: Scene) -> bool:
+    """Return True if contacts of the scene's rocks may be found in fixed steps, as for points."""
+    return scene.impact_model.model_spec.STEPS
+
+
+def _in_steps(
+    prepared: Prepared, scene: Scene, flown: tuple[Releases, FlownSample], sampled: list[Sampled], tell: Tell
+) -> list[Priced]:
+    """Return the lines of the price list for fixed steps on the mesh and on rasters.
+
+    flown : releases, and their result with exact contacts; sampled : statistical errors; tell : receives progress texts
+    """
     own = _own_steps(scene)
     settings = SETTINGS if own is None or own in SETTINGS else (*SETTINGS, own)
-    answers = (stepped_answers(prepared, releases, exact, settings), raster_answers(prepared, releases, exact))
-    for found in chain(*answers):
+    lines = []
+    for found in chain(stepped_answers(prepared, *flown, settings), raster_answers(prepared, *flown)):
         tell(f"numerical: {', '.join(f'{name} {value}' for name, value in found.setting._asdict().items())}: done")
         lines.append(priced_steps(found, sampled))
-    return lines, off_exact(prepared, exact.flights)
+    return lines
 
 
 def _geometric(prepared: Prepared, sampled: list[Sampled], tell: Tell) -> list[Priced]:

@@ -14,22 +14,22 @@ from rpf3d_core.accuracy.statistical import Sampled, beyond_chance, floor_of
 
 DEFINITIONS = {
     "error": (
-        "distance of the map of reach probability from what it is compared with, from 0 (the same) to 1 (no cell in "
-        "common): sum of |p - q| over all cells of the scene's raster, over the sum of p + q"
+        "distance between two maps of reach probability, from 0 (equal) to 1 (no cell in common): sum of |p - q| over "
+        "all cells of the scene's raster, divided by the sum of p + q"
     ),
-    "floor": "distance of two maps by events of that many rocks each, other rocks in either: what chance alone does",
+    "floor": "distance between two maps of the same number of different rocks, by events: the effect of chance alone",
     "of_shares": "largest difference of the share of rocks that reach, or stop in, an area of interest (or zone)",
-    "numerical": "the same rocks, event by event and in fixed steps; events: how far the map moves where all rocks "
-    "start one contact tolerance further east; rocks with a shape: the same rocks with other values of `accuracy`, "
-    "compared with the finest: the root of distance^2 - floor^2, 0 where chance explains the distance; rows of fixed "
-    "steps, rasters and 50 digits make no sense for them and are left out",
+    "numerical": "the same rocks, by events and in fixed steps; events: change of the map if all rocks start one "
+    "contact tolerance farther east; rocks with a shape: the same rocks with other values of `accuracy`, "
+    "compared with the finest: the root of distance^2 - floor^2, 0 where chance explains the distance; spheres and "
+    "rocks with a shape have no rows of fixed steps and rasters, because these methods find only contacts of points",
     "distance": "numerical, rocks with a shape, and parametric: of the two maps, chance included",
-    "geometric": "the same rocks over fewer triangles, compared with the terrain as it is: what the survey itself "
-    "misses is in none of these numbers",
-    "statistical": "that many rocks against all that were flown, n of N, over the square root of 1 - n/N: how far "
-    "they are off the map of all rocks there could be",
+    "geometric": "the same rocks over fewer triangles, compared with the full terrain; the error of the survey itself "
+    "is not included",
+    "statistical": "n rocks compared with all N flown rocks, divided by the square root of 1 - n/N: the expected "
+    "distance from the map of infinitely many rocks",
     "parametric": "the maps of two parameter sets of the scene's unknowns: the root of the mean square distance over "
-    "all pairs, without what chance does; empty if the scene has no unknowns, for then it is not known",
+    "all pairs, without the effect of chance; empty if the scene has no unknowns, because the error is then unknown",
     "apart": "distance of the maps of two ensembles of that many rocks",
     "half_width": "of the widest 95 % Wilson interval of a share of an area of interest (or zone)",
     "p95_energy_half_width": "of the 95 % interval of the p95 of kinetic energy, between order statistics, over "
@@ -39,7 +39,7 @@ DEFINITIONS = {
     "number of steps of all rocks times the time per step; timed is false if no step was timed at this setting and the "
     "time per step is that of a coarser setting",
     "seconds": "of one processor core for that many rocks",
-    "rocks": "of the scene: those it flies (if auto, in the first round); of a line: those that tell its error",
+    "rocks": "of the scene: rocks that a run flies (if auto, in the first round); of a line: rocks behind its error",
     "total": "sum of the numerical, the geometric and the statistical error: a bias and an interval do not cancel; the "
     "parametric error is not in it, because no setting reduces it",
 }  # fmt: skip

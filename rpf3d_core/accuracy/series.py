@@ -18,6 +18,8 @@ STEPS = (
 def series_of(prices: PriceList) -> list[Series]:
     """Return the series of points of a price list, one for each curve in the plot of error against computing time.
 
+    A series without points is left out, such as fewer triangles on a terrain too small for a coarser mesh.
+
     The time of a point (s of one core) is the time for 1,000 rocks; in the statistical series, the time for the number
     of rocks of the point.
     """
@@ -26,7 +28,7 @@ def series_of(prices: PriceList) -> list[Series]:
         groups.setdefault(_method_name(line.setting), []).append(line)
     steps = cycle(STEPS)
     fewer = [line for line in prices.geometric if line.setting["part"] > 1]
-    return [
+    found = [
         *(_numerical(name, lines, BLACK if name == "events" else next(steps)) for name, lines in groups.items()),
         _series("fewer triangles", "geometric", GREEN, fewer, [line.seconds_per_1000_rocks for line in fewer]),
         _series(
@@ -34,6 +36,7 @@ def series_of(prices: PriceList) -> list[Series]:
             [line.more["seconds"] for line in prices.statistical],
         ),
     ]  # fmt: skip
+    return [one for one in found if one.errors]
 
 
 def _numerical(name: str, lines: Sequence[Priced], colour: Colour) -> Series:

@@ -5,7 +5,7 @@ from typing import Any
 
 from rpf3d_core.accuracy.choice import Choice, cheapest, cheapest_by_events, errors_of_scene, largest
 from rpf3d_core.accuracy.precise import DIGITS
-from rpf3d_core.accuracy.price_list import Priced, PriceList
+from rpf3d_core.accuracy.price_list import EVENTS, Priced, PriceList
 from rpf3d_core.accuracy.series import word_of
 
 Row = tuple[str, ...]
@@ -121,31 +121,36 @@ def findings(prices: PriceList, target: float) -> list[str]:
         "statistical": f"statistical ({_rocks(prices.rocks)}{', the first of `rocks: auto`' if prices.auto else ''})",
         "parametric": "parametric (values of the ground)",
     }
+    beyond = _beyond_rocks(prices, target)
+    without = ", without the unknown ground" if beyond else ""
     each = ", ".join(f"{labels[name]} {number(error)}" for name, error in errors.items())
     return [
         *_exactness(prices),
         *_left_out(prices),
         f"errors of this scene: {each}; {_largest(prices)}",
-        f"total up to {target:g} (sum of the three errors, relative to the full terrain), cheapest: "
+        *beyond,
+        f"total up to {target:g} (sum of the three errors, relative to the full terrain{without}), cheapest: "
         f"{_choice(cheapest(prices, target))}",
         f"`rpf3d run --accuracy {target:g}` flies {_choice(cheapest_by_events(prices, target))}",
-        *_unbought(prices, target),
+        *_unknown_error(prices),
     ]
 
 
-def _unbought(prices: PriceList, target: float) -> list[str]:
-    """Return a list with a sentence if the parametric error is unknown or above the target.
+def _unknown_error(prices: PriceList) -> list[str]:
+    """Return a list with a sentence if the parametric error is unknown; [] for a scene with unknowns."""
+    if prices.parametric:
+        return []
+    return ["parametric error: unknown, because the scene gives every value of the ground as known. Give ranges "
+            "with `library` or `prior`: this error is often the largest"]  # fmt: skip
 
-    If the parametric error is above the target, no number of rocks meets the target. Within the target, the list is
-    empty.
+
+def _beyond_rocks(prices: PriceList, target: float) -> list[str]:
+    """Return a list with a sentence if the parametric error is above the target, so that no number of rocks meets it.
 
     target : largest total error (-)
     """
-    if not prices.parametric:
-        return ["parametric error: unknown, because the scene gives every value of the ground as known. Give ranges "
-                "with `library` or `prior`: this error is often the largest"]  # fmt: skip
-    error = errors_of_scene(prices)["parametric"]
-    if error <= target:
+    error = errors_of_scene(prices).get("parametric")
+    if error is None or error <= target:
         return []
     return [f"no number of rocks reaches {target:g}: with the ranges that the scene gives for the ground, the map may "
             f"be wrong by {number(error)} with any number of rocks"]  # fmt: skip
@@ -161,13 +166,18 @@ def _largest(prices: PriceList) -> str:
 
 
 def _left_out(prices: PriceList) -> list[str]:
-    """Return a sentence on what is missing in the price list of rocks with a shape; [] for points and spheres."""
-    if prices.method["method"] != "contact":
-        return []
-    return [
-        "rocks with a shape: the numerical error is that of `accuracy` against the finest, beyond chance; fixed steps, "
-        "rasters and impacts with 50 digits are for points, and are left out"
-    ]
+    """Return a list with a sentence on the numerical rows that the price list leaves out; [] for points."""
+    if prices.method["method"] == "contact":
+        return [
+            "rocks with a shape: the numerical error is that of `accuracy` against the finest, beyond chance; fixed "
+            "steps, rasters and impacts with 50 digits are for points, and are left out"
+        ]
+    if all(line.setting == EVENTS for line in prices.numerical):
+        return [
+            "spheres: fixed steps, rasters and impacts with 50 digits are left out, because these methods find only "
+            "contacts of points"
+        ]
+    return []
 
 
 def _exactness(prices: PriceList) -> list[str]:

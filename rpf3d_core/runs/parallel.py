@@ -84,6 +84,8 @@ class Resources(NamedTuple):
     threads: int = 1
 
 
+OTHER_FILES = "{}: a worker has read other files than are here; all must see the same ones"
+"""Error of a worker whose files differ from the caller's files; {} : path of the scene."""
 ONE_THREAD = Resources()
 """The default: as many rocks in memory as in a run on disk, and one thread for each part."""
 
@@ -183,7 +185,7 @@ def merged(prepared: Prepared, parts: Sequence[RunPart]) -> Run:
     scene = prepared.scene
     digest = scene_digest(scene)
     if any(part.digest != digest for part in parts):
-        raise InputError(f"{scene.path}: a worker has read other files than are here; all must see the same ones")
+        raise InputError(OTHER_FILES.format(scene.path))
     tallies, totals = empty_tallies(prepared), empty_totals(prepared)
     for part in parts:
         add_packed(tallies, part.tallies)
@@ -215,25 +217,31 @@ def study(
     -------
     iterator of Finished
         Yields the runs in the order in which they finish. All runs are submitted before this function returns. If the
-        caller closes the iterator after at least one `next`, runs that have not started are cancelled.
+        caller closes or drops the iterator, runs that have not started are cancelled.
 
     Raises
     ------
     InputError
-        A scene is refused: by this function, or by the iterator after a worker has tried to fly the scene.
+        A scene is refused: by this function, or by the iterator after a worker has tried to fly the scene. Or a worker
+        has read other files than the caller.
     """
     each: Sequence[int | None] = [None] if seeds is None else seeds
     chosen = [chosen_scene(scene, rocks, None, seed) for scene in scenes for seed in each]
+    digests = [scene_digest(scene) for scene in chosen]
     folders = [None if out is None else Path(out, f"{n:04d}_{scene.path.stem}") for n, scene in enumerate(chosen)]
     flying = {
-        executor.submit(_summary_of, scene, folder): number
-        for number, (scene, folder) in enumerate(zip(chosen, folders, strict=True))
+        executor.submit(_summary_of, scene, digest, folder): number
+        for number, (scene, digest, folder) in enumerate(zip(chosen, digests, folders, strict=True))
     }
-    return _finished_runs(flying, chosen)
+    runs = _finished_runs(flying, chosen)
+    next(runs)  # a generator that has not begun would cancel nothing when the caller closes or drops it
+    return runs
 
 
-def _finished_runs(flying: dict["Future[dict[str, Any]]", int], scenes: Sequence[Scene]) -> Iterator[Finished]:
+def _finished_runs(flying: dict["Future[dict[str, Any]]", int], scenes: Sequence[Scene]) -> Iterator[Any]:
+    """Yield None once, then each finished run of `study`; cancel the runs that have not started when closed."""
     with as_they_finish(flying) as finished:
+        yield None
         for done, number in finished:
             scene = scenes[number]
             yield Finished(number=number, scene=scene.path, seed=scene.seed, summary=done.result())
@@ -251,8 +259,18 @@ def as_they_finish(flying: "dict[Future[Flown], int]") -> "Iterator[Iterator[tup
         yield ((done, flying[done]) for done in as_completed(flying))
 
 
-def _summary_of(scene: Scene, folder: Path | None) -> dict[str, Any]:
-    """Fly a whole scene in this process, and return its summary; folder : for the result, None to write nothing."""
+def _summary_of(scene: Scene, digest: str, folder: Path | None) -> dict[str, Any]:
+    """Fly a whole scene in this process, and return its summary.
+
+    digest : of the scene and the files of the caller; folder : for the result, None to write nothing
+
+    Raises
+    ------
+    InputError
+        As `run_scene`; or the files that this process reads do not have the given digest.
+    """
+    if scene_digest(scene) != digest:
+        raise InputError(OTHER_FILES.format(scene.path))
     if folder is None:
         return summary(simulate(scene, threads=1))
     run_scene(scene, folder, control=RunControl(painting=Painting()), recording=False)  # no second process for pictures

@@ -19,7 +19,7 @@ from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.results.overconfidence import surer_than_it_may_be
 from rpf3d_core.results.summary import plain, versions
 from rpf3d_core.runs.fly_scene import RunControl
-from rpf3d_core.runs.parallel import as_they_finish
+from rpf3d_core.runs.parallel import OTHER_FILES, as_they_finish
 from rpf3d_core.runs.run import run_scene
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import scene_digest
@@ -107,7 +107,7 @@ def fly_cell(scene: Scene, digest: str, folder: Path, threads: int | None) -> Ce
         is written.
     """
     if scene_digest(scene) != digest:
-        raise InputError(f"{scene.path}: a worker has read other files than are here; all must see the same ones")
+        raise InputError(OTHER_FILES.format(scene.path))
     run = run_scene(scene, folder, control=RunControl(threads=threads), recording=False)
     if scene_digest(scene) != digest:
         raise InputError(f"{scene.path}: a file of the scene changed while the cell flew; sweep again")

@@ -62,6 +62,32 @@ def test_rocks_with_a_shape_have_accuracies_of_contact_in_place_of_steps(
     assert kept is not None and kept.method == {"method": "contact", "accuracy": 0.002}
 
 
+def test_spheres_have_exact_contacts_only_and_the_list_says_why(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], quick: None
+) -> None:
+    scene, out = scene_of_spheres(tmp_path), tmp_path / "out"
+    assert call(monkeypatch, "cost", scene, "--out", out, "--target", 0.9) == 0
+    reason = "spheres: fixed steps, rasters and impacts with 50 digits are left out, because these methods find only"
+    assert reason in capsys.readouterr().out
+    facts = json.loads((out / "cost.json").read_text())
+    assert [line["setting"] for line in facts["numerical"]] == [{"method": "events"}]
+    assert facts["scene"]["method"] == {"method": "events"}
+    assert facts["events_against_exact_arithmetic"]["median_and_largest_by_impact"] == []
+    assert len(facts["geometric"]) == 3 and len(facts["statistical"]) == 3
+    assert call(monkeypatch, "run", scene, "--out", out, "--accuracy", 0.9) == 0
+    assert json.loads((out / "summary.json").read_text())["rocks"] == 125, "the fewest rocks that were measured"
+
+
+def scene_of_spheres(folder: Path) -> Path:
+    """Write the scene of the small pit with spheres in place of points; return its path."""
+    path = scene_file(folder)
+    kept = [line for line in path.read_text().splitlines() if not line.startswith(("rebound", "ground"))]
+    points = "tangential_restitution: 0.8"
+    text = "\n".join(kept).replace(points, f"{points}, friction_angle_deg: 30, rolling_friction: 0.3")
+    path.write_text(f"{text}\nrock: {{shape: sphere, diameter: 0.5}}\nground: sphere\n")
+    return path
+
+
 def scene_of_bodies(folder: Path) -> Path:
     """Write the scene of the small pit with bodies in place of points; return its path."""
     path = scene_file(folder)

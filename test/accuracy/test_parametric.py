@@ -46,6 +46,8 @@ def test_the_largest_error_says_what_to_spend_on_next_and_what_rocks_cannot_buy(
     told = " ".join(findings(unknown, 0.1))
     assert "the largest is the parametric one: a calibration" in told and "no number of rocks reaches 0.1" in told
     assert "no number of rocks" not in " ".join(findings(unknown, 0.5))
+    assert told.index("no number of rocks") < told.index("full terrain, without the unknown ground), cheapest")
+    assert "without the unknown ground" not in " ".join([*findings(unknown, 0.5), *findings(known, 0.1)])
 
 
 def test_a_price_list_with_unknowns_is_read_as_it_was_written() -> None:

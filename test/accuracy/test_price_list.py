@@ -303,3 +303,5 @@ def test_rocks_with_a_shape_keep_the_accuracy_of_their_scene() -> None:
     told = findings(prices, 0.2)
     assert any("left out" in line for line in told) and any("contact at 2 mm" in line for line in told)
     assert not any("left out" in line for line in findings(price_list(), 0.2)), "points have every row"
+    spheres = findings(price_list(numerical=[Priced(EVENTS, 0.0, 0.01, {})]), 0.2)
+    assert any(line.startswith("spheres:") and "left out" in line for line in spheres)

@@ -1,5 +1,6 @@
 """Tests of the drawn and recorded series of a price list; words replace values that a log axis cannot show."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -53,3 +54,10 @@ def test_a_picture_is_drawn_of_a_list_without_fewer_triangles(tmp_path: Path) ->
     series = series_of(price_list(geometric=whole, numerical=[a_line(STEPS)]))
     write_cost(tmp_path / "cost.png", "a.yaml", series, 0.05, 0.3)
     assert (tmp_path / "cost.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_series_without_points_is_left_out() -> None:
+    prices = price_list(numerical=[a_line(EVENTS)])
+    assert "fewer triangles" in [one.name for one in series_of(prices)]
+    full_terrain_only = replace(prices, geometric=prices.geometric[:1])
+    assert "fewer triangles" not in [one.name for one in series_of(full_terrain_only)]

@@ -1,8 +1,7 @@
 """Tests of combined effects: for any combination, both engines give the same bits, and each effect acts.
 
 A combination compiles for about ten seconds and then takes 0.2 GB of memory until its process ends. So `make test`
-flies a few of them, and `make combinations` all, in eight successive processes (RPF3D_COMBINATIONS=0/8 to 7/8). The
-result is in docs/reference/effects.md.
+flies a few of them, and `make combinations` all, in eight successive processes (RPF3D_COMBINATIONS=0/8 to 7/8).
 """
 
 import os

@@ -221,18 +221,42 @@ def test_a_study_tells_of_each_run_as_it_finishes_and_not_in_order(scene):
     assert numbers == [2, 1, 0]
 
 
+class Never(ThreadPoolExecutor):
+    """Runs the first tasks, as many as `runs`, and never starts another; `futures` has the futures of all tasks."""
+
+    def __init__(self, runs):
+        super().__init__(1)
+        self.runs, self.futures = runs, []
+
+    def submit(self, work, /, *arguments):
+        self.futures.append(Future())
+        if len(self.futures) <= self.runs:
+            self.futures[-1].set_result(work(*arguments))
+        return self.futures[-1]
+
+
 def test_leaving_a_study_cancels_what_has_not_begun(scene):
-    class Never(ThreadPoolExecutor):
-        """Runs the first task and never starts another."""
-
-        def submit(self, work, /, *arguments):
-            futures.append(Future())
-            if len(futures) == 1:
-                futures[0].set_result(work(*arguments))
-            return futures[-1]
-
-    futures = []
-    finished = study([scene], Never(1), seeds=(1, 2, 3), rocks=5)
+    executor = Never(1)
+    finished = study([scene], executor, seeds=(1, 2, 3), rocks=5)
     next(finished)
     finished.close()
-    assert [future.cancelled() for future in futures] == [False, True, True]
+    assert [future.cancelled() for future in executor.futures] == [False, True, True]
+
+
+def test_leaving_a_study_before_its_first_run_cancels_every_run(scene):
+    executor = Never(0)
+    study([scene], executor, seeds=(1, 2), rocks=5).close()
+    assert [future.cancelled() for future in executor.futures] == [True, True]
+
+
+def test_a_study_is_refused_if_a_worker_reads_other_files(scene):
+    class Elsewhere(ThreadPoolExecutor):
+        """Changes a file of the scene before each task, like a machine with another file at the same path."""
+
+        def submit(self, work, /, *arguments):
+            area.write_text(area.read_text().replace("-300", "-200"))
+            return super().submit(work, *arguments)
+
+    area = scene.parent / "east.geojson"
+    with Elsewhere(1) as pool, pytest.raises(InputError, match="a worker has read other files"):
+        next(study([scene], pool, rocks=5))

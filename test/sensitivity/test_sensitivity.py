@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
+from rpf3d_core.results.plots import sensitivity as tornado
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.sensitivity.analysis import Asked, Stopped, sensitivity
 from rpf3d_core.sensitivity.flown import compared
@@ -101,3 +102,15 @@ def test_sources_that_never_flew_are_noted(tmp_path: Path) -> None:
     (sentence,) = sensitivity(path, FEW).left_out
     assert sentence.startswith("4 of 8 sources flew no rock")
     assert "--rocks" in sentence
+
+
+def test_an_unknown_of_unknown_effect_is_the_lowest_bar_and_marked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    figures = []
+    monkeypatch.setattr(tornado, "save", lambda figure, path: figures.append(figure))
+    sizes = np.array([[0.1], [np.nan], [0.3]])
+    ends = np.stack([sizes - 0.05, sizes + 0.05])
+    tornado.write_tornado(tmp_path / "t.png", ["low", "nan", "high"], [("runout", "m")], sizes, ends)
+    labels = [label.get_text() for label in figures[0].axes[0].get_yticklabels()]
+    assert labels == ["nan (unknown)", "low", "high"], "from the bottom to the top"

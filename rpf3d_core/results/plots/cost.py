@@ -30,7 +30,10 @@ def write_cost(path: Path, name: str, series: Sequence[Series], target: float, u
     axes = figure.subplots()
     for one in series:
         _draw(axes, one)
-    axes.plot([], [], color="0.5", marker="^", markerfacecolor="white", linestyle=":", label="the same steps, compiled")
+    if any(one.compiled is not None for one in series):
+        axes.plot(
+            [], [], color="0.5", marker="^", markerfacecolor="white", linestyle=":", label="the same steps, compiled"
+        )
     axes.axhline(target, color="0.3", linestyle="--", linewidth=1.0, label=f"target {target:g}")
     if unknown is not None:
         label = f"unknown values of the ground: {unknown:.2g}"
@@ -42,7 +45,7 @@ def write_cost(path: Path, name: str, series: Sequence[Series], target: float, u
         "seconds of one core (events, steps, triangles: for 1,000 rocks; number of rocks: for that many)\n"
         "steps as in the thesis, VTK called from Python; all else is compiled"
     )
-    axes.set_ylabel("error of the map of reach probability (-)")
+    axes.set_ylabel(f"error of the map of reach probability (-)\nerrors below {LEAST:g} are drawn at {LEAST:g}")
     axes.grid(which="major", color="0.9")
     figure.legend(fontsize=8, loc="outside lower center", ncols=4)  # inside the axes, the legend would hide points
     axes.set_title(f"{name}: what accuracy costs", loc="left")
@@ -60,9 +63,10 @@ def _draw(axes: Axes, one: Series) -> None:
             one.compiled, one.errors, color=colour, marker=marker, markersize=4, markerfacecolor="white", linestyle=":",
             linewidth=0.8,
         )  # fmt: skip
+    below = one.name.startswith("steps, raster")  # rasters have errors close to the errors of steps on the mesh
     left = one.kind == "geometric"  # labels on the left, because points of the series "number of rocks" lie close by
     for x, y, word in zip(one.seconds, one.errors, one.words, strict=True):
         axes.annotate(
-            word, (x, y), xytext=(-5 if left else 4, 4), textcoords="offset points", fontsize=6.5, color=colour,
-            ha="right" if left else "left",
+            word, (x, y), xytext=(-5 if left else 4, -10 if below else 4), textcoords="offset points", fontsize=6.5,
+            color=colour, ha="right" if left else "left",
         )  # fmt: skip
