@@ -203,3 +203,33 @@ def test_a_las_header_with_a_huge_count_is_refused_before_memory_is_asked_for(tm
     path.write_bytes(data)
     with pytest.raises(TerrainError, match="announces 4,000,000,000 points"):
         las_arrays(path)
+
+
+@pytest.mark.parametrize("quote", ["", '"'])
+@pytest.mark.parametrize("name", ["class", "Classification"])
+def test_a_column_of_classes_of_a_csv_is_read(tmp_path, name, quote):
+    rows = [f"{x},{y},1.5,{quote}{2 if x else 6}{quote}" for x in range(3) for y in range(3)]
+    (tmp_path / "a.csv").write_text("\n".join([f"Easting,Northing,Elevation,{name}", *rows]))
+    cloud = read_cloud(tmp_path / "a.csv")
+    assert cloud.classes is not None and cloud.classes.tolist() == [6] * 3 + [2] * 6
+    assert cloud.points[3].tolist() == [1.0, 0.0, 1.5] and cloud.remarks == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "note"),
+    [
+        ("x,y,z,intensity,class\n1,2,3,9,2\n", "a.csv: not read: column intensity"),
+        ("x,y,z,class\n1,2,3,2\n1,3,3,rock\n", "'class' gives classes of points only if each cell is a whole number"),
+        ("x,y,z,class\n1,2,3,2\n1,3,3,2.5\n", "'class' gives classes of points only if each cell is a whole number"),
+        ("x,y,z,class\n1,2,3,2\n1,3,3,256\n", "a.csv: not read: column class; "),
+        ("x,y,z,class,CLASS\n1,2,3,2,2\n", "a.csv: not read: columns class, CLASS"),
+        ("1 2 3 40 50\n2 3 4 50 60\n", "a.csv: not read: columns 4, 5"),
+    ],
+)
+def test_columns_that_are_not_read_are_named(tmp_path, text, note):
+    (tmp_path / "a.csv").write_text(text)
+    cloud = read_cloud(tmp_path / "a.csv")
+    assert len(cloud.points) == len(text.splitlines()) - text.startswith("x")
+    (remark,) = cloud.remarks
+    assert note in remark
+    assert (cloud.classes is None) == ("intensity" not in text)

@@ -21,13 +21,13 @@ def _read_str(path: Path) -> Cloud:
     return Cloud(strings.points[strings.number != 0])
 
 
+TEXTS = (".xyz", ".csv", ".txt")
+"""Extensions of clouds in a text or CSV file."""
 CLOUD_READERS: dict[str, Callable[[Path], Cloud]] = {
     ".las": read_las,
     ".laz": read_las,
     ".e57": read_e57,
-    ".xyz": read_xyz,
-    ".csv": read_xyz,
-    ".txt": read_xyz,
+    **dict.fromkeys(TEXTS, read_xyz),
     ".str": _read_str,
 }
 """The function that reads each format of clouds, by file name extension."""
