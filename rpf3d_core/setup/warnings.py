@@ -112,7 +112,7 @@ def _sizes(scene: Scene) -> Iterator[str]:
             f"`rock` reaches {three_figures(largest)} m in diameter, more than any rock of a rockfall; is "
             f"{_units_in_words(largest)}its mass in g?"
         )
-    elif smallest < SMALLEST_ROCK:
+    if smallest < SMALLEST_ROCK:
         yield f"`rock` has {three_figures(smallest)} m in diameter, less than gravel; is its mass in t?"
     else:
         yield from _small_rocks(scene)
@@ -234,7 +234,7 @@ def _floating(scene: Scene) -> Iterator[str]:
     speed = terminal_speed(layer.coefficient, mass, scene.gravity)
     if speed < LEAST_TERMINAL_SPEED:
         yield (
-            f"`effects.drag_layer` lets the lightest {rock} ({mass:.3g} kg) sink at no more than {speed:.2g} m/s, "
-            f"below {LEAST_TERMINAL_SPEED:g} m/s: it floats and may end as max_impacts; lower `coefficient` "
+            f"`effects.drag_layer` lets the lightest {rock} ({three_figures(mass)} kg) sink at no more than {speed:.2g} "
+            f"m/s, below {LEAST_TERMINAL_SPEED:g} m/s: it floats and may end as max_impacts; lower `coefficient` "
             f"({layer.coefficient:g} kg/s is that of heavier rocks) or leave light rocks out"
         )
