@@ -52,8 +52,8 @@ def _of_masses(prepared: Prepared, field: Field) -> Iterator[str]:
     if not 1.0 / OTHER_ROCKS <= observed / simulated <= OTHER_ROCKS:
         yield (f"the median mass of the {len(field.masses)} observed blocks is {three_figures(observed)} kg, that of "
                f"the scene's rocks {three_figures(simulated)} kg: check the unit of the masses (kg); the calibration "
-               "flies the observed masses, but runs of its result fly the scene's rocks (`rock: {mass: {measured: FILE, column: NAME}}` "
-               "flies the observed masses)")  # fmt: skip
+               "flies the observed masses, but runs of its result fly the scene's rocks (`rock: {mass: {measured: "
+               "FILE, column: NAME}}` flies the observed masses)")  # fmt: skip
 
 
 def _of_counts(field: Field) -> Iterator[str]:

@@ -234,7 +234,7 @@ def _floating(scene: Scene) -> Iterator[str]:
     speed = terminal_speed(layer.coefficient, mass, scene.gravity)
     if speed < LEAST_TERMINAL_SPEED:
         yield (
-            f"`effects.drag_layer` lets the lightest {rock} ({three_figures(mass)} kg) sink at no more than {speed:.2g} "
-            f"m/s, below {LEAST_TERMINAL_SPEED:g} m/s: it floats and may end as max_impacts; lower `coefficient` "
-            f"({layer.coefficient:g} kg/s is that of heavier rocks) or leave light rocks out"
+            f"`effects.drag_layer` lets the lightest {rock} ({three_figures(mass)} kg) sink at no more than "
+            f"{speed:.2g} m/s, below {LEAST_TERMINAL_SPEED:g} m/s: it floats and may end as max_impacts; lower "
+            f"`coefficient` ({layer.coefficient:g} kg/s is that of heavier rocks) or leave light rocks out"
         )

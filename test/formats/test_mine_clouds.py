@@ -1,8 +1,10 @@
 """Tests of point clouds: read as written, and converted to a surface that keeps the gaps."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
-from mine_files import EAST, NORTH, write_e57, write_las
+from mine_files import EAST, NORTH, write_e57, write_landxml, write_las
 from terrain_files import scene_of
 
 from rpf3d_core.errors import TerrainError
@@ -127,6 +129,26 @@ def test_a_las_file_is_read_with_classes_and_reference_system(tmp_path, name):
     assert np.array_equal(cloud.classes, classes) and cloud.crs == "EPSG:32719" and not cloud.single
     mesh = read_surface(tmp_path / name)
     assert "1,667 of them ground" in mesh.remarks[-1] and mesh.crs == "EPSG:32719"
+
+
+@pytest.mark.parametrize("name", ["a.las", "a.xml"])
+def test_a_terrain_in_degrees_is_refused_and_a_wrong_statement_is_ignored(tmp_path, name):
+    def written(points: np.ndarray) -> Path:
+        if name == "a.las":
+            return write_las(tmp_path / name, points, crs=4326)
+        path = write_landxml(tmp_path / name, points, np.arange(len(points) // 3 * 3).reshape(-1, 3))
+        path.write_text(path.read_text().replace("32719", "4326"))
+        return path
+
+    pytest.importorskip("laspy", reason=LASPY)
+    pytest.importorskip("pyproj", reason="pyproj is not installed: it is in the extra `mine`")
+    points = spread(600, 50.0)
+    with pytest.raises(TerrainError, match=rf"{name}: is in degrees \(EPSG:4326\); reproject it"):
+        read_surface(written(points + np.array([-69.0, -21.0, 0.0])))
+    mesh = read_surface(written(points + np.array([EAST, NORTH, 800.0])))
+    assert mesh.crs is None
+    (remark,) = [remark for remark in mesh.remarks if "EPSG:4326" in remark]
+    assert "outside the range of degrees" in remark
 
 
 def test_an_e57_file_is_read_and_its_single_precision_is_reported(tmp_path):
