@@ -12,6 +12,7 @@ from rpf3d_core.scene.measured import MeasuredList, sizes_from
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.models.sphere import SPHERE_GROUND
 from rpf3d_core.scene.releases import SIZES, RockSpec, SourceSpec
+from rpf3d_core.scene.zone_materials import used_coefficients
 from rpf3d_core.setup.line_order import warnings_of_lines
 from rpf3d_core.setup.scales import warnings_of_scales, words_on_low_density
 from rpf3d_core.setup.shapes import rock_of_scene
@@ -22,6 +23,8 @@ LEAST_FRICTION = 1.0
 
 Ice on ice has 2 degrees.
 """
+MOST_ROLLING = 2.0
+"""Largest plausible rolling friction (-), the tangent of 63 degrees; a larger value is probably in degrees."""
 LEAST_STEM = 2.0
 """Smallest plausible stem diameter (cm); a smaller value is probably in metres.
 
@@ -84,6 +87,7 @@ def warnings_of(scene: Scene) -> Iterator[str]:
             "with measured fragments; compare them with those of your site"
         )
     yield from _rolling(scene)
+    yield from _idle_rolling_friction(scene)
     if scene.impact_model.name == "coulomb_limited" and scene.ground_model.name == "none":
         yield (
             "`rebound: coulomb_limited` leaves a rock its speed along the ground when its bounces die out, and "
@@ -216,6 +220,22 @@ def _rolling(scene: Scene) -> Iterator[str]:
                 "sphere loses no spin at impacts there and does not stop on level ground, so it may roll across "
                 "the whole pit; give a rolling friction (-), the tangent of the slope that just keeps a rock rolling"
             )
+
+
+def _idle_rolling_friction(scene: Scene) -> Iterator[str]:
+    """Yield a warning for each material with a rolling friction that the ground model of the scene does not use."""
+    if scene.ground_model.name == "none":
+        return
+    for name, material in scene.materials.items():
+        given = material.rolling_friction
+        if given is None or material.is_of_a_body or "rolling_friction" in used_coefficients(scene, material):
+            continue
+        high = distribution_of(given).high
+        doubt = f"; {high:g} is the tangent of a slope, not an angle in degrees" if high > MOST_ROLLING else ""
+        yield (
+            f"`materials.{name}.rolling_friction` has no effect with `ground: {scene.ground.name}`: only ground models "
+            f"that roll, and spheres, use it{doubt}"
+        )
 
 
 def _floating(scene: Scene) -> Iterator[str]:

@@ -147,3 +147,9 @@ def test_the_command_counts_the_geometries(tmp_path: Path, count: int, told: str
     (tmp_path / "a.geojson").write_text(json.dumps({"type": "GeometryCollection", "geometries": [area] * count}))
     words = ["import", "layer", str(tmp_path / "a.geojson"), "--out", str(tmp_path / "b.geojson")]
     assert CliRunner().invoke(cli.app, words).output.startswith(told)
+
+
+def test_an_existing_output_of_a_layer_is_named_as_such(tmp_path):
+    (tmp_path / "out.geojson").write_text("{}")
+    with pytest.raises(InputError, match=r"out\.geojson: exists already; delete it or give another name"):
+        import_layer(tmp_path / "a.geojson", tmp_path / "out.geojson")
