@@ -9,6 +9,7 @@ from rpf3d_core.calibration.data_checks import FEW_STOPS
 from rpf3d_core.calibration.density import LEAST_STOPS
 from rpf3d_core.calibration.observations import Field
 from rpf3d_core.ensemble.even_rounds import rocks_of_round
+from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.setup.prepared import Prepared, releases_in_ranges
 
 OTHER_ROCKS = 2.0
@@ -49,10 +50,10 @@ def _of_masses(prepared: Prepared, field: Field) -> Iterator[str]:
     masses = releases_in_ranges(prepared, rocks_of_round(prepared.sources, rocks, 0)).mass
     observed, simulated = float(np.median(field.masses)), float(np.median(masses))
     if not 1.0 / OTHER_ROCKS <= observed / simulated <= OTHER_ROCKS:
-        yield (f"the median mass of the {len(field.masses)} observed blocks is {observed:.3g} kg, that of the scene's "
-               f"rocks {simulated:.3g} kg: check the unit of the masses (kg); the calibration flies the observed "
-               "masses, but runs of its result fly the scene's rocks (`rock: {mass: {measured: FILE, column: NAME}}` "
-               "flies the observed masses)")  # fmt: skip
+        yield (f"the median mass of the {len(field.masses)} observed blocks is {three_figures(observed)} kg, that of "
+               f"the scene's rocks {three_figures(simulated)} kg: check the unit of the masses (kg); the calibration "
+               "flies the observed masses, but runs of its result fly the scene's rocks (`rock: {mass: {measured: "
+               "FILE, column: NAME}}` flies the observed masses)")  # fmt: skip
 
 
 def _of_counts(field: Field) -> Iterator[str]:

@@ -153,8 +153,8 @@ def _remove(html: Any, actions: Actions, key: str) -> None:
 def _materials(html: Any, actions: Actions) -> None:
     """Add the coefficients of all materials, each in a field."""
     html.H2("Materials")
-    html.Div("Type a number, a range such as 0.3 to 0.5 if the value is unknown, or a distribution. Leave a field "
-             "empty to use its default.", classes="quiet")  # fmt: skip
+    html.Div("Type a number, a range such as 0.3 to 0.5 if the value is unknown, or a distribution. An empty field "
+             "has the range of the material's library entry, or else the default.", classes="quiet")  # fmt: skip
     # Without v-memo, each change of the page would reset a field while the user types into it. v-memo must be on the
     # outer loop: inside it, Vue keeps one cache for all materials, and shows the rows of one material for another.
     with html.Div(v_for="each in materials", key="each.name", classes="material",

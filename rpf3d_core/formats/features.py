@@ -97,5 +97,16 @@ def _line(path: Path, points: list[list[float]], closed: bool, family: str, wher
     if family == "line":
         return {"type": "LineString", "coordinates": points}
     if len(points) < 4 or points[0] != points[-1]:
-        raise InputError(f"{path}: the line {where} is not closed, but an area needs closed lines; close or remove it")
+        raise InputError(f"{path}: the line {where} is not closed, but an area needs closed lines; close or remove it"
+                         f"{_other_layers(path)}")  # fmt: skip
     return {"type": "Polygon", "coordinates": [points]}
+
+
+def _other_layers(path: Path) -> str:
+    """Return the end of a message that names the layers of a DXF file with several; "" for other files."""
+    if path.suffix.lower() != ".dxf":
+        return ""
+    from rpf3d_core.formats.mine.dxf_lines import layers_with_lines
+
+    names = layers_with_lines(path)
+    return f", or write one layer with `rpf3d import layer --layer` ({', '.join(names)})" if len(names) > 1 else ""

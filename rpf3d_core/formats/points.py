@@ -160,6 +160,23 @@ def columns_of(path: Path, text: str) -> tuple[str | None, int, tuple[AxisColumn
     return _separator(text), first.line, tuple(columns[axis] for axis in AXES)
 
 
+def further_columns_of(path: Path, text: str) -> dict[int, str]:
+    """Return the place, from 0, and the name of each column of a text or CSV file that is not x, y or z.
+
+    The name is the cell of the header, or, without a header, the number of the column from 1. Columns without a name,
+    or without content in the first line, are left out.
+
+    text : the first lines of the file; errors are as in `columns_of`
+    """
+    first = next(iter(rows_of(path, text)), None)
+    if first is None:
+        return {}
+    _, header, columns = columns_of(path, text)
+    read = [column.place for column in columns]
+    return {place: cell if header else str(place + 1)
+            for place, cell in enumerate(first.cells) if cell and place not in read}  # fmt: skip
+
+
 def _separator(text: str) -> str | None:
     """Return the separator of cells, found in the first line with content; None if blanks separate the cells."""
     begin = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")), "")

@@ -6,13 +6,17 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rpf3d_core.errors import InputError
-from rpf3d_core.terrain.frame import Up
+import numpy as np
+
+from rpf3d_core.errors import InputError, TerrainError
+from rpf3d_core.terrain.frame import FloatArray, Up
 
 if TYPE_CHECKING:  # rasterio takes a tenth of a second to import, and only a scene with a reference system needs it
     from rasterio.crs import CRS
 
 GEOTIFF = (".tif", ".tiff")
+RANGE_OF_DEGREES = (180.0, 90.0)
+"""Largest absolute longitude and latitude (degrees)."""
 
 logging.getLogger("rasterio").addHandler(logging.NullHandler())
 
@@ -64,11 +68,34 @@ def is_in_degrees(name: str) -> bool:
         return False
 
 
+def system_in_metres(path: Path, stated: str | None, points: FloatArray) -> tuple[str | None, tuple[str, ...]]:
+    """Return the coordinate reference system of a file of terrain if it is in metres, and remarks on a wrong system.
+
+    A system in degrees is wrong if the coordinates are outside the range of degrees; the result is then None.
+
+    path : the file, for messages; stated : name of the system that the file states, None if it states none
+    points : (N, 3) with longitude or easting first, N >= 1
+
+    Raises
+    ------
+    TerrainError
+        The file states a system in degrees, and its coordinates can be degrees.
+    """
+    if stated is None or not is_in_degrees(stated):
+        return stated, ()
+    if (np.abs(points[:, :2]) <= RANGE_OF_DEGREES).all():
+        raise TerrainError(f"{path}: is in degrees ({stated}); reproject it to a reference system in metres")
+    return None, (
+        f"{path.name}: states {stated}, which is in degrees, but its coordinates are outside the range of degrees; the "
+        "statement is ignored, so name the right system as `terrain: {crs: ...}`",
+    )
+
+
 def reference_system_of_file(path: Path) -> str | None:
     """Return the coordinate reference system that a file of terrain states: its EPSG code or else its definition (WKT).
 
     Return None for a file without a reference system. Also return None if the system is in degrees or unknown, or the
-    file is damaged: the function that reads the file then reports the error.
+    file is damaged. The function that reads the file then reports damage and degrees; an unknown system is ignored.
     """
     stated = stated_reference_system(path)
     return None if stated is None or why_unusable(stated) else stated

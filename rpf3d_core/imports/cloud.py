@@ -8,7 +8,8 @@ import numpy as np
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.formats.mine.cloud import Cloud
-from rpf3d_core.formats.mine.clouds import read_cloud
+from rpf3d_core.formats.mine.clouds import TEXTS, read_cloud
+from rpf3d_core.formats.mine.xyz import CLASS_NAMES
 from rpf3d_core.formats.precision import lost_precision
 from rpf3d_core.formats.reference_system import are_same
 from rpf3d_core.formats.surface import FileMesh
@@ -77,7 +78,12 @@ def _check_classes(files: Sequence[Path], clouds: Sequence[Cloud]) -> None:
     """Raise a TerrainError that names the first file whose points have no classes."""
     for path, cloud in zip(files, clouds, strict=True):
         if cloud.classes is None:
-            raise TerrainError(f"{path}: has no classes of points; leave them out, or import the file separately")
+            column = "" if path.suffix.lower() not in TEXTS else (
+                f" (a text file needs a header with one column named {' or '.join(CLASS_NAMES)})"
+            )  # fmt: skip
+            raise TerrainError(
+                f"{path}: has no classes of points{column}; leave --classes out, or import the file separately"
+            )
 
 
 def _system_in_words(crs: str | None) -> str:

@@ -36,8 +36,10 @@ def import_layer(
         The file is missing or refused, `end` is given but the reference system of the file is unknown, or `out` exists
         or is not a .geojson file.
     """
-    if out.suffix.lower() != ".geojson" or out.exists():
+    if out.suffix.lower() != ".geojson":
         raise InputError(f"{out}: must be the path of a new .geojson file")
+    if out.exists():
+        raise InputError(f"{out}: exists already; delete it or give another name")
     if not path.is_file():
         raise InputError(f"{path}: there is no such file")
     found, stated = _read(path, kind, layer)

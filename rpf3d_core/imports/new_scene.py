@@ -19,13 +19,13 @@ from rpf3d_core.scene.listings.json_schema import scene_schema
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene, scene_of_values
 from rpf3d_core.setup.misplaced import is_misread, placing_notes
-from rpf3d_core.setup.split_zones import words_on_parts
+from rpf3d_core.setup.split_zones import words_on_merged, words_on_parts
 from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.terrain.facets import Terrain, area_vectors
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.mesh.edges import edges_of
 from rpf3d_core.terrain.mesh.faults import FaultReport
-from rpf3d_core.terrain.zone_parts import parts_by_height, with_parts
+from rpf3d_core.terrain.zone_parts import heights_of_zone, parts_by_height, with_parts
 
 SCENE = "scene.yaml"
 MOST_CRESTS = 8
@@ -80,7 +80,8 @@ def write_new_scene(folder: Path, terrain_file: Path, choice: FileChoice) -> New
     read_scene(folder / SCENE)
     known = scene.model_copy(update={"terrain": scene.terrain.model_copy(update={"crs": found.crs})})
     split = [words_on_parts(parts, terrain.frame.origin[2])] if parts else []
-    notes = (*placing_notes(known, faults, ()), *(remark for remark in faults.remarks if remark not in split))
+    remarks = [remark for remark in faults.remarks if remark not in split]
+    notes = (*placing_notes(known, faults, ()), *remarks, *words_on_merged(parts))
     return NewSceneFiles(path=folder / SCENE, sentences=_sentences(found), warnings=notes)
 
 
@@ -125,7 +126,7 @@ def _found(scene: Scene, terrain: Terrain, faults: FaultReport, choice: FileChoi
 
 
 def _zones(terrain: Terrain) -> list[ZoneFound]:
-    """Return the area (m2) and the mean slope (degrees, weighted by area) of each zone of a terrain."""
+    """Return the area (m2), mean slope (degrees, weighted by area) and heights (m) of each zone of a terrain."""
     areas = area_vectors(terrain.vertices, terrain.triangles)
     size = np.linalg.norm(areas, axis=1)
     flatness = np.clip(np.divide(areas[:, 2], size, out=np.ones_like(size), where=size > 0.0), -1.0, 1.0)
@@ -135,7 +136,9 @@ def _zones(terrain: Terrain) -> list[ZoneFound]:
         mine = terrain.zone == number
         weight = float(size[mine].sum())
         mean = float((slope[mine] * size[mine]).sum() / weight) if weight else 0.0
-        found.append(ZoneFound(name=name, area=weight, slope=mean))
+        low, high = heights_of_zone(terrain, number) if mine.any() else (float("nan"),) * 2
+        base = terrain.frame.origin[2]
+        found.append(ZoneFound(name=name, area=weight, slope=mean, low=low + base, high=high + base))
     return found
 
 

@@ -13,6 +13,7 @@ from rpf3d_core.imports.crests import ENERGY_LINE, LONG, OVER, Crest
 from rpf3d_core.imports.scene_text import comment, counted
 from rpf3d_core.setup.coverage import plain
 from rpf3d_core.terrain.faces import LOWEST, STEEP
+from rpf3d_core.terrain.zone_parts import SMALLEST
 
 SCHEMA = "scene.schema.json"
 """File name of the JSON Schema next to a new scene; the first line of the scene names it for editors."""
@@ -25,11 +26,13 @@ LIBRARY = "bedrock"
 
 
 class ZoneFound(NamedTuple):
-    """A zone of the terrain: its area (m2) and mean slope (degrees)."""
+    """A zone of the terrain: its area (m2), mean slope (degrees), and heights (m); see `heights_of_zone`."""
 
     name: str
     area: float
     slope: float
+    low: float
+    high: float
 
 
 class NewScene(NamedTuple):
@@ -102,9 +105,11 @@ def _materials(found: NewScene) -> Iterator[str]:
         "ground. A calibration on observed rocks makes them narrower: `rpf3d calibrate`.")  # fmt: skip
     yield "materials:"
     yield f"  default: {{library: {LIBRARY}}}   # CHECK: friction angle assumed, 10 to 45 degrees"
-    yield from comment("Zones of the file; remove the # and name the ground of a zone:")
+    yield from comment("Zones of the file; remove the # and name the ground of a zone. Heights leave out the lowest "
+                       f"and the highest {100 * SMALLEST:g} % of a zone's area:")  # fmt: skip
     for zone in found.zones:
-        area = f"{zone.area:,.0f} m2, mean slope {whole_degrees(zone.slope)}"
+        heights = f", at {zone.low:,.0f} to {zone.high:,.0f} m" if zone.area else ""
+        area = f"{zone.area:,.0f} m2, mean slope {whole_degrees(zone.slope)}{heights}"
         yield f"  # {_quoted(zone.name)}: {{library: {LIBRARY}}}   # {area}"
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.flights import IntArray
+from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.ensemble.release_heights import ground_below_releases
 from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING, Releases
 from rpf3d_core.ensemble.sizes import sizes_of
@@ -218,7 +219,7 @@ def _too_far(positions: FloatArray, distances: FloatArray, sound: Flags, highest
     first = int(far[0])
     where = ", ".join(f"{c:.3f}" for c in positions[first])
     return (f"{len(far)} of {len(positions)} sources are more than {highest:g} m from the ground (highest_source), "
-            f"such as source {first} at ({where}), {distances[first]:.3g} m: check map_origin, and that "
+            f"such as source {first} at ({where}), {three_figures(distances[first])} m: check map_origin, and that "
             "z points up in terrain and sources")  # fmt: skip
 
 

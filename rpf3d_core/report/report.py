@@ -50,5 +50,7 @@ def _check_writable(path: Path) -> None:
     folder = path.resolve().parent
     if path.is_dir():
         raise InputError(f"{path}: is a folder; give the path of a file")
+    if not folder.exists():
+        raise InputError(f"{path}: could not be written, because there is no folder {folder}")
     if not folder.is_dir() or not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(f"{path}: could not be written, because {folder} is not a folder that may be written to")

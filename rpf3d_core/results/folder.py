@@ -107,7 +107,8 @@ def _refuse_foreign_content(target: Path) -> None:
         raise InputError(f"{target}: is the folder of a calibration, where no other result is written; give the path "
                          f"of a new or empty folder, such as {target.with_name(target.name + '_run')}")  # fmt: skip
     if not _is_result(target):
-        raise InputError(f"{target}: holds files that are not rpf3d's; give the path of a new or empty folder")
+        raise InputError(f"{target}: holds {min(names)!r}, but no result of rpf3d; give the path of a new or empty "
+                         "folder")  # fmt: skip
     if foreign := sorted(names - RESULT_NAMES):
         raise InputError(f"{target}: holds {foreign[0]!r} next to a result; move this file away or give another folder")
 

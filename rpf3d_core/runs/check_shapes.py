@@ -1,5 +1,6 @@
 """Describe the shapes of a scene's rocks for the report of `rpf3d check`."""
 
+from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.scene.measured import MeasuredList
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.shapes import polyhedra_of, weights_of
@@ -45,5 +46,5 @@ def _describe(block: Polyhedron, share: float, own_size: bool) -> str:
     """
     text = f"{block.name}, {len(block.corners)} corners, {len(block.faces)} faces"
     if own_size:
-        text += f", {block.volume:.3g} m3"
+        text += f", {three_figures(block.volume)} m3"
     return text if share == 1.0 else f"{text}, {100.0 * share:.3g} % of the rocks"

@@ -51,6 +51,12 @@ MISSPELT = 0.85
 A misspelling is preferred to another known key with the same meaning as the wrong key.
 """
 
+SHARE, DISTRIBUTION = "a number from 0 to 1 (", "or a distribution"
+"""Texts in the requirement of a key whose value is a share, and of a key whose value may be a distribution."""
+RANGE = re.compile(r"([\d.]+)\s*(?:to|-|\.\.)\s*([\d.]+)")
+PERCENT = re.compile(r"(\d+(?:\.\d+)?)\s*(%?)")
+LEAST_PERCENT = 5.0
+"""Smallest number without a sign that is probably a percentage where a share is needed; 1.5 is not."""
 UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
 NOT_SCENE_KEYS = ("path",)
 """Fields of `Scene` that are not keys of the scene file."""
@@ -128,7 +134,23 @@ def _wrong_value(path: KeyPath, value: Any, root: Root) -> str:
     must = f"must be {_requirement(path, root)}"
     if isinstance(value, dict) and _bare(_annotation(path, root)) in (float, int):
         return f"is a mapping, but no distribution can stand here; it {must}"
-    return f"is {_shown(value)}, but {must}"
+    return f"is {_shown(value)}, but {must}{_meant(value, must)}"
+
+
+def _meant(value: Any, must: str) -> str:
+    """Return the end of a message on a wrong number: how to write a percentage or a range; "" for other values.
+
+    must : what the value must be, as the message states it
+    """
+    text = str(value).strip()
+    if DISTRIBUTION in must and (ends := RANGE.fullmatch(text)):
+        return f"; a range is {{prior: {{min: {ends[1]}, max: {ends[2]}}}}}"
+    percent = PERCENT.fullmatch(text)
+    if SHARE not in must or not percent:
+        return ""
+    number = float(percent[1])
+    is_meant = number <= 100.0 and (percent[2] or number >= LEAST_PERCENT)
+    return f"; {number:g} % is {number / 100.0:g}" if is_meant else ""
 
 
 def _whole(path: KeyPath, root: Root) -> KeyPath:

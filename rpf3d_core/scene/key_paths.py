@@ -160,7 +160,8 @@ def _walk(scene: Scene, part: Any, rest: str, path: str, before: Steps) -> Itera
         return
     fitting = [key for key in keys if rest == key or rest.startswith(f"{key}.")]
     if not fitting:
-        raise SceneError(f"{scene.path}: {_refusal(part, first, path, keys)}{_on_terrain(scene, path)}")
+        advice = _whole_path(scene, path) or _on_terrain(scene, path)
+        raise SceneError(f"{scene.path}: {_refusal(part, first, path, keys)}{advice}")
     key = max(fitting, key=len)  # names of zones may have dots
     step, inner = keys[key]
     yield from _walk(scene, inner, rest[len(key) + 1 :], path, (*before, step))
@@ -193,6 +194,26 @@ def _refusal(part: Any, key: str, path: str, keys: Mapping[str, Any]) -> str:
     near = nearest_key(key, list(keys))
     advice = f"; did you mean `{near}`?" if near else ""
     return f"the key path `{path}` leads to no value: `{key}` is not one of {', '.join(keys)}{advice}"
+
+
+def _whole_path(scene: Scene, path: str) -> str:
+    """Return the end of a message that names the only key path of the scene with the same last key; else "".
+
+    path : a key path without dots, such as `berm` for `terrain.benches.berm`
+    """
+    meant = [key for key in _paths_below(scene) if key.rpartition(".")[2] == path]
+    return f"; did you mean `{meant[0]}`?" if "." not in path and len(meant) == 1 else ""
+
+
+def _paths_below(part: Any, above: str = "") -> Iterator[str]:
+    """Yield all key paths below a part of a scene, except those in lists and mappings.
+
+    above : the key path of the part, with a dot at its end; "" for the whole scene
+    """
+    if isinstance(part, BaseModel) or is_dataclass(part):
+        for key, (_, inner) in _keys(part).items():
+            yield f"{above}{key}"
+            yield from _paths_below(inner, f"{above}{key}.")
 
 
 def _on_terrain(scene: Scene, path: str) -> str:

@@ -30,8 +30,9 @@ def sentence_of(found: Sensitivity, result: int) -> str:
     """Return a sentence on the unknown that affects a result most, and by how much; result : index of the result."""
     unknown, name = decisive(found, result), found.results[result]
     if unknown is None:
-        return f"no unknown moves the {name}: it is {found.middle[result]:.3g} {found.units[result]} in all sets"
-    effect = f"{found.effects.size[unknown, result]:.3g} {_unit_of_changes(found.units[result])}"
+        middle = three_figures(found.middle[result])
+        return f"no unknown moves the {name}: it is {middle} {found.units[result]} in all sets"
+    effect = f"{three_figures(found.effects.size[unknown, result])} {_unit_of_changes(found.units[result])}"
     subject = f"{found.names[unknown]} decides the {name}"
     if not is_clear(found, result):
         subject = f"{found.names[unknown]} moves the {name} most, but not clearly"
@@ -69,7 +70,7 @@ def rows_of(found: Sensitivity) -> list[tuple[str, ...]]:
             interval = interval_as(
                 (float(effects.low[u, y]), float(effects.high[u, y])), three_figures, between=" to "
             )  # fmt: skip
-            change = f"{effects.size[u, y]:.3g} {_unit_of_changes(found.units[y])}"
+            change = f"{three_figures(effects.size[u, y])} {_unit_of_changes(found.units[y])}"
             rows.append((name if place == 0 else "", found.names[u], change, interval, _share_in_words(found, u, y)))
     return rows
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.simulation.engines import Compiled, Engine, Reference
 from rpf3d_core.terrain.facets import Terrain, facets_of
@@ -84,11 +85,11 @@ def hanging_rims(terrain: Terrain, engine: Engine) -> Iterator[str]:
         if found.searched < found.sides:
             about, least = "about ", "at least "
             sample = f" (from {found.searched:,} of {found.sides:,} sides)"
+        length, whole, height = (three_figures(value) for value in (found.length, found.whole, found.height))
         yield (
-            f"{about}{found.length:.3g} m of the terrain's rim ({found.whole:.3g} m) hang over other ground{sample}, "
-            f"up to {least}{found.height:.3g} m at ({where}): rocks can fly under the terrain there and hit it from "
-            "behind; extend that piece of terrain into the ground, or remove it if it is a second survey of the same "
-            "ground"
+            f"{about}{length} m of the terrain's rim ({whole} m) hang over other ground{sample}, up to {least}{height} "
+            f"m at ({where}): rocks can fly under the terrain there and hit it from behind; extend "
+            "that piece of terrain into the ground, or remove it if it is a second survey of the same ground"
         )
 
 

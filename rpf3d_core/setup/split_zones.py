@@ -5,19 +5,21 @@ from collections.abc import Sequence
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.formats.yaml import place_in_file
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.terrain.faces import LOWEST
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.edges import Edges
-from rpf3d_core.terrain.zone_parts import ZoneParts, names_of_parts, parts_by_height, with_parts
+from rpf3d_core.terrain.zone_parts import Merged, ZoneParts, names_of_parts, parts_by_height, with_parts
 
 MOST_NAMED = 6
 """Largest number of parts whose heights a note states."""
 
 
 def split_zones(terrain: Terrain, scene: Scene, edges: Edges) -> tuple[Terrain, tuple[str, ...]]:
-    """Return the terrain with the zones of `terrain.split` split by height, and a note on other zones to split.
+    """Return the terrain with the zones of `terrain.split` split by height, and notes on surfaces that count as one.
 
-    The note is a tuple of one sentence, or (). If the scene names no zone, two kinds of terrain have no note: synthetic
-    terrain, where each zone is one bench, and terrain of a single zone, where benches are not distinguished.
+    One note is on other zones to split, and one is for each split zone with surfaces that only join a part. If the
+    scene names no zone, two kinds of terrain have no note: synthetic terrain, where each zone is one bench, and terrain
+    of a single zone, where benches are not distinguished.
 
     Raises
     ------
@@ -28,10 +30,13 @@ def split_zones(terrain: Terrain, scene: Scene, edges: Edges) -> tuple[Terrain, 
     if not wanted and (scene.terrain.files is None or len(terrain.zones) < 2):
         return terrain, ()
     found = parts_by_height(terrain, edges)
+    split = []
     for name in wanted:
-        terrain = with_parts(terrain, _wanted(terrain, scene, found, name))
+        split.append(_wanted(terrain, scene, found, name))
+        terrain = with_parts(terrain, split[-1])
     left = [parts for parts in found if parts.zone not in wanted]
-    return terrain, (words_on_parts(left, terrain.frame.origin[2]),) if left else ()
+    notes = (words_on_parts(left, terrain.frame.origin[2]),) if left else ()
+    return terrain, (*notes, *words_on_merged(split))
 
 
 def _wanted(terrain: Terrain, scene: Scene, found: Sequence[ZoneParts], name: str) -> ZoneParts:
@@ -54,6 +59,20 @@ def words_on_parts(found: Sequence[ZoneParts], origin: float) -> str:
     return (
         f"separate surfaces at different heights count as one zone in all tables and in retention: {zones}; to have "
         f"each as a zone of its own, numbered from the top, give the scene `terrain: {{split: [{names}]}}`"
+    )
+
+
+def words_on_merged(split: Sequence[ZoneParts]) -> tuple[str, ...]:
+    """Return a note for each split zone with surfaces that count with a part at another height."""
+    return tuple(_merged_in_words(parts.zone, parts.merged) for parts in split if parts.merged)
+
+
+def _merged_in_words(zone: str, merged: Merged) -> str:
+    found, verb = ("surface", "counts") if merged.surfaces == 1 else ("surfaces", "count")
+    return (
+        f"`terrain.split`: {merged.surfaces:,} {found} of {zone} ({merged.area:,.0f} m2 in all, the largest of "
+        f"{merged.largest:,.0f} m2) {verb} with the part nearest in height, although the mean heights differ by more "
+        f"than {LOWEST:g} m, by up to {merged.farthest:,.1f} m"
     )
 
 

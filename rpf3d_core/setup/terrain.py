@@ -11,6 +11,7 @@ from rpf3d_core.formats.grids import DEM_EXTENSIONS, read_dem
 from rpf3d_core.formats.meshes import EXPORTS, MESH_READERS
 from rpf3d_core.formats.polygons import read_polygons
 from rpf3d_core.formats.precision import lost_precision
+from rpf3d_core.formats.reference_system import system_in_metres
 from rpf3d_core.formats.surface import FileMesh, facet_count, usable
 from rpf3d_core.formats.units import LENGTHS, METRE
 from rpf3d_core.formats.whole_file import read_whole
@@ -75,8 +76,8 @@ def read_surface(path: Path, unit: str | None = None) -> FileMesh:
     Raises
     ------
     TerrainError
-        If the file is missing, empty, damaged, of unknown format, has too many facets, or has facets with vertices that
-        are not finite or too far from the origin.
+        If the file is missing, empty, damaged, of unknown format, in degrees, has too many facets, or has facets with
+        vertices that are not finite or too far from the origin.
     """
     extension = _extension(path)
     reader = MESH_READERS.get(extension, read_dem if extension in DEM_EXTENSIONS else None)
@@ -85,7 +86,9 @@ def read_surface(path: Path, unit: str | None = None) -> FileMesh:
         advice = f"; {EXPORTS[extension]}" if extension in EXPORTS else ""
         raise TerrainError(f"{path}: {extension or 'no extension'} is no known terrain format{advice}{known}")
     surface = read_whole(path, reader)
-    return usable(path, surface, LENGTHS[unit or METRE][1], _remedy_of_distance(surface, unit or METRE))
+    surface = usable(path, surface, LENGTHS[unit or METRE][1], _remedy_of_distance(surface, unit or METRE))
+    crs, remarks = system_in_metres(path, surface.crs, surface.points)
+    return surface._replace(crs=crs, remarks=(*surface.remarks, *remarks))
 
 
 def _remedy_of_distance(surface: FileMesh, unit: str) -> str:

@@ -12,6 +12,7 @@ from rpf3d_core.scene.measured import MeasuredList, sizes_from
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.models.sphere import SPHERE_GROUND
 from rpf3d_core.scene.releases import SIZES, RockSpec, SourceSpec
+from rpf3d_core.scene.zone_materials import used_coefficients
 from rpf3d_core.setup.line_order import warnings_of_lines
 from rpf3d_core.setup.scales import warnings_of_scales, words_on_low_density
 from rpf3d_core.setup.shapes import rock_of_scene
@@ -22,6 +23,8 @@ LEAST_FRICTION = 1.0
 
 Ice on ice has 2 degrees.
 """
+MOST_ROLLING = 2.0
+"""Largest plausible rolling friction (-), the tangent of 63 degrees; a larger value is probably in degrees."""
 LEAST_STEM = 2.0
 """Smallest plausible stem diameter (cm); a smaller value is probably in metres.
 
@@ -84,6 +87,7 @@ def warnings_of(scene: Scene) -> Iterator[str]:
             "with measured fragments; compare them with those of your site"
         )
     yield from _rolling(scene)
+    yield from _idle_rolling_friction(scene)
     if scene.impact_model.name == "coulomb_limited" and scene.ground_model.name == "none":
         yield (
             "`rebound: coulomb_limited` leaves a rock its speed along the ground when its bounces die out, and "
@@ -112,7 +116,7 @@ def _sizes(scene: Scene) -> Iterator[str]:
             f"`rock` reaches {three_figures(largest)} m in diameter, more than any rock of a rockfall; is "
             f"{_units_in_words(largest)}its mass in g?"
         )
-    elif smallest < SMALLEST_ROCK:
+    if smallest < SMALLEST_ROCK:
         yield f"`rock` has {three_figures(smallest)} m in diameter, less than gravel; is its mass in t?"
     else:
         yield from _small_rocks(scene)
@@ -218,6 +222,22 @@ def _rolling(scene: Scene) -> Iterator[str]:
             )
 
 
+def _idle_rolling_friction(scene: Scene) -> Iterator[str]:
+    """Yield a warning for each material with a rolling friction that the ground model of the scene does not use."""
+    if scene.ground_model.name == "none":
+        return
+    for name, material in scene.materials.items():
+        given = material.rolling_friction
+        if given is None or material.is_of_a_body or "rolling_friction" in used_coefficients(scene, material):
+            continue
+        high = distribution_of(given).high
+        doubt = f"; {high:g} is the tangent of a slope, not an angle in degrees" if high > MOST_ROLLING else ""
+        yield (
+            f"`materials.{name}.rolling_friction` has no effect with `ground: {scene.ground.name}`: only ground models "
+            f"that roll, and spheres, use it{doubt}"
+        )
+
+
 def _floating(scene: Scene) -> Iterator[str]:
     """Yield a warning if the lightest rock or fragment would nearly float in the effect `drag_layer`.
 
@@ -234,7 +254,7 @@ def _floating(scene: Scene) -> Iterator[str]:
     speed = terminal_speed(layer.coefficient, mass, scene.gravity)
     if speed < LEAST_TERMINAL_SPEED:
         yield (
-            f"`effects.drag_layer` lets the lightest {rock} ({mass:.3g} kg) sink at no more than {speed:.2g} m/s, "
-            f"below {LEAST_TERMINAL_SPEED:g} m/s: it floats and may end as max_impacts; lower `coefficient` "
-            f"({layer.coefficient:g} kg/s is that of heavier rocks) or leave light rocks out"
+            f"`effects.drag_layer` lets the lightest {rock} ({three_figures(mass)} kg) sink at no more than "
+            f"{speed:.2g} m/s, below {LEAST_TERMINAL_SPEED:g} m/s: it floats and may end as max_impacts; lower "
+            f"`coefficient` ({layer.coefficient:g} kg/s is that of heavier rocks) or leave light rocks out"
         )

@@ -9,6 +9,8 @@ from rpf3d_core.formats.yaml import yaml_values
 
 RANGE = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?):([-+]?[\d.]+(?:[eE][-+]?\d+)?):(\d+)\s*")
 """Pattern of a range A:B:N: first value, last value and number of values."""
+NUMBERS = re.compile(r"\s*[-+]?[\d.]+(\s*[:;]\s*[-+]?[\d.]+)+\s*")
+"""Pattern of numbers with a separator that is not a comma, such as 5:11 or 5;11, which a user means as values."""
 MOST_VALUES = 1000
 """Largest number of values of one key."""
 AS_WRITTEN = "write --vary KEY=V1,V2,... or --vary KEY=FIRST:LAST:NUMBER"
@@ -40,6 +42,8 @@ def varied_of(text: str) -> Varied:
         values = _evenly_spaced(text, *match.groups()) if match else tuple(yaml_values(f"[{written}]", "--vary"))
     except (SceneError, TypeError, ValueError) as fault:
         raise InputError(f"--vary is {text!r}, but its values cannot be read ({fault}); {AS_WRITTEN}") from None
+    if wrong := next((value for value in values if isinstance(value, str) and NUMBERS.fullmatch(value)), None):
+        raise InputError(f"--vary is {text!r}, but {wrong!r} is not a number; {AS_WRITTEN}")
     return Varied(key=key.strip(), values=values)
 
 

@@ -58,10 +58,11 @@ class CloudSurface(NamedTuple):
     def describe(self) -> list[str]:
         """Return lines of text for the user: the numbers of points, triangles and holes of the surface."""
         holes = f"{len(self.holes):,} holes left"
+        density = f"{float(f'{self.density:.3g}'):,.12g}"
         if len(self.holes):
             holes += f", the largest of {self.holes.max():,.1f} m2, {self.holes.sum():,.1f} m2 in all"
         return [
-            f"{self.given:,} points, {self.ground:,} of them ground, {self.density:.3g} points per m2",
+            f"{self.given:,} points, {self.ground:,} of them ground, {density} points per m2",
             f"the lowest point of each cell of {self.cell:g} m: {len(self.points):,} points, "
             f"{len(self.triangles):,} triangles; overhangs are lost",
             f"{self.closed:,} small holes closed, {holes}; {self.left:,} lonely points left out",

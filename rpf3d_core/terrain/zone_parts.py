@@ -13,10 +13,25 @@ from rpf3d_core.terrain.mesh.components import components
 from rpf3d_core.terrain.mesh.edges import Edges, shared_by_two
 
 SMALLEST = 0.02
-"""Least area of a surface, as a share (-) of its zone's area, for the surface to count as a part of its own.
+"""Share (-) of its zone's area from which a surface always counts as a part of its own."""
+LEAST_AREA = 100.0
+"""Area (m^2) from which a smaller surface, too, counts as a part if it lies at another height: 33 m of a berm 3 m wide.
 
-A smaller surface joins the part that is nearest in height.
+A layer can contain the pit's floor and rim, so that each berm is a small share of its area.
 """
+
+
+class Merged(NamedTuple):
+    """The surfaces of a zone that count with a part although their mean heights differ by more than LOWEST (m).
+
+    surfaces : number of surfaces; area : m^2, of all of them; largest : m^2, of the largest; farthest : m, the largest
+        difference from the mean height of the part
+    """
+
+    surfaces: int
+    area: float
+    largest: float
+    farthest: float
 
 
 class ZoneParts(NamedTuple):
@@ -24,12 +39,23 @@ class ZoneParts(NamedTuple):
 
     zone : name of the zone
     part : (Z,) number of the part, from 0, of each facet of the zone, in the order of the terrain's facets
-    heights : (P,) m, local frame, mean height of each part without its surfaces that are smaller than SMALLEST
+    heights : (P,) m, local frame, mean height of each part without the surfaces that only join the part
+    merged : the surfaces at other heights that count with a part; None if there are none
     """
 
     zone: str
     part: IntArray
     heights: FloatArray
+    merged: Merged | None = None
+
+
+class _Surfaces(NamedTuple):
+    """The S surfaces of a zone: areas (S,) m^2, and mean, low and high heights (S,) m; see `_surfaces`."""
+
+    areas: FloatArray
+    means: FloatArray
+    low: FloatArray
+    high: FloatArray
 
 
 def parts_by_height(terrain: Terrain, edges: Edges) -> list[ZoneParts]:
@@ -37,32 +63,100 @@ def parts_by_height(terrain: Terrain, edges: Edges) -> list[ZoneParts]:
 
     A surface is a set of facets of one zone that are connected by edges. The surfaces of a zone are sorted by mean
     height. Neighbours in this order that differ by less than LOWEST (m) are one part, because a berm interrupted by a
-    ramp or a spill is one bench. A surface of less than the share SMALLEST of the zone's area belongs to the part that
-    is nearest in height.
+    ramp or a spill is one bench. A surface of less than the share SMALLEST of the zone's area joins the part that is
+    nearest in height, if it is smaller than LEAST_AREA (m^2) or lies within the heights of a surface with a larger
+    share, such as a fragment of a face or a ramp.
     """
     one, other, _ = shared_by_two(edges)
     same = terrain.zone[one] == terrain.zone[other]
     surface = components(len(terrain.triangles), one[same], other[same])
     area = np.linalg.norm(area_vectors(terrain.vertices, terrain.triangles), axis=1)
-    height = terrain.vertices[terrain.triangles, 2].mean(axis=1)
-    found = [_parts(name, surface[mine], area[mine], height[mine])
+    corners = terrain.vertices[terrain.triangles, 2]
+    found = [_parts(name, surface[mine], area[mine], corners[mine])
              for number, name in enumerate(terrain.zones) if (mine := terrain.zone == number).any()]  # fmt: skip
     return [parts for parts in found if len(parts.heights) > 1]
 
 
-def _parts(zone: str, surface: NDArray[np.int32], area: FloatArray, height: FloatArray) -> ZoneParts:
-    """Return the parts of a zone, from surface number (Z,), area (Z,) m^2 and height (Z,) m of each of its facets."""
+def heights_of_zone(terrain: Terrain, number: int) -> tuple[float, float]:
+    """Return the low and the high end (m, local frame) of a zone's heights; number : of the zone, which has facets.
+
+    The lowest and the highest facets are left out, up to the share SMALLEST of the zone's area each.
+    """
+    triangles = terrain.triangles[terrain.zone == number]
+    area = np.linalg.norm(area_vectors(terrain.vertices, triangles), axis=1)
+    one = _surfaces(np.zeros(len(triangles), np.int32), area, terrain.vertices[triangles, 2])
+    return float(one.low[0]), float(one.high[0])
+
+
+def _parts(zone: str, surface: NDArray[np.int32], area: FloatArray, corners: FloatArray) -> ZoneParts:
+    """Return the parts of a zone, from surface number (Z,), area (Z,) m^2 and corner heights (Z, 3) m of its facets."""
     _, number = np.unique(surface, return_inverse=True)
-    areas = np.bincount(number, area)
-    means = np.bincount(number, area * height) / np.where(areas > 0.0, areas, 1.0)
-    large = np.flatnonzero(areas >= max(SMALLEST * float(areas.sum()), np.finfo(float).tiny))
-    if len(large) < 2:
+    found = _surfaces(number.astype(np.int32), area, corners)
+    areas, means = found.areas, found.means
+    apart = np.flatnonzero(_are_parts(found))
+    if len(apart) < 2:
         return ZoneParts(zone=zone, part=np.zeros(len(number), np.int32), heights=np.array([float(means[0])]))
-    order = large[np.argsort(-means[large], kind="stable")]
+    order = apart[np.argsort(-means[apart], kind="stable")]
     level = np.append(0, np.cumsum(-np.diff(means[order]) >= LOWEST))
-    nearest = np.abs(means[:, None] - means[order]).argmin(axis=1)
+    part = level[np.abs(means[:, None] - means[order]).argmin(axis=1)]
     heights = np.bincount(level, areas[order] * means[order]) / np.bincount(level, areas[order])
-    return ZoneParts(zone=zone, part=level[nearest][number].astype(np.int32), heights=heights)
+    return ZoneParts(
+        zone=zone, part=part[number].astype(np.int32), heights=heights,
+        merged=_merged(areas, np.abs(means - heights[part])),
+    )  # fmt: skip
+
+
+def _surfaces(number: IntArray, area: FloatArray, corners: FloatArray) -> _Surfaces:
+    """Return the surfaces of a zone, from surface number (Z,), area (Z,) m^2 and corner heights (Z, 3) m of its facets.
+
+    `low` and `high` are heights of corners. They leave out the lowest and the highest facets, up to the share SMALLEST
+    of the surface's area each.
+    number : each of the numbers 0 to S - 1 is in use
+    """
+    areas = np.bincount(number, area).astype(float)
+    means = np.bincount(number, area * corners.mean(axis=1)) / np.where(areas > 0.0, areas, 1.0)
+    return _Surfaces(
+        areas=areas, means=means, low=_lowest(number, area, corners.min(axis=1)),
+        high=-_lowest(number, area, -corners.max(axis=1)),
+    )  # fmt: skip
+
+
+def _lowest(number: IntArray, area: FloatArray, height: FloatArray) -> FloatArray:
+    """Return for each surface (S,) its lowest height (m) after the share SMALLEST of its area is left out.
+
+    number, area, height : (Z,) surface number, area (m^2) and height (m) of each facet
+    """
+    order = np.lexsort((height, number))
+    number, area, height = number[order], area[order], height[order]
+    count = np.bincount(number)
+    begin = np.cumsum(count) - count
+    sums = np.cumsum(area)
+    below = sums - (sums - area)[begin][number] < SMALLEST * np.bincount(number, area)[number]
+    left_out = np.bincount(number, below).astype(np.int64)
+    return np.asarray(height[begin + np.minimum(left_out, count - 1)])
+
+
+def _are_parts(found: _Surfaces) -> NDArray[np.bool_]:
+    """Return flags (S,): true for the surfaces that do not only join the part that is nearest in height."""
+    large = found.areas >= max(SMALLEST * float(found.areas.sum()), np.finfo(float).tiny)
+    small = ~large & (found.areas >= LEAST_AREA)
+    for low, high in zip(found.low[large].tolist(), found.high[large].tolist(), strict=True):
+        small &= (found.means < low - LOWEST) | (found.means > high + LOWEST)
+    return np.asarray(large | small)
+
+
+def _merged(areas: FloatArray, differences: FloatArray) -> Merged | None:
+    """Return the surfaces at other heights than their part; None if there are none.
+
+    areas : (S,) m^2; differences : (S,) m, between the mean heights of a surface and of its part
+    """
+    far = (differences > LOWEST) & (areas > 0.0)
+    if not far.any():
+        return None
+    return Merged(
+        surfaces=int(far.sum()), area=float(areas[far].sum()), largest=float(areas[far].max()),
+        farthest=float(differences[far].max()),
+    )  # fmt: skip
 
 
 def names_of_parts(parts: ZoneParts) -> list[str]:

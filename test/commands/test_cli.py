@@ -138,7 +138,7 @@ def test_a_result_folder_that_is_occupied_is_refused_before_any_work(
 ) -> None:
     monkeypatch.setattr("rpf3d_core.runs.run.prepare", lambda *_: pytest.fail("it worked before it looked"))
     said = refused(monkeypatch, capsys, "run", folder / "scene.yaml", "--out", folder)
-    assert "holds files that are not rpf3d's; give the path of a new or empty folder" in said
+    assert "but no result of rpf3d; give the path of a new or empty folder" in said
     file = folder / "slope.stl"
     before = file.read_bytes()
     said = refused(monkeypatch, capsys, "run", folder / "scene.yaml", "--out", file)

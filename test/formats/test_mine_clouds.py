@@ -1,8 +1,10 @@
 """Tests of point clouds: read as written, and converted to a surface that keeps the gaps."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
-from mine_files import EAST, NORTH, write_e57, write_las
+from mine_files import EAST, NORTH, write_e57, write_landxml, write_las
 from terrain_files import scene_of
 
 from rpf3d_core.errors import TerrainError
@@ -129,6 +131,26 @@ def test_a_las_file_is_read_with_classes_and_reference_system(tmp_path, name):
     assert "1,667 of them ground" in mesh.remarks[-1] and mesh.crs == "EPSG:32719"
 
 
+@pytest.mark.parametrize("name", ["a.las", "a.xml"])
+def test_a_terrain_in_degrees_is_refused_and_a_wrong_statement_is_ignored(tmp_path, name):
+    def written(points: np.ndarray) -> Path:
+        if name == "a.las":
+            return write_las(tmp_path / name, points, crs=4326)
+        path = write_landxml(tmp_path / name, points, np.arange(len(points) // 3 * 3).reshape(-1, 3))
+        path.write_text(path.read_text().replace("32719", "4326"))
+        return path
+
+    pytest.importorskip("laspy", reason=LASPY)
+    pytest.importorskip("pyproj", reason="pyproj is not installed: it is in the extra `mine`")
+    points = spread(600, 50.0)
+    with pytest.raises(TerrainError, match=rf"{name}: is in degrees \(EPSG:4326\); reproject it"):
+        read_surface(written(points + np.array([-69.0, -21.0, 0.0])))
+    mesh = read_surface(written(points + np.array([EAST, NORTH, 800.0])))
+    assert mesh.crs is None
+    (remark,) = [remark for remark in mesh.remarks if "EPSG:4326" in remark]
+    assert "outside the range of degrees" in remark
+
+
 def test_an_e57_file_is_read_and_its_single_precision_is_reported(tmp_path):
     pytest.importorskip("pye57", reason=PYE57)
     points = spread(5_000, 50.0)
@@ -203,3 +225,33 @@ def test_a_las_header_with_a_huge_count_is_refused_before_memory_is_asked_for(tm
     path.write_bytes(data)
     with pytest.raises(TerrainError, match="announces 4,000,000,000 points"):
         las_arrays(path)
+
+
+@pytest.mark.parametrize("quote", ["", '"'])
+@pytest.mark.parametrize("name", ["class", "Classification"])
+def test_a_column_of_classes_of_a_csv_is_read(tmp_path, name, quote):
+    rows = [f"{x},{y},1.5,{quote}{2 if x else 6}{quote}" for x in range(3) for y in range(3)]
+    (tmp_path / "a.csv").write_text("\n".join([f"Easting,Northing,Elevation,{name}", *rows]))
+    cloud = read_cloud(tmp_path / "a.csv")
+    assert cloud.classes is not None and cloud.classes.tolist() == [6] * 3 + [2] * 6
+    assert cloud.points[3].tolist() == [1.0, 0.0, 1.5] and cloud.remarks == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "note"),
+    [
+        ("x,y,z,intensity,class\n1,2,3,9,2\n", "a.csv: not read: column intensity"),
+        ("x,y,z,class\n1,2,3,2\n1,3,3,rock\n", "'class' gives classes of points only if each cell is a whole number"),
+        ("x,y,z,class\n1,2,3,2\n1,3,3,2.5\n", "'class' gives classes of points only if each cell is a whole number"),
+        ("x,y,z,class\n1,2,3,2\n1,3,3,256\n", "a.csv: not read: column class; "),
+        ("x,y,z,class,CLASS\n1,2,3,2,2\n", "a.csv: not read: columns class, CLASS"),
+        ("1 2 3 40 50\n2 3 4 50 60\n", "a.csv: not read: columns 4, 5"),
+    ],
+)
+def test_columns_that_are_not_read_are_named(tmp_path, text, note):
+    (tmp_path / "a.csv").write_text(text)
+    cloud = read_cloud(tmp_path / "a.csv")
+    assert len(cloud.points) == len(text.splitlines()) - text.startswith("x")
+    (remark,) = cloud.remarks
+    assert note in remark
+    assert (cloud.classes is None) == ("intensity" not in text)

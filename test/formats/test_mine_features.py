@@ -161,7 +161,7 @@ def test_polylines_of_a_dxf_are_lines_and_closed_ones_are_areas(tmp_path):
     lines = read_lines(tmp_path / "all.dxf")
     assert len(lines) == 4 and lines[0].tolist() == [[1, 2], [4, 5]] and len(lines[1]) == 4
     assert read_points(tmp_path / "all.dxf").tolist() == [[7, 8, 9]]
-    with pytest.raises(InputError, match="the line on layer 'crest' is not closed"):
+    with pytest.raises(InputError, match=r"the line on layer 'crest' is not closed.*import layer --layer` \(.*crest"):
         read_polygons(tmp_path / "all.dxf")
 
 

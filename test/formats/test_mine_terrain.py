@@ -75,8 +75,22 @@ def test_mesh_polyface_grid_and_closed_polylines_of_a_dxf_are_read_and_the_rest_
     assert np.array_equal(found["mesh"], SITE[[*TRIANGLES[2:].tolist(), [0, 1, 6], [0, 6, 5]]])
     assert np.array_equal(found["ring"], SITE[[TRIANGLES[0], [0, 1, 6], [0, 6, 5]]])
     assert _area(found["grid"]) == pytest.approx(_area(SITE[TRIANGLES]), rel=0.05) and len(found["grid"]) == 24
-    (remark,) = mesh.remarks
-    assert all(part in remark for part in ("1 INSERT", "1 LWPOLYLINE", "1 POLYLINE", "explode blocks"))
+    left, rings = mesh.remarks
+    assert all(part in left for part in ("1 INSERT", "1 LWPOLYLINE", "1 POLYLINE", "explode blocks"))
+    assert "all.dxf: ring: 2 closed polylines were read as ground; if they are areas, remove them" in rings
+
+
+@pytest.mark.parametrize("ground", [True, False])
+def test_a_closed_polyline_beside_other_ground_of_a_dxf_is_named(tmp_path, ground):
+    ezdxf = pytest.importorskip("ezdxf", reason=EZDXF)
+    document = ezdxf.new("R2010")
+    space = document.modelspace()
+    if ground:
+        space.add_3dface(SITE[TRIANGLES[0]], dxfattribs={"layer": "FACE"})
+    space.add_polyline3d(SITE[[0, 1, 6, 5]].tolist(), close=True, dxfattribs={"layer": "AREA_WORK"})
+    document.saveas(tmp_path / "a.dxf")
+    told = "a.dxf: AREA_WORK: 1 closed polyline was read as ground; if it is an area, remove it from this file"
+    assert [told in remark for remark in read_surface(tmp_path / "a.dxf").remarks] == [True] * ground
 
 
 def _area(corners: np.ndarray) -> float:

@@ -62,7 +62,7 @@ def test_classes_are_refused_with_the_file_that_has_none(tmp_path):
     pytest.importorskip("laspy", reason="laspy is not installed: it is in the extra `mine`")
     write_las(tmp_path / "a.laz", points_of_hill(), np.full(5_000, 2, np.uint8))
     np.savetxt(tmp_path / "b.xyz", points_of_hill(), "%.3f")
-    with pytest.raises(InputError, match=r"b\.xyz: has no classes of points"):
+    with pytest.raises(InputError, match=r"b\.xyz: has no classes of points \(a text file needs a header with"):
         import_cloud([tmp_path / "a.laz", tmp_path / "b.xyz"], tmp_path / "t.vtp", CloudChoice(classes=(2,)))
 
 
@@ -147,3 +147,9 @@ def test_the_command_counts_the_geometries(tmp_path: Path, count: int, told: str
     (tmp_path / "a.geojson").write_text(json.dumps({"type": "GeometryCollection", "geometries": [area] * count}))
     words = ["import", "layer", str(tmp_path / "a.geojson"), "--out", str(tmp_path / "b.geojson")]
     assert CliRunner().invoke(cli.app, words).output.startswith(told)
+
+
+def test_an_existing_output_of_a_layer_is_named_as_such(tmp_path):
+    (tmp_path / "out.geojson").write_text("{}")
+    with pytest.raises(InputError, match=r"out\.geojson: exists already; delete it or give another name"):
+        import_layer(tmp_path / "a.geojson", tmp_path / "out.geojson")

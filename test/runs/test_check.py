@@ -315,6 +315,7 @@ def test_what_is_allowed_and_hardly_meant_is_told(folder: Path) -> None:
     for text, told in (
         (SLOPE + ABOVE + sphere, "`materials.rock.rolling_friction` is not given and taken as 0: a sphere loses no"),
         (rolls.replace("n: 0.5", "n: 0") + ABOVE + sphere, "`materials.rock.rolling_friction` is 0: a sphere loses no"),
+        (rolls + ABOVE + "ground: sliding\n", "`materials.rock.rolling_friction` has no effect with `ground: sliding`"),
         (SLOPE + ABOVE + stems, "`effects.forest.dbh_mean_cm` is 0.3 cm; is it in metres?"),
         (SLOPE + ABOVE + "rock: {density: 2.7, diameter: 1}\n", "`rock.density` is 2.7 kg/m3; is it in t/m3?"),
         (friction + ABOVE + "ground: sliding\n", "`materials.rock.friction_angle_deg` is 0.6 degrees; is it in"),
@@ -325,6 +326,8 @@ def test_what_is_allowed_and_hardly_meant_is_told(folder: Path) -> None:
         assert len(sentences) == 1 and sentences[0].startswith(told), sentences
     assert checked(folder, SLOPE + ABOVE + "target: {half_width: 0.1}\nrocks: auto\n").warnings == []
     assert checked(folder, friction + ABOVE).warnings == [], "without sliding there is no friction"
+    degrees = checked(folder, rolls.replace("friction: 0.5", "friction: 30") + ABOVE + "ground: sliding\n").warnings
+    assert any("30 is the tangent of a slope, not an angle in degrees" in sentence for sentence in degrees)
     assert checked(folder, rolls + ABOVE + sphere).warnings == [], "a sphere that rolls needs rolling friction"
 
 

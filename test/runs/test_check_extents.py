@@ -306,6 +306,12 @@ def test_sizes_beyond_any_rock_are_warned_of(folder, rock, told):
     assert [told in warning for warning in found] == [True] if told else found == []
 
 
+def test_rocks_too_large_and_too_small_in_one_scene_are_both_warned_of(folder):
+    *_, report = seen(folder, "pit.xml", [*MIDDLE, 0], "rock: {diameter: {mean: 5, sd: 9, min: 0.001, max: 50}}\n")
+    found = [warning for warning in report.warnings if "`rock`" in warning]
+    assert ["50 m" in found[0], "less than gravel" in found[1]] == [True, True]
+
+
 def test_a_source_high_in_the_air_is_warned_of(folder):
     text = SCENE.format(terrain="pit.xml", point=[*MIDDLE, 930.0]).replace(", above_ground: 1.0", "")
     (folder / "scene.yaml").write_text(with_models(text))

@@ -50,6 +50,13 @@ def test_a_crest_whose_face_is_missing_hangs_over_the_floor():
     )
 
 
+def test_long_rims_are_written_in_full():
+    corners = [(x, y, z) for x, z in ((-9, 4), (0, 4), (0, 0), (9, 0)) for y in (0.0, 1000.0)]
+    benches = terrain_of(corners, [(0, 2, 3), (0, 3, 1), (4, 6, 7), (4, 7, 5)])
+    (sentence,) = hanging_rims(benches, engine_over("reference", benches))
+    assert sentence.startswith("1,000 m of the terrain's rim (4,040 m) hang over other ground")
+
+
 @BOTH
 def test_under_such_a_rim_a_rock_flies_and_hits_the_heap_from_behind(engine):
     """A check that counts all space below the heap as ground would report this rock as fallen through."""

@@ -104,6 +104,7 @@ def test_no_change_gives_the_scene_itself(points: Scene) -> None:
         ),
         ({"contact.rigid.accuracy": 0.1}, "above `rigid` nothing is given there"),
         ({"path": "x"}, "`path` is not one of terrain,"),
+        ({"diameter": 2.0}, "; did you mean `rock.diameter`?"),
         (
             {"materials.bench_1.normal_restitution.mean": 0.9},
             "`materials.bench_1.normal_restitution.mean` is 0.9, but must lie between min 0.2 and max 0.8",

@@ -127,6 +127,18 @@ def test_a_number_or_a_distribution_is_read_as_what_is_drawn(
         ("R_n", "{mean: 0.5, sd: 0.1, min: 0.2, max: 1.2}", [
             "`materials.hard.normal_restitution` may be drawn from 0.2 to 1.2, but must be at least 0 and at most 1"]),
         ("R_n", "{uniform: [-0.1, 0.5]}", ["`materials.hard.normal_restitution` may be drawn from -0.1 to 0.5,"]),
+        ("R_n", "35", [
+            "`materials.hard.normal_restitution` is 35, but must be a number from 0 to 1 (-), R_n, or a distribution; "
+            "35 % is 0.35"]),
+        ("R_n", "35 %", [
+            "`materials.hard.normal_restitution` is '35 %', but must be a number from 0 to 1 (-), R_n, or a "
+            "distribution; 35 % is 0.35"]),
+        ("R_n", "0.3 to 0.45", [
+            "`materials.hard.normal_restitution` is '0.3 to 0.45', but must be a number from 0 to 1 (-), R_n, or a "
+            "distribution; a range is {prior: {min: 0.3, max: 0.45}}"]),
+        ("rock", "mass: 300 to 450", [
+            "`rock.mass` is '300 to 450', but must be a number above 0 (kg), or a distribution or measured list; a "
+            "range is {prior: {min: 300, max: 450}}"]),
         ("R_n", "1.5", ["`materials.hard.normal_restitution` is 1.5, but must be a number from 0 to 1 (-), R_n, or a"]),
         ("angle", "{mean: 80, sd: 5, min: 60, max: 90}", [
             "`materials.hard.friction_angle_deg` may be drawn from 60 to 90, but must be at least 0 and below 90"]),

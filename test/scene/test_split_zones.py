@@ -1,5 +1,6 @@
 """Tests that a layer with all berms of a wall causes a note, and is split from the top if the scene asks for it."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -29,6 +30,7 @@ PROFILE = [(-10, 30, "BERMS"), (0, 30, "FACES"), (4, 18, "BERMS"), (9, 18, "FACE
 """Corners (x, z) in m of the wall's profile, each with the layer of the ground after it."""
 BENCHES = {"BERMS_1": 30.0, "BERMS_2": 18.0, "BERMS_3": 0.0}
 LENGTH = 30.0
+Quad = tuple[str, list[tuple[float, float, float]]]
 MATERIALS = "default: {normal_restitution: 0.4, tangential_restitution: 0.8}"
 
 
@@ -119,3 +121,53 @@ def test_a_new_scene_splits_such_layers_and_runs(tmp_path: Path) -> None:
     assert not [text for text in (*written.warnings, *check_scene(given).warnings) if "separate surfaces" in text]
     assert any("split by height" in sentence for sentence in written.sentences)
     assert '"BERMS_3": {library: bedrock}   # 480 m2' in written.path.read_text()
+
+
+def berms(folder: Path, heights: Sequence[float], extra: Sequence[Quad] = ()) -> Path:
+    """Write berms of 300 m x 6 m at some heights (m), all on one layer with a floor of 300 m x 1,000 m at 0 m."""
+    steps = [*((10.0 * k, 6.0, z) for k, z in enumerate(heights, start=1)), (-1000.0, 1000.0, 0.0)]
+    quads = [("BERM", [(x, 0, z), (x + w, 0, z), (x + w, 300, z), (x, 300, z)]) for x, w, z in steps]
+    face = [(0, 0, 0), (10, 0, 15), (10, 300, 15), (0, 300, 0)]
+    return write_dxf_layers(folder / "wall.dxf", [*quads, ("FACE", face), *extra])
+
+
+def split_scene(folder: Path) -> Path:
+    (folder / "scene.yaml").write_text(SCENE.format(split=", split: [BERM]", materials=MATERIALS))
+    return folder / "scene.yaml"
+
+
+def test_each_berm_is_a_part_beside_a_large_floor(tmp_path: Path) -> None:
+    berms(tmp_path, [15.0, 30.0, 45.0, 60.0])
+    given = read_scene(split_scene(tmp_path))
+    terrain, _ = read_terrain(given)
+    parts = [heights(terrain, zone) for zone in terrain.zones if zone.startswith("BERM")]
+    assert [(part.min(), part.max()) for part in parts] == [(z, z) for z in (60.0, 45.0, 30.0, 15.0, 0.0)]
+    assert not [text for text in check_scene(given).warnings if "mean heights differ" in text]
+
+
+def test_small_fragments_join_a_part_with_a_note(tmp_path: Path) -> None:
+    stray = ("BERM", [(500, 0, 24), (502, 0, 24), (502, 4, 24), (500, 4, 24)])
+    terrain_file = berms(tmp_path, [15.0, 30.0], [stray])
+    given = read_scene(split_scene(tmp_path))
+    terrain, _ = read_terrain(given)
+    assert [zone for zone in terrain.zones if zone.startswith("BERM")] == ["BERM_1", "BERM_2", "BERM_3"]
+    assert 24.0 in heights(terrain, "BERM_1")
+    (note,) = [text for text in check_scene(given).warnings if "mean heights differ" in text]
+    assert "1 surface of BERM (8 m2 in all, the largest of 8 m2) counts with the part nearest in height" in note
+    assert "by up to 6.0 m" in note
+    written = write_new_scene(tmp_path / "site", terrain_file, FileChoice())
+    assert note in written.warnings
+    text = written.path.read_text()
+    assert '"BERM_1": {library: bedrock}   # 1,808 m2, mean slope 0 degrees, at 30 to 30 m' in text
+
+
+def test_fragments_within_the_heights_of_a_ramp_join_it(tmp_path: Path) -> None:
+    ramp = ("RAMP", [(600, 0, 0), (640, 0, 0), (640, 1000, 60), (600, 1000, 60)])
+    end, top = (("RAMP", [(x, 0, z), (x + 20, 0, z), (x + 20, 10, z), (x, 10, z)]) for x, z in ((700, 0), (800, 90)))
+    berms(tmp_path, [15.0], [ramp, end])
+    (tmp_path / "scene.yaml").write_text(SCENE.format(split=", split: [RAMP]", materials=MATERIALS))
+    with pytest.raises(InputError, match="which is one surface"):
+        read_terrain(read_scene(tmp_path / "scene.yaml"))
+    berms(tmp_path, [15.0], [ramp, end, top])
+    terrain, _ = read_terrain(read_scene(tmp_path / "scene.yaml"))
+    assert set(heights(terrain, "RAMP_1").ravel()) == {90.0}

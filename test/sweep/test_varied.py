@@ -34,6 +34,8 @@ def test_values_are_read_as_in_a_scene_file(text: str, key: str, values: tuple[o
         ("berm=", "--vary is 'berm='"),
         ("berm=[1", "its values cannot be read (not valid YAML"),
         ("berm=!!python/object:x 1", "cannot be read"),
+        ("berm=5:11", "'5:11' is not a number; write --vary KEY=V1,V2,... or --vary KEY=FIRST:LAST:NUMBER"),
+        ("berm=5;11", "'5;11' is not a number; write"),
         ("berm=3:3:4", "two different ends"),
         ("berm=3:4:1", "2 to 1,000 values"),
         ("berm=3:4:1000000", "2 to 1,000 values"),

@@ -11,6 +11,7 @@ from rpf3d_core.formats.mine.e57 import read_e57
 from rpf3d_core.formats.mine.las import read_las
 from rpf3d_core.formats.mine.surpac import read_strings
 from rpf3d_core.formats.mine.xyz import read_xyz
+from rpf3d_core.formats.reference_system import system_in_metres
 from rpf3d_core.formats.surface import FARTHEST, FileMesh
 from rpf3d_core.formats.whole_file import read_whole
 from rpf3d_core.terrain.cloud_surface import cloud_surface
@@ -21,13 +22,13 @@ def _read_str(path: Path) -> Cloud:
     return Cloud(strings.points[strings.number != 0])
 
 
+TEXTS = (".xyz", ".csv", ".txt")
+"""Extensions of clouds in a text or CSV file."""
 CLOUD_READERS: dict[str, Callable[[Path], Cloud]] = {
     ".las": read_las,
     ".laz": read_las,
     ".e57": read_e57,
-    ".xyz": read_xyz,
-    ".csv": read_xyz,
-    ".txt": read_xyz,
+    **dict.fromkeys(TEXTS, read_xyz),
     ".str": _read_str,
 }
 """The function that reads each format of clouds, by file name extension."""
@@ -39,7 +40,8 @@ def read_cloud(path: Path) -> Cloud:
     Raises
     ------
     TerrainError
-        The file is missing, empty, damaged or of unknown format, or a point is not finite or too far from the origin.
+        The file is missing, empty, damaged, of unknown format or in degrees, or a point is not finite or too far from
+        the origin.
     """
     reader = CLOUD_READERS.get(path.suffix.lower())
     if reader is None:
@@ -49,7 +51,8 @@ def read_cloud(path: Path) -> Cloud:
         raise TerrainError(f"{path}: holds no points")
     if not all(column.min() >= -FARTHEST and column.max() <= FARTHEST for column in cloud.points.T):
         raise TerrainError(f"{path}: has a point that is not finite, or {FARTHEST:,.0f} m or more from the origin")
-    return cloud
+    crs, remarks = system_in_metres(path, cloud.crs, cloud.points)
+    return cloud._replace(crs=crs, remarks=(*cloud.remarks, *remarks))
 
 
 def read_cloud_surface(path: Path) -> FileMesh:

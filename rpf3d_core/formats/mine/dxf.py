@@ -29,6 +29,8 @@ CORNERS = tuple(10 * axis + corner for corner in range(4) for axis in (1, 2, 3))
 """Group codes of the corners of a 3DFACE: 10, 20, 30 of the first, to 13, 23, 33 of the fourth."""
 LOCATION, FACE = 64, 128
 """Flags of a VERTEX of a polyface mesh: LOCATION marks a point; FACE without LOCATION marks a face."""
+MOST_LAYERS = 6
+"""Largest number of layers that a remark names."""
 WITHOUT_CONTENT = ("VERTEX", "SEQEND", "ENDSEC", "SECTION", "EOF")
 
 
@@ -72,7 +74,7 @@ def read_dxf(path: Path) -> FileMesh:
     corners = np.concatenate([part.corners for part in parts])
     entity = np.concatenate([part.entity for part in parts])
     order = np.argsort(entity, kind="stable")
-    remarks = tuple(_not_read(path, drawing, np.unique(entity), len(corners)))
+    remarks = (*_not_read(path, drawing, np.unique(entity), len(corners)), *_closed_polylines(path, drawing, entity))
     zone, zones = _layers(drawing, entity[order])
     unit = UNITS.get(drawing.unit)
     return FileMesh(corners[order].reshape(-1, 3), zone=zone, zones=zones, remarks=remarks, unit=unit)
@@ -234,6 +236,31 @@ def _layers(drawing: Drawing, entity: Ids) -> tuple[NDArray[np.int32], tuple[str
     zones = tuple(dict.fromkeys(names))
     number = {name: i for i, name in enumerate(zones)}
     return np.array([number[name] for name in names], np.int32)[inverse], zones
+
+
+def _closed_polylines(path: Path, drawing: Drawing, entity: Ids) -> list[str]:
+    """Return a list with a remark on closed 3D polylines that are ground, because they can be outlines of areas.
+
+    The list is empty without such polylines, or if the file has no other ground, so that its terrain consists of them.
+
+    entity : (T,) entity of each triangle
+    """
+    heads = np.intersect1d(drawing.numbers_of("POLYLINE"), entity)
+    flags = _whole(drawing.table(heads, (70,))[:, 0])
+    rings = heads[(flags & CURVE_3D != 0) & (flags & (POLYFACE | MESH_2D) == 0)]
+    if not len(rings) or np.isin(entity, rings).all():
+        return []
+    layers = Counter(drawing.layer_names(rings))
+    named = ", ".join(
+        f"{layer}: {count:,} closed {'polyline' if count == 1 else 'polylines'}"
+        for layer, count in layers.most_common(MOST_LAYERS)
+    )
+    more = ", ..." if len(layers) > MOST_LAYERS else ""
+    verb, one, it = ("was", "it is an area", "it") if len(rings) == 1 else ("were", "they are areas", "them")
+    return [
+        f"{path.name}: {named}{more} {verb} read as ground; if {one}, remove {it} from this file, and name a separate "
+        f"file with {it} in `areas_of_interest`"
+    ]
 
 
 def _not_read(path: Path, drawing: Drawing, read: Ids, triangles: int) -> list[str]:
