@@ -189,7 +189,9 @@ def _rolling(v: Vec, g_t: Vec, resistance: float, direction: Vec, lowest: float)
 def _rolls(v: Vec, g_t: Vec, resistance: float, lowest: float, radius: float) -> RollingSegment:
     """Return the segment on which a sphere rolls, until it has slowed down or its velocity has turned by TURN.
 
-    TURN is 3.6 degrees.
+    TURN is 3.6 degrees. Where gravity turns the velocity, the resistance turns it back within the time in which the
+    resistance alone would stop the sphere. A segment is not longer than this time: otherwise the resistance at its
+    middle would push the sphere to the wrong side.
 
     resistance : rolling resistance (m/s^2); it may be larger for a sphere that moves uphill than for a sphere at rest
     lowest : speed (m/s) at which the sphere stops for good; 0 if the ground cannot hold the sphere at rest
@@ -203,7 +205,9 @@ def _rolls(v: Vec, g_t: Vec, resistance: float, lowest: float, radius: float) ->
         t = _turning_time(v, a, radius)
         return RollingSegment(v=v, a=a, turn=ZERO, t=t, rolls=True, stops=False, turns=t < math.inf)
     across = norm(without(g_t, scale(1.0 / speed, v))) if speed > 0.0 else 0.0
-    turned = TURN * speed / across if across > STRAIGHT * (pull + resistance) else math.inf
+    turned = math.inf
+    if across > STRAIGHT * (pull + resistance):
+        turned = min(TURN * speed / across, speed / ((1.0 - STICKS) * resistance))
     if speed <= CRAWL and turned < math.inf and not holds:
         v, speed, turned = ZERO, 0.0, math.inf
     direction = scale(1.0 / speed, v) if speed > 0.0 else scale(1.0 / pull, g_t)

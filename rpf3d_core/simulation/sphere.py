@@ -54,7 +54,7 @@ from rpf3d_core.simulation.sustained import (
     obstacle_on,
     on_piece,
 )
-from rpf3d_core.terrain.facet_geometry import REACH
+from rpf3d_core.terrain.facet_geometry import PARALLEL, REACH
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, ZERO, Motion, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
@@ -306,7 +306,7 @@ def _follow_piece(
         v_end, w = pivoted(v_end, turned, n, n_end, radius)
     if rolls and held.contacts == 2:
         w = rolling_spin(v_end, dot(turned, n), n, radius)
-    end = Motion(t=motion.t + t, x=x, v=v_end, w=w)
+    end = Motion(t=motion.t + t, x=x, v=v_end, w=w if t > 0.0 else _spin_when_blocked(w, n, touch.n))
     bends = (piece.turns or span.curved) and touch.t > t and length > BENDS * radius
     late = t >= left
     over = PreviousContact(facet=held.first.facet, other=-1, side=1.0, resting=True, before=-1)
@@ -326,6 +326,21 @@ def _follow_piece(
     tally = with_slide(state.tally, length, end, facets.tolerance, bends)
     passed = still_at(physics.effects, end, state.passed, rock_at(rock, state))
     return State(motion=end, left=over, stands=True, tally=tally, outcome=MAX_TIME if late else MOVING, passed=passed)
+
+
+@kernel
+def _spin_when_blocked(w: Vec, n: Vec, m: Vec) -> Vec:
+    """Return the spin (3,) rad/s of a sphere that friction presses against other ground, before it moves on.
+
+    The part of the spin about the line along both contacts drives the sphere into the other ground. There the sphere
+    would rub until this part is lost; here it is lost at once, and the sphere keeps the spin of rolling along the line.
+    The result is zero if both normals are parallel.
+
+    w : (3,) rad/s, spin before; n, m : (3,) unit normals of the ground under the sphere and of the other ground
+    """
+    line = cross(n, m)
+    sine = norm(line)
+    return without(w, scale(1.0 / sine, line)) if sine > PARALLEL else ZERO
 
 
 @kernel
