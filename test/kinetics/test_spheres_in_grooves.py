@@ -17,10 +17,13 @@ G, RADIUS, FALL = 9.81, 0.5, 0.05
 """Gravity (m/s2), radius (m), and fall of the ditch per metre along it (-)."""
 
 
-def ditch():
-    """Return a ditch along x, 60 m long, between a bench face of 70 degrees (y < 0) and a berm (y > 0)."""
+def ditch(rise=0.02, fall=FALL):
+    """Return a ditch along x, 60 m long, between a bench face of 70 degrees (y < 0) and a berm (y > 0).
+
+    rise : rise of the berm away from the ditch (-); fall : fall of the ditch per metre along it (-)
+    """
     x, y = np.meshgrid(np.arange(0.0, 60.1, 2.0), [-4.0, 0.0, 4.0], indexing="ij")
-    z = np.where(y < 0.0, -y * math.tan(math.radians(70.0)), 0.02 * y) - FALL * x
+    z = np.where(y < 0.0, -y * math.tan(math.radians(70.0)), rise * y) - fall * x
     return terrain_of(np.stack([x, y, z], -1).reshape(-1, 3), grid_triangles(x.shape[0], 3))
 
 
@@ -45,6 +48,19 @@ def test_a_sphere_rolls_along_a_ditch_as_down_a_slope(engine):
         takes = (math.sqrt(speed * speed + 2.0 * a * way) - speed) / a
         assert paths.t[mine[-1]] - paths.t[mine[0]] == pytest.approx(takes, rel=2e-3)
     assert (flights.deposits.outcome == Outcome.LEFT_TERRAIN).all()
+
+
+@pytest.mark.parametrize("mu_r", [0.3, 0.4, 0.45])
+def test_friction_alone_does_not_hold_a_sphere_at_a_wall(mu_r):
+    """Gravity does not press these spheres on the face, but their spin and the friction of the berm do, mu 1.58.
+
+    The berm falls away from the face by 1 in 1,000. With mu_r 0.4, gravity and resistance along it are almost equal.
+    """
+    over, y = engine_over("compiled", ditch(rise=-0.001, fall=0.4)), np.linspace(0.36, 1.5, 100)
+    x = above(over, np.full(len(y), 3.0), y, 1.08 * RADIUS + 1e-3)
+    ground = Surface(0.0, 0.8, 1.58, 0.05, mu_r)
+    ends = roll(over, spheres(ground, max_time=60.0), RADIUS, x, (3.0, -0.3, -1.2)).deposits
+    assert (ends.outcome == (Outcome.LEFT_TERRAIN if mu_r <= 0.4 else Outcome.STOPPED)).all()
 
 
 @pytest.mark.parametrize("kink", [0.05, 0.5, 2.0])
