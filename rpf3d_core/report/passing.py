@@ -73,9 +73,10 @@ def _predictive(beyond: BeyondToe, sets: int, distance: FloatArray) -> tuple[Flo
     """Return the ends (D,) of the predictive intervals of the shares of rocks that pass distances (D,) m.
 
     The rocks are displaced by draws of the misfit. Each predictive interval includes the sampling interval of its
-    share. An unknown end is NaN; without unknowns, all ends are NaN.
+    share. An unknown end is NaN; without unknowns, all ends are NaN. The intervals are widened with `never_rising`,
+    because a rock that passes a distance also passes all smaller distances.
 
-    sets : number of parameter sets
+    sets : number of parameter sets; distance : in ascending order
     """
     places = len(distance)
     if beyond.set is None:
@@ -85,7 +86,19 @@ def _predictive(beyond: BeyondToe, sets: int, distance: FloatArray) -> tuple[Flo
     totals = np.bincount(beyond.set, minlength=sets).astype(float)[:, None] * np.ones(places)
     flown = (beyond.distance[:, None] > distance).sum(axis=0).astype(float)
     found = holding(shares_of_site(counts, totals), flown, np.full(places, float(len(beyond.distance))))
-    return found.low, found.high
+    return never_rising(found.low, found.high)
+
+
+def never_rising(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the ends (D,) of intervals of a quantity that never rises, widened so that no end rises either.
+
+    An upper end becomes at least each upper end after it, and a lower end at most each lower end before it.
+
+    low, high : (D,) ends in the order of the quantity; NaN where an end is unknown, which stays unknown
+    """
+    lowest = np.where(np.isnan(low), np.nan, np.fmin.accumulate(low))
+    highest = np.where(np.isnan(high), np.nan, np.fmax.accumulate(high[::-1])[::-1])
+    return lowest, highest
 
 
 def places_for(beyond: BeyondToe) -> FloatArray:

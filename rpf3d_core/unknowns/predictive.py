@@ -10,8 +10,8 @@ without noise. The variance between sets is itself an estimate, so one standard 
 subtracted if a set has, on average, few rocks that the share counts, or few rocks that the share does not count: the
 interval is then wider. The interval is never narrower than the sampling interval of all rocks together.
 
-If no set, or hardly any, has a rock that the share counts, the ranks do not show how large the share of a site with
-such rocks may be. `shares_of_site` then bounds the share by Markov's inequality.
+If at most half of the sets have a rock that the share counts, the ranks do not show well how large the share of a site
+with such rocks may be. `shares_of_site` then bounds the share by Markov's inequality.
 """
 
 from typing import NamedTuple
@@ -95,8 +95,10 @@ def least_end(counts: FloatArray, totals: FloatArray) -> FloatArray:
     The result is the smaller of two bounds. First bound: if a share p has the mean m over all sites, then
     P(p > x) <= m / x (Markov's inequality), so the upper end is at most m / 0.025; for m, the upper end of the sampling
     interval of the mean share is used. Second bound: the upper end of the sampling interval of the largest share of a
-    single set. If more than 2.5 % of the sets (rounded up to whole sets) have a hit, the ranks show the upper end; both
-    bounds are then computed as if no set had a hit.
+    single set. Both bounds count only the hits of the 2.5 % of the sets (rounded up to whole sets) with the largest
+    shares. So, while at most half of the sets have a hit, an interval of `shares_of_site` never becomes lower if a set
+    has more hits. If more than half of the sets have a hit, the ranks show the upper end, and each of these largest
+    shares counts as one hit at most.
 
     counts : (S, N) number of rocks of each set that the share counts, the hits; totals : (S, N) number of rocks of each
         set. The sets have equal weights; sampling errors are computed from the harmonic mean of the numbers of rocks
@@ -104,8 +106,11 @@ def least_end(counts: FloatArray, totals: FloatArray) -> FloatArray:
     tail, has = 0.5 * (1.0 - LEVEL), totals > 0
     sets = np.maximum(has.sum(axis=0), 1)
     rocks = sets / np.maximum(np.where(has, 1.0 / np.maximum(totals, 1), 0.0).sum(axis=0), 1e-12)
-    few = (counts > 0).sum(axis=0) <= np.ceil(tail * sets)
-    shares = np.where(has & few, counts / np.maximum(totals, 1), 0.0)
+    shares = np.where(has, counts / np.maximum(totals, 1), 0.0)
+    many_hit = 2 * (shares > 0.0).sum(axis=0) > sets
+    shares = np.where(many_hit, np.minimum(shares, 1.0 / rocks), shares)
+    few = np.arange(len(shares))[:, None] < np.ceil(tail * sets)
+    shares = np.where(few, np.sort(shares, axis=0)[::-1], 0.0)
     mean = wilson_intervals(shares.sum(axis=0) * rocks, sets * rocks)[1]
     most = wilson_intervals(shares.max(axis=0) * rocks, rocks)[1]
     return np.asarray(np.minimum(np.minimum(mean / tail, most), 1.0))

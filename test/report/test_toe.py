@@ -8,7 +8,7 @@ import pytest
 from benches_fallen_from import HEIGHT, TOE, fallen, thrown
 
 from rpf3d_core.report import toe
-from rpf3d_core.report.passing import passing, places_beyond, places_for, shares_beyond
+from rpf3d_core.report.passing import never_rising, passing, places_beyond, places_for, shares_beyond
 from rpf3d_core.report.run_files import KeptPaths, _sets
 from rpf3d_core.report.section import critical_section
 from rpf3d_core.report.segments import KEPT, segments_of
@@ -141,6 +141,25 @@ def test_few_rocks_with_a_toe_say_nothing_about_the_others() -> None:
         some = beyond._replace(rows=beyond.rows[:few], distance=beyond.distance[:few], of=of)
         assert held_beyond(some, 0, 90) == (None, None, None), (few, of)
     assert held_beyond(beyond._replace(of=2000), 0, 90).value is not None
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_no_interval_of_a_share_beyond_rises_with_the_distance(seed: int) -> None:
+    """Some sets of random rocks go far, the others do not; few rocks of each set reach the last distances."""
+    rng = np.random.default_rng(seed)
+    sets, rocks = 64, int(rng.integers(5, 50))
+    farther = rng.exponential(np.where(rng.random(sets) < rng.random(), 5.0, 1.0), (rocks, sets)).T
+    beyond = beyond_toe(fallen(TOE + 1.0 + farther.ravel()))
+    number = np.repeat(np.arange(sets), rocks)[beyond.rows]
+    beyond = beyond._replace(set=number, shift=rng.normal(size=len(number)))
+    shares = shares_beyond(beyond, sets, np.linspace(-2.0, 40.0, 100))
+    assert (np.diff([share.predictive for share in shares], axis=0) <= 0.0).all()
+
+
+def test_ends_are_only_widened_and_unknown_ends_stay_unknown() -> None:
+    low, high = never_rising(np.array([0.5, 0.2, np.nan, 0.3, 0.0]), np.array([0.8, 0.4, np.nan, 0.6, 0.1]))
+    assert low == pytest.approx([0.5, 0.2, np.nan, 0.2, 0.0], nan_ok=True)
+    assert high == pytest.approx([0.8, 0.6, np.nan, 0.6, 0.1], nan_ok=True)
 
 
 def test_shares_beyond_count_the_rocks() -> None:

@@ -131,3 +131,30 @@ def test_missing_values_do_not_count() -> None:
     values = np.array([[3.0], [np.nan], [1.0], [2.0]])
     assert [end.tolist() for end in ranked(values)] == [[1.0], [3.0]]
     assert np.isnan(ranked(np.full((4, 1), np.nan)).low[0])
+
+
+def interval_of(counts: np.ndarray, totals: np.ndarray) -> np.ndarray:
+    """Return the lower and the upper end (2,) of a share; counts, totals : (S,) rocks of each set."""
+    return np.array(shares_of_site(counts[:, None].astype(float), totals[:, None].astype(float)))[:, 0]
+
+
+@pytest.mark.parametrize("sets", [ENOUGH, SETS, 100, 256])
+@pytest.mark.parametrize("rocks", [10, 40, 1000])
+def test_one_hit_in_more_sets_never_lowers_an_end(sets: int, rocks: int) -> None:
+    ends = np.array([interval_of(np.arange(sets) < hit, np.full(sets, rocks)) for hit in range(sets + 1)])
+    assert (np.diff(ends, axis=0) >= -1e-12).all()
+    misses = np.array([interval_of(rocks - (np.arange(sets) < miss), np.full(sets, rocks)) for miss in range(sets + 1)])
+    assert (np.diff(misses, axis=0) <= 1e-12).all()
+
+
+@pytest.mark.parametrize("seed", range(300))
+def test_more_hits_never_lower_the_upper_end_while_at_most_half_of_the_sets_have_a_hit(seed: int) -> None:
+    """Sets with random numbers of rocks and hits get further hits; the lower end of the misses is the mirror image."""
+    rng = np.random.default_rng(seed)
+    sets = int(rng.integers(ENOUGH, 200))
+    totals = rng.integers(1, 100, sets) if seed % 2 else np.full(sets, rng.integers(1, 100))
+    hit = rng.permutation(sets) < rng.integers(1, sets // 2 + 1)
+    more = np.where(hit, rng.binomial(totals, rng.beta(0.3, 1.0)), 0)
+    fewer = rng.binomial(more, rng.beta(1.0, 0.5))
+    assert interval_of(more, totals)[1] >= interval_of(fewer, totals)[1] - 1e-12
+    assert interval_of(totals - more, totals)[0] <= interval_of(totals - fewer, totals)[0] + 1e-12
