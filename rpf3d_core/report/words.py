@@ -8,8 +8,7 @@ from rpf3d_core.hazard.benches import in_percent, interval_in_percent
 from rpf3d_core.report.toe import FAR, Figure
 
 UNKNOWN = "not known"
-NO_END = "farther than known"
-"""Text for a distance beyond which rocks went that did not stop: they left the terrain, were lost or still move."""
+BEYOND_TERRAIN = "beyond the terrain"
 ONE_DECIMAL = 1
 
 Ends = Sequence[float | None] | None
@@ -38,13 +37,13 @@ def share_interval(ends: Ends) -> str:
 
 
 def metres(value: float | None, side: Side = NEAREST) -> str:
-    """Return a length (m) as text; NO_END for FAR or more, that is for rocks that did not stop.
+    """Return a length (m) as text; BEYOND_TERRAIN for FAR or more, that is for rocks that did not stop.
 
     UNKNOWN for None. side : rounding: NEAREST, LOW (down) or HIGH (up)
     """
     if value is None:
         return UNKNOWN
-    return NO_END if value >= FAR else f"{fixed(value, ONE_DECIMAL, side)} m"
+    return BEYOND_TERRAIN if value >= FAR else f"{fixed(value, ONE_DECIMAL, side)} m"
 
 
 def height(value: float | None, side: Side = NEAREST) -> str:
@@ -76,9 +75,7 @@ def interval(ends: Ends, words: Words) -> str:
     low, high = words(ends[0], LOW), words(ends[1], HIGH)
     if low == UNKNOWN:
         return UNKNOWN if high == UNKNOWN else f"at most {high}"
-    if high == UNKNOWN:
-        return f"at least {low}"
-    return NO_END if low == high == NO_END else f"{low} to {high}"
+    return f"at least {low}" if high == UNKNOWN else f"{low} to {high}"
 
 
 def figure_cells(figure: Figure, words: Words) -> list[str]:
