@@ -3,7 +3,6 @@
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -30,7 +29,6 @@ from rpf3d_core.report.words import (
     metres,
     share,
     share_cells,
-    share_interval,
 )
 from rpf3d_core.results.inputs import ASSUMED
 from rpf3d_core.terrain.faces import LOWEST, STEEP
@@ -55,12 +53,6 @@ NO_PREDICTIVE = (
 BOTH = (
     "The predictive interval includes the unknowns of the ground. The sampling interval includes only the uncertainty "
     "due to the number of rocks. Design with the wider one."
-)
-AT_MOST = ("at most", "95 % sampling of at most")
-"""Columns for the share of rocks that reach a place if every rock lost to a hole of the terrain reaches it, too."""
-LOST_REACHED = (
-    "At most: the share if every rock that was lost to a hole of the terrain had reached the zone, too. Judge by this "
-    "share, because nobody knows where the lost rocks go; the predictive interval does not include them."
 )
 ENERGY = "hazard/energy_p95.png"
 PICTURES = (
@@ -179,9 +171,6 @@ def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
              *figure_cells(held_beyond(beyond, run.sets, DESIGN), metres)]]  # fmt: skip
     for name, area in run.summary["areas_of_interest"].items():
         rows.append([f"rocks that reach the area {name}", *share_cells(area["reached"])])
-        if "reached_at_most" in area:
-            rows.append([f"rocks that reach the area {name}, at most (if all rocks lost to holes reach it)",
-                         *share_cells(area["reached_at_most"])])  # fmt: skip
     for name, found in run.summary.get("barriers", {}).items():
         rows += [[f"{words} {name}, of the rocks that reached it", *share_cells(found[did])]
                  for did, words in AT_BARRIERS.items()]  # fmt: skip
@@ -291,21 +280,16 @@ def _trimmed(path: Path) -> bytes:
 
 
 def _benches(run: RunFiles) -> Iterator[Element]:
-    """Yield the tables of zones and areas: shares of the rocks that reach each, and stay there, and p95 energies."""
+    """Yield the tables of the share of rocks that each zone and area retains, and of the p95 energies there."""
     places = {name: bench for name, bench in run.summary["benches"].items() if bench["reached"]["rocks"]}
     places |= {f"{name} (area)": area for name, area in run.summary["areas_of_interest"].items()}
     yield Heading("Retention of each bench")
-    has_lost = any("reached_at_most" in place for place in places.values())
-    yield Table(("zone", "reached", *THREE[1:], *AT_MOST[: 2 * has_lost]), [
-        [name, *share_cells(place["reached"]), *(_at_most(place) if has_lost else ())] for name, place in places.items()
+    yield Table(("zone", "reached", "retained", *THREE[1:]), [
+        [name, share(place["reached"]["share"]), *share_cells(place["retained"])] for name, place in places.items()
     ])  # fmt: skip
-    lost = f" {LOST_REACHED}" if has_lost else ""
-    yield Text("Reached: share of all rocks. Zones that no rock reached are left out. A zone is one row, however many "
-               f"surfaces it has: `terrain.split` makes a zone of each.{lost}", quiet=True)  # fmt: skip
-    yield Table(("zone", "retained", *THREE[1:]), [
-        [name, *share_cells(place["retained"])] for name, place in places.items()
-    ])  # fmt: skip
-    yield Text("Retained: share of the rocks that reached the zone and stopped there." + _caught(run), quiet=True)
+    yield Text("Reached: share of all rocks. Retained: share of the rocks that reached the zone and stopped there. "
+               "A zone is one row, however many surfaces it has: `terrain.split` makes a zone of each. Zones that no "
+               f"rock reached are left out.{_caught(run)}", quiet=True)  # fmt: skip
     yield Table(("zone", "p95 energy", *THREE[1:]), [
         [name, kilojoules(place["energy_p95_j"]), interval(place.get("energy_p95_predictive_j"), kilojoules),
          interval(place.get("energy_p95_sampling_j"), kilojoules)]
@@ -314,12 +298,6 @@ def _benches(run: RunFiles) -> Iterator[Element]:
     yield Text("p95 energy: 95th percentile of the largest energy of each rock in the zone; not known for fewer than "
                f"20 rocks.{'' if run.sets else ' Its intervals are known only for runs with unknowns.'}",
                quiet=True)  # fmt: skip
-
-
-def _at_most(place: dict[str, Any]) -> list[str]:
-    """Return the cells of the columns AT_MOST for a zone or area of summary.json; UNKNOWN where no rock was lost."""
-    most = place.get("reached_at_most")
-    return [UNKNOWN] * 2 if most is None else [share(most["share"]), share_interval(most["interval_95"])]
 
 
 def _caught(run: RunFiles) -> str:
