@@ -158,11 +158,11 @@ def _is_past(barriers: Barriers, k: int, t: float, passed: int, arc: Arc) -> boo
     panel, way = barriers.panel, t * math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1])
     if panel.barrier[passed] == panel.barrier[k]:
         return bool(panel.line[passed] == panel.line[k] or way <= CORNER)
-    return k < passed and _stands_at(panel, k, arc.x, barriers.slack) and _stands_at(panel, passed, arc.x, CORNER)
+    return k < passed and stands_at(panel, k, arc.x, barriers.slack) and stands_at(panel, passed, arc.x, CORNER)
 
 
 @kernel
-def _stands_at(panel: Panel, k: int, x: Vec, reach: float) -> bool:
+def stands_at(panel: Panel, k: int, x: Vec, reach: float) -> bool:
     """Return True if the position x (3,) m of a rock is on panel segment k in plan.
 
     reach : m, largest distance from the segment's plane; the rock may be up to CORNER (1e-6 m) past an end

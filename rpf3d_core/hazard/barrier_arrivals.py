@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.arc import Arc, velocity
-from rpf3d_core.effects.barriers import BELOW, CORNER, Barriers, crossing_of
+from rpf3d_core.effects.barriers import BELOW, CORNER, Barriers, crossing_of, stands_at
 from rpf3d_core.effects.obstacle_cells import index_of, leaves_at
 from rpf3d_core.hazard.flown import FlownRocks
 from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.simulation.record import BLOW, FIRST_OBSTACLE, POSE
-from rpf3d_core.values import Mode, Outcome
+from rpf3d_core.values import Mode, Outcome, Vec
 from rpf3d_core.vectors import dot
 
 NEVER, OVER, THROUGH, HELD = range(4)
@@ -58,11 +58,18 @@ class Crossed(NamedTuple):
 
 
 class PassingRock(NamedTuple):
-    """A rock that may pass barriers: its row in the batch, mass (kg) and radius (m)."""
+    """A rock that may pass barriers: its row in the batch, mass (kg) and radius (m).
+
+    caught : index of the panel segment that caught the rock in the end, -1 for none
+    t, x : time (s) and position (3,) m where this segment caught the rock; only used if `caught` is not -1
+    """
 
     row: int
     mass: float
     radius: float
+    caught: int
+    t: float
+    x: Vec
 
 
 class PathSegment(NamedTuple):
@@ -118,7 +125,7 @@ def find_arrivals(barriers: Barriers, flown: FlownRocks, crossed: Crossed, found
     for r in range(len(flown.mass)):
         if counts[r, 0] == FAILED:
             continue
-        rock = PassingRock(row=r, mass=flown.mass[r], radius=flown.radius[r])
+        rock = _passing_rock(barriers, flown, r)
         for q in range(first[r, 0], first[r + 1, 0]):
             last = counts[r, 0] == CAUGHT and q + 1 == first[r + 1, 0]
             _contact(barriers, flown.impacts, flown.facets, q, HELD if last else THROUGH, rock, found)
@@ -127,6 +134,19 @@ def find_arrivals(barriers: Barriers, flown: FlownRocks, crossed: Crossed, found
         for p in range(first[r, 1], first[r + 1, 1] - 1):
             if flown.pieces[p + 1, 0] > flown.pieces[p, 0]:
                 _cross(barriers, _segment(flown, p), rock, crossed, found)
+
+
+@kernel
+def _passing_rock(barriers: Barriers, flown: FlownRocks, r: int) -> PassingRock:
+    """Return the rock in row r of a batch, with the place where a panel caught the rock."""
+    caught, t, x = -1, 0.0, (0.0, 0.0, 0.0)
+    if flown.counts[r, 0] == CAUGHT and flown.first[r + 1, 0] > flown.first[r, 0]:
+        q = flown.first[r + 1, 0] - 1
+        k = FIRST_OBSTACLE - flown.facets[q] - barriers.first
+        if flown.facets[q] < 0 and 0 <= k < len(barriers.panel.x):
+            caught, t = k, flown.impacts[q, 0]
+            x = (flown.impacts[q, 1], flown.impacts[q, 2], flown.impacts[q, 3])
+    return PassingRock(row=r, mass=flown.mass[r], radius=flown.radius[r], caught=caught, t=t, x=x)
 
 
 @kernel
@@ -249,6 +269,8 @@ def _pass(
     way = math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1]) * until
     if did == NEVER or _is_known(crossed, number, b, t, CORNER * duration / way):
         return number
+    if _is_caught_before(barriers, k, rock, t, barriers.slack * duration / way):
+        return number
     crossed.t[number], crossed.barrier[number] = t, b
     if segment.flies:
         going = velocity(arc, crossing.t)
@@ -277,6 +299,20 @@ def _passes_as(barriers: Barriers, b: int, height: float, high: float) -> int:
     if high > panel.height[b] or (panel.height[b] == 0.0 and height >= -BELOW):
         return OVER
     return THROUGH if panel.capacity[b] == 0.0 and height >= -BELOW else NEVER
+
+
+@kernel
+def _is_caught_before(barriers: Barriers, k: int, rock: PassingRock, t: float, instant: float) -> bool:
+    """Return True if another panel segment caught the rock where the rock crosses panel segment k at the time t (s).
+
+    If segments are at the same place, a rock meets them in the order of their indices (`effects.barriers.first_panel`),
+    so a rock that a segment caught does not arrive at the segments with larger indices there.
+
+    instant : s, in which the rock moves by the slack; times within it count as the same place
+    """
+    if rock.caught < 0 or k <= rock.caught or t < rock.t - instant:
+        return False
+    return stands_at(barriers.panel, k, rock.x, barriers.slack)
 
 
 @kernel

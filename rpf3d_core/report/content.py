@@ -3,10 +3,11 @@
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from rpf3d_core.hazard.benches import CAUGHT_COUNT, in_percent
+from rpf3d_core.hazard.benches import AT_MOST, CAUGHT_COUNT, in_percent, share_text
 from rpf3d_core.hazard.filled_cells import ReachedCells, filling_cell, rocks_that_fill, share_of_cells
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.changed_inputs import changed_inputs
@@ -27,7 +28,6 @@ from rpf3d_core.report.words import (
     interval,
     kilojoules,
     metres,
-    share,
     share_cells,
 )
 from rpf3d_core.results.inputs import ASSUMED
@@ -53,6 +53,10 @@ NO_PREDICTIVE = (
 BOTH = (
     "The predictive interval includes the unknowns of the ground. The sampling interval includes only the uncertainty "
     "due to the number of rocks. Design with the wider one."
+)
+IF_LOST_CAME = (
+    f" Column `{AT_MOST}`: the share, with its sampling interval, if every rock lost to a hole had also reached the "
+    "zone."
 )
 ENERGY = "hazard/energy_p95.png"
 PICTURES = (
@@ -171,6 +175,8 @@ def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
              *figure_cells(held_beyond(beyond, run.sets, DESIGN), metres)]]  # fmt: skip
     for name, area in run.summary["areas_of_interest"].items():
         rows.append([f"rocks that reach the area {name}", *share_cells(area["reached"])])
+        if most := area.get("reached_at_most"):
+            rows.append([f"{AT_MOST}: rocks that reach the area {name} or were lost to holes", *share_cells(most)])
     for name, found in run.summary.get("barriers", {}).items():
         rows += [[f"{words} {name}, of the rocks that reached it", *share_cells(found[did])]
                  for did, words in AT_BARRIERS.items()]  # fmt: skip
@@ -194,16 +200,26 @@ def _not_reached(run: RunFiles) -> list[Element]:
 
     The sentence gives the intervals of the share of rocks that may still reach such a zone.
     """
-    places = {name: bench["reached"] for name, bench in run.summary["benches"].items() if not bench["reached"]["rocks"]}
+    places = {name: bench for name, bench in run.summary["benches"].items() if not bench["reached"]["rocks"]}
     if not places:
         return []
     names = list(places)
     more = f" and {len(names) - MOST_NAMED} more zones" if len(names) > MOST_NAMED else ""
-    widest = max(places.values(), key=lambda found: (found.get("predictive") or [0.0, 0.0])[1])
+    reached = [place["reached"] for place in places.values()]
+    widest = max(reached, key=lambda found: (found.get("predictive") or [0.0, 0.0])[1])
     _, predictive, sampling = share_cells(widest)
     return [Text(f"No rock reached {', '.join(names[:MOST_NAMED])}{more}. That does not mean that none can: the share "
                  f"of rocks that reach such a zone has the 95 % predictive interval {predictive} and the sampling "
-                 f"interval {sampling}.")]  # fmt: skip
+                 f"interval {sampling}.{_if_lost_came(places)}")]  # fmt: skip
+
+
+def _if_lost_came(places: dict[str, dict[str, Any]]) -> str:
+    """Return a sentence on the share of rocks that reach zones if all rocks lost to holes do; "" without lost rocks.
+
+    places : sections of zones in summary.json, which no rock reached
+    """
+    most = next((place["reached_at_most"] for place in places.values() if place.get("reached_at_most")), None)
+    return f" If every rock lost to a hole reached such a zone, the share is {share_text(most)}." if most else ""
 
 
 def _further_faces(beyond: BeyondToe) -> list[Element]:
@@ -280,16 +296,21 @@ def _trimmed(path: Path) -> bytes:
 
 
 def _benches(run: RunFiles) -> Iterator[Element]:
-    """Yield the tables of the share of rocks that each zone and area retains, and of the p95 energies there."""
+    """Yield the tables of the shares of rocks that reach each zone and area, or stop there, and of the p95 energies."""
     places = {name: bench for name, bench in run.summary["benches"].items() if bench["reached"]["rocks"]}
     places |= {f"{name} (area)": area for name, area in run.summary["areas_of_interest"].items()}
     yield Heading("Retention of each bench")
-    yield Table(("zone", "reached", "retained", *THREE[1:]), [
-        [name, share(place["reached"]["share"]), *share_cells(place["retained"])] for name, place in places.items()
+    lost = any(place.get("reached_at_most") for place in places.values())
+    yield Table(("zone", "reached", *THREE[1:], *([AT_MOST] if lost else [])), [
+        [name, *share_cells(place["reached"]), *([share_text(place["reached_at_most"])] if lost else [])]
+        for name, place in places.items()
+    ])  # fmt: skip
+    yield Table(("zone", "retained", *THREE[1:]), [
+        [name, *share_cells(place["retained"])] for name, place in places.items()
     ])  # fmt: skip
     yield Text("Reached: share of all rocks. Retained: share of the rocks that reached the zone and stopped there. "
                "A zone is one row, however many surfaces it has: `terrain.split` makes a zone of each. Zones that no "
-               f"rock reached are left out.{_caught(run)}", quiet=True)  # fmt: skip
+               f"rock reached are left out.{IF_LOST_CAME if lost else ''}{_caught(run)}", quiet=True)  # fmt: skip
     yield Table(("zone", "p95 energy", *THREE[1:]), [
         [name, kilojoules(place["energy_p95_j"]), interval(place.get("energy_p95_predictive_j"), kilojoules),
          interval(place.get("energy_p95_sampling_j"), kilojoules)]

@@ -39,6 +39,10 @@ FEW_HEIGHTS = (
     f"where at most {in_percent(FOR_HEIGHTS, 0)} % of the passages are flights between two impacts: the other heights "
     "are not known from impacts."
 )
+NOT_STOPPED = (
+    "Rocks that did not stop on the terrain, such as rocks lost to holes, count as rocks that pass every place. Where "
+    "their path ends before a place, they are not in its energy and height, which may be larger or smaller with them."
+)
 KEEP_MORE = "`outputs.trajectories` keeps more paths."
 SLIGHT = 0.05
 """Smallest share (-) of a fence's line on steep ground that a report states."""
@@ -80,14 +84,17 @@ def _fence_tables(run: RunFiles, places: list[FencePlace], choices: list[Segment
     if faces := [metres(place.distance) for place in places if place.footing.is_on_a_face]:
         yield Text(f"No fence can be built {', '.join(faces)} beyond the toe: the ground there is a face, steeper than "
                    f"{BUILDABLE:g} degrees. Figures of these places only show how the rocks go on.")  # fmt: skip
-    header = ("beyond the toe", "rocks", "p95 energy", *BOTH, "p95 height", *BOTH)
+    header = ("beyond the toe", "known paths", "p95 energy", *BOTH, "p95 height", *BOTH)
     yield Table(header, [
         [_place(place), f"{place.crossed:,}", *figure_cells(place.energy, kilojoules),
          *figure_cells(place.height, height)] for place in places
     ])  # fmt: skip
     yield Text(f"Energies (translational) and heights (of the centre) at the first passage, "
                f"{_from(run, places, choices)} Not known for fewer than 20 rocks. At an impact within {STEP:g} m of a "
-               f"place, the larger of the energies before and after it counts.", quiet=True)  # fmt: skip
+               f"place, the larger of the energies before and after it counts. Known paths: number of rocks that pass "
+               "and whose path is known at the place.", quiet=True)  # fmt: skip
+    if not run.ends.at_rest.all():
+        yield Text(NOT_STOPPED)
     if run.moves is not None:
         yield Text(HEIGHTS_LEAVE_OUT, quiet=True)
 

@@ -8,7 +8,8 @@ from rpf3d_core.hazard.benches import in_percent, interval_in_percent
 from rpf3d_core.report.toe import FAR, Figure
 
 UNKNOWN = "not known"
-BEYOND_TERRAIN = "beyond the terrain"
+FARTHER = "farther than known"
+"""Text for a distance that is only known to be larger than all others, because the rocks did not stop."""
 ONE_DECIMAL = 1
 
 Ends = Sequence[float | None] | None
@@ -37,13 +38,13 @@ def share_interval(ends: Ends) -> str:
 
 
 def metres(value: float | None, side: Side = NEAREST) -> str:
-    """Return a length (m) as text; BEYOND_TERRAIN for FAR or more, that is for rocks that did not stop.
+    """Return a length (m) as text; FARTHER for FAR or more, that is for rocks that did not stop.
 
     UNKNOWN for None. side : rounding: NEAREST, LOW (down) or HIGH (up)
     """
     if value is None:
         return UNKNOWN
-    return BEYOND_TERRAIN if value >= FAR else f"{fixed(value, ONE_DECIMAL, side)} m"
+    return FARTHER if value >= FAR else f"{fixed(value, ONE_DECIMAL, side)} m"
 
 
 def height(value: float | None, side: Side = NEAREST) -> str:
@@ -65,7 +66,7 @@ def kilojoules(value: float | None, side: Side = NEAREST) -> str:
 def interval(ends: Ends, words: Words) -> str:
     """Return an interval as text, rounded outward; if only one end is known, "at least ..." or "at most ...".
 
-    UNKNOWN if no end is known.
+    An upper end that is FARTHER counts as an end that is not known. UNKNOWN if no end is known, FARTHER if both are.
 
     ends : lower and upper end, None for an unknown end, or None if both are unknown
     words : function that turns a number into text with its unit, such as `metres`
@@ -73,9 +74,9 @@ def interval(ends: Ends, words: Words) -> str:
     if ends is None:
         return UNKNOWN
     low, high = words(ends[0], LOW), words(ends[1], HIGH)
-    if low == UNKNOWN:
-        return UNKNOWN if high == UNKNOWN else f"at most {high}"
-    return f"at least {low}" if high == UNKNOWN else f"{low} to {high}"
+    if low in (UNKNOWN, FARTHER):
+        return low if high in (UNKNOWN, FARTHER) else f"at most {high}"
+    return f"at least {low}" if high in (UNKNOWN, FARTHER) else f"{low} to {high}"
 
 
 def figure_cells(figure: Figure, words: Words) -> list[str]:

@@ -90,7 +90,7 @@ def test_a_place_of_a_fence_on_a_face_is_named_as_one(tmp_path: Path) -> None:
     elements = report_elements(run, "wall")
     ground, figures = (
         next(element for element in elements if isinstance(element, Table) and element.header[:2] == header)
-        for header in (("beyond the toe", "ground there"), ("beyond the toe", "rocks"))
+        for header in (("beyond the toe", "ground there"), ("beyond the toe", "known paths"))
     )
     assert [row[:2] for row in ground.rows][:4] == [
         ["0.0 m", "0 degrees"], ["5.0 m", "0 degrees"], ["10.0 m", "face of 70 degrees"], ["15.0 m", "0 degrees"],

@@ -131,11 +131,13 @@ def test_an_interrupted_run_says_so_first(unknown_ground, tmp_path) -> None:
 
 def test_every_share_has_both_intervals_the_predictive_first(unknown_ground) -> None:
     elements = report_elements(read_run(unknown_ground), "site")
-    retained = tables(elements, "zone")[0]
-    assert list(retained.header[-2:]) == ["95 % predictive", "95 % sampling"]
-    berm = next(row for row in retained.rows if row[0] == "berm")
-    assert re.fullmatch(r"[\d.]+ %", berm[2]) and berm[3] == "0-100 %"
-    assert berm[4] != berm[3] and UNKNOWN not in berm[3:]
+    reached, retained = tables(elements, "zone")[:2]
+    assert [table.header[1] for table in (reached, retained)] == ["reached", "retained"]
+    for table in (reached, retained):
+        assert list(table.header[2:]) == ["95 % predictive", "95 % sampling"]
+        _, value, predictive, sampling = next(row for row in table.rows if row[0] == "berm")
+        assert re.fullmatch(r"[\d.]+ %", value) and UNKNOWN not in (predictive, sampling) and predictive != sampling
+    assert next(row for row in retained.rows if row[0] == "berm")[2] == "0-100 %"
 
 
 def answer_of(run) -> tuple[list[str], list[str]]:
@@ -179,6 +181,33 @@ def test_the_answer_has_the_barriers_and_what_no_rock_reached(unknown_ground) ->
         f"{did} fence, of the rocks that reached it" for did in ("caught in the end by", "broke through", "flew over")
     ]
     assert any("No rock reached PIT FLOOR" in text and "interval 0-3 %" in text for text in texts)
+
+
+def test_rocks_lost_to_holes_have_the_share_that_the_warning_points_to(unknown_ground) -> None:
+    """A warning names the column `at most`: the retention table and the answer have this share of zones and areas."""
+    run = read_run(unknown_ground)
+    bench = next(bench for bench in run.summary["benches"].values() if bench["reached"]["rocks"])
+    none = {**bench["reached"], "rocks": 0, "share": 0.0, "predictive": [0.0, 0.05], "sampling": [0.0, 0.03]}
+    lost = {"lost_to_holes": share_of(20, 128), "reached_at_most": share_of(32, 128)}
+    zone, below = {**bench, **lost}, {**bench, **lost, "reached": none, "reached_at_most": share_of(20, 128)}
+    run.summary["benches"], run.summary["areas_of_interest"] = {"BENCH": zone, "FLOOR": below}, {"hut": zone}
+    elements = report_elements(run, "site")
+    reached = tables(elements, "zone")[0]
+    assert reached.header[-1] == "at most"
+    assert {row[0]: row[-1] for row in reached.rows} == dict.fromkeys(("BENCH", "hut (area)"), "25.0 % (18-34)")
+    answer = elements[elements.index(Heading("The answer")) + 1]
+    most = next(row for row in answer.rows if row[0].startswith("at most"))
+    assert most == ["at most: rocks that reach the area hut or were lost to holes", "25.0 %", UNKNOWN, "18-34 %"]
+    assert any("lost to a hole reached such a zone, the share is 15.6 %" in text for text in answer_of(run)[1])
+
+
+def test_rocks_that_did_not_stop_are_said_to_pass_every_fence(unknown_ground) -> None:
+    run, words = read_run(unknown_ground), "such as rocks lost to holes, count as rocks that pass every place"
+    stopped = run._replace(ends=run.ends._replace(at_rest=np.ones(len(run.ends.at_rest), dtype=bool)))
+    lost = run._replace(ends=run.ends._replace(at_rest=np.arange(len(run.ends.at_rest)) > 9))
+    for each, expected in ((stopped, False), (lost, True)):
+        texts = [element.text for element in report_elements(each, "site") if isinstance(element, Text)]
+        assert any(words in text for text in texts) == expected
 
 
 def at_a_barrier(share: dict) -> dict:

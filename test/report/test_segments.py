@@ -247,7 +247,7 @@ def test_a_rock_that_stopped_is_on_the_ground_after_its_last_impact() -> None:
 
 
 def test_unknown_ends_are_named() -> None:
-    assert height(1e9) == UNKNOWN and metres(1e9) == "beyond the terrain"
+    assert height(1e9) == UNKNOWN and metres(1e9) == "farther than known"
     assert interval((1.2, None), height) == "at least 1.2 m"
     assert interval((1.2, 1e9), height) == "at least 1.2 m"
     assert interval((None, 3.0), height) == "at most 3.0 m"

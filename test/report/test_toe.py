@@ -13,7 +13,7 @@ from rpf3d_core.report.run_files import KeptPaths, _sets
 from rpf3d_core.report.section import critical_section
 from rpf3d_core.report.segments import KEPT, segments_of
 from rpf3d_core.report.toe import BEYOND, FAR, beyond_toe, held_beyond
-from rpf3d_core.report.words import BEYOND_TERRAIN, UNKNOWN, interval, metres
+from rpf3d_core.report.words import FARTHER, UNKNOWN, interval, metres
 from rpf3d_core.terrain.faces import foot_of_face
 from rpf3d_core.terrain.height_image import height_image, heights_at
 from rpf3d_core.unknowns.dealing import set_of_rock
@@ -106,7 +106,10 @@ def test_rocks_that_did_not_stop_are_farther_than_all_others() -> None:
     assert np.count_nonzero(beyond.distance == BEYOND) == 150
     figure = held_beyond(beyond, 0, 90)
     assert figure.value is not None and figure.value > FAR
-    assert metres(figure.value) == BEYOND_TERRAIN
+    assert metres(figure.value) == FARTHER
+    assert [interval(ends, metres) for ends in ((BEYOND, BEYOND), (41.26, BEYOND), (None, BEYOND))] == [
+        FARTHER, "at least 41.2 m", UNKNOWN,
+    ]  # fmt: skip
     inner = held_beyond(beyond, 0, 75).value
     assert inner == pytest.approx(20.0 - TOE, abs=STEP)
 
