@@ -94,9 +94,29 @@ def scene_lines(scene: RecordedScene, terrain: Terrain, summary: Mapping[str, An
         f"terrain: {len(terrain.triangles)} triangles in the zones {', '.join(terrain.zones)}",
         frame_line(terrain.frame),
         *([f"mesh: {counted}"] if counted else []),
-        *(f"material {name}: {material}" for name, material in scene.materials.items()),
+        *(material_line(name, material, summary.get("unknowns", {})) for name, material in scene.materials.items()),
         *([f"outcomes: {outcomes}"] if outcomes else []),
     ]
+
+
+def material_line(name: str, material: Any, unknowns: Mapping[str, Any]) -> str:
+    """Return the log line about a material; an unknown value is shown as the range of the parameter sets.
+
+    The number that the scene has for an unknown value is only the middle of its prior. Each rock flies with the value
+    of its parameter set.
+
+    name : of the zone, or a pattern; material : a `scene.material.Material`
+    unknowns : section `unknowns` of summary.json; {} without unknowns
+    """
+    ranges, paths = {}, unknowns.get("parameters", {})
+    # Paths with `*` go first, so that a path with the name of the zone replaces them.
+    for path in sorted(paths, key=lambda path: "*" not in path.split(".")):
+        root, zone, *keys = path.split(".")
+        if root == "materials" and keys and zone in ("*", name):
+            found, inner = paths[path], ".".join(keys[1:])
+            begin = f"{getattr(material, keys[0])}, {inner} unknown" if inner else "unknown"
+            ranges[keys[0]] = f"{begin}, {found['low']:.3g} to {found['high']:.3g} in {unknowns['sets']} parameter sets"
+    return f"material {name}: {material.model_copy(update=ranges) if ranges else material}"
 
 
 def frame_line(frame: Frame) -> str:
