@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from rpf3d_core.ensemble.flights import Deposits
+from rpf3d_core.formats.words import scene_name
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
 from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
@@ -146,7 +147,7 @@ def rock_name(names: Sequence[str], deposits: Deposits, row: int) -> str:
 
 def document(scene: RecordedScene, lines: Sequence[str], summary: Mapping[str, Any]) -> str:
     """Return the document of a recording in Markdown: log lines about the scene, scene file, summary."""
-    parts = [f"# {scene.path.stem}", "\n".join(f"- {line}" for line in lines)]
+    parts = [f"# {scene_name(scene.path)}", "\n".join(f"- {line}" for line in lines)]
     if scene.path.is_file():
         parts.append(f"## Scene\n```yaml\n{scene.path.read_text(encoding='utf-8')}\n```")
     if summary:
