@@ -8,6 +8,7 @@ from rpf3d_core.calibration.findings import Estimate, Findings
 from rpf3d_core.calibration.folds import Score
 from rpf3d_core.calibration.verdict import MORE, VALID, advice_of, is_refused, warnings_of
 from rpf3d_core.ensemble.outward import interval_as, three_figures
+from rpf3d_core.formats.words import scene_name
 from rpf3d_core.scene.model import Scene
 
 POSTERIOR = "posterior.png"
@@ -24,7 +25,7 @@ def report_text(scene: Scene, found: Findings) -> str:
 
 
 def _lines(scene: Scene, found: Findings) -> Iterator[str]:
-    yield f"# Calibration of {scene.path.stem}"
+    yield f"# Calibration of {scene_name(scene.path)}"
     yield from _refusal(found) if is_refused(found) else _result(found)
 
 

@@ -127,7 +127,7 @@ def hazard_map(seen: Seen, maps: HazardMaps, kind: str) -> DrapedMap:
     mesh = Mesh(vertices=corners.reshape(-1, 3), triangles=triangles, colours=colours)
     return DrapedMap(
         title, unit, largest, mesh if len(corners) else None, raised_by(near), has_few=bool(few.any()),
-        caption=caption_of([(corners, grid.cell)]),
+        caption=caption_of([(corners, grid.cell)], bool(few.any())),
     )  # fmt: skip
 
 

@@ -18,6 +18,8 @@ EXACT = 1e-7
 
 The rounding error of 32-bit numbers is 6e-8.
 """
+FROM = 99.9
+"""Length (m) from which `short_length` has no decimal."""
 TINY = 1e-9
 """Largest difference, in units of the last printed digit, at which a number near 0 counts as a rounded number."""
 
@@ -40,6 +42,14 @@ def three_figures(value: float, side: Side = NEAREST) -> str:
     if side != NEAREST and value and math.isfinite(value):
         value = rounded(value, 2 - math.floor(math.log10(abs(value))), side)
     return f"{float(f'{value:.3g}'):,.12g}"
+
+
+def short_length(value: float, side: Side = NEAREST) -> str:
+    """Return a length (m) as text with three significant digits, but at most one decimal, such as 4.3, 41.2 or 1,230.
+
+    side : rounding, LOW (down), NEAREST or HIGH (up)
+    """
+    return fixed(value, 1, side) if abs(value) < FROM else three_figures(value, side)
 
 
 def rounded(value: float, decimals: int, side: Side) -> float:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from rpf3d_core.ensemble.flights import Deposits
+from rpf3d_core.formats.words import scene_name
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
 from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
@@ -94,9 +95,29 @@ def scene_lines(scene: RecordedScene, terrain: Terrain, summary: Mapping[str, An
         f"terrain: {len(terrain.triangles)} triangles in the zones {', '.join(terrain.zones)}",
         frame_line(terrain.frame),
         *([f"mesh: {counted}"] if counted else []),
-        *(f"material {name}: {material}" for name, material in scene.materials.items()),
+        *(material_line(name, material, summary.get("unknowns", {})) for name, material in scene.materials.items()),
         *([f"outcomes: {outcomes}"] if outcomes else []),
     ]
+
+
+def material_line(name: str, material: Any, unknowns: Mapping[str, Any]) -> str:
+    """Return the log line about a material; an unknown value is shown as the range of the parameter sets.
+
+    The number that the scene has for an unknown value is only the middle of its prior. Each rock flies with the value
+    of its parameter set.
+
+    name : of the zone, or a pattern; material : a `scene.material.Material`
+    unknowns : section `unknowns` of summary.json; {} without unknowns
+    """
+    ranges, paths = {}, unknowns.get("parameters", {})
+    # Paths with `*` go first, so that a path with the name of the zone replaces them.
+    for path in sorted(paths, key=lambda path: "*" not in path.split(".")):
+        root, zone, *keys = path.split(".")
+        if root == "materials" and keys and zone in ("*", name):
+            found, inner = paths[path], ".".join(keys[1:])
+            begin = f"{getattr(material, keys[0])}, {inner} unknown" if inner else "unknown"
+            ranges[keys[0]] = f"{begin}, {found['low']:.3g} to {found['high']:.3g} in {unknowns['sets']} parameter sets"
+    return f"material {name}: {material.model_copy(update=ranges) if ranges else material}"
 
 
 def frame_line(frame: Frame) -> str:
@@ -126,7 +147,7 @@ def rock_name(names: Sequence[str], deposits: Deposits, row: int) -> str:
 
 def document(scene: RecordedScene, lines: Sequence[str], summary: Mapping[str, Any]) -> str:
     """Return the document of a recording in Markdown: log lines about the scene, scene file, summary."""
-    parts = [f"# {scene.path.stem}", "\n".join(f"- {line}" for line in lines)]
+    parts = [f"# {scene_name(scene.path)}", "\n".join(f"- {line}" for line in lines)]
     if scene.path.is_file():
         parts.append(f"## Scene\n```yaml\n{scene.path.read_text(encoding='utf-8')}\n```")
     if summary:

@@ -11,7 +11,7 @@ from rpf3d_core.hazard.benches import AT_MOST, CAUGHT_COUNT, in_percent, share_t
 from rpf3d_core.hazard.filled_cells import ReachedCells, filling_cell, rocks_that_fill, share_of_cells
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.changed_inputs import changed_inputs
-from rpf3d_core.report.draped_map import caption_of
+from rpf3d_core.report.draped_map import FEW, caption_of
 from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
 from rpf3d_core.report.fences_part import fences_part, too_few_toes
 from rpf3d_core.report.inputs_part import inputs_part
@@ -60,12 +60,17 @@ IF_LOST_CAME = (
 )
 ENERGY = "hazard/energy_p95.png"
 PICTURES = (
-    (("map.png",), "Map: paths, releases and ends of rocks."),
-    (("hazard/reach_probability_high.png", "hazard/reach_probability.png"), "Reach probability of the cells; with "
-     "unknowns the upper end of its 95 % interval."),
-    ((ENERGY,), "95th percentile of the energy in each cell."),
+    (("map.png", "Map: paths, releases and ends of rocks."),),
+    (
+        ("hazard/reach_probability_high.png",
+         "Reach probability of the cells: upper end of its 95 % predictive interval."),
+        ("hazard/reach_probability.png", "Reach probability of the cells."),
+    ),
+    ((ENERGY, "95th percentile of the energy in each cell. It may be larger than the p95 energy of the cell's zone, "
+      "because it counts only the rocks that reached the cell, often few."),),
 )  # fmt: skip
-"""Pictures of the run that a report shows: file names and caption. The first of the files that exists is shown."""
+"""Pictures of the run that a report shows: choices of a file name and its caption. The first file that exists is shown.
+"""
 LIMITS = (
     "The results describe rocks after a release. They say nothing about how often rocks are released.",
     "No interval includes the uncertainty of what the scene takes as known: the form of the models, the terrain, the "
@@ -114,10 +119,11 @@ def report_elements(run: RunFiles, site: str) -> list[Element]:
 
 
 def _run_facts(run: RunFiles, site: str) -> Table:
-    """Return the table that identifies the run: site, scene, digest, version, seed, rocks and parameter sets."""
+    """Return the table that identifies the run: site, date, scene, digest, version, seed, rocks, sets."""
     facts, scene = run.summary, run.summary["scene"]
     rows = [
-        ("site", site), ("scene file", scene["file"]), ("scene digest (SHA-256)", scene["digest"]),
+        ("site", site), ("date of the run", run.inputs.get("date", UNKNOWN).replace("T", " ")),
+        ("scene file", scene["file"]), ("scene digest (SHA-256)", scene["digest"]),
         ("rpf3d version", facts["versions"]["rpf3d"] or UNKNOWN), ("seed", str(scene["seed"])),
         ("rocks flown", f"{facts['rocks']:,} of {facts['rocks_planned']:,}"),
         ("parameter sets", f"{run.sets:,}" if run.sets else "none: nothing counts as unknown"),
@@ -241,17 +247,18 @@ def _pictures(run: RunFiles, section: CriticalSection | None) -> Iterator[Elemen
     looking = along / max(float(np.linalg.norm(along)), 1e-9)
     small = f", reduced from {seen.of:,} triangles to {len(seen.triangles):,}" if seen.of > MOST_TRIANGLES else ""
     maps = maps_seen(run, seen)
-    about = caption_of((each.corners, each.cell) for each in maps)
+    about = caption_of([(each.corners, each.cell) for each in maps], any((each.values == FEW).any() for each in maps))
     caption = (f"Terrain around the rocks{small}. Drag to turn, scroll to zoom; a click on the legend shows or hides "
                f"maps and paths. {about}")  # fmt: skip
     yield Heading("Terrain, paths and hazard")
     view = view_html(run, seen, looking, None if section is None else section.key, maps)
     yield View(view, caption, "The rotatable 3D view is in the HTML file of this report.")
-    for names, words in PICTURES:
-        there = [run.folder / name for name in names if (run.folder / name).is_file()]
-        if there:
-            more = _cells_without_energy(run) if ENERGY in names else ""
-            yield Picture(_trimmed(there[0]), f"{words}{more}", 0.9)
+    for choices in PICTURES:
+        shown = next(((name, words) for name, words in choices if (run.folder / name).is_file()), None)
+        if shown is not None:
+            name, words = shown
+            more = _cells_without_energy(run) if name == ENERGY else ""
+            yield Picture(_trimmed(run.folder / name), f"{words}{more}", 0.9)
     if not (run.folder / "map.png").is_file():
         yield Text("The run wrote no maps (`outputs.pictures` is false).", quiet=True)
 

@@ -15,11 +15,13 @@ from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.report.run_files import HazardGrid
 from rpf3d_core.terrain.frame import FloatArray
 
-CAPTION = (
-    "Each facet of a hazard map shows the largest value of the cells that it touches, unless fewer than "
-    f"{FEWEST_ROCKS} rocks reached the cell under its middle."
-)
+CAPTION = "Each facet of a hazard map shows the largest value of the cells that it touches."
 """Sentence for captions of pictures with a draped map."""
+FEW_CAPTION = (
+    f"A facet of the map of p95 energy is blue-grey, without a value, if fewer than {FEWEST_ROCKS} rocks reached the "
+    "cell under its middle."
+)
+"""Sentence for captions of pictures with a draped map that has triangles with the value FEW."""
 FEW = 0.0
 """Value of a cell, and of a triangle, that rocks reached, but too few rocks for a value."""
 FINEST_PART, COARSER, FINEST, MOST_DRAPED = 0.5, 2.0**0.5, 0.5, 80_000
@@ -60,13 +62,14 @@ def draped_facets(grid: HazardGrid, corners: FloatArray) -> tuple[FloatArray, Fl
     return fine[known], values[known]
 
 
-def caption_of(maps: Iterable[tuple[FloatArray, float]]) -> str:
-    """Return the sentences for captions of a picture with draped maps: CAPTION, and the size of large facets.
+def caption_of(maps: Iterable[tuple[FloatArray, float]], few: bool) -> str:
+    """Return the sentences for captions of a picture with draped maps: CAPTION, FEW_CAPTION, the size of large facets.
 
-    maps : for each map its triangles (N, 3, 3) m and the side (m) of its cells
+    maps : for each map its triangles (N, 3, 3) m and the side (m) of its cells; few : True if a triangle is FEW
     """
+    about = f"{CAPTION} {FEW_CAPTION}" if few else CAPTION
     sizes = [longest for corners, cell in maps if (longest := longest_edge(corners)) > STATED * cell]
-    return f"{CAPTION} The edges of these facets are up to {max(sizes):.2g} m long." if sizes else CAPTION
+    return f"{about} The edges of these facets are up to {max(sizes):.2g} m long." if sizes else about
 
 
 def longest_edge(corners: FloatArray) -> float:

@@ -20,6 +20,8 @@ GROUND = {
     CALIBRATED: "Calibrated: coefficients marked below are a sample that a calibration on observed rocks left.",
 }
 SIZES = (("diameter", "m"), ("mass", "kg"), ("volume", "m3"))
+DEGREES = "_deg"
+"""End of the keys of a material that are angles in degrees."""
 IDLE = ("draw", "library", "stop_speed")
 """Keys of a material that the table of coefficients leaves out."""
 STATED = "stated in the scene"
@@ -44,7 +46,7 @@ def inputs_part(run: RunFiles) -> list[Element]:
 
 
 def _rows(run: RunFiles) -> Iterator[tuple[str, str, str]]:
-    """Yield a row (input, value, source of the value) for each input: terrain, rocks, sources, models and effects."""
+    """Yield a row (input, value, source of the value) for terrain, rocks, sources, areas, models and effects."""
     scene, facts = run.inputs["scene"], run.summary["terrain"]
     yield "terrain", _terrain(scene["terrain"], facts), _stated(run, "terrain.files", "terrain.pit", "terrain.benches")
     yield "reference system", facts["crs"] or UNKNOWN, FROM_FILES if facts["crs"] else DEFAULT
@@ -52,6 +54,9 @@ def _rows(run: RunFiles) -> Iterator[tuple[str, str, str]]:
     yield from _rock(run, scene["rock"])
     for number, source in enumerate(scene["sources"]):
         yield from _source(run, number, source)
+    for area in scene["areas_of_interest"]:
+        outline = area["polygons"]
+        yield f"area {area['name']}", outline if isinstance(outline, str) else f"{len(outline):,} corners", STATED
     settings = run.summary["scene"]
     for role in ("rebound", "ground"):
         yield from _model(run, role, settings[role], settings[f"{role}_parameters"])
@@ -92,7 +97,7 @@ def _terrain(spec: dict[str, Any], facts: dict[str, Any]) -> str:
     files = ", ".join(file["path"] for file in spec["files"] or ()) or _made(spec)
     berms = "".join(f"; berm {berm['name']} {given(berm['height'])} m high" for berm in spec["berms"])
     holes = facts["faults"].get("holes", 0)
-    return f"{files}: {facts['triangles']:,} triangles, {holes:,} holes{berms}"
+    return f"{files}: {facts['triangles']:,} triangles, {holes:,} {'hole' if holes == 1 else 'holes'}{berms}"
 
 
 def _made(spec: dict[str, Any]) -> str:
@@ -140,7 +145,8 @@ def _source(run: RunFiles, number: int, source: dict[str, Any]) -> Iterator[tupl
     for name, unit in SIZES:
         if source.get(name) is not None:
             yield what, f"{name} of its rocks {_size(run, f'{at}.{name}', source[name], unit)}", STATED
-    yield what, f"{source['rocks']:,} rocks, or its share of the scene's", _stated(run, f"{at}.rocks", "rocks")
+    flown = sum(name == source["name"] and piece == 0 for name, _, piece in run.ends.key)
+    yield what, f"{flown:,} rocks flown", _stated(run, f"{at}.rocks", "rocks")
     yield what, f"{given(speed)} m/s", _stated(run, f"{at}.velocity", f"{at}.speed")
 
 
@@ -158,7 +164,12 @@ def _coefficients(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:
             if key not in (*IDLE, *(POINT_KEYS if body else BODY_KEYS)) and value is not None:
                 path = f"materials.{name}.{key}"
                 shown = _range(run, path) or given(value)
-                yield name, key.replace("_", " "), shown, _source_of(run, path, material["library"], value)
+                yield name, _with_unit(key), shown, _source_of(run, path, material["library"], value)
+
+
+def _with_unit(key: str) -> str:
+    """Return a key of a material in words, such as "friction angle (degrees)"."""
+    return f"{key.removesuffix(DEGREES).replace('_', ' ')}{' (degrees)' if key.endswith(DEGREES) else ''}"
 
 
 def _range(run: RunFiles, path: str) -> str | None:

@@ -4,17 +4,19 @@ import os
 from pathlib import Path
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.formats.words import scene_name
 from rpf3d_core.report.content import report_elements
 from rpf3d_core.report.html import html_document
 from rpf3d_core.report.pdf import write_pdf
-from rpf3d_core.report.run_files import read_run
+from rpf3d_core.report.run_files import RunFiles, read_run
 from rpf3d_core.report.view import script
+from rpf3d_core.results.input_files import SCENE
 
 
 def write_report(folder: Path, out: Path, pdf: Path | None = None, site: str = "") -> None:
     """Write the report of a result folder as HTML and, if wanted, as PDF.
 
-    site : name of the site; empty for the name of the scene
+    site : name of the site; empty for the name of the scene, as `scene_name` returns it
 
     Raises
     ------
@@ -28,7 +30,7 @@ def write_report(folder: Path, out: Path, pdf: Path | None = None, site: str = "
     for path in filter(None, (out, pdf)):
         _check_writable(path)
     run = read_run(folder)
-    name = site or Path(run.summary["scene"]["file"]).stem
+    name = site or scene_name(_scene_file(run))
     title, elements = f"Rockfall report: {name}", report_elements(run, name)
     try:
         out.write_text(html_document(title, elements, script()), encoding="utf-8")
@@ -36,6 +38,12 @@ def write_report(folder: Path, out: Path, pdf: Path | None = None, site: str = "
         raise InputError(f"{out}: could not be written ({fault.strerror or fault})") from fault
     if pdf is not None:
         write_pdf(pdf, title, elements)
+
+
+def _scene_file(run: RunFiles) -> Path:
+    """Return the path of the scene file of a run; only its name if the run did not list the file."""
+    paths = [file["path"] for file in run.inputs.get("files", ()) if file["key"] == SCENE]
+    return Path(paths[0] if paths else run.summary["scene"]["file"])
 
 
 def check_is_html(path: Path) -> None:

@@ -16,6 +16,7 @@ from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.section import CriticalSection
 from rpf3d_core.report.section_fences import fences_in
 from rpf3d_core.report.toe import DESIGN, FAR, BeyondToe, held_beyond
+from rpf3d_core.report.words import metres
 
 UNKNOWN_PATH = " The result does not have the path of this rock: run the scene again to draw it."
 
@@ -32,13 +33,15 @@ def section_part(run: RunFiles, beyond: BeyondToe, section: CriticalSection | No
     (east, north), (source, rock, _) = section.start.tolist(), section.key
     known = ", and the path of this rock" if section.path is not None else ""
     yield Text(f"The section goes through E {east:,.1f}, N {north:,.1f}, where the rock started that stopped farthest "
-               f"from its release (rock {rock} of source {source}, runout {section.runout:.1f} m). Its "
+               f"from its release (rock {rock} of source {source}, runout {metres(section.runout)}). Its "
                f"azimuth, {whole_degrees(section.azimuth)}, is the mean of the rocks that start there. It shows the "
                f"paths in a strip of {section.width:.0f} m{known}.{'' if known else UNKNOWN_PATH}")  # fmt: skip
+    fences, elsewhere = fences_in(run, section)
+    above = "the ground, the paths and the barriers" if fences else "the ground and the paths"
     yield Picture(_section_png(run, beyond, section),
-                  "Above: the ground, the paths and the barriers in the section. Below: rocks of all sections that "
-                  "pass a distance, with both intervals.")  # fmt: skip
-    if elsewhere := fences_in(run, section)[1]:
+                  f"Above: {above} in the section. Below: rocks of all sections that pass a distance, with "
+                  f"{'both intervals' if run.sets else 'the sampling interval'}.")  # fmt: skip
+    if elsewhere:
         yield Text(f"Barriers of the scene that the picture leaves out: {', '.join(elsewhere)}. They do not cross the "
                    "section, or the file of their line is no longer there.", quiet=True)  # fmt: skip
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from rpf3d_core.ensemble.outward import HIGH, LOW, NEAREST, Side, fixed, three_figures
+from rpf3d_core.ensemble.outward import HIGH, LOW, NEAREST, Side, short_length, three_figures
 from rpf3d_core.hazard.benches import in_percent, interval_in_percent
 from rpf3d_core.report.toe import FAR, Figure
 
@@ -44,7 +44,7 @@ def metres(value: float | None, side: Side = NEAREST) -> str:
     """
     if value is None:
         return UNKNOWN
-    return FARTHER if value >= FAR else f"{fixed(value, ONE_DECIMAL, side)} m"
+    return FARTHER if value >= FAR else f"{short_length(value, side)} m"
 
 
 def height(value: float | None, side: Side = NEAREST) -> str:
@@ -52,7 +52,7 @@ def height(value: float | None, side: Side = NEAREST) -> str:
 
     side : rounding: NEAREST, LOW (down) or HIGH (up)
     """
-    return UNKNOWN if value is None or value >= FAR else f"{fixed(value, ONE_DECIMAL, side)} m"
+    return UNKNOWN if value is None or value >= FAR else f"{short_length(value, side)} m"
 
 
 def kilojoules(value: float | None, side: Side = NEAREST) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 from rpf3d_core.ensemble.flights import Flights, IntArray
 from rpf3d_core.ensemble.paths import PathSamples, displayed_rows, sample_paths
 from rpf3d_core.errors import InputError
+from rpf3d_core.formats.words import scene_name
 from rpf3d_core.results import tables
 from rpf3d_core.results import trace_map as vtp
 from rpf3d_core.results.calibration_folder import is_calibration
@@ -221,7 +222,7 @@ def _write_pictures(folder: Path, findings: Run, samples: PathSamples, painting:
     """Draw the pictures of a run; they are complete after `painting.wait`."""
     scene = findings.scene
     shown = RunPictures(
-        name=scene.path.stem, areas=dict(findings.prepared.outlines), flown=findings.flown, maps=findings.maps,
+        name=scene_name(scene.path), areas=dict(findings.prepared.outlines), flown=findings.flown, maps=findings.maps,
         flights=findings.flights, samples=samples, sources=[source.name for source in scene.sources],
         gravity=scene.gravity, obstacles=findings.obstacles, steps=findings.steps,
         target=scene.target if findings.steps else None,

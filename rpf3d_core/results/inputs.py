@@ -6,6 +6,7 @@ scene's files, without folders; the key `files` has their full paths and digests
 
 import json
 from collections.abc import Mapping
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,11 +45,13 @@ def write_inputs(folder: Path, run: Run) -> None:
 def inputs_section(run: Run) -> dict[str, Any]:
     """Return the content of inputs.json: the scene as it was run, the origin of its values, and the run's warnings.
 
-    All values are of types that JSON supports. The key `outlines` has the outline of each area of interest as closed
+    All values are of types that JSON supports. The key `date` has the present time, local, with its offset from UTC.
+    The key `outlines` has the outline of each area of interest as closed
     rings of points (x, y) m in the input's coordinates, because the key `scene` does not have these points if the scene
     names a file of the outline.
     """
     return {
+        "date": datetime.now().astimezone().isoformat(timespec="minutes"),
         "scene": _names_of_files(run.scene.model_dump(exclude={"path", "data_hint"})),
         "files": input_files(run.scene),
         "given": sorted(given_keys(run.scene)),

@@ -88,8 +88,12 @@ def _of_the_ground(run: Run) -> Iterator[str]:
     if spec is not None and spec.sample is not None:
         yield from _of_the_calibration(spec.sample)
     if (figures := run.maps.sets) is not None and not figures.enough_flown:
-        yield (f"only {figures.flown} of {len(figures.sets)} parameter sets have flown: predictive intervals are not "
-               f"known; fly at least {FEWEST_ROCKS} rocks for each set")  # fmt: skip
+        flown = f"{figures.flown} of {len(figures.sets)} parameter sets"
+        if run.totals.rocks < run.planned:
+            yield f"the run was stopped after {flown}: predictive intervals are not known; let the run end"
+        else:
+            yield (f"only {flown} have flown: predictive intervals are not known; fly at least {FEWEST_ROCKS} rocks "
+                   "for each set")  # fmt: skip
 
 
 def _of_the_calibration(sample: Path) -> Iterator[str]:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.formats.words import scene_name
 from rpf3d_core.results.hazard_files.benches_csv import write_csv
 from rpf3d_core.results.series import Curve, Panel
 from rpf3d_core.scene.listings.key_words import KeyWords, key_in_words
@@ -64,7 +65,7 @@ def write_sweep(folder: Path, varied: Sequence[Varied], cells: Sequence[Cell], r
     from rpf3d_core.results.plots.sweep import write_curves  # the import of matplotlib takes most of a second
 
     keys, scene = [one.key for one in varied], cells[0].scene
-    title = f"{scene.path.stem}: {len(cells)} cells of about {records[0].rocks:,} rocks, seed {scene.seed}"
+    title = f"{scene_name(scene.path)}: {len(cells)} cells of about {records[0].rocks:,} rocks, seed {scene.seed}"
     try:
         write_csv(folder / TABLE, [*keys, *CSV_COLUMNS], csv_rows(cells, records))
         axis = f"{key_in_words(keys[0]).label}\n{keys[0]}"

@@ -15,9 +15,10 @@ from rpf3d_core.recordings import replay as replaying
 from rpf3d_core.recordings.blueprint import point_of_view
 from rpf3d_core.recordings.hazard import LIFT
 from rpf3d_core.recordings.log import FRAMES, import_rerun, write_recording
-from rpf3d_core.recordings.log_text import frame_line
+from rpf3d_core.recordings.log_text import frame_line, material_line
 from rpf3d_core.recordings.replay import recording_of, viewer_command
 from rpf3d_core.recordings.shapes import coloured_mesh, strips_by_speed
+from rpf3d_core.scene.material import Material
 from rpf3d_core.terrain.obstacles import Obstacles
 from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
@@ -260,3 +261,19 @@ def test_replay_of_a_folder_without_a_recording_is_refused(tmp_path):
         recording_of(tmp_path)
     with pytest.raises(InputError, match="is not a folder"):
         recording_of(tmp_path / "nowhere")
+
+
+def test_the_log_shows_an_unknown_as_its_range_and_not_as_the_number_that_stands_for_it():
+    rock = Material(normal_restitution=0.49, tangential_restitution={"mean": 0.8, "sd": 0.04, "min": 0.7, "max": 0.9})
+    one, mean = {"low": 0.33, "high": 0.642, "mean": 0.49}, {"low": 0.75, "high": 0.85, "mean": 0.8}
+    unknowns = {"sets": 64, "parameters": {
+        "materials.FACE.normal_restitution": one, "materials.*.normal_restitution": mean,
+        "materials.FACE.tangential_restitution.mean": mean, "materials.RAMP.friction_angle_deg": one,
+        "rock.density": one,
+    }}  # fmt: skip
+    line = material_line("FACE", rock, unknowns)
+    assert "normal_restitution='unknown, 0.33 to 0.642 in 64 parameter sets'" in line and "0.49" not in line
+    assert "mean unknown, 0.75 to 0.85 in 64 parameter sets" in line and "sd=0.04" in line
+    assert "friction_angle_deg=30.0" in line
+    assert "normal_restitution='unknown, 0.75 to 0.85 in" in material_line("BERM", rock, unknowns)
+    assert material_line("FACE", rock, {}) == f"material FACE: {rock}"

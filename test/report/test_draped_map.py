@@ -9,7 +9,7 @@ import rasterio
 
 from rpf3d_core.hazard.scales import FEW_WORDS
 from rpf3d_core.report import draped_map, view
-from rpf3d_core.report.draped_map import CAPTION, FEW, caption_of, draped_facets, largest_touched
+from rpf3d_core.report.draped_map import CAPTION, FEW, FEW_CAPTION, caption_of, draped_facets, largest_touched
 from rpf3d_core.report.run_files import HazardGrid, read_hazard, read_run
 from rpf3d_core.report.view import Seen, draped, terrain_seen, view_html, with_few
 
@@ -87,8 +87,11 @@ def test_no_ground_far_from_a_value_has_its_colour(monkeypatch: pytest.MonkeyPat
 
 def test_a_caption_gives_the_size_of_large_facets() -> None:
     facet = np.array([[[0.0, 0.0, 0.0], [3.0, 0.0, 5.0], [0.0, 4.0, 0.0]]])
-    assert caption_of([(facet, 3.0)]) == CAPTION == caption_of([]) == caption_of([(facet[:0], 3.0)])
-    assert caption_of([(facet, 3.0), (facet, 1.0)]) == f"{CAPTION} The edges of these facets are up to 5 m long."
+    for maps in ([(facet, 3.0)], [], [(facet[:0], 3.0)]):
+        assert caption_of(maps, few=False) == CAPTION
+    large = caption_of([(facet, 3.0), (facet, 1.0)], few=False)
+    assert large == f"{CAPTION} The edges of these facets are up to 5 m long."
+    assert caption_of([(facet, 3.0)], few=True) == f"{CAPTION} {FEW_CAPTION}"
 
 
 def test_a_facet_touches_the_cells_that_it_overlaps_and_a_wall_on_a_border_both_sides() -> None:
@@ -138,4 +141,4 @@ def test_a_map_without_the_band_is_left_out(known_ground: Path, tmp_path: Path) 
 
 
 def test_the_caption_says_which_value_a_facet_shows(report: tuple[Path, Path]) -> None:
-    assert CAPTION in report[0].read_text(encoding="utf-8")
+    assert f"{CAPTION} {FEW_CAPTION}" in report[0].read_text(encoding="utf-8")

@@ -82,7 +82,7 @@ def test_a_range_that_replaces_one_of_the_library_is_not_called_published(tmp_pa
 def test_a_range_that_no_source_states_is_not_called_published(tmp_path: Path) -> None:
     found = sources(flown(tmp_path, "{library: bedrock}"), 1)
     assert found["tangential restitution"].startswith("library bedrock: ")
-    assert found["friction angle deg"] == "range assumed by rpf3d, because the entry bedrock has none"
+    assert found["friction angle (degrees)"] == "range assumed by rpf3d, because the entry bedrock has none"
 
 
 def test_a_default_is_not_called_stated(tmp_path: Path) -> None:
@@ -100,7 +100,7 @@ def test_a_default_is_not_called_stated(tmp_path: Path) -> None:
         "rebound": STATED, "ground": DEFAULT,
     }  # fmt: skip
     assert sources(run, 1) == {
-        "normal restitution": STATED, "tangential restitution": STATED, "friction angle deg": DEFAULT,
+        "normal restitution": STATED, "tangential restitution": STATED, "friction angle (degrees)": DEFAULT,
     }  # fmt: skip
 
 
@@ -113,7 +113,7 @@ def test_what_a_scene_states_is_called_stated(tmp_path: Path) -> None:
     assert found["rock density"] == found["rock size"] == found["gravity"] == STATED
     assert found["rock shape"] == found["stop speed"] == DEFAULT
     assert {value.split()[0]: source for name, value, source in rows if name == "effect drag"}["density"] == STATED
-    assert sources(run, 1)["friction angle deg"] == STATED
+    assert sources(run, 1)["friction angle (degrees)"] == STATED
 
 
 def test_rocks_with_a_shape_have_no_coefficients_of_points(tmp_path: Path) -> None:

@@ -77,9 +77,12 @@ def test_a_report_identifies_its_run(report, unknown_ground) -> None:
     text = Page(report[0].read_text(encoding="utf-8")).text
     summary = json.loads((unknown_ground / "summary.json").read_text())
     assert "North wall <stage 3> & #[ramp]_*" in text
+    date = json.loads((unknown_ground / "inputs.json").read_text())["date"].replace("T", " ")
+    assert re.fullmatch(r"\d{4}-\d\d-\d\d \d\d:\d\d[+-]\d\d:\d\d", date)
     facts = dict(tables(report_elements(read_run(unknown_ground), "north"), "this run")[0].rows)
     assert facts == {
-        "site": "north", "scene file": "bench_15m.yaml", "scene digest (SHA-256)": summary["scene"]["digest"],
+        "site": "north", "date of the run": date, "scene file": "bench_15m.yaml",
+        "scene digest (SHA-256)": summary["scene"]["digest"],
         "rpf3d version": summary["versions"]["rpf3d"], "seed": "1", "rocks flown": "128 of 128",
         "parameter sets": "64",
     }  # fmt: skip
@@ -210,6 +213,41 @@ def test_rocks_that_did_not_stop_are_said_to_pass_every_fence(unknown_ground) ->
         assert any(words in text for text in texts) == expected
 
 
+def test_a_report_of_a_scene_yaml_has_the_name_of_its_folder(unknown_ground, tmp_path) -> None:
+    folder = shutil.copytree(unknown_ground, tmp_path / "run")
+    inputs = json.loads((folder / "inputs.json").read_text())
+    for path, name in (("north_wall/scene.yaml", "north_wall"), ("north_wall/stage_3.yaml", "stage_3")):
+        inputs["files"][0]["path"] = str(tmp_path / path)
+        (folder / "inputs.json").write_text(json.dumps(inputs))
+        write_report(folder, tmp_path / "r.html")
+        assert f"<title>Rockfall report: {name}</title>" in (tmp_path / "r.html").read_text(encoding="utf-8")
+
+
+def test_captions_name_what_is_shown_and_only_that(unknown_ground, known_ground) -> None:
+    captions = [
+        [each.caption for each in report_elements(read_run(folder), "site") if isinstance(each, Picture)]
+        for folder in (unknown_ground, known_ground)
+    ]
+    assert captions[0][1] == "Reach probability of the cells: upper end of its 95 % predictive interval."
+    assert captions[1][1] == "Reach probability of the cells."
+    for each in captions:
+        assert "may be larger than the p95 energy of the cell's zone" in each[2]
+        assert not any("barriers" in caption for caption in each), "no scene has barriers"
+
+
+def test_inputs_have_the_areas_the_numbers_of_rocks_and_the_units_of_angles(unknown_ground) -> None:
+    run = read_run(unknown_ground)
+    run.inputs["scene"]["areas_of_interest"] = [
+        {"name": "hut", "polygons": "hut.geojson"}, {"name": "road", "polygons": [[0, 0], [1, 0], [1, 1]]},
+    ]  # fmt: skip
+    elements = report_elements(run, "site")
+    rows = tables(elements, "input")[0].rows
+    assert [row[1] for row in rows if row[0].startswith("area ")] == ["hut.geojson", "3 corners"]
+    flown = [row[1] for row in rows if row[0].startswith("source ") and "rocks flown" in row[1]]
+    assert sum(int(words.split()[0]) for words in flown) == 128
+    assert "friction angle (degrees)" in {row[1] for row in tables(elements, "material")[0].rows}
+
+
 def at_a_barrier(share: dict) -> dict:
     """Return the figures of a barrier as in summary.json, with the same share for caught, broken and flown over."""
     p95 = {"p95": 1.0, "p95_interval_95": [0.5, 2.0], "p95_predictive": [0.2, 4.0], "max": 3.0}
@@ -246,14 +284,14 @@ def test_inputs_say_where_they_come_from(unknown_ground, known_ground) -> None:
     elements = report_elements(read_run(unknown_ground), "site")
     rows = {row[1]: row for row in tables(elements, "material")[0].rows}
     assert "library bedrock" in rows["normal restitution"][3] and " to " in rows["normal restitution"][2]
-    assert " to " in rows["friction angle deg"][2]
-    assert rows["friction angle deg"][3].startswith("range assumed by rpf3d")
+    assert " to " in rows["friction angle (degrees)"][2]
+    assert rows["friction angle (degrees)"][3].startswith("range assumed by rpf3d")
     assert any(element.text.startswith("Ground: NOT calibrated") for element in elements if isinstance(element, Text))
     known = tables(report_elements(read_run(known_ground), "site"), "material")[0].rows
     assert {(row[0], row[1]): row[3] for row in known} == {
         (material, coefficient): "stated in the scene"
         for material in ("default", "spill")
-        for coefficient in ("normal restitution", "tangential restitution", "friction angle deg")
+        for coefficient in ("normal restitution", "tangential restitution", "friction angle (degrees)")
     }
     inputs = {row[0]: row[2] for row in tables(report_elements(read_run(known_ground), "site"), "input")[0].rows}
     assert inputs["stop speed"] == "stated in the scene"

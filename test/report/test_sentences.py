@@ -1,8 +1,10 @@
 """Tests of a report's sentences: file names keep capitals, and one degree is singular."""
 
+from pathlib import Path
+
 import pytest
 
-from rpf3d_core.formats.words import whole_degrees
+from rpf3d_core.formats.words import scene_name, whole_degrees
 from rpf3d_core.report.content import _as_sentence
 
 
@@ -30,3 +32,10 @@ def test_a_file_name_keeps_its_letters_at_the_beginning_of_a_sentence(warning: s
 )
 def test_one_degree_is_singular(angle: float, text: str) -> None:
     assert whole_degrees(angle) == text
+
+
+@pytest.mark.parametrize(
+    ("path", "name"), [("pit/north/scene.yaml", "north"), ("pit/north.yaml", "north"), ("/scene.yaml", "scene")]
+)
+def test_a_scene_yaml_has_the_name_of_its_folder(path: str, name: str) -> None:
+    assert scene_name(Path(path)) == name

@@ -129,6 +129,13 @@ def test_the_predictive_interval_holds_the_differences_between_sets() -> None:
     assert share.predictive == pytest.approx((0.0, 1.0), abs=0.05)
 
 
+def test_lengths_have_three_significant_figures_and_at_most_one_decimal() -> None:
+    assert [metres(value) for value in (0.0, 4.26, 41.26, 221.14, 1234.0)] == [
+        "0.0 m", "4.3 m", "41.3 m", "221 m", "1,230 m",
+    ]  # fmt: skip
+    assert interval((99.96, 356.49), metres) == "99.9 m to 357 m"
+
+
 def test_too_few_rocks_in_each_set_give_no_predictive_interval() -> None:
     run = fallen(np.linspace(10.0, 60.0, 128), sets=64)
     beyond = beyond_toe(run)

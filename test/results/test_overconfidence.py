@@ -1,6 +1,7 @@
 """Tests of the list of reasons why the results of a run look more certain than they are."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -107,6 +108,15 @@ def test_the_misfit_that_a_calibration_found_is_named(tmp_path: Path, misfit: fl
 def test_a_run_of_too_few_sets_is_named(tmp_path: Path) -> None:
     assert has(sentences(tmp_path, SPREAD, UNKNOWN, rocks=30), "only 30 of 64 parameter sets have flown")
     assert not has(sentences(tmp_path, SPREAD, UNKNOWN, rocks=64), "parameter sets have flown")
+
+
+def test_a_run_that_was_stopped_is_not_told_to_fly_more_rocks_for_each_set(tmp_path: Path) -> None:
+    sentences(tmp_path, SPREAD, UNKNOWN, rocks=30)
+    run = replace(rpf3d.simulate(tmp_path / "scene.yaml", rocks=30), planned=6400)
+    (found,) = [each for each in surer_than_it_may_be(run) if "parameter sets" in each and "not known" in each]
+    assert found == (
+        "the run was stopped after 30 of 64 parameter sets: predictive intervals are not known; let the run end"
+    )
 
 
 def test_places_that_few_rocks_reached_are_named(tmp_path: Path) -> None:

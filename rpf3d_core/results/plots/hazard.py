@@ -143,7 +143,8 @@ def _upper_end(maps: HazardMaps) -> dict[str, Theme]:
     high[band.cell] = np.where(band.high > 0.0, band.high, np.nan)
     return {
         "reach_probability_high": Theme(
-            "reach probability, upper end of 95 %", f"share of all rocks that come to a cell of {cell:g} m (%),\n"
+            "reach probability, predictive upper end (95 %)",
+            f"share of all rocks that come to a cell of {cell:g} m (%),\n"
             f"upper end over {maps.sets.flown} parameter sets",
             high, reach_scale(maps.flown, band.high), 0.01,
         )

@@ -9,6 +9,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from rpf3d_core.ensemble.outward import short_length
 from rpf3d_core.results.plots.style import GROUND, PATH, label, scale_in_words
 
 FloatArray = NDArray[np.float64]
@@ -104,7 +105,7 @@ def _draw_section(axes: Axes, drawing: SectionDrawing, floor: float, exaggerated
         axes.plot([distance, distance], [foot, top], color=FENCE, linewidth=3.0, solid_capstyle="butt", zorder=4,
                   label=f"barrier {name}: {top - foot:g} m high")  # fmt: skip
     if drawing.held is not None:
-        axes.plot([], [], color=LIMIT, linestyle="--", label=f"holds 90 % of the rocks: {drawing.held:.1f} m")
+        axes.plot([], [], color=LIMIT, linestyle="--", label=f"holds 90 % of the rocks: {short_length(drawing.held)} m")
     label(axes, _distance(drawing), "elevation (m)")
     axes.set_title(scale_in_words(exaggerated), loc="left", fontsize=10)
     axes.legend(loc="upper right", framealpha=0.9, fontsize=8)

@@ -225,4 +225,4 @@ def draw_overview(
     inset.add_patch(Rectangle(corner, window.width, window.height, fill=False, color="#c81e1e", linewidth=1.6))
     inset.set_xticks([])
     inset.set_yticks([])
-    inset.set_title(f"whole terrain, {whole.width:.0f} x {whole.height:.0f} m", fontsize=9)
+    inset.set_title(f"whole terrain, {whole.width:,.0f} x {whole.height:,.0f} m", fontsize=9)
