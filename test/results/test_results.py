@@ -143,7 +143,7 @@ def test_a_file_in_the_place_of_the_folder_is_refused(tmp_path):
 def test_a_folder_of_something_else_is_refused_and_untouched(tmp_path):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "thesis.txt").write_text("precious")
-    with pytest.raises(InputError, match="not rpf3d's"):
+    with pytest.raises(InputError, match="but no result of rpf3d"):
         written(tmp_path / "out", tmp_path)
     assert names(tmp_path / "out") == {"thesis.txt"}
 
@@ -176,7 +176,7 @@ def test_a_summary_of_another_program_does_not_make_a_result(tmp_path):
     (tmp_path / "out").mkdir()
     for content in ('{"program": "other"}', "[1, 2]", "no json"):
         (tmp_path / "out" / "summary.json").write_text(content)
-        with pytest.raises(InputError, match="not rpf3d's"):
+        with pytest.raises(InputError, match="but no result of rpf3d"):
             check_folder(tmp_path / "out")
 
 

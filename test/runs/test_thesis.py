@@ -174,7 +174,7 @@ def test_an_unknown_study_is_refused_with_the_names_of_those_there_are(tmp_path)
 def test_a_folder_of_something_else_is_refused_before_anything_flies(tmp_path):
     (tmp_path / "high").mkdir()
     (tmp_path / "high" / "thesis.doc").write_text("mine")
-    with pytest.raises(InputError, match=r"high.*not rpf3d's"):
+    with pytest.raises(InputError, match=r"high.*holds 'thesis.doc', but no result of rpf3d"):
         runs_of(RESOLUTION, tmp_path)
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(InputError, match=r"holds 'notes.txt', which is not of this study"):
