@@ -94,7 +94,7 @@ def never_rising(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatAr
 
     An upper end becomes at least each upper end after it, and a lower end at most each lower end before it.
 
-    low, high : (D,) ends in the order of the quantity; NaN where an end is unknown, which stays unknown
+    low, high : (D,) ends, such as shares (-), in the order of the quantity; NaN where an end is unknown, which stays so
     """
     lowest = np.where(np.isnan(low), np.nan, np.fmin.accumulate(low))
     highest = np.where(np.isnan(high), np.nan, np.fmax.accumulate(high[::-1])[::-1])
