@@ -84,8 +84,6 @@ class Resources(NamedTuple):
     threads: int = 1
 
 
-OTHER_FILES = "{}: a worker has read other files than are here; all must see the same ones"
-"""Error of a worker whose files differ from the caller's files; {} : path of the scene."""
 ONE_THREAD = Resources()
 """The default: as many rocks in memory as in a run on disk, and one thread for each part."""
 
@@ -183,9 +181,7 @@ def merged(prepared: Prepared, parts: Sequence[RunPart]) -> Run:
         A part was flown with another scene or other files.
     """
     scene = prepared.scene
-    digest = scene_digest(scene)
-    if any(part.digest != digest for part in parts):
-        raise InputError(OTHER_FILES.format(scene.path))
+    check_files(scene, [part.digest for part in parts])
     tallies, totals = empty_tallies(prepared), empty_totals(prepared)
     for part in parts:
         add_packed(tallies, part.tallies)
@@ -194,6 +190,13 @@ def merged(prepared: Prepared, parts: Sequence[RunPart]) -> Run:
             tallies.barriers.join(part.barriers)
     flights = joined([part.flights for part in parts])
     return finished_run(prepared, tallies, totals, flights, totals.rocks - totals.pieces)
+
+
+def check_files(scene: Scene, digests: Sequence[str]) -> None:
+    """Raise InputError if a digest of a scene from another process is not that of the scene and its files here."""
+    here = scene_digest(scene)
+    if any(digest != here for digest in digests):
+        raise InputError(f"{scene.path}: a worker has read other files than are here; all must see the same ones")
 
 
 def study(
@@ -269,8 +272,7 @@ def _summary_of(scene: Scene, digest: str, folder: Path | None) -> dict[str, Any
     InputError
         As `run_scene`; or the files that this process reads do not have the given digest.
     """
-    if scene_digest(scene) != digest:
-        raise InputError(OTHER_FILES.format(scene.path))
+    check_files(scene, [digest])
     if folder is None:
         return summary(simulate(scene, threads=1))
     run_scene(scene, folder, control=RunControl(painting=Painting()), recording=False)  # no second process for pictures

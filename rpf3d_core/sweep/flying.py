@@ -19,7 +19,7 @@ from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.results.overconfidence import surer_than_it_may_be
 from rpf3d_core.results.summary import plain, versions
 from rpf3d_core.runs.fly_scene import RunControl
-from rpf3d_core.runs.parallel import OTHER_FILES, as_they_finish
+from rpf3d_core.runs.parallel import as_they_finish, check_files
 from rpf3d_core.runs.run import run_scene
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import scene_digest
@@ -106,8 +106,7 @@ def fly_cell(scene: Scene, digest: str, folder: Path, threads: int | None) -> Ce
         As `run_scene`; or before or after the run, the files of the scene do not have the given digest. Then no record
         is written.
     """
-    if scene_digest(scene) != digest:
-        raise InputError(OTHER_FILES.format(scene.path))
+    check_files(scene, [digest])
     run = run_scene(scene, folder, control=RunControl(threads=threads), recording=False)
     if scene_digest(scene) != digest:
         raise InputError(f"{scene.path}: a file of the scene changed while the cell flew; sweep again")
