@@ -8,6 +8,7 @@ from rpf3d_core.live.areas import circles_around, outline_of, too_small
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.messages.map_frame import FARTHEST, MapFrame
 from rpf3d_ros.messages.refusals import MessageRefused
+from rpf3d_ros.messages.source_reading import positions_of
 
 LIVE_AREA, EQUIPMENT = "live_area", "equipment"
 """Names of the areas that areas/polygon and areas/equipment define."""
@@ -67,7 +68,7 @@ def rings_of_equipment(poses: PoseArray, frame: MapFrame, radius: float) -> list
     _check_number(len(poses.poses), MOST_EQUIPMENT, "poses")
     if not poses.poses:
         return []
-    points = np.array([(p.position.x, p.position.y, p.position.z) for p in poses.poses])
+    points = positions_of(poses)
     _check_finite(points, "pose")
     return circles_around(frame.points(points, poses.header.frame_id)[:, :2], radius)
 

@@ -22,12 +22,17 @@ def placed(poses: "PoseArray", frame: MapFrame) -> tuple[FloatArray, FloatArray]
     frame and for a pose that is not finite or not a rotation.
     """
     frame.check(poses.header.frame_id)
-    at = np.array([(p.position.x, p.position.y, p.position.z) for p in poses.poses], dtype=float).reshape(-1, 3)
+    at = positions_of(poses)
     turns = [(p.orientation.x, p.orientation.y, p.orientation.z, p.orientation.w) for p in poses.poses]
     axes = np.array(turns, dtype=float).reshape(-1, 4)
     _check_poses(at, axes)
     frame_id = poses.header.frame_id
     return frame.points(at, frame_id), frame.directions(x_axes(axes), frame_id)
+
+
+def positions_of(poses: "PoseArray") -> FloatArray:
+    """Return the positions (R, 3) m of the poses in a message, in the frame of the message, unchecked; R may be 0."""
+    return np.array([(p.position.x, p.position.y, p.position.z) for p in poses.poses], dtype=float).reshape(-1, 3)
 
 
 def x_axes(turns: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.interface.transforms import AREAS_STAY, InputFrames
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.marker_reading import AREAS, outlines_of_markers
+from rpf3d_ros.messages.source_reading import positions_of
 from rpf3d_ros.recording.entries import (
     EntryMaker,
     EntryTimes,
@@ -49,9 +50,7 @@ class AreaEntries:
 
     def equipment(self, poses: Any) -> Iterator[RecordingEntry]:
         """Yield the entry of a message of areas/equipment: the places of equipment, as points."""
-        places = [(p.position.x, p.position.y, p.position.z) for p in poses.poses]
-        frame_id, frame = poses.header.frame_id, self._frame_of(poses)
-        positions = finite_points(np.array(places, dtype=float).reshape(-1, 3), frame_id, frame)
+        positions = finite_points(positions_of(poses), poses.header.frame_id, self._frame_of(poses))
         stamp_ns = nanoseconds(poses.header.stamp)
         yield self._times.at(stamp_ns, lambda r: r.places("equipment", positions), "areas/equipment")
 
