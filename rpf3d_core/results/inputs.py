@@ -46,9 +46,8 @@ def inputs_section(run: Run) -> dict[str, Any]:
     """Return the content of inputs.json: the scene as it was run, the origin of its values, and the run's warnings.
 
     All values are of types that JSON supports. The key `date` has the present time, local, with its offset from UTC.
-    The key `outlines` has the outline of each area of interest as closed
-    rings of points (x, y) m in the input's coordinates, because the key `scene` does not have these points if the scene
-    names a file of the outline.
+    The key `outlines` has the outline of each area of interest as closed rings of points (x, y) m in the input's
+    coordinates, because the key `scene` does not have these points if the scene names a file of the outline.
     """
     return {
         "date": datetime.now().astimezone().isoformat(timespec="minutes"),

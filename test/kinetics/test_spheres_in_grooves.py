@@ -29,8 +29,8 @@ def ditch(rise=0.02, fall=FALL):
 
 def above(engine, x, y, height):
     """Return points (N, 3) m at a vertical height (m) above the ground."""
-    ground = engine.ground_below(np.column_stack([x, y, np.full(len(x), 100.0)]))
-    return np.column_stack([x, y, 100.0 - ground[:, 0] + height])
+    ground = engine.ground_below(np.column_stack([x, y, np.full(len(x), 1000.0)]))
+    return np.column_stack([x, y, 1000.0 - ground[:, 0] + height])
 
 
 @BOTH
@@ -91,7 +91,6 @@ def test_every_sphere_in_a_pit_with_benches_comes_to_rest():
     rng, rocks = np.random.default_rng(20261128), 400
     places = np.column_stack([rng.uniform(-606.7, -530.0, rocks), rng.uniform(-200.0, 200.0, rocks), np.zeros(rocks)])
     local = terrain.frame.points_to_local(places)
-    ground = over.ground_below(np.column_stack([local[:, :2], np.full(rocks, 1000.0)]))
-    x = np.column_stack([local[:, :2], 1000.8 - ground[:, 0]])
+    x = above(over, local[:, 0], local[:, 1], 0.8)
     flights = roll(over, spheres(Surface(0.35, 0.8, 0.58, 0.05, 0.1), max_time=300.0), RADIUS, x, (5.0, 0.0, 0.0))
     assert (flights.deposits.outcome == Outcome.STOPPED).all()

@@ -174,8 +174,8 @@ def former_area(plan: Plan, rng: np.random.Generator) -> Plan | None:
     polygons = [send for send in plan.sends if send.topic == "areas/polygon"]
     if len(polygons) < 2:
         return None
-    again = polygons[0]._replace(at=plan.truth.area_since + float(rng.uniform(0.5, 4.0)))
-    return plan.with_defect("former area again", sends=(*plan.sends, again))
+    former = polygons[0]._replace(at=plan.truth.area_since + float(rng.uniform(0.5, 4.0)))
+    return plan.with_defect("former area again", sends=(*plan.sends, former))
 
 
 def after_a_small_step(plan: Plan, at: float) -> Plan:
