@@ -64,7 +64,7 @@ PERCENT = 100.0
 ROLLING, ROLLING_KEY = "rolling_stone", "rolling_friction"
 """Name of the ground model with STONE's rolling rule, and the key of a material that this model needs.
 
-If this version of rpf3d has both, the import writes the coefficient, but does not select the ground model.
+If this version of rpf3d has both, the import writes the coefficient as a comment: the scene has another ground model.
 """
 AT_REST = (
     "it stops every rock whose bounces have died out: with both restitutions between 0 and 1 they end at rest, and the "
@@ -197,9 +197,11 @@ def _angle(tangent: float) -> str:
 def _rolling(friction: str) -> list[str]:
     """Return the line of a material for STONE's rolling rule; [] if this version of rpf3d does not have the rule.
 
+    The line is a comment, because the ground model of the scene does not use the coefficient.
+
     friction : coefficient or distribution, as text
     """
-    return [f"{ROLLING_KEY}: {friction}"] if _has_rolling() else []
+    return [f"# {ROLLING_KEY}: {friction}"] if _has_rolling() else []
 
 
 def _has_rolling() -> bool:
@@ -222,7 +224,8 @@ def _source(start: Start) -> list[str]:
 
 
 def _models(grids: Grids) -> list[str]:
-    rolling = comment(f"{ROLLING} is STONE's own rule, but {AT_REST}") if _has_rolling() else []
+    needs = f"it needs the {ROLLING_KEY} of each material, left as a comment above"
+    rolling = comment(f"{ROLLING} is STONE's own rule ({needs}), but {AT_REST}") if _has_rolling() else []
     return [
         "rebound: constant", *rolling, "ground: sliding", f"stop_speed: {STOP_SPEED:g}", f"gravity: {GRAVITY:g}",
         "hazard:", f"  cell: {number(grids.cell)}   # that of the grids, to compare with r.stone's counter",

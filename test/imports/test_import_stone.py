@@ -127,12 +127,17 @@ def test_the_numbers_of_a_calculation_are_r_stones_defaults(tmp_path: Path) -> N
 
 
 @pytest.mark.skipif("rolling_stone" not in GroundSpec.model_fields, reason="this version has no rolling rule of STONE")
-def test_the_coefficient_of_stones_own_rule_is_there_for_who_names_it(tmp_path: Path) -> None:
+def test_the_coefficients_of_stones_own_rule_are_comments_of_the_scene(tmp_path: Path) -> None:
     grids = stone_grids()
-    for material, row, column in facets_with_cells(imported(tmp_path, grids)):
+    file = import_stone(write_folder(tmp_path / "stone", grids), tmp_path / "scene").scene
+    text = file.read_text().replace("# rolling_friction:", "rolling_friction:")
+    file.write_text(text.replace("ground: sliding", "ground: rolling_stone"))
+    scene = read_scene(file)
+    assert scene.ground.name == "rolling_stone"
+    for material, row, column in facets_with_cells(scene):
         if grids["sources"][row, column] != -1.0:
             mu = grids["friction"][row, column]
-            assert_drawn(getattr(material, "rolling_friction"), mu, 0.9 * mu, 1.1 * mu)  # noqa: B009
+            assert_drawn(material.rolling_friction, mu, 0.9 * mu, 1.1 * mu)
 
 
 def test_no_normal_restitution_stops_rocks_as_a_stop_cell_does(tmp_path: Path) -> None:
