@@ -15,6 +15,8 @@ try:
     import numba
 except ImportError:
     numba = None
+with suppress(ImportError):  # a numba release may break it; without it each copy of the package compiles for itself
+    from rpf3d_core.jit import relocatable  # noqa: F401
 fcntl: ModuleType | None
 try:
     import fcntl

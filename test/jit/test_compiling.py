@@ -200,6 +200,27 @@ def test_what_was_compiled_is_kept_for_the_next_process(package: Path, tmp_path:
     assert total_of(package, **home) == (90, 1)
 
 
+def test_what_was_compiled_is_kept_for_the_same_sources_elsewhere(package: Path, tmp_path: Path) -> None:
+    home = {"XDG_CACHE_HOME": str(tmp_path / "cache")}
+    assert total_of(package, **home) == (90, 0)
+    elsewhere = tmp_path / "elsewhere" / package.name
+    shutil.copytree(package, elsewhere)
+    assert total_of(elsewhere, **home) == (90, 1)
+    edit(elsewhere)
+    assert total_of(elsewhere, **home) == (135, 0)
+    assert total_of(package, **home) == (90, 1)
+
+
+def test_where_numba_has_no_list_of_places_each_copy_compiles_for_itself(package: Path, tmp_path: Path) -> None:
+    moved = "from numba.core.caching import CacheImpl as c; c._locator_classes = tuple(c._locator_classes)\n"
+    said = [
+        python(moved + RUN, cwd=package.parent, PYTHONPATH=str(package.parent), XDG_CACHE_HOME=str(tmp_path / "cache"))
+        for _ in range(2)
+    ]
+    assert [each.stdout.split() for each in said] == [["90", "0"], ["90", "1"]], said
+    assert not list((tmp_path / "cache").rglob("*-numba-*"))
+
+
 def test_an_edit_in_a_file_that_a_loop_calls_is_never_run_stale(package: Path, tmp_path: Path) -> None:
     home = {"XDG_CACHE_HOME": str(tmp_path / "cache")}
     assert total_of(package, **home)[0] == 90

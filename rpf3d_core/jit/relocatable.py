@@ -1,0 +1,43 @@
+"""Let all installed copies of one version of the package share the disk cache of compiled code.
+
+numba puts the path of the source file into the path of its cache, so that a new workspace, container or checkout would
+compile everything again. The folder of `cache.py` is already chosen by the content of the sources, so the place of the
+sources need not count. This file depends on numba's internals: if the internals change, the import of this file fails,
+and `cache.py` works without this file.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba.core.caching import CacheImpl, UserProvidedCacheLocator
+
+PACKAGE = f"{__name__.partition('.')[0]}."
+
+
+class ByModule(UserProvidedCacheLocator):
+    """The place of the code compiled from a module of the package: a folder with the name of the module.
+
+    Modules outside the package keep numba's own place, because modules of different projects may have the same name.
+    Each version of numba has its own folder, so that two of them never replace each other's code.
+    """
+
+    def __init__(self, py_func: Any, py_file: str) -> None:
+        """Choose the folder of a function; the arguments are those of numba's own class."""
+        super().__init__(py_func, py_file)  # type: ignore[no-untyped-call]
+        config: Any = numba.config
+        self._cache_path = str(Path(config.CACHE_DIR) / f"{py_func.__module__}-numba-{numba.__version__}")
+
+    @classmethod
+    def from_function(cls, py_func: Any, py_file: str) -> "ByModule | None":
+        """Return the place of a function of the package; None for any other function, or without a writable folder."""
+        if not py_func.__module__.startswith(PACKAGE):
+            return None
+        found: ByModule | None = super().from_function(py_func, py_file)  # type: ignore[no-untyped-call]
+        return found
+
+
+if not isinstance(getattr(CacheImpl, "_locator_classes", None), list):
+    raise ImportError(f"numba's {CacheImpl.__name__} has no list of places any more")
+if ByModule not in CacheImpl._locator_classes:
+    CacheImpl._locator_classes.insert(0, ByModule)
