@@ -84,7 +84,7 @@ Which models a scene has depends on the shape of its rocks:
 | rocks with a shape | | | `rigid` |
 
 A scene may have any number of effects; [effects by shape](effects-by-shape.md) shows on which rocks each effect acts.
-**An effect that the scene does not name is not simulated, not compiled, not imported and uses no random number.** You
+**An effect that the scene does not name is not imported, compiled or simulated, and uses no random numbers.** You
 can add [your own models and effects](../howto/own-models.md).
 
 ```yaml
@@ -97,7 +97,7 @@ effects: {roughness: {angle_sd_deg: 8}}
 | mark | meaning |
 |---|---|
 | C | read in the primary text |
-| CC | in an independent public implementation |
+| CC | found in an independent public implementation |
 | S | quoted by another text |
 | D | derived, or checked from first principles |
 | UNCONFIRMED | general knowledge: check it before you base a decision on it |
@@ -111,14 +111,14 @@ without compiling; median of {passes} alternating measurements. *Runout* is the 
 from release to end. A fragment counts as a rock that starts where its rock broke; rocks that broke do not count.
 
 `make effects` measures both with {rocks:,} rocks on a wall of one synthetic pit (150,000 triangles,
-`docs/effects_wall.yaml`). For other pits they show only the order of magnitude. Models without default parameters have
-invented parameters there, which are not advice.
+`docs/effects_wall.yaml`). For other pits they show only the order of magnitude. For parameters without a default, this
+scene has invented values: do not take them as advice.
 
 """
 TEXTS = {
     "effects.scarring": """\
-In `zones`, each zone or pattern may have all other keys of this table. A key that it leaves out has the value outside
-`zones`.
+In `zones`, each zone or pattern may set every other key of this table. A key that a zone does not set has its value
+from outside `zones`.
 """,
     "effects.forest": """\
 - A file of trees is a CSV. Its header names x, y and `dbh_cm` (stem diameter). It may also name `height` (m),
@@ -141,8 +141,8 @@ effects:
   the barrier at most `height` times `residual_height` above this ground. A higher rock flies over without any change of
   its path.
 - A rock with at most `capacity_kj` of energy is caught (outcome `caught`). A rock with more energy breaks through in
-  the same direction, and loses `taken_by_break` times the capacity. The energy is translational; of bodies, it is the
-  sum of translational and rotational energy.
+  the same direction, and loses `taken_by_break` times the capacity. The energy is translational; for rocks with a
+  shape, it is the sum of translational and rotational energy.
 - Rocks that slide, roll or settle also hit barriers.
 - Rocks are independent of each other, so every rock hits an undamaged barrier. For a net that was hit before, give
   `residual_height`.

@@ -25,12 +25,12 @@ and `test/scene/test_effects_by_shape.py` checks each cell of the table.
 ON_BODIES = """
 ## How do effects act on bodies?
 - A body hits a barrier or a tree if the path of its centre of mass crosses the barrier or tree. Barriers and trees
-  compare the sum of the body's translational and rotational energy with the energy that they can take. They take energy
-  from this sum, so speed and spin decrease by the same factor.
+  compare the sum of the body's translational and rotational energy with the energy that they can absorb. The absorbed
+  energy is subtracted from this sum, so speed and spin decrease by the same factor.
 - A body that stops against an obstacle while it touches the ground has `leaning` in `stopped_because`.
 - Drag and drag layers act on the centre of mass. They do not change the spin. Drag uses the area of the sphere of equal
   volume.
-- Soft ground (`scarring`) takes speed from the centre of mass before each impact. It does not change the spin.
+- Soft ground (`scarring`) slows the centre of mass before each impact. It does not change the spin.
 
 """
 
@@ -57,7 +57,7 @@ def document() -> str:
         for name, spec in specs().items()
     ]
     table = "\n".join([f"| effect | {' | '.join(SHAPES)} |", "|---|---|---|---|", *rows, ""])
-    return HEAD + table + ON_BODIES + "## What is refused on bodies?\n" + "\n".join(_refusals()) + "\n"
+    return HEAD + table + ON_BODIES + "## What is refused for bodies?\n" + "\n".join(_refusals()) + "\n"
 
 
 def _refusals() -> list[str]:

@@ -11,7 +11,7 @@ def section(results: Results) -> str:
     """Return the section on Authume as Markdown."""
     field = results["field"]
     by_chance = wrapped(
-        "*Distance* is Wasserstein's: how far rocks must be moved on average to make the two distributions equal. The "
+        "*Wasserstein distance*: how far rocks must be moved on average to make the two distributions equal. The "
         f"41 blocks cannot reject a model whose distance is below {field['by_chance']:.1f} m in x and "
         f"{field['side_by_chance']:.1f} m across, because chance alone makes such distances. For these limits, samples "
         "of 41 blocks were drawn from the 41 blocks with replacement: the distance of 95 % of the samples from all "
@@ -35,7 +35,7 @@ def _fails(calibrations: Results) -> str:
 def _ends(results: Results) -> str:
     """Return the table of end points, for the field, published values and calibrated values."""
     head = ("x of ends (m)", "mean", "sd", "p5", "p50", "p95", "beyond 55 m (%)", "lateral mean (m)",
-            "lateral sd (m)", "distance of x (m)", "lateral distance (m)", "not at rest (%)")  # fmt: skip
+            "lateral sd (m)", "Wasserstein distance in x (m)", "across (m)", "not at rest (%)")  # fmt: skip
     return table(head, [_field(results["field"]), *map(_line, results["lines"])])
 
 

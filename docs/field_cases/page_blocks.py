@@ -48,7 +48,7 @@ def _shapes(site: Results) -> str:
     variants = site["variants"]
     lines = [(f"{one['shape']}, {one['mass']:.0f} kg", one) for one in site["by_shape"]]
     lines += [
-        ("the four hulls in the masses of the 41 blocks", variants["masses"]),
+        ("the four hulls with the masses of the 41 blocks", variants["masses"]),
         ("these hulls, stretched to the proportions of each block", variants["proportions"]),
         ("the four blocks, all from the mean drop point", variants["one_point"]),
     ]

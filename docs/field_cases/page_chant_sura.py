@@ -29,7 +29,8 @@ def widest(results: Results) -> float:
 
 def _six(results: Results) -> str:
     head = ("energy ratio of the six impacts", *("2.1", "2.2", "2.3", "4.1", "4.2", "4.3"), "mean error",
-            "mean absolute", "speed after, mean error (m/s)", "rms (m/s)", "mean absolute, 27 rad/s")  # fmt: skip
+            "mean absolute error", "speed after, mean error (m/s)", "rms (m/s)",
+            "mean absolute error, 27 rad/s")  # fmt: skip
     rows = [("**field**", *(f"{ratio:.2f}" for ratio in results["field"]["published"]), *[""] * 5)]
     calibrated = [
         {"model": model, "values": "calibrated on the eleven contacts", **found}

@@ -34,7 +34,7 @@ def _predicted(lines: list[Results]) -> str:
     return table(head, (
         (line["site"], line["model"], line["ground"],
          f"{error_of(line):+.0f} ({interval_of(error_over_sets(line), 0, '+')})", held_of_all(line, "along"),
-         held_of_all(line, "across"), f"{100.0 * line['left']:.0f}", "open" if line["left"] >= LOW else "closed")
+         held_of_all(line, "across"), f"{100.0 * line['left']:.1f}", "open" if line["left"] >= LOW else "closed")
         for line in lines
     ))  # fmt: skip
 

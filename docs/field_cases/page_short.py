@@ -22,7 +22,7 @@ def section(results: Results) -> str:
         **_of_library(results["library"]),
         impacts_quarry=_errors(line[AUTHUME] for line in results["impacts"]),
         impacts_meadow=_errors(line[TSCHAMUT] for line in results["impacts"]),
-        bar=tschamut.OTHER_CODE["translational"],
+        bar=tschamut.OTHER_CODE["point mass"],
         bar_sphere=tschamut.OTHER_CODE["sphere"],
     )
     return f"## Can I trust a predicted runout?\n{wrapped(words)}"

@@ -12,11 +12,10 @@ rigid sphere; and [rocks with a shape](#rocks-with-a-shape).
 VERDICT = """**No, not on a slope where the model was not calibrated.** Calibrate on rocks that fell on your slope. If
 no rocks fell there, use ranges for the coefficients, and accept wide intervals.
 
-- **Coefficients from books give no reliable prediction.** With points and spheres, the error of the mean distance is
+- **Coefficients from books give no reliable prediction.** With points and spheres, the error of the mean runout is
   {book_low:+.0f} to {book_high:+.0f} m at Authume (field: 44 m) and {meadow_low:+.0f} to {meadow_high:+.0f} m at
-  Tschamut (field: 92 m).
-  The error of another open program, without calibration, is {bar:+.0f} m (point) and {bar_sphere:+.0f} m (sphere) at
-  Tschamut.
+  Tschamut (field: 92 m). The error of another open program, without calibration, is {bar:+.0f} m (point) and
+  {bar_sphere:+.0f} m (sphere) at Tschamut.
 - **After calibration, the intervals of points and spheres contain too few stops across the slope.** At Authume the
   lateral standard deviation of their rocks is {side_low:.1f} to {side_high:.1f} m (field: {field_side:.1f} m). Across
   the slope, 90 % intervals contain only {across_quarry_low} to {across_quarry_high} of the 41 stops that were kept out
@@ -26,11 +25,13 @@ no rocks fell there, use ranges for the coefficients, and accept wide intervals.
   Tschamut, the intervals contain {shaped_along_meadow} stops along, where 16 are expected (with two other seeds: 16
   and 14), and {shaped_across_meadow} across. The spread along the slope is too large there
   ({meadow_along:.0f} m, field: {field_along:.0f} m).
-- **The predictive intervals of a calibrated run include the misfit of the model, and are therefore wide enough**,
-  except for `constant` along the slope at Tschamut. But at Tschamut the misfit of points and spheres is as large as the
-  spread of the stops: such intervals repeat the spread of the field and predict nothing.
-- **No model predicts kept-out stops clearly better than a curve without physics**: none by two standard errors. The
-  best model, rocks with a shape at Authume, is better than the curve by {gain:.2f} ± {doubt:.2f} (mean log density).
+- **Intervals that include the misfit of the model, as those of a calibrated run do, are wide enough**, except for
+  `constant` along the slope at Tschamut: they contain at least 80 % of the kept-out stops. But at Tschamut the misfit
+  of points and spheres is as large as the spread of the stops: such intervals repeat the spread of the field and
+  predict nothing.
+- **No model predicts kept-out stops clearly better than a curve without physics**: no model is better by two standard
+  errors. The best model, rocks with a shape at Authume, is better than the curve by {gain:.2f} ± {doubt:.2f} (mean log
+  density).
 - **Stops alone contain little information about the ground.** At Tschamut most coefficients stay nearly as uncertain as
   before the calibration.
 - **A calibration on one slope may be far too sure on another.** Calibrated at Authume, the models have errors of
@@ -41,7 +42,7 @@ no rocks fell there, use ranges for the coefficients, and accept wide intervals.
   models are {impacts_quarry} m at Authume and {impacts_meadow} m at Tschamut.
 - **With ranges of the library, intervals contain most stops before any calibration**: {library_quarry} of 41 along the
   slope at Authume and {library_meadow} of 18 at Tschamut. But most of these intervals [have no far
-  end](#do-predictive-intervals-contain-the-observed-stops). Across the slope they contain as few as {library_across}.
+  end](#do-predicted-intervals-contain-the-observed-stops). Across the slope they contain as few as {library_across}.
 """
 
 METHOD = """## How are field and simulation compared?
@@ -76,8 +77,9 @@ writes the page from the last measurement.
 - **Narrower by** compares a calibrated coefficient with its prior: 1 minus the ratio of their standard deviations.
   Below 15 % (in **bold**) the stops hardly determine the coefficient. Below 0 the calibrated coefficient is less
   certain than its prior.
-- **Scores** have four columns: the calibrated model for kept-out stops, the *prior*, published values (*books*; empty
-  if none were compared) and the *curve*. *Effective samples*: see the [glossary](../reference/glossary.md).
+- **Scores** have four columns: the calibrated model for kept-out stops, the model with its *prior*, the model with
+  published values (*books*; empty if none were compared) and the *curve*. *Effective samples*: see the
+  [glossary](../reference/glossary.md).
 - **Other columns**: *sd* is the standard deviation, *rms* the root mean square; *p5* to *p95* are percentiles. *Not at
   rest* is the share of rocks that did not stop. *Correlation over runs* is the correlation of simulated
   and observed runouts. *Error of velocity* is the root mean square of the difference between simulated and observed
@@ -90,13 +92,14 @@ SCORES = "Kept-out stops:\n"
 
 AUTHUME = """## Authume quarry, profile P1
 In an open pit in France, a power shovel dropped 41 blocks of 178 to 1,751 kg. The terrain has 9,001 triangles in three
-zones (`config/scenes/authume_p1.yaml`). x is the direction along the profile, z the lateral direction.
+zones (`config/scenes/authume_p1.yaml`). x is the direction along the profile, y points up, and z is the
+lateral direction.
 
 - Simulated rocks are dropped up to 1 m to each side of each of the four drop points. Points and spheres have the
   blocks' mean mass; rocks with a shape have the shapes and sizes of four scanned blocks. All lateral spreads include
   the spread of the drop points.
-- Simulated end points are raised by 2.87 m, because the stops have another height reference than the mesh and are
-  2.87 m above it.
+- Simulated end points are raised by 2.87 m, because the heights of the stops have a different reference and are 2.87 m
+  above the mesh.
 """
 
 TSCHAMUT = """## Tschamut 2014
@@ -118,7 +121,7 @@ calibration does not know from which release a stop comes. So the calibration co
 other releases, and the intervals in the table *Kept-out stops* below are often wider.
 """
 
-AUTHUME_FAILS = """**Where it fails.**
+AUTHUME_FAILS = """**Where the models fail.**
 - The intervals of points and spheres contain at most 25 of 41 kept-out stops across the slope, and those of
   `coulomb_limited` only 27 along. With the misfit, 4 to 6 m, the intervals contain most stops: the error is in the
   model, not in its coefficients.
@@ -131,24 +134,24 @@ AUTHUME_FAILS = """**Where it fails.**
 - Of the calibrated models, only `coulomb_limited` differs in x from the blocks by more than chance explains.
 """
 
-TSCHAMUT_FAILS = """**Where it fails.**
+TSCHAMUT_FAILS = """**Where the models fail.**
 - No model fits the seven runs that were released in the east, near (59, 258), where the approximated terrain is
   gentler. Up to half of the rocks of a model stop there within 10 m of their release; no block did. For the other
   eleven runs, the mean error of all calibrated models except `constant` is below 8 m. These data do not show whether
   the terrain or the models are the reason.
 - Compared with the rocks of the same release, the intervals of points and spheres contain 0 to 7 of 18 stops along the
   slope, and 1 or 2 across.
-- No calibrated model distinguishes long runs from short runs. The correlation over runs is within 0.25 of zero; by
-  chance it would be within 0.47.
-- `constant` cannot fit. Its friction angle is at the lower end of its range. Its mean runout is 26 to 29 m too short
-  and hardly differs between runs. Along the slope, its intervals contain no kept-out stop.
+- No calibrated model distinguishes long runs from short runs. The correlation over runs is within 0.25 of zero; chance
+  alone gives correlations up to 0.47.
+- `constant` cannot fit the stops. Its friction angle is at the lower end of its range. Its mean runout is 26 to 29 m
+  too short and hardly differs between runs. Along the slope, its intervals contain no kept-out stop.
 - The stops hardly determine any restitution, nor the friction of rocks with a shape.
 """
 
 DEFAULT = """## Why is `coulomb_limited` the default, and where is it weaker than `constant`?
 `coulomb_limited` is the default because no impact removes more speed along the ground than friction can. With
 `constant` [no speed is left when bouncing ends](physics.md#the-end-of-bouncing): unless the ground is slippery, the
-runout is too short, which is the unsafe side. The field data alone do not decide between the two models.
+runout is too short, which is unsafe. The field data alone do not decide between the two models.
 
 `coulomb_limited` is **better** in these figures:
 
@@ -160,8 +163,8 @@ runout is too short, which is the unsafe side. The field data alone do not decid
 
 `coulomb_limited` is **worse** in these figures:
 
-- at Authume: the spreads along and across the slope, the distance in x, and the number of kept-out stops that its
-  intervals contain;
+- at Authume: the spreads along and across the slope, the Wasserstein distance in x, and the number of kept-out stops
+  that its intervals contain;
 - R_n at Authume, which is at the lower end of its range;
 - predictions with values of the other slope. With values from Tschamut, nearly half of its rocks do not stop in the
   quarry at Authume.
@@ -184,7 +187,7 @@ energy before it.
 - **The spin before an impact is unknown.** The tables assume 0 and, for the six impacts, also 27 rad/s forwards. This
   is the mean of four values of Lu et al. 2019 for such a block. A point has no spin.
 
-**Where it fails.**
+**Where the models fail.**
 - In one of the six impacts the translational energy is larger after the impact than before (ratio 1.11), because spin
   turned into speed. A model that never adds energy and starts without spin cannot show this.
 - The measured energy ratios of the six impacts differ by a factor of five, the ratios of any one model by a factor of

@@ -6,14 +6,16 @@ site: restitution, friction and rolling resistance. Calibrations, scores and pre
 section, which `python docs/validation.py --blocks` measures, shows the effect of the shape.
 """
 
-BARS = """### What does x alone determine?
-The scene `config/scenes/authume_p1_blocks.yaml`, which comes with rpf3d, has one value for each of the three
-coefficients. A search tried 260 sets of values; this set gave the distribution of x that is nearest to the distribution
-of the 41 blocks. The search did not use lateral figures, so the lateral figures in the table test the model.
+BARS = """### Does a fit to x also give the lateral spread?
+Not reliably: of the five sets of values that fit x best, four spread wider across the slope than the goal.
 
-The values are within the 90 % intervals of the calibration. The figures in the table come from 4,000 rocks
-that the search did not use. A *goal* is the range that the developers demand of a figure; for the lateral sd, the goal
-is the 95 % interval of the field. The next line has the values, and in brackets the distance in x (m) and the number of
+The scene `config/scenes/authume_p1_blocks.yaml`, which comes with rpf3d, has one value for each of the three
+coefficients. A search tried 260 sets of values; with this set, the distribution of x is nearest to the distribution of
+the 41 blocks. The search did not use lateral figures, so the lateral figures in the table test the model.
+
+The values are within the 90 % intervals of the calibration. The figures in the table come from 4,000 rocks that the
+search did not use. A *goal* is the range that the developers demand of a figure; the goal of the lateral sd is the 95 %
+interval of the field. The next line has the values, and in brackets the Wasserstein distance in x (m) and the number of
 sets tried.
 """
 
@@ -43,8 +45,8 @@ BLOCKS_FAIL = """**Where rocks with a shape fail.**
   four spread wider than the goal.
 - Rocks with the proportions of all 41 blocks go farther and spread wider than the blocks. The values of the scene
   were found with the four scanned blocks, and these are not a random sample of the 41 blocks.
-- With the coefficients of Authume, rocks at Chant Sura keep too much energy in five of the six fast, flat impacts, and
-  too little speed after the eleven slow, steep contacts. No rock gains translational energy as one block did (ratio
+- With the coefficients of Authume, rocks at Chant Sura keep too much energy in five of the six fast, shallow impacts,
+  and too little speed after the eleven slow, steep contacts. No rock gains translational energy as one block did (ratio
   1.11).
 - Three of the coefficients that are calibrated on the eleven contacts are at the edge of the search. Points and spheres
   fit these contacts better.

@@ -1,8 +1,8 @@
 """Texts of docs/explanation/validation.md on unknown ground: ranges of the library, values from another slope."""
 
-HEAD = """## Do predictive intervals contain the observed stops?
-On a slope without observations, a coefficient is a range. Here the prediction is the distribution of the rocks of 64
-parameter sets. Its 90 % interval *along the slope* contains the central 90 % of all rocks; its interval *across the
+HEAD = """## Do predicted intervals contain the observed stops?
+On a slope without observations, each coefficient has a range. Here the prediction is the distribution of the rocks of
+64 parameter sets. Its 90 % interval *along the slope* contains the central 90 % of all rocks; its interval *across the
 slope*, the central 90 % of the rocks that stopped. At Tschamut each stop is compared with the rocks of its own run.
 
 Rocks that did not stop count as beyond every stop along the slope. If they are 5 % or more of all rocks, the interval
@@ -25,11 +25,12 @@ or the middle of the range.
 """
 
 TOO_SURE = """**With one assumed value, the intervals of points and spheres are far too narrow**, although restitution
-is still a range. For points they contain a quarter of the stops at Authume and none at Tschamut. With ranges, the
-intervals of every model contain at least five of six stops along the slope; four of the six intervals are open.
+is still a range. For points, the intervals contain a quarter of the stops at Authume and none at Tschamut. With
+ranges, the intervals of every model contain at least five sixths of the stops along the slope; four of the six
+intervals are open.
 
 **Across the slope, intervals of points and spheres contain too few stops**: with ranges, 33 and 30 of 41 at Authume,
-and 6 and 5 of 18 at Tschamut. At Authume many rocks go too far, and so spread more.
+and 6 and 5 of 18 at Tschamut. At Authume many rocks go too far, and therefore spread more.
 """
 
 ELSEWHERE = """### With a calibration on another slope

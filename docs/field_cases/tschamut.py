@@ -21,7 +21,7 @@ from rpf3d_core.setup.choices import chosen_scene
 
 DATA = ROOT.parent / "shared" / "data" / "tschamut2014"
 RUNS = 18
-OTHER_CODE = {"translational": -35.0, "sphere": 104.6}
+OTHER_CODE = {"point mass": -35.0, "sphere": 104.6}
 """Mean runout error (m) of another open program, without calibration, on the survey of 2 m: for comparison."""
 MEADOW_DENSITY = 2700.0
 SPREAD = 0.5

@@ -135,9 +135,11 @@ def contact_setting(accuracy: float) -> dict[str, Any]:
 
 
 def priced_contact(found: InContact, sampled: list[Sampled]) -> Priced:
-    """Return the line of the price list for an accuracy of the contact of rocks with a shape.
+    """Return the line of the price list for one value of `accuracy`, at which contact of rocks with a shape begins.
 
-    The line has no height of a bounce: the speed of the centre after the first impact depends on the body's spin.
+    The line has no error of the bounce height: the speed of a body after an impact also depends on its spin.
+
+    found : measured error and cost of this accuracy; its error is reduced by the part that may be chance
     sampled : statistical errors, which state how much of a difference is chance
     """
     more = {**_off(found.off, found.rocks, sampled), "bounce_height_m": [None, None], "distance": found.off.of_map}

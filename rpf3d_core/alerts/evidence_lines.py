@@ -38,10 +38,10 @@ def _area_evidence_content(area: AreaEvidence) -> dict[str, Any]:
 
 
 def _origins_content(origins: Origins) -> dict[str, Any]:
-    """Return the origins of an area's figures as plain values, by figure.
+    """Return the origins of an area's figures as plain values for the log, by figure.
 
-    The origins of `energy_high` and `first_arrival_low` are left out if they are None. Any other origin is left out if
-    it equals the origin of `reached`.
+    The origin of `reached` is always there. The origins of `energy_high` and `first_arrival_low` are left out if they
+    are None. Each other origin is left out if it equals the origin of `reached`.
     """
     others = {
         name: origin

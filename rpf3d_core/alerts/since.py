@@ -20,15 +20,17 @@ class ShownLevel(NamedTuple):
     valid_until_ns: int
 
 
-def shown_by(one: Alert | AreaAlert | None, decision: Alert | None) -> ShownLevel | None:
-    """Return the level that a decision shows for the site or for an area; None if the start of the level is unknown.
+def shown_by(part: Alert | AreaAlert | None, decision: Alert | None) -> ShownLevel | None:
+    """Return the level that a decision shows for the site or for an area, with the start of the level.
 
-    one : for the site, the decision itself; for an area, the part of the decision on this area, None if there is none
-    decision : the decision; None if there is none
+    Return None if there is no such level, or if the start of the level is unknown.
+
+    part : for the site, the decision itself; for an area, the part of the decision on this area, None if there is none
+    decision : the decision, which states the end of the validity; None if there is none
     """
-    if one is None or decision is None or one.since is None:
+    if part is None or decision is None or part.since is None:
         return None
-    return ShownLevel(level=one.level, since=one.since, valid_until_ns=decision.valid_until_ns)
+    return ShownLevel(level=part.level, since=part.since, valid_until_ns=decision.valid_until_ns)
 
 
 def since_of(level: Level, before: ShownLevel | None, now_ns: int) -> Since:

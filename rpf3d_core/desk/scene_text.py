@@ -163,7 +163,10 @@ def _written(yaml: Any, scene: Any) -> str:
 
 
 def _as_written(value: Any) -> Any:
-    """Return plain values with the YAML style to write them: lists of numbers and flat mappings are on one line."""
+    """Return a value as ruamel.yaml collections: lists of numbers, and mappings without lists, are written on one line.
+
+    value : mappings, lists and scalars, nested; scalars are returned unchanged
+    """
     comments = library_of("desk", "ruamel.yaml.comments", "the desk needs")
     if isinstance(value, Mapping):
         found = comments.CommentedMap((key, _as_written(item)) for key, item in value.items())

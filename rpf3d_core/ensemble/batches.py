@@ -286,9 +286,9 @@ def _look_at(crew: Crew, flown: Batch) -> Written:
 
 
 def _batch(rows: IntArray, finals: FloatArray, counts: IntArray, record: Record, first: IntArray) -> Batch:
-    """Return flown rocks as a batch that shares the memory of the engine's record, without copies.
+    """Return flown rocks as a batch whose arrays share the memory of the engine's record.
 
-    rows, first : as in `Written`; finals, counts : as in `Batch`; record : the record into which the rocks flew
+    rows, first : as in `Written`; finals, counts : as in `Batch`; record : the record that the engine has filled
     """
     impacts, pieces = (slice(0, n) for n in first[-1])
     written = (record.impacts[impacts], record.facets[impacts], record.pieces[pieces], record.modes[pieces])

@@ -38,10 +38,11 @@ def transformed(path: Path, geometries: Sequence[Any], begin: str, end: str) -> 
 def feature_collection(
     path: Path, geometries: Sequence[dict[str, Any]], begin: str | None, end: str | None
 ) -> dict[str, Any]:
-    """Return the content of a GeoJSON file with geometries in the form of GeoJSON, transformed if `end` is given.
+    """Return the content of a GeoJSON file with geometries, transformed if `begin` and `end` are given.
 
     path : file of the geometries, for messages
-    begin : name of the reference system of `geometries`; None if unknown
+    geometries : GeoJSON geometries (type and coordinates)
+    begin : name of the reference system of `geometries`; None if unknown: the coordinates then stay unchanged
     end : name of the reference system of the result; None to leave the coordinates unchanged
 
     Raises

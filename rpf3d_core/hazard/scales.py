@@ -66,7 +66,7 @@ def reach_scale(flown: int, share: Values) -> Scale:
 def scale_of_energy(energy: Values) -> Scale:
     """Return the colour scale of a map of energy (C,) J, NaN if unknown; it spans at least a power of ten.
 
-    Without a known energy, the scale is 1 kJ to 1 MJ.
+    Without a known energy above 0, the scale is 1 kJ to 1 MJ.
     """
     low, high = _range(energy)
     if high <= 0.0:
@@ -78,7 +78,7 @@ def scale_of_energy(energy: Values) -> Scale:
 def scale_of_passages(passages: Values) -> Scale:
     """Return the colour scale of a map of passages per metre (C,) 1/m, NaN if unknown.
 
-    The scale spans at least a power of ten; without a known value, it is 1e-5 to 1e-2 per metre.
+    The scale spans at least a power of ten; without a known value above 0, it is 1e-5 to 1e-2 per metre.
     """
     low, high = _range(passages)
     if high <= 0.0:

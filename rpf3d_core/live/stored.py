@@ -52,7 +52,7 @@ class StoredSurvey(NamedTuple):
 
 
 def write_piece(path: Path, piece: StoredSurvey) -> None:
-    """Write a survey to a file, which is complete at any time, even after a crash; an existing file is replaced.
+    """Write a survey to a file in one step: after a crash, the file is either the old file or complete.
 
     piece : the survey. Raises OSError if the file cannot be written.
     """

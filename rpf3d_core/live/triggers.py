@@ -31,7 +31,8 @@ def trigger_of(
 ) -> Trigger:
     """Return the sources of one message as a trigger, with a digest that identifies them in logs.
 
-    positions : (S, 3) m, map frame; velocities : (S, 3) m/s; diameters : (S,) m, or None
+    positions : (S, 3) m, map frame; velocities : (S, 3) m/s
+    diameters : (S,) m, NaN where unknown; None if the message has no diameters
     stamp_ns : stamp (ns) of the message; topic : topic of the message
     """
     digest = digest_of(positions, velocities, diameters, stamp_ns)

@@ -1,4 +1,4 @@
-"""Make the part of a report on inputs: terrain, rocks, sources, models, materials, and the origin of each value."""
+"""Make the section of a report that lists the inputs: terrain, rocks, sources, models, materials, and their origin."""
 
 from collections.abc import Iterator
 from typing import Any

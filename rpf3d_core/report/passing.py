@@ -167,9 +167,9 @@ def _footing(run: RunFiles, beyond: BeyondToe, distance: float) -> Footing:
 
 
 def _with_sets(run: RunFiles, rows: NDArray[np.int64], values: FloatArray) -> SetValues | None:
-    """Return values (N,) of rocks together with the rocks' parameter sets; None without unknowns.
+    """Return values (M,) of rocks with the parameter sets of the rocks; None if the scene has no unknowns.
 
-    rows : (N,) rows of the rocks in `Ends`
+    rows : (M,) row of each rock in `Ends`
     """
     return None if run.ends.set is None else SetValues(values=values, set=run.ends.set[rows], sets=run.sets)
 

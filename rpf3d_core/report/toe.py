@@ -117,9 +117,11 @@ def _further(run: RunFiles, rows: NDArray[np.int64], along: FloatArray, toe: Flo
 
 
 def _shift(run: RunFiles, rows: NDArray[np.int64], along: FloatArray) -> FloatArray:
-    """Return the distance (N,) m by which the misfit displaces rocks along their lines; 0 without a misfit.
+    """Return the distance (N,) m by which the misfit displaces the end of each rock along its line; 0 without a misfit.
 
-    rows : (N,) rows of the rocks in `Ends`; along : (N, 2) unit vectors of the lines in plan
+    The distance is positive away from the release.
+
+    rows : (N,) rows of the rocks in `Ends`; along : (N, 2) unit vectors in plan, from release to end
     """
     if run.moves is None or run.ends.set is None:
         return np.zeros(len(rows))

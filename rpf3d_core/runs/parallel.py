@@ -254,7 +254,7 @@ def _finished_runs(flying: dict["Future[dict[str, Any]]", int], scenes: Sequence
 def as_they_finish(flying: "dict[Future[Flown], int]") -> "Iterator[Iterator[tuple[Future[Flown], int]]]":
     """Context manager: yield an iterator of (future, number), in the order in which the futures finish.
 
-    When the `with` block ends, even by an error or Ctrl-C, work that has not started is cancelled.
+    When the `with` block ends, also after an error or Ctrl-C, work that has not started is cancelled.
 
     flying : number of each submitted future, such as the number of a run
     """

@@ -81,7 +81,7 @@ def shape_values(value: Any) -> Any:
 
 
 class RigidSpec(ModelSpec):
-    """Rigid bodies with hard contact: all contacts of an impact at once, with friction and rolling resistance.
+    """Rigid bodies with hard contact, friction and rolling resistance; all contacts of an impact are solved at once.
 
     Flight is exact, and so is the time of contact. While contact lasts, a body moves in short steps whose length
     follows from `accuracy`. Rolling resistance is a moment of at most rolling_resistance times the normal force times

@@ -1,4 +1,4 @@
-"""Guess why an input of a scene does not lie on the terrain, or why coordinates look wrong, from their extents."""
+"""Guess, from the extents of inputs and terrain, why an input is off the terrain or why coordinates look wrong."""
 
 import shlex
 from collections.abc import Iterator, Sequence

@@ -77,7 +77,10 @@ def _merged_in_words(zone: str, merged: Merged) -> str:
 
 
 def _heights(parts: ZoneParts, origin: float) -> str:
-    """Return the number of parts of a zone and their mean heights as text."""
+    """Return the number of parts of a zone and the mean heights (m) of the highest parts, as text.
+
+    origin : height (m) of the local frame
+    """
     shown = ", ".join(f"{height + origin:,.0f}" for height in parts.heights[:MOST_NAMED])
     more = ", ..." if len(parts.heights) > MOST_NAMED else ""
     return f"{len(parts.heights)} surfaces, on average at {shown}{more} m"

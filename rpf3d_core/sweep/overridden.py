@@ -13,10 +13,12 @@ ROCKS = "rocks"
 
 
 def check_rocks(scene: Scene, keys: Sequence[str], totals: Iterable[int | str | None]) -> None:
-    """Refuse varied numbers of rocks of single sources if a cell has a total, because the total sets these numbers.
+    """Refuse a sweep that varies the `rocks` of a source if a cell of the sweep has a total number of rocks.
+
+    The key of the source would have no effect: the total is divided among the sources.
 
     keys : key paths of all varied keys
-    totals : the total number of rocks of each cell; None for a cell without a total
+    totals : the total number of rocks of each cell of the sweep; None for a cell without a total
 
     Raises
     ------

@@ -191,7 +191,10 @@ class Builder:
             self._in_use = self._in_use.after_clock_went_back(back_to)
 
     def _patched(self, arrival: Arrival) -> Built:
-        """Build a patch into the terrain in use. Raises MessageRefused if the patch is not a point cloud."""
+        """Build a patch into the terrain in use, and return the new terrain with the patch.
+
+        Raises MessageRefused if the patch is not a point cloud, or if the terrain with the patch cannot be used.
+        """
         patch = arrival.convert()
         if not isinstance(patch, CloudSurvey | GridSurvey):
             raise MessageRefused("a patch must be a point cloud")

@@ -36,9 +36,11 @@ class Refusal(NamedTuple):
 
 
 class RefusedInputs:
-    """The topics that have a fault because a message was refused. Only one thread may call the methods.
+    """The topics that have a fault because a message was refused.
 
-    report : called with the cause and the sentence of each fault; an empty sentence ends the fault
+    Only one thread may call the methods; any thread may read `reasons`.
+
+    report : called with the name and the text of each fault; an empty text ends the fault
     """
 
     def __init__(

@@ -369,5 +369,5 @@ class WaitingTerrain(Generic[M]):
 
 
 def _at_most(moment: AnyMoment, now_ns: int) -> AnyMoment:
-    """Return a moment with a stamp of at most `now_ns`."""
+    """Return a moment with its stamp lowered to `now_ns` (ns) if the stamp is later; without a stamp, as it is."""
     return moment if moment.stamp_ns is None else moment._replace(stamp_ns=min(moment.stamp_ns, now_ns))  # type: ignore[return-value]

@@ -131,7 +131,7 @@ class SimulatorParameters(SourceParameters):
     """Parameters of `rpf3d_simulator` except the fields of the scene (`scene_parameters`)."""
 
     autostart: bool = parameter(True, "whether the node configures and activates itself when it starts")
-    first_rocks: int = parameter(200, "rocks of the first answer to a message of sources", 1, LARGEST_COUNT)
+    first_rocks: int = parameter(200, "rocks of the first stage of an answer", 1, LARGEST_COUNT)
     release_speed: float = parameter(0.0, "speed along the x axis of each source's pose (m/s)", 0.0, FASTEST)
     above_ground: float = parameter(
         -1.0,
@@ -140,7 +140,8 @@ class SimulatorParameters(SourceParameters):
     )  # fmt: skip
     highest_source: float = parameter(
         20.0,
-        "distance (m) from the ground beyond which a source is a fault, often because its z axis points down",
+        "largest distance (m) of a source from the ground; a farther source is a fault, often because z points down in "
+        "the terrain or the sources",
         0.0, 1e5,
     )  # fmt: skip
     position_spread: float = parameter(
@@ -160,7 +161,7 @@ class SimulatorParameters(SourceParameters):
     expected_topics: tuple[str, ...] = parameter(
         ("",),
         "topics of sources that must publish; the level is fault until they do. Empty: all topics of source_topics and "
-        "source_cloud_topics, but no topic of a list that has its default",
+        "source_cloud_topics; a list that equals its default counts as empty",
     )
     optional_topics: tuple[str, ...] = parameter(
         ("",),
@@ -175,11 +176,16 @@ class SimulatorParameters(SourceParameters):
     )
     waiting_sources: int = parameter(
         10,
-        "number of source messages that may wait; if more wait, the oldest is answered last, or without a site file "
-        "deleted",
+        "number of source messages that may wait. If more wait, the oldest message is answered last; without a site "
+        "file, it is deleted",
         1, 10_000,
     )  # fmt: skip
-    waiting_patches: int = parameter(32, "patches of terrain that may wait", 1, 10_000)
+    waiting_patches: int = parameter(
+        32,
+        "largest number of patches that may wait, and of recent patches that are kept for a whole survey that arrives "
+        "late",
+        1, 10_000,
+    )  # fmt: skip
     most_ahead: float = parameter(
         10.0,
         "time (s) by which a stamp may be ahead of the node's clock; messages with later stamps are refused. With a "
@@ -195,8 +201,8 @@ class SimulatorParameters(SourceParameters):
     )  # fmt: skip
     tallest_face: float = parameter(
         TALLEST_FACE,
-        f"largest height (m) of one triangle of a survey that is steeper than {STEEP:g} degrees; a survey with a "
-        "taller one is refused, because a height may stand for a missing point",
+        f"largest height (m) of a survey's triangle that is steeper than {STEEP:g} degrees; a survey with a taller "
+        "triangle is refused, because one of its heights may mean \"no data\"",
         0.1, 1e6,
     )  # fmt: skip
     equipment_radius: float = parameter(

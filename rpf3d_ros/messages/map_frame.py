@@ -103,9 +103,9 @@ class MapFrame:
         return bool(abs(self.other.rotation[2, 2]) < LEVEL)
 
     def check(self, frame_id: str) -> None:
-        """Raise MessageRefused for a foreign frame: not the map frame, the survey frame or the frame of `other`.
+        """Raise MessageRefused unless a frame is the map frame, the survey frame or the frame of `other`.
 
-        An empty name is refused, too.
+        frame_id : name of the frame; an empty name is refused, too
         """
         if self.knows(frame_id) or (self.other is not None and frame_id == self.other.source):
             return

@@ -203,9 +203,11 @@ class SimulatorNode(LifecycleNode):
         return now
 
     def _check_clock(self, now_ns: int) -> None:
-        """Report a clock that stands still; now_ns : time of the node's clock (ns).
+        """Report whether the node's clock runs or stands still; a clock that stands still is a fault.
 
         A timer of a steady clock calls this method, because a timer of the node's clock would stand still, too.
+
+        now_ns : time of the node's clock (ns)
         """
         stands = self._clock_watch.stands(now_ns, time.monotonic())
         if stands != self._clock_stands:

@@ -97,9 +97,10 @@ class Recording:
         self._log(f"terrain/updates/{number}", self._points(points, UPDATE_COLOUR, POINT_PIXELS))
 
     def sources(self, positions: FloatArray, directions: FloatArray, sensor: str = "") -> None:
-        """Add sources: release points (R, 3) m and directions (R, 3); R = 0 means that no rock is moving.
+        """Add the sources of one message; S = 0 means that no rock is moving.
 
-        sensor : topic of the sensor with these sources; "" for the default topics and clicks
+        positions : (S, 3) m, release points; directions : (S, 3) (-), unit vectors of motion, 0 if unknown
+        sensor : topic of the sensor that reports the sources; "" for the default topics and for clicked points
         """
         entity = _under("sources", sensor)
         self._log(entity, self._points(positions, SOURCE_COLOUR, DEPOSIT_PIXELS))

@@ -156,7 +156,7 @@ def _lines(row: IntArray, x: FloatArray, y: FloatArray) -> list[NDArray[np.float
 
 
 def _outcome_lines(outcome: IntArray) -> list[Line2D]:
-    """Return legend entries for the outcomes that occur, with their numbers of rocks."""
+    """Return a legend entry for each outcome that occurs, labelled with the number of rocks; outcome : (N,)."""
     values, counts = np.unique(outcome, return_counts=True)
     return [
         Line2D([], [], color=hex_colour(OUTCOME_COLOURS[Outcome(value)]), label=f"{_words(Outcome(value))} ({count:,})")

@@ -171,7 +171,10 @@ def _add_effects(definitions: Schema) -> None:
 
 
 def _add_points_in_plan(definitions: Schema) -> None:
-    """Allow [x, y] as points of sources that have `above_ground`, and allow a file of lines only for such sources."""
+    """Allow [x, y] as points of sources with `above_ground`; allow the name of a file as `line` only for such sources.
+
+    definitions : changed in place
+    """
     source = definitions["SourceSpec"]
     number = {"type": "number"}
     plan: Schema = {"type": "array", "prefixItems": [number, number], "minItems": 2, "maxItems": 2}

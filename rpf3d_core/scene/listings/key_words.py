@@ -33,7 +33,7 @@ class KeyWords(NamedTuple):
 
     @property
     def label(self) -> str:
-        """The words with the unit in brackets, such as `friction angle (degrees)`."""
+        """The words with the unit in brackets, such as `friction angle (degrees)`; no brackets without a known unit."""
         return f"{self.words} ({self.unit})" if self.unit else self.words
 
 

@@ -104,7 +104,7 @@ class MassScaledSpec(ModelSpec):
     CONFIRMED: ClassVar[Confirmed] = "UNCONFIRMED"
 
     C: Number = parameter(
-        1000.0, "a number above 0 (kg), the mass at which R_n is halved; the formula is unconfirmed", "kg",
+        1000.0, "a number above 0 (kg), the mass at which R_n is halved", "kg",
         "a public implementation of RocFall's option", "CC", gt=0,
     )  # fmt: skip
     K: Number | None = parameter(
@@ -197,8 +197,8 @@ class StochasticMatrixSpec(ModelSpec):
 
     v_t is the speed along the ground in the direction of motion. v_n is the speed into the ground before the impact,
     and away from the ground after the impact. R w is the radius times the spin, positive for a rolling rock. The matrix
-    [[R_t, 0, 0], [0, R_n, 0], [0, 0, 0]] is a lumped mass. If the drawn matrix would send the rock into the ground, v_n
-    is computed with the mean matrix instead, and is at least zero. Energy never rises.
+    [[R_t, 0, 0], [0, R_n, 0], [0, 0, 0]] describes a lumped mass. If the drawn matrix would send the rock into the
+    ground, v_n is computed with the mean matrix instead, and is at least zero. Energy never rises.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.stochastic_matrix:StochasticMatrix"

@@ -124,7 +124,11 @@ class Spill(NamedTuple):
 
 
 def drawn_spills(design: Design) -> list[Spill]:
-    """Return the spills of a pit; no spill lies where the ramp cuts or narrows its bench."""
+    """Return the spills (cones of loose rock) on the benches of a pit, at random places that depend on the pit's seed.
+
+    No spill lies where the ramp cuts or narrows its bench. A spill for which no place is found is omitted, so the pit
+    may have fewer spills than `Pit.spills`.
+    """
     if not design.benches:
         return []
     random = np.random.Generator(np.random.Philox(key=design.pit.seed, counter=3))

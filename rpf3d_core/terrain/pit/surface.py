@@ -56,10 +56,11 @@ def wall_triangles(design: Design, columns: Columns) -> tuple[IndexArray, IndexA
 
 
 def piece_zones(design: Design, columns: Columns) -> tuple[IndexArray, IndexArray]:
-    """Return the zone (P,) of the profile segment that ends at each point, in two versions.
+    """Return the zone of the profile segment that ends at each point, as two arrays (P,).
 
-    The first is for the triangles to the next column, the second for the triangles to the previous column. They differ
-    only at the ramp's ends: the last line across the ramp borders on natural ground, the first line on the floor.
+    Zones are indices into `design.zones`. The first array is for the triangles between a column and the
+    next column, the second for the triangles between a column and the previous column. The arrays differ only at the
+    ends of the ramp: natural ground follows the last line across the ramp, and the floor precedes the first line.
     """
     rise, run = np.diff(columns.height, prepend=0.0), np.diff(columns.offset, prepend=0.0)
     lower = design.bench_coordinate(columns.height - np.maximum(rise, 0.0))
