@@ -37,7 +37,7 @@ class HeardAlert(NamedTuple):
 class AlarmState:
     """The last messages of `alarm` and `alerts`, and whether the relay contact of the alarm bridge may be closed.
 
-    stale_s : age (s) above which a message is stale. All times of arrival are of a steady clock.
+    stale_s : age (s) above which a message is stale; ages are measured by a steady clock
     offset_s : time (s) by which the clocks of simulator and bridge may differ
 
     The contact may be closed only while all of these conditions hold:

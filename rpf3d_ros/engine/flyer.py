@@ -49,6 +49,7 @@ class Handover:
     """A request to the flying thread to change the terrain; `done` is set when the change is made or refused.
 
     ready : the new prepared terrain; None if `change` changes the present terrain
+    change : changes the present terrain; None if `ready` replaces the present terrain
     error : the exception that refused the change, None if the change was made
     standing : the prepared terrain after the change
     """
@@ -290,7 +291,7 @@ class Flyer:
             return self._active and not self._closed
 
     def _is_overtaken(self, stage: int) -> bool:
-        """True if the flight of a stage must stop, because of other work or because the flyer is not active any more.
+        """True if the flight of a stage must stop, because other work waits or the flyer is no longer active.
 
         The first stage is flown even if other work waits. Otherwise a flood of triggers would never be answered.
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Hashable
 from typing import NamedTuple
 
 PUBLISHERS = 1000
-"""Number of publishers of a topic whose last message is remembered."""
+"""Largest number of publishers of a topic whose last numbers are kept."""
 
 
 class Numbered(NamedTuple):
@@ -50,6 +50,8 @@ class MessageGaps:
 
     def lost_before(self, message: Numbered, now_ns: int, publishers: Callable[[], int] = lambda: 1) -> int:
         """Return the number of messages that were lost before this message, and were not counted earlier.
+
+        Return 0 if the middleware does not number messages.
 
         A number that does not rise belongs to a new publisher, because a publisher never counts back. Messages before
         the first message of a publisher may have been published before the node subscribed. They count as one lost

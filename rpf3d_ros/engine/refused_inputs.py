@@ -40,7 +40,7 @@ class RefusedInputs:
 
     Only one thread may call the methods; any thread may read `reasons`.
 
-    report : called with the name and the text of each fault; an empty text ends the fault
+    report : called with the cause and the sentence of each fault; an empty sentence ends the fault
     """
 
     def __init__(

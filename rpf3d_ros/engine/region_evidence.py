@@ -62,7 +62,7 @@ class RegionEvidence:
 
     @property
     def missed(self) -> dict[str, int]:
-        """The time (ns) at which messages were last lost, by topic; only topics whose lost sources may still count."""
+        """The time (ns) at which messages were last lost, by topic; `fresh` drops losses that are too old to count."""
         return self._topics.missed
 
     def note(self, region: Hashable, topic: str, evidence: Evidence) -> None:
@@ -126,7 +126,7 @@ class RegionEvidence:
         )
 
     def _complete_until_ns(self, parts: Sequence[Evidence]) -> int:
-        """Return when (ns) the first fault begins if no further message arrives; 0 if no fault will begin.
+        """Return the time (ns) at which the first fault begins if no further message arrives; 0 if no fault will begin.
 
         The fault is a topic that falls silent, or an answer that still counts too long after its terrain was replaced.
         """

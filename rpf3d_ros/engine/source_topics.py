@@ -48,7 +48,7 @@ class SourceTopics:
 
     @property
     def missed(self) -> dict[str, int]:
-        """The time (ns) at which messages were last lost, by topic; only topics whose lost sources may still count."""
+        """The time (ns) at which messages were last lost, by topic; `silent` drops losses that are too old to count."""
         return dict(self._missed)
 
     @property

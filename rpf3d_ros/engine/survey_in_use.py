@@ -78,9 +78,9 @@ class SurveyInUse(NamedTuple):
     cloud_digest: str = ""
 
     def is_older(self, arrival: Arrival, digest: str) -> bool:
-        """True if a message is a cloud older than the last cloud in use, or the same cloud after its replacement.
+        """True if a message is an outdated cloud: older than the last cloud in use, or this cloud after replacement.
 
-        A mesh may have replaced the last cloud.
+        The survey in use may be a mesh that has replaced the last cloud. The result is False for a mesh.
 
         digest : SHA-256 (hex) of the survey in the message
         """
@@ -104,9 +104,9 @@ class SurveyInUse(NamedTuple):
         )  # fmt: skip
 
     def after_clock_went_back(self, now_ns: int) -> "SurveyInUse":
-        """Return the survey in use after the clock went back to a time (ns): clouds from before this time are too old.
+        """Return the survey in use after the clock went back to `now_ns` (ns): clouds with later stamps may be used.
 
-        Clouds with stamps from after the step may be used.
+        Clouds with earlier stamps are still too old.
         """
         return self._replace(cloud_ns=min(self.cloud_ns, now_ns))
 
@@ -118,7 +118,7 @@ class SurveyInUse(NamedTuple):
         return arrival.is_mesh and arrival.mesh.repeats(self.mesh)
 
     def is_repeated(self, arrival: Arrival, digest: str) -> bool:
-        """True if a message contains this survey again; a cloud must also have no later stamp than this survey.
+        """True if a message contains this survey again; a cloud with a later stamp than this survey is a new survey.
 
         digest : SHA-256 (hex) of the survey in the message
         """

@@ -186,6 +186,7 @@ class WaitingTerrain(Generic[M]):
     def lacks(self, patches: int, why_refused: str, known_ns: int = 0, stamp_ns: int | None = None) -> None:
         """Note the faults of the restored terrain from before a restart: missing patches, and why a survey was refused.
 
+        patches : number of missing patches
         why_refused : "" if no survey was refused
         known_ns : latest time (ns) at which these faults can have begun; a whole survey published earlier has them too
         stamp_ns : latest stamp (ns) of the patches, None if it is not known; an older whole survey lacks them too
@@ -207,7 +208,7 @@ class WaitingTerrain(Generic[M]):
             self._before.extend(map(MomentBefore, patches_ns, stamps))
 
     def put_whole(self, survey: M, moment: Moment | None = None) -> None:
-        """Queue a whole survey; if too many wait, drop the oldest that has not been built.
+        """Queue a whole survey; if more than UNTRIED wait, drop the oldest survey that has not been built.
 
         A latched survey may be received again. The survey is then ignored if it is in the queue, in use, or replaced by
         a later survey: patches that were applied to the survey must not be lost.
@@ -276,7 +277,7 @@ class WaitingTerrain(Generic[M]):
         The patches since this survey stay in the terrain, and patches and surveys that the terrain lacks are still
         missing. As in `accepted`, other surveys that waited are dropped.
 
-        lost : number of patches that were in the terrain, and are not any more
+        lost : number of patches that were in the terrain, but are no longer in it
         """
         with self._changed:
             tried = self._tried
@@ -303,7 +304,7 @@ class WaitingTerrain(Generic[M]):
             self._tried = None
 
     def lost(self) -> None:
-        """Note that the patch taken last is not in the terrain."""
+        """Note that the patch that was taken last cannot be used, so the terrain lacks the patch."""
         with self._changed:
             self._patched.lost += 1
 
@@ -318,9 +319,9 @@ class WaitingTerrain(Generic[M]):
             return self._length()
 
     def forget_received(self) -> None:
-        """Forget the received patches, because the clock went back or the node unsubscribes: none is applied again.
+        """Forget the received patches, so that none is applied again: the clock went back, or the node unsubscribes.
 
-        Their moments are kept, because an earlier whole survey that lacks them may still arrive.
+        The moments of these patches are kept, because an earlier whole survey that lacks the patches may still arrive.
         """
         with self._changed:
             self._before.extend(each.moment for each in self._received)
@@ -369,5 +370,5 @@ class WaitingTerrain(Generic[M]):
 
 
 def _at_most(moment: AnyMoment, now_ns: int) -> AnyMoment:
-    """Return a moment with its stamp lowered to `now_ns` (ns) if the stamp is later; without a stamp, as it is."""
+    """Return a moment with its stamp lowered to at most `now_ns` (ns), or unchanged if it has no stamp."""
     return moment if moment.stamp_ns is None else moment._replace(stamp_ns=min(moment.stamp_ns, now_ns))  # type: ignore[return-value]

@@ -53,7 +53,7 @@ class WatchedTerrain:
         return [since_ns + self._longest_ns for since_ns in self._replaced_ns(parts)]
 
     def _replaced_ns(self, parts: Sequence[Evidence]) -> list[int]:
-        """Return when (ns) the terrain of each answer over a former terrain was replaced.
+        """Return, for each answer over a former terrain, the time (ns) at which this terrain was replaced.
 
         Evidence without areas is skipped: its sources have no answer, which is a separate fault.
         """

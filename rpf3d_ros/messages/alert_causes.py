@@ -1,7 +1,7 @@
 """The values in a message of `alerts` that explain a level.
 
-The values are the cause of the level, the terrain on which the decision is based, the time from which on the level has
-been shown, and the time from which on the level has not been normal.
+The values are the cause of the level, the terrain on which the decision is based, and two times: since when the level
+has been shown, and since when the level has not been normal.
 """
 
 from collections.abc import Mapping, Sequence

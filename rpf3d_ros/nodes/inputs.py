@@ -66,8 +66,8 @@ class Inputs:
     ) -> None:  # fmt: skip
         """Subscribe to all topics.
 
-        notice_jump : forgets all sources if the clock went back; this function is called before each message of sources
-            or areas, so that the new message is not forgotten together with older messages
+        notice_jump : forgets all sources if the clock went back; called before each message of sources or areas is
+            processed, so that this message is not forgotten together with older messages
         transforms : provider of transforms of other frames; None to refuse other frames
         """
         self._notice_jump = notice_jump
@@ -288,7 +288,10 @@ class Inputs:
         self._take(topic, header, take)
 
     def _take(self, topic: str, header: Header, take: Callable[[], None], published_ns: int = 0) -> None:
-        """Process a message with `take`; refuse a stamp that is older than the topic's last stamp, or in the future."""
+        """Process a message with `take`; refuse a stamp that is older than the topic's last stamp, or in the future.
+
+        published_ns : when a terrain message was published (ns); 0 for other messages
+        """
         stamp = nanoseconds(header.stamp)
 
         def guarded() -> None:
@@ -315,7 +318,7 @@ class Inputs:
     ) -> None:
         """Report a refused message: a fault of the alert, because the message may report danger or changed terrain.
 
-        published_ns : when a terrain message was published (ns)
+        published_ns : when a terrain message was published (ns); 0 for other messages
         is_counted : True if the queue of terrain already counts the message as missing
         stamp_ns : stamp of the message (ns), None if it has none, or if it cannot be read
         """

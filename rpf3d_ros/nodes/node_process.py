@@ -25,7 +25,7 @@ BAD_INPUT = 2
 USAGE = "parameters come after --ros-args: --params-file FILE, -p NAME:=VALUE (docs/reference/parameters.md lists them)"
 
 SOURCE_PLACE = re.compile(r",? at /\S+:\d+")
-"""Pattern of file and line of rcl's C code in an error message, which are removed for users."""
+"""Pattern of a file and line of rcl's C code in an error message; it is removed from messages to users."""
 
 
 def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> int:

@@ -17,7 +17,7 @@ SECOND = 1_000_000_000
 """One second in nanoseconds."""
 
 EVENTS_KEPT = 1000
-"""Number of time stamps whose event is remembered; a result for an older stamp counts as a new event."""
+"""Largest number of stamps whose event is remembered; a result with a forgotten stamp counts as a new event."""
 
 Drawn = TypeVar("Drawn")
 
@@ -117,7 +117,7 @@ class LastContents:
         self._arrays: dict[str, tuple[np.ndarray, ...]] = {}
 
     def differs(self, name: str, *arrays: np.ndarray) -> bool:
-        """Return True if an array differs from the last arrays of the same name."""
+        """Return True if the arrays differ from the last arrays of the same name, or if there are none."""
         last = self._arrays.get(name, ())
         return len(last) != len(arrays) or not all(map(np.array_equal, last, arrays))
 
@@ -126,7 +126,7 @@ class LastContents:
         self._arrays[name] = arrays
 
     def is_new(self, name: str, *arrays: np.ndarray) -> bool:
-        """Remember arrays; return True if one of them differs from the last arrays of the same name."""
+        """Remember arrays; return True if they differ from the last arrays of the same name, or if there were none."""
         is_new = self.differs(name, *arrays)
         self.note(name, *arrays)
         return is_new

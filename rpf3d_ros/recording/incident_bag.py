@@ -19,7 +19,7 @@ At a site with more patches between two whole surveys, later bags lack the oldes
 """
 
 Message = tuple[str, str, bytes]
-"""Topic of a message as a key of `recorded_topics`, full name of the topic, and CDR bytes of the message."""
+"""A message: its topic as in `BagWriter.write`, the full name of the topic, and the CDR bytes."""
 
 
 class IncidentBag:
@@ -91,7 +91,7 @@ class IncidentBag:
         self._remember(topic, name, data)
 
     def close(self) -> None:
-        """Write the index of the open bag."""
+        """Write the index of the open bag, if any. Raises OSError if this fails."""
         writer, self._writer = self._writer, None
         if writer is not None:
             writer.close()
