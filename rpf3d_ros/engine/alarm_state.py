@@ -61,7 +61,7 @@ class AlarmState:
         self._lost = self._several = ""
 
     def note_alarm(self, sounds: bool, at: float) -> None:
-        """Note a message of `alarm`; sounds : True if the alarm is on; at : time of arrival (s, steady clock)."""
+        """Note a message of `alarm`; sounds : True if the alarm is on; at : time of its arrival (s, steady clock)."""
         self._alarm = sounds, at
 
     def note_alert(self, alert: HeardAlert, at: float) -> None:

@@ -32,7 +32,7 @@ FORGOTTEN = "a decision failed: all sources received before are discarded"
 """Reason why the state of all walls counts as unknown after an unforeseen error."""
 
 NO_CLOCK = "no time on /clock yet: no decision is made before the clock runs"
-"""Reason why no decision is made before the clock runs: it would state that a level is held since 1970."""
+"""Reason why no decision is made before the clock runs: the decision would have a time in 1970."""
 
 RENEWED_BEFORE = SECOND
 """Time (ns) before the end of a decision's validity at which the next decision is made.
@@ -150,7 +150,7 @@ class AlertDesk:
         self._ask(CHANGED)
 
     def _ask(self, request: Request) -> None:
-        """Queue a request CHANGED or MOVED, unless an equal request already waits.
+        """Queue the request CHANGED or MOVED to decide again, unless an equal request already waits.
 
         One request is enough, because the decision uses the state at the time of the decision. So the queue stays short
         while the disk hangs.

@@ -148,7 +148,7 @@ class Flyer:
 
     @property
     def has_trigger(self) -> bool:
-        """True if a message of sources has been received; the message may contain no source."""
+        """True if a message of sources was received and is not forgotten; the message may contain no source."""
         return self._schedule.has_trigger
 
     def activate(self) -> None:
@@ -257,7 +257,10 @@ class Flyer:
         self._refine()
 
     def _refine(self) -> None:
-        """Fly the next stage of the current answer, and publish it unless an answer with more rocks was published."""
+        """Fly the next stage of the current answer, and publish it unless an answer with more rocks was published.
+
+        Refused sources are reported as unanswerable.
+        """
         stages, trigger = self._stages, self._schedule.current
         if stages is None or trigger is None:
             return

@@ -297,7 +297,10 @@ class _Arrivals:
             os.close(self._descriptor)
 
     def _call_back(self, function: Any, data: int | None) -> bool:
-        """Set the callback of all subscriptions; return False if the middleware has refused it for any of them."""
+        """Set the callback of all subscriptions; return False if the middleware has refused it for any of them.
+
+        function, data : address of a C function, and its user data; None and None to end the callbacks
+        """
         accepted = True
         for subscription in self._subscriptions:
             with suppress(InvalidHandle), subscription.handle:  # invalid if the node has been destroyed

@@ -53,7 +53,7 @@ class MessageGaps:
 
         Return 0 if the middleware does not number messages.
 
-        A number that does not rise belongs to a new publisher, because a publisher never counts back. Messages before
+        A number that does not rise belongs to a new publisher, because a publisher's numbers only rise. Messages before
         the first message of a publisher may have been published before the node subscribed. They count as one lost
         message if the queue was full when the first message was read. This is known only after the rest of the queue
         has been read.

@@ -222,7 +222,7 @@ class Station:
         self.report_waiting()
 
     def _demand_anew(self) -> None:
-        """Report a fault until all areas and, if the node has received patches, the whole terrain are published."""
+        """Report faults that last until all areas and, if there are patches, the whole terrain are published again."""
         self._areas.interrupted(self._watched_area_topics())
         if self.terrain.has_patches:
             self.terrain.refuse("patch", time.time_ns(), stamp_ns=self._outlets.now() or None)
@@ -273,7 +273,7 @@ class Station:
         self.report_waiting()
 
     def report_waiting(self) -> None:
-        """Report in the diagnostics which input is missing: terrain, or else sources."""
+        """Report in the diagnostics which input is missing: terrain, or else sources; nothing if both are there."""
         if self.flyer.standing is None:
             self.waiting("terrain")
         elif not self.flyer.has_trigger:

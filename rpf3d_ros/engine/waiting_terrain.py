@@ -21,7 +21,7 @@ LATE = 10.0
 """Longest time (s) for which patches are kept for a whole survey that was published earlier but arrives later."""
 
 NO_REASON = "no reason is given"
-"""Stands for an empty reason, because an empty sentence would be no fault."""
+"""Text in place of an empty reason of a refusal, because an empty sentence would not be a fault."""
 
 REMEMBERED = 10_000
 """Number of patches, and of replaced whole surveys, whose times of publication are remembered."""
@@ -56,8 +56,8 @@ class Moment(NamedTuple):
 class MomentBefore(NamedTuple):
     """When a patch from before a restart was received, and its stamp.
 
-    received_ns : time of arrival (ns), or a later time
-    stamp_ns : stamp (ns) of the patch, or a later time; None if it is not known
+    received_ns : time of arrival (ns) or, if this is not known exactly, a later time
+    stamp_ns : stamp (ns) of the patch or, if this is not known exactly, a later time; None if nothing is known
     """
 
     received_ns: int
@@ -171,7 +171,7 @@ class WaitingTerrain(Generic[M]):
         kind : "whole" or "patch"; published_ns : time of publication of the message (ns), 0 if it is not known; for
             lost patches, a time after their publication
         why : the reason, for a whole survey; count : number of patches
-        stamp_ns : stamp of the message (ns), or a later time; None for a message without a stamp
+        stamp_ns : stamp of the message (ns) or, if this is not known exactly, a later time; None without a stamp
         """
         moment = Moment(published_ns, stamp_ns)
         with self._changed:
@@ -309,7 +309,7 @@ class WaitingTerrain(Generic[M]):
             self._patched.lost += 1
 
     def close(self) -> None:
-        """Close the queue; a thread that waits in `take` continues."""
+        """Close the queue; a call of `take` that waits, and every later call, then returns None."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()

@@ -53,7 +53,9 @@ def _cause_of(level: Level, raised: AreaAlert | None) -> str:
 def _fault_of(one: Alert | AreaAlert, faults: Sequence[str]) -> str:
     """Return the first fault that names the area; for the site, or if no fault names the area, the first fault.
 
-    "" if there is no fault.
+    Return "" if there is no fault.
+
+    one : the alert of the site, or of an area
     """
     named = (fault for fault in faults if isinstance(one, AreaAlert) and fault.startswith(f"{one.name}: "))
     return next(named, next(iter(faults), ""))

@@ -94,7 +94,7 @@ class MapFrame:
         return self.other.directions(directions)
 
     def knows(self, frame_id: str) -> bool:
-        """True for the map frame and the survey frame, which need no transform of another frame."""
+        """True for the names of the map frame and of the survey frame, which need no transform `other`."""
         return bool(frame_id) and frame_id in (self.name, self.survey)
 
     def tilts(self, frame_id: str) -> bool:

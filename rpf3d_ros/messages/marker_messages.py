@@ -149,7 +149,7 @@ def _thinned(rock: NDArray[Any], most: int, points_each: int) -> list[NDArray[np
 def _colours(speed: FloatArray, fastest: float) -> NDArray[np.float32]:
     """Return colours (N, 4) by speed: red, green, blue, opacity, 0 to 1.
 
-    fastest : greatest speed of all rocks (m/s)
+    speed : (N,) m/s; fastest : greatest speed of all rocks (m/s)
     """
     shown = speed_colours(speed, fastest) / np.float32(255.0)
     return np.concatenate([shown, np.ones((len(shown), 1))], axis=1).astype(np.float32)

@@ -39,7 +39,7 @@ IDENTITY = (0.0, 0.0, 0.0, 1.0)
 class Sources:
     """The sources of one message.
 
-    header : header of the message, with the map frame; copied to every output
+    header : stamp of the message, and name of the map frame
     positions : (S, 3) m, map frame
     velocities : (S, 3) m/s
     diameters : (S,) m, NaN if unknown; None if no source has a diameter

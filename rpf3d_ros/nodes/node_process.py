@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
 BAD_INPUT = 2
-"""Exit code if a parameter or a file is refused, as on the command line."""
+"""Exit code if a parameter or a file is refused, the same as of the command `rpf3d`."""
 
 USAGE = "parameters come after --ros-args: --params-file FILE, -p NAME:=VALUE (docs/reference/parameters.md lists them)"
 

@@ -15,7 +15,7 @@ from rpf3d_ros.interface.recorded_topics import (
 from rpf3d_ros.recording.bag_writer import CLOUDS_KEY, POSES_KEY
 
 OPTIONS = {POSES: "--source-topics", CLOUD: "--source-cloud-topics"}
-"""Command-line options that name topics of sources, by the type of the topics' messages, of commands that read bags."""
+"""Command-line options with which a user names the topics of sources in a bag, by the type of the topics' messages."""
 
 HELP = "topics of sources as {}, between commas, as the nodes' parameter; without it, the names noted in the bag"
 """Help text of the options in OPTIONS; the braces stand for the kind of the messages: poses or clouds."""

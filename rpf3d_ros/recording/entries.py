@@ -41,7 +41,7 @@ class RecordingEntry(NamedTuple):
 EntryMaker = Callable[[Any], Iterator[RecordingEntry]]
 """A function that yields the entries of a message; a message of terrain/mesh is passed as CDR bytes.
 
-Raises MessageRefused.
+Raises MessageRefused for a message that cannot be used.
 """
 
 
@@ -157,7 +157,8 @@ def column_of(cloud: Any, name: str) -> np.ndarray:
 def by_name(drawn: Mapping[str, Drawn], root: str, what: str) -> dict[str, Drawn]:
     """Return the shapes of a marker message by name, from namespaces that consist of a prefix and the name.
 
-    root : the prefix; what : what the names are, for the error message, such as "level"
+    drawn : the shapes by namespace; root : the prefix
+    what : what the names are, for the error message, such as "level"
 
     Raises MessageRefused for a namespace without the prefix.
     """

@@ -52,7 +52,7 @@ def close(stream: Any, seconds: float) -> None:
 
 
 def any_left() -> bool:
-    """True if a stream that failed is not released yet; rerun would then wait for it when the process ends, too."""
+    """True if a stream is not released yet after an error; rerun would wait for this stream when the process ends."""
     return any(thread.is_alive() for thread in _left)
 
 

@@ -46,7 +46,8 @@ class IncidentBag:
         """Close the last bag, and begin the bag for a new file of the recording; recording : path of this file.
 
         Raises OSError if the first bag cannot be written, InputError if rosbags is missing. If a later bag cannot be
-        written, or the last bag cannot be completed, `fault` states the error; the new bag is begun in any case.
+        written, attribute `fault` states the error, and there is no bag for this file. If the last bag cannot be
+        completed, `fault` states this error, but the new bag is begun.
         """
         if self._prefix is None:
             return

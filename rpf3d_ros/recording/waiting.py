@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 Read = Callable[[], Any]
-"""A function that deserializes a received message. Raises MessageRefused."""
+"""A function that deserializes a received message. Raises MessageRefused if this fails."""
 
 SETTLED = 1_000_000_000
 """Time (ns) after which the line markers of an answer no longer wait for the points of this answer."""
