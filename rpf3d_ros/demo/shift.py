@@ -142,7 +142,7 @@ class Shift:
             raise InputError(f"the acknowledgement was refused: {answer}")
 
     def _update(self, points: FloatArray) -> None:
-        """Publish a patch, and wait for an answer that uses the new terrain."""
+        """Publish a patch of points (H, W, 3) m, and wait for an answer that uses the new terrain."""
         before = self._flown_over
 
         def publish() -> None:

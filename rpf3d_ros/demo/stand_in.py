@@ -31,7 +31,7 @@ Receive = Callable[[bytes, int], None]
 
 
 class StandIn:
-    """Publishes and subscribes in place of survey, radar and operator; a context manager with a node of its own.
+    """Publishes and subscribes in place of survey, radar and operator; a context manager with a separate node.
 
     One thread at a time may spin; any thread may publish.
     """

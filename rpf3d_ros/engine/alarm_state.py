@@ -42,7 +42,7 @@ class AlarmState:
 
     The contact may be closed only while all of these conditions hold:
 
-    - no topic is known to have two publishers, and the known publishers of both topics are of the same node
+    - no topic is known to have two publishers, and the known publishers of both topics belong to the same node
     - at least two alerts have arrived since the start, and since the publisher was last lost; a publisher is lost if
       it misses a deadline, if it dies, or if an alert is not understood
     - the last messages of both topics are not stale
@@ -111,7 +111,10 @@ class AlarmState:
         return f"the level is {alert.level}" if alert.level == "fault" else ""
 
     def _not_valid(self, alert: HeardAlert, since_s: float, clock_ns: int) -> str:
-        """Return why the last alert is not valid now, "" if it is valid; since_s : time (s) since its arrival."""
+        """Return why the last alert is not valid now, "" if it is valid.
+
+        since_s : time (s) since the arrival of the alert; clock_ns : as in `why_open`
+        """
         if since_s > alert.left_s:
             return "the last alert is no longer valid"
         past, ahead = clock_ns - alert.until_ns, alert.stamp_ns - clock_ns

@@ -388,7 +388,10 @@ class AlertDesk:
         return True, f"the fault of the unknown level has ended; the level is {alert.level.word}"
 
     def _decide(self, now: int, given: Acknowledgement | None, shown: tuple[str, ...] = ()) -> Alert:
-        """Decide at a time (ns), log the decision and publish it; given, shown : as in `_decide_with`."""
+        """Decide at a time `now` (ns), log the decision, publish the alert, and return it.
+
+        given : an acknowledgement, None for none; shown : as in `_decide_with`
+        """
         if self._owed:
             self._owed = False
             self._listener.held_up("")

@@ -140,7 +140,10 @@ class Builder:
             self._store.keep(built.ground, built.survey, is_patch=kind == "patch")
 
     def _refuse(self, kind: str, why: str) -> None:
-        """Report that a message cannot be used; a refused patch counts as missing in the terrain."""
+        """Report that a message cannot be used; a refused patch counts as missing in the terrain.
+
+        kind : "whole" or "patch"; why : reason of the refusal
+        """
         if kind == "whole":
             self._waiting.refused(why)
         else:

@@ -77,8 +77,8 @@ class MessageGaps:
         that published most recently. Otherwise a message could continue the number of a publisher that has ended, and a
         loss would remain unnoticed.
 
-        Too many messages may count as lost in two cases: if a publisher ends before its last messages are read, and
-        another publisher has published meanwhile; and if the node begins to subscribe while there are several
+        Too many messages may count as lost in two cases: if a publisher ends before its last messages are read, while
+        another publisher publishes; and if the node begins to subscribe while there are several
         publishers.
 
         publisher : identity of the publisher; number : of the message; publishers : as in `lost_before`

@@ -103,7 +103,7 @@ class RegionEvidence:
         return len(self._evidence)
 
     def fresh(self, now_ns: int) -> Evidence | None:
-        """Return the evidence of all regions, combined into one for a decision; None if there is no evidence.
+        """Return the evidence of all regions, combined into one for a decision at `now_ns` (ns); None without evidence.
 
         Stale evidence is left out, because a later message of its sensor may have reported other sources. If the sensor
         has reported nothing later, its silence is a fault. If all evidence is stale, the newest evidence counts.

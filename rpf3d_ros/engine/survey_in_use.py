@@ -125,11 +125,11 @@ class SurveyInUse(NamedTuple):
         return bool(digest) and digest == self.digest and (arrival.is_mesh or arrival.stamp_ns <= self.stamp_ns)
 
     def may_stay(self, arrival: Arrival) -> bool:
-        """True if the terrain in use may stay as it is after a message that contains the same whole survey again.
+        """True if the terrain in use may stay unchanged after a message that contains the same whole survey again.
 
-        A cloud must have the stamp of the survey in use. For a mesh the result is False if the clock was set back, so
-        that the stamp of the survey in use is in the future, or if the clock had not begun when this survey arrived
-        (stamp 0).
+        For a cloud, the result is True if its stamp is the stamp of the survey in use. For a mesh, the result is False
+        if the clock went back, so that the stamp of the survey in use is in the future, or if the clock had not begun
+        when the survey in use arrived (stamp 0).
         """
         if arrival.is_mesh:
             return 0 < self.stamp_ns <= arrival.stamp_ns

@@ -34,7 +34,7 @@ class TerrainLack(NamedTuple):
 
 
 class TerrainBefore(NamedTuple):
-    """What is known of the terrain before a restart, to notice a late whole survey that lacks a patch of this terrain.
+    """Facts about the terrain before a restart, to notice a late whole survey that lacks a patch of this terrain.
 
     read_ns : time when the store was read, by the machine's clock (ns)
     patches_ns : times when the patches in the restored terrain were received, by the machine's clock (ns)

@@ -128,6 +128,8 @@ class WaitingTerrain(Generic[M]):
     A large mesh may be received after a patch that was published later. Therefore each received patch is kept for a
     while, even after `take` has returned the patch. If a whole survey then arrives that was published before the patch,
     the patch is applied to this survey, too. A patch that is too old to be kept counts as missing in the survey.
+
+    most_patches : largest number of patches that may wait, and of patches that are kept for a late whole survey
     """
 
     def __init__(self, most_patches: int) -> None:

@@ -16,7 +16,10 @@ class WatchedTerrain:
     """
 
     def __init__(self, longest_s: float) -> None:
-        """Begin without terrain; longest_s : time (s) for which an answer counts after its terrain was replaced."""
+        """Begin without terrain.
+
+        longest_s : longest time (s) for which an answer may count after its terrain was replaced, without a fault
+        """
         self._longest_s, self._longest_ns = longest_s, ns_of(longest_s)
         self._known: DigestHistory | None = None
         self._lock = threading.Lock()

@@ -37,7 +37,7 @@ SIM_TIME = "use_sim_time"
 """Parameter of rclpy that chooses the node's clock: simulated time, or the time of the machine."""
 
 LARGEST_COUNT = 2**31 - 1
-"""Upper end of the range of an integer parameter without a limit of its own, because a ROS range needs both ends."""
+"""Upper end of the range of an integer parameter that has no other upper limit, because a ROS range needs both ends."""
 
 P = TypeVar("P")
 

@@ -131,7 +131,7 @@ def _append_string(data: bytearray, text: str) -> None:
 
 
 def _append_array(data: bytearray, rows: NDArray[np.floating], kind: str) -> None:
-    """Append rows of numbers as CDR bytes: the number of rows, then the rows."""
+    """Append rows of numbers as CDR bytes: the number of rows, then the rows; kind : NumPy type of the numbers."""
     _append_length(data, len(rows))
     if len(rows):
         numbers = np.ascontiguousarray(rows, dtype=kind)

@@ -3,7 +3,7 @@
 There are two kinds: a file, and a TCP connection. Both replace hardware: on a site, use a relay that opens as soon as
 the bridge no longer powers its coil.
 
-Each contact has a thread of its own. If the bridge has not called `set` for LOOKED seconds, the thread opens the
+Each contact has a separate thread. If the bridge has not called `set` for LOOKED seconds, the thread opens the
 contact.
 """
 

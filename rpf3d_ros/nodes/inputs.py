@@ -154,11 +154,17 @@ class Inputs:
         self._health.set("terrain", ERROR, why)
 
     def on_points(self, data: Buffer, published_ns: int) -> None:
-        """Queue a point cloud (CDR bytes) as the new terrain: points in rows, or scattered points."""
+        """Queue a point cloud (CDR bytes) as the new terrain: points in rows, or scattered points.
+
+        published_ns : when the message was published (ns)
+        """
         self._survey("terrain/points", data, lambda cloud: self._whole(cloud, published_ns), published_ns)
 
     def on_mesh(self, data: Buffer, published_ns: int) -> None:
-        """Queue a mesh (CDR bytes) as the new terrain; the time of arrival replaces the missing stamp."""
+        """Queue a mesh (CDR bytes) as the new terrain; the time of arrival replaces the missing stamp.
+
+        published_ns : when the message was published (ns)
+        """
         now = self._now()
 
         def take() -> None:
@@ -177,7 +183,10 @@ class Inputs:
         self._try("terrain/mesh", take, published_ns)
 
     def on_update(self, data: Buffer, published_ns: int) -> None:
-        """Queue a point cloud (CDR bytes) as a patch, which replaces a part of the terrain."""
+        """Queue a point cloud (CDR bytes) as a patch, which replaces a part of the terrain.
+
+        published_ns : when the message was published (ns)
+        """
 
         def take(cloud: PointCloud2) -> None:
             arrival = self._arrival(cloud)
@@ -243,9 +252,11 @@ class Inputs:
         self.guards.note("terrain/update", arrival.stamp_ns)  # a patch with an older stamp is out of date
 
     def _survey(self, topic: str, data: Buffer, take: Callable[[PointCloud2], None], published_ns: int) -> None:
-        """Read a point cloud from its bytes and process it with `take`; an unreadable message is refused.
+        """Read a point cloud from its CDR bytes and process it with `take`; an unreadable message is refused.
 
         rclpy itself would drop an unreadable message silently.
+
+        published_ns : when the message was published (ns)
         """
         try:
             cloud = deserialize_message(bytes(data), PointCloud2)

@@ -97,7 +97,7 @@ class SimulatorNode(LifecycleNode):
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Read parameters, scene and site file, compile, and restore the last good terrain.
 
-        Return FAILURE if an input is refused, or if a signal ends the node meanwhile.
+        Return FAILURE if an input is refused, or if a signal ends the node during this work.
         """
         self.broken = ""
         self._report("configuring: reading files and compiling", OK)

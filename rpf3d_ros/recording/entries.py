@@ -138,7 +138,10 @@ def frame_of(message: Any, frames: InputFrames) -> MapFrame:
 
 
 def finite_points(points: FloatArray, frame_id: str, frame: MapFrame) -> FloatArray:
-    """Return points (N, 3) m of a message in the map frame. Raises MessageRefused if a point is not finite."""
+    """Return points (N, 3) m of a message in the map frame. Raises MessageRefused if a point is not finite.
+
+    frame_id : name of the frame of the points; frame : converts the points
+    """
     if not bool(np.isfinite(points).all()):
         raise MessageRefused("a point is not finite")
     return frame.points(points, frame_id)

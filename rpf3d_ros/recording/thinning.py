@@ -11,7 +11,7 @@ class Thinning(NamedTuple):
     rocks : number of recorded rocks of an answer; rocks that reach an area are always recorded; 0: all
     maps_every : shortest time (s) between recorded hazard maps, unless an alert level changes; 0: no limit
 
-    Unless both are 0, rocks and maps that are the same as in the previous answer are not recorded again.
+    Unless both are 0, rocks and maps that do not differ from those recorded last are not recorded again.
     """
 
     rocks: int = 50
