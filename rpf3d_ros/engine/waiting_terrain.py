@@ -333,7 +333,7 @@ class WaitingTerrain(Generic[M]):
     def clock_went_back(self, now_ns: int) -> None:
         """Lower all stamps of patches and refused surveys to the present time (ns), because the clock went back.
 
-        So a whole survey that was measured after the step has these patches, and an older one still lacks them.
+        So a whole survey that was measured after the step has these patches, and an older survey still lacks them.
         """
         with self._changed:
             for received in self._received:
