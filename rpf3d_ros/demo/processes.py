@@ -26,7 +26,7 @@ _taken: list[IO[str]] = []
 
 
 def isolated_environment(logs: Path) -> dict[str, str]:
-    """Return environment variables with which nodes communicate on this machine only, in a ROS domain of their own.
+    """Return environment variables with which nodes communicate on this machine only, in a reserved ROS domain.
 
     logs : folder of the nodes' ROS logs
 

@@ -96,7 +96,10 @@ def _keep_decisions(made: Path, kept: Path) -> None:
 
 
 def shipped(name: str) -> Path:
-    """Return the path of a data file of the package, such as config/rpf3d.yaml, in the source tree or as installed."""
+    """Return the path of a data file of the package, such as config/rpf3d.yaml, in the source tree or as installed.
+
+    If the file is in neither place, return the path in the folder for installed files.
+    """
     return next((folder / name for folder in (SOURCE_TREE, INSTALLED) if (folder / name).is_file()), INSTALLED / name)
 
 
@@ -120,7 +123,7 @@ def _speed(text: str) -> float:
 
 
 def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[str]:
-    """Run the nodes while the shift is played, until everything is recorded.
+    """Start the nodes, play the shift, wait until everything is recorded, and end the nodes.
 
     Return what is missing, as words for a message: topics, alert levels, or nodes that failed; empty if all is well.
     """

@@ -82,7 +82,8 @@ ANSWERING = 30.0
 class Shift:
     """Plays the working shift to the nodes: publishes as survey and radar, and acknowledges as operator.
 
-    The clock must run in real time, so that recorded delays are real. In quiet stretches the shift sets it forward.
+    The clock must run in real time, so that recorded delays are real. In quiet stretches the shift sets the clock
+    forward.
     """
 
     def __init__(self, content: ShiftContent, stand_in: StandIn, clock: SimulatedClock, speed: float) -> None:
@@ -141,7 +142,7 @@ class Shift:
             raise InputError(f"the acknowledgement was refused: {answer}")
 
     def _update(self, points: FloatArray) -> None:
-        """Publish a patch, and wait for an answer that uses the new terrain."""
+        """Publish a patch of points (H, W, 3) m, and wait for an answer that uses the new terrain."""
         before = self._flown_over
 
         def publish() -> None:
@@ -176,7 +177,7 @@ class Shift:
             self._clock.jump((self._speed - 1.0) * min(time.monotonic() - began, LONGEST_STEP))
 
     def _await(self, ask: Callable[[], None], answered: Callable[[], bool]) -> None:
-        """Publish the current time, then a message, and wait for the answer to this message.
+        """Publish the current time on /clock, then a message, and wait for the answer to this message.
 
         ask : publishes the message; answered : returns True once the answer has been received
 

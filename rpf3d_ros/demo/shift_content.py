@@ -28,7 +28,7 @@ The grid covers two benches above the haul ramp, and the edge of the ramp.
 TOP, EDGE, SLOPE = 1664.5, -581.0, 0.72
 """The crest that fails: height (m) and easting (m); tangent of the slope angle of its muck, 36 degrees."""
 BEND, BENT = (10.0, 70.0), 8.0
-"""Northings (m) between which the wall bends eastwards; offset of the bend (m)."""
+"""Northings (m) between which the wall bends eastwards; eastward offset (m) of the crest beyond the bend."""
 HALF_LENGTH = 55.0
 """Half the length of the muck along the wall (m); beyond this length, the muck slopes down at the same angle."""
 

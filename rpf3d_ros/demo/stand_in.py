@@ -27,11 +27,11 @@ SPIN = 0.02
 """Time that one spin waits for a message (s)."""
 
 Receive = Callable[[bytes, int], None]
-"""Called for each message with its CDR bytes and its time of arrival (ns, monotonic)."""
+"""A function that is called for each received message, with its CDR bytes and its time of arrival (ns, monotonic)."""
 
 
 class StandIn:
-    """Publishes and subscribes in place of survey, radar and operator; a context manager with a node of its own.
+    """Publishes and subscribes in place of survey, radar and operator; a context manager with a separate node.
 
     One thread at a time may spin; any thread may publish.
     """
@@ -75,11 +75,11 @@ class StandIn:
         return answer
 
     def wait_for_subscribers(self, seconds: float, count: int = 1, alive: Callable[[], bool] = lambda: True) -> bool:
-        """Handle messages until every published topic has `count` subscribers, or `alive` is false.
+        """Handle messages until every published topic has `count` subscribers, or `alive` returns False.
 
         Return True if every topic has enough subscribers.
 
-        seconds : longest time to wait (s); alive : returns False if waiting has become useless
+        seconds : longest time to wait (s); alive : returns False if it is useless to wait longer
         """
         offered = self._publishers.values()
 

@@ -37,12 +37,12 @@ class HeardAlert(NamedTuple):
 class AlarmState:
     """The last messages of `alarm` and `alerts`, and whether the relay contact of the alarm bridge may be closed.
 
-    stale_s : age (s) above which a message is stale. All times of arrival are of a steady clock.
+    stale_s : age (s) above which a message is stale; ages are measured by a steady clock
     offset_s : time (s) by which the clocks of simulator and bridge may differ
 
     The contact may be closed only while all of these conditions hold:
 
-    - no topic is known to have two publishers, and the known publishers of both topics are of the same node
+    - no topic is known to have two publishers, and the known publishers of both topics belong to the same node
     - at least two alerts have arrived since the start, and since the publisher was last lost; a publisher is lost if
       it misses a deadline, if it dies, or if an alert is not understood
     - the last messages of both topics are not stale
@@ -61,7 +61,7 @@ class AlarmState:
         self._lost = self._several = ""
 
     def note_alarm(self, sounds: bool, at: float) -> None:
-        """Note a message of `alarm`; sounds : True if the alarm is on; at : time of arrival (s, steady clock)."""
+        """Note a message of `alarm`; sounds : True if the alarm is on; at : time of its arrival (s, steady clock)."""
         self._alarm = sounds, at
 
     def note_alert(self, alert: HeardAlert, at: float) -> None:
@@ -111,7 +111,10 @@ class AlarmState:
         return f"the level is {alert.level}" if alert.level == "fault" else ""
 
     def _not_valid(self, alert: HeardAlert, since_s: float, clock_ns: int) -> str:
-        """Return why the last alert is not valid now, "" if it is valid; since_s : time (s) since its arrival."""
+        """Return why the last alert is not valid now, "" if it is valid.
+
+        since_s : time (s) since the arrival of the alert; clock_ns : as in `why_open`
+        """
         if since_s > alert.left_s:
             return "the last alert is no longer valid"
         past, ahead = clock_ns - alert.until_ns, alert.stamp_ns - clock_ns

@@ -32,7 +32,7 @@ FORGOTTEN = "a decision failed: all sources received before are discarded"
 """Reason why the state of all walls counts as unknown after an unforeseen error."""
 
 NO_CLOCK = "no time on /clock yet: no decision is made before the clock runs"
-"""Reason why no decision is made before the clock runs: it would state that a level is held since 1970."""
+"""Reason why no decision is made before the clock runs: the decision would have a time in 1970."""
 
 RENEWED_BEFORE = SECOND
 """Time (ns) before the end of a decision's validity at which the next decision is made.
@@ -150,7 +150,7 @@ class AlertDesk:
         self._ask(CHANGED)
 
     def _ask(self, request: Request) -> None:
-        """Queue a request CHANGED or MOVED, unless an equal request already waits.
+        """Queue the request CHANGED or MOVED to decide again, unless an equal request already waits.
 
         One request is enough, because the decision uses the state at the time of the decision. So the queue stays short
         while the disk hangs.
@@ -181,15 +181,15 @@ class AlertDesk:
         """Request that all evidence is forgotten; until every topic of sources publishes again, the alert has a fault.
 
         why : the reason why the state is unknown
-        reply : called on the thread of the alert desk after the decision without evidence has been published; if the
-            clock does not run yet, no decision is made and `reply` is called at once
+        reply : called with (True, `why`) on the thread of the alert desk, after the decision without evidence has been
+            published. If the clock does not run yet, no decision is made, and `reply` is called with (True, NO_CLOCK)
         """
         self._requests.put(Request(faults=why, reply=reply))
 
     def lose(self, why: str) -> None:
         """Request that all evidence is forgotten because of an error of the program.
 
-        Afterwards, a message counts only if its stamp is later than the stamp of the last message of its topic. If a
+        Afterwards, a message counts only if its stamp is later than the last stamp of its topic before the error. If a
         source of topic `clicked_point` is lost, the alert has a fault until the source would be too old.
 
         why : the reason why the state is unknown
@@ -203,7 +203,7 @@ class AlertDesk:
         before the decision. The only exception is the fault that the level before the start is unknown.
 
         by, why : name of the person, and reason; client : as in `Acknowledgement`
-        reply : called on the thread of the alert desk, with True and a sentence, or with False and why the
+        reply : called on the thread of the alert desk, with True and a sentence, or with False and the reason why the
             acknowledgement has no effect
         """
         given = Acknowledgement(by=by, why=why, at_ns=self._now(), client=client)
@@ -293,7 +293,8 @@ class AlertDesk:
     def _serve(self, request: Request, following: Request | None) -> None:
         """Carry out a request, usually with a decision; following : the next request, None if no other request waits.
 
-        If both requests are about sources without an answer, only the next one causes a decision, with both faults.
+        If the evidence of both requests is about sources without an answer, no decision is made now: the decision on
+        the next request contains the faults of both.
         """
         now = self._now()
         if request.faults:
@@ -323,7 +324,7 @@ class AlertDesk:
             self._evidence.miss(topic, at_ns)
 
     def _remember(self) -> None:
-        """Save the state that the next start needs, and report if this fails; an error does not stop decisions."""
+        """Save the state that the next start needs, if there is a log; report an error, but continue."""
         log = self._log
         if log is None:
             return
@@ -349,7 +350,7 @@ class AlertDesk:
     def _acknowledge(self, request: Request, now: int) -> None:
         """Decide with the acknowledgement of a request, and reply; now : present time (ns).
 
-        An acknowledgement without a name or reason is only logged as refused.
+        An acknowledgement without a name or reason causes no decision: the log notes that it was refused.
         """
         asked = request.acknowledged or Acknowledgement(by="", why="", at_ns=now)
         try:
@@ -387,7 +388,10 @@ class AlertDesk:
         return True, f"the fault of the unknown level has ended; the level is {alert.level.word}"
 
     def _decide(self, now: int, given: Acknowledgement | None, shown: tuple[str, ...] = ()) -> Alert:
-        """Decide at a time (ns), log the decision and publish it; given, shown : as in `_decide_with`."""
+        """Decide at a time `now` (ns), log the decision, publish the alert, and return it.
+
+        given : an acknowledgement, None for none; shown : as in `_decide_with`
+        """
         if self._owed:
             self._owed = False
             self._listener.held_up("")

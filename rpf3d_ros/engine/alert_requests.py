@@ -17,7 +17,7 @@ class Request:
     faults : the reason why the state is unknown; all evidence is then forgotten, and every topic must publish again.
         "" if there is no such reason
     is_error : True if the reason is an error of the program; then a message counts only if its stamp is later than the
-        stamp of the last message of its topic
+        last stamp of its topic before the error
     acknowledged : an acknowledgement, whose name and reason are not checked yet
     shown : the faults that were shown when the acknowledgement was given, except the fault that the acknowledgement
         may end
@@ -45,7 +45,8 @@ class Request:
     def is_covered_by(self, later: "Request") -> bool:
         """True if this request can be skipped, because the decision on a later request covers it.
 
-        Without skipping, new evidence would wait for many decisions while the outline of a moving machine changes.
+        Otherwise new evidence would have to wait for many decisions, because the outline of a moving machine often
+        changes.
         """
         return (self in (TICK, CHANGED, MOVED) and later.decides) or (self in (TICK, MOVED) and later.is_moved)
 

@@ -23,7 +23,7 @@ class EvidenceContext:
 
 
 def evidence_of_answer(answer: Answer, context: EvidenceContext) -> Evidence:
-    """Return the evidence of an answer, for the alert decision.
+    """Return the evidence of an answer for the decision on the alert.
 
     Refused or doubtful sources are a fault of the evidence. Sources far from the place of the calibration are a note.
     """
@@ -38,7 +38,7 @@ def evidence_of_answer(answer: Answer, context: EvidenceContext) -> Evidence:
 
 
 def evidence_without_answer(trigger: Trigger, fault: str, context: EvidenceContext) -> Evidence:
-    """Return the evidence for sources that got no answer, for the alert decision.
+    """Return the evidence for sources that got no answer, for the decision on the alert; it has no areas.
 
     fault : reason for the missing answer, "" for no fault
     """

@@ -42,7 +42,7 @@ class AnswerSchedule:
 
     @property
     def has_trigger(self) -> bool:
-        """True if a message of sources has been received; the message may contain no source."""
+        """True if a message of sources was received and is not forgotten; the message may contain no source."""
         return self._latest is not None or self.has_new
 
     @property

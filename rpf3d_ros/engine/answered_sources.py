@@ -13,7 +13,7 @@ class AnsweredSources:
     """The last trigger (sources of one message) of each region, to be answered again when terrain or areas change."""
 
     def __init__(self, age_s: float = 0.0, most: int = 0) -> None:
-        """Keep at most `most` triggers.
+        """Keep at most `most` triggers; with 0, none is ever kept.
 
         age_s : largest age (s), relative to the newest trigger, of a trigger that is answered again
         """

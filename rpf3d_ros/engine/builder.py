@@ -22,10 +22,10 @@ from rpf3d_ros.messages.refusals import MessageRefused, report_error
 from rpf3d_ros.messages.stamps import SECOND
 
 REMEMBERED = 1000
-"""Number of former meshes whose digests are remembered."""
+"""Largest number of former meshes whose digests are kept in memory, to refuse these meshes."""
 
 SAVED = 200
-"""Number of former meshes whose digests are saved for the next start; more would not fit into the state of the log."""
+"""Largest number of these digests that are saved for the next start, to limit the state that the log saves."""
 
 OLD_CLOUD = (
     "its stamp is {:.3f} s older than that of the last cloud that was in use: end the program that publishes it, or "
@@ -68,6 +68,7 @@ class TerrainListener(Protocol):
 class Builder:
     """Builds the terrain from waiting surveys on its own thread, and passes the terrain to the thread that flies rocks.
 
+    scene : the scene of the node; workshop : builds terrains from surveys
     waiting : the queue of surveys; flyer : the thread that flies rocks; listener : receives reports
     store : keeps the terrain on disk, None for no store; now : returns the present time (ns) by the node's clock
     in_use : the whole survey in use at the start; replaced : digests of meshes that were in use before this survey
@@ -106,10 +107,10 @@ class Builder:
         return {"cloud_ns": cloud_ns, "cloud_digest": digest, "is_mesh": is_mesh, "replaced": replaced}
 
     def clock_went_back(self, now_ns: int) -> None:
-        """Note that the clock went back to a time (ns): clouds with stamps from after the step may be used.
+        """Note that the clock went back to `now_ns` (ns): clouds with later stamps may then be used.
 
-        Older clouds, and meshes that were in use before, are still refused. Any thread may call. The step counts as
-        soon as the builder's thread begins to build the next whole survey.
+        Older clouds, and meshes that were in use before, are still refused. Any thread may call. The step takes effect
+        when the builder's thread begins to build the next whole survey.
         """
         back_to = self._back_to_ns
         self._back_to_ns = now_ns if back_to is None else min(back_to, now_ns)
@@ -139,7 +140,10 @@ class Builder:
             self._store.keep(built.ground, built.survey, is_patch=kind == "patch")
 
     def _refuse(self, kind: str, why: str) -> None:
-        """Report that a message cannot be used; a refused patch counts as missing in the terrain."""
+        """Report that a message cannot be used; a refused patch counts as missing in the terrain.
+
+        kind : "whole" or "patch"; why : reason of the refusal
+        """
         if kind == "whole":
             self._waiting.refused(why)
         else:
@@ -185,7 +189,7 @@ class Builder:
         return Built(ground, survey, repeats, lost=in_use.patches if repeats else 0)
 
     def _follow_clock(self) -> None:
-        """Take a step back of the clock into account, which was noted or happened before the start."""
+        """Apply a step back of the clock, noted by `clock_went_back` or possible before the start, to `_in_use`."""
         back_to, self._back_to_ns = self._back_to_ns, None
         if back_to is not None:
             self._in_use = self._in_use.after_clock_went_back(back_to)

@@ -211,7 +211,7 @@ def warm(scene: Scene, parameters: SimulatorParameters) -> float:
 
     The function builds a terrain from an artificial slope and a patch, flies the first stage of one answer over this
     terrain, and discards the result. The scene's areas and barriers lie elsewhere. Therefore the areas are not used,
-    and the barriers are moved onto the slope. The reference engine needs no compiling, so only one rock flies.
+    and the barriers are moved onto the slope. With the reference engine, which needs no compiling, only one rock flies.
     """
     began = time.perf_counter()
     y, x = np.mgrid[0:WARM_SIDE, 0:WARM_SIDE] * WARM_STEP

@@ -35,7 +35,7 @@ class DecisionReports:
         self._outlets.alerts.sound_alarm()
 
     def close(self) -> None:
-        """Publish and report nothing any more."""
+        """End all outputs: later calls publish and report nothing."""
         self._outlets = self._outlets.silenced()
 
     def decided(self, alert: Alert, evidence: Evidence | None) -> None:
@@ -48,7 +48,10 @@ class DecisionReports:
             self._outlets.logger.info(f"alert: {alert.level.word}: {alert.reasons[0]}")
 
     def held_up(self, why: str) -> None:
-        """Report why no decision can be made, and sound the alarm, because a missing alert does not mean safety."""
+        """Report why no decision can be made, and sound the alarm, because a missing alert does not mean safety.
+
+        why : the reason; "" as soon as decisions can be made again, which sounds no alarm
+        """
         self._outlets.health.set("clock", ERROR if why else OK, why or "the clock runs")
         if why:
             self._outlets.alerts.sound_alarm()

@@ -49,6 +49,7 @@ class Handover:
     """A request to the flying thread to change the terrain; `done` is set when the change is made or refused.
 
     ready : the new prepared terrain; None if `change` changes the present terrain
+    change : changes the present terrain; None if `ready` replaces the present terrain
     error : the exception that refused the change, None if the change was made
     standing : the prepared terrain after the change
     """
@@ -147,7 +148,7 @@ class Flyer:
 
     @property
     def has_trigger(self) -> bool:
-        """True if a message of sources has been received; the message may contain no source."""
+        """True if a message of sources was received and is not forgotten; the message may contain no source."""
         return self._schedule.has_trigger
 
     def activate(self) -> None:
@@ -256,7 +257,10 @@ class Flyer:
         self._refine()
 
     def _refine(self) -> None:
-        """Fly the next stage of the current answer, and publish it unless an answer with more rocks was published."""
+        """Fly the next stage of the current answer, and publish it unless an answer with more rocks was published.
+
+        Refused sources are reported as unanswerable.
+        """
         stages, trigger = self._stages, self._schedule.current
         if stages is None or trigger is None:
             return
@@ -290,7 +294,7 @@ class Flyer:
             return self._active and not self._closed
 
     def _is_overtaken(self, stage: int) -> bool:
-        """True if the flight of a stage must stop, because of other work or because the flyer is not active any more.
+        """True if the flight of a stage must stop, because other work waits or the flyer is no longer active.
 
         The first stage is flown even if other work waits. Otherwise a flood of triggers would never be answered.
 

@@ -36,20 +36,23 @@ from rpf3d_ros.messages.terrain_messages import Buffer
 PAUSE = 0.01
 """Time (s) between two checks for messages while messages arrive.
 
-A check takes some microseconds; to wake up the thread for it takes ten times as long.
+A check takes a few microseconds; waking the thread takes ten times as long.
 """
 
 WITHOUT_ARRIVALS = 0.03
 """Time (s) between two checks if nothing wakes the thread when a message arrives."""
 
 AT_LEAST_EVERY = 1.0
-"""Longest time (s) between two checks, although the middleware wakes the thread for each message."""
+"""Longest time (s) between two checks; until then the thread sleeps, unless the middleware announces a message."""
 
 AFTER_ERROR = 1.0
 """Time (s) until the next check after rcl has reported an error."""
 
 NOT_NUMBERED = 2**64 - 1
-"""Number of a message if the middleware has no numbers (RMW_MESSAGE_INFO_SEQUENCE_NUMBER_UNSUPPORTED)."""
+"""Value in place of a message's number if the middleware does not number messages.
+
+The constant is RMW_MESSAGE_INFO_SEQUENCE_NUMBER_UNSUPPORTED of rmw.
+"""
 
 OK, NOTHING_THERE = 0, 401
 """Return codes of rcl (RCL_RET_OK, RCL_RET_SUBSCRIPTION_TAKE_FAILED in rcl/types.h)."""
@@ -136,9 +139,10 @@ class NotByTheExecutor(CallbackGroup):
 class LargeTopic(NamedTuple):
     """A topic of large messages, and the function that receives them.
 
-    kind : message class of rclpy; take : called with the CDR bytes of each message and its time of publication (ns)
-    lost : called before `take` if messages were lost before this message: with their number, and the time (ns) of
-        publication of this message; None if only the last message matters
+    kind : class of the messages in rclpy; take : called with the CDR bytes and the time of publication (ns) of each
+        message
+    lost : called before `take` if earlier messages were lost, with the number of lost messages and the time of
+        publication (ns) of the message that follows; None if losses do not matter, because only the last message counts
     """
 
     kind: Any
@@ -149,7 +153,7 @@ class LargeTopic(NamedTuple):
 
 
 class TakenMessage(NamedTuple):
-    """The CDR bytes of a message, and the number of messages that were lost before it."""
+    """A message that was taken from a queue: its CDR bytes, and the number of messages that were lost before it."""
 
     data: Buffer
     lost: int = 0
@@ -161,6 +165,7 @@ class LargeMessages:
     The messages are in the order of publication (`InOrder`). If the functions of rcl are missing, the executor passes
     the messages on as `bytes`, in the order of arrival.
 
+    topics : the topics to subscribe to; events : callbacks of rclpy for events of the subscriptions, None for none
     failed : called with a sentence and the present time (ns since the epoch) if rcl cannot take messages, and with ""
         and the present time at the first check without errors
     refused : called with the topic, the time of publication (ns) and the error for each message whose callback raises
@@ -229,7 +234,7 @@ class LargeMessages:
         self._hand_on(topic, data, info["source_timestamp"])
 
     def _hand_on(self, topic: LargeTopic, content: Buffer, published_ns: int, lost: int = 0) -> None:
-        """Pass a message to its callback; if the callback raises, report the message, and return as usual.
+        """Pass a message to the callbacks of its topic; if one raises, report this to `refused` without raising.
 
         content : the CDR bytes; published_ns : time of publication (ns)
         lost : number of messages that were lost before this message
@@ -255,7 +260,7 @@ class LargeMessages:
 
 
 class _Arrivals:
-    """Lets a thread sleep until a message arrives; an eventfd of Linux that the middleware itself writes to.
+    """Lets a thread sleep until a message arrives, by an eventfd of Linux that the middleware itself writes to.
 
     The callback of a new message has the arguments (user data, number of messages), and `eventfd_write` of the C
     library has (descriptor, number). So the address of `eventfd_write` is the callback, and the descriptor is its user
@@ -264,7 +269,7 @@ class _Arrivals:
     """
 
     def __init__(self, subscriptions: Sequence[Any], rcl: _Rcl) -> None:
-        """Begin to note arrivals.
+        """Ask the middleware to announce the messages of all subscriptions.
 
         Raises OSError if there is no free descriptor, or if the middleware has no callback for new messages.
         """
@@ -292,7 +297,10 @@ class _Arrivals:
             os.close(self._descriptor)
 
     def _call_back(self, function: Any, data: int | None) -> bool:
-        """Set the callback of all subscriptions; return False if the middleware has refused it for any of them."""
+        """Set the callback of all subscriptions; return False if the middleware has refused it for any of them.
+
+        function, data : address of a C function, and its user data; None and None to end the callbacks
+        """
         accepted = True
         for subscription in self._subscriptions:
             with suppress(InvalidHandle), subscription.handle:  # invalid if the node has been destroyed
@@ -305,7 +313,8 @@ class _Arrivals:
 class _Queue:
     """The received messages of one subscription, taken through rcl.
 
-    Checks are frequent, and most find no message. Therefore they use the same C structures again until a message comes.
+    Checks are frequent, and most find no message. Therefore all checks use the same C structures until a message is
+    found, which then owns the structure with its bytes.
     """
 
     def __init__(self, subscription: Any, rcl: _Rcl, closed: threading.Event) -> None:
@@ -339,10 +348,10 @@ class _Queue:
 
 
 def _arrivals_of(subscriptions: Sequence[Any], rcl: _Rcl) -> _Arrivals | None:
-    """Return the arrivals of some subscriptions; None if they cannot be announced, so messages are looked for.
+    """Return an object with which a thread can wait for messages of the subscriptions; None if this is impossible.
 
-    This is so on systems without eventfd (other than Linux), on 32-bit systems, without a free descriptor, and if the
-    middleware has no callback for new messages.
+    It is impossible on systems without eventfd (other than Linux), on 32-bit systems, without a free descriptor, and if
+    the middleware has no callback for new messages. The thread must then check for messages at regular intervals.
     """
     if not hasattr(os, "eventfd") or ctypes.sizeof(ctypes.c_size_t) < ctypes.sizeof(ctypes.c_uint64):
         return None

@@ -9,7 +9,7 @@ from collections.abc import Callable, Hashable
 from typing import NamedTuple
 
 PUBLISHERS = 1000
-"""Number of publishers of a topic whose last message is remembered."""
+"""Largest number of publishers of a topic whose last numbers are kept."""
 
 
 class Numbered(NamedTuple):
@@ -51,7 +51,9 @@ class MessageGaps:
     def lost_before(self, message: Numbered, now_ns: int, publishers: Callable[[], int] = lambda: 1) -> int:
         """Return the number of messages that were lost before this message, and were not counted earlier.
 
-        A number that does not rise belongs to a new publisher, because a publisher never counts back. Messages before
+        Return 0 if the middleware does not number messages.
+
+        A number that does not rise belongs to a new publisher, because a publisher's numbers only rise. Messages before
         the first message of a publisher may have been published before the node subscribed. They count as one lost
         message if the queue was full when the first message was read. This is known only after the rest of the queue
         has been read.
@@ -75,8 +77,8 @@ class MessageGaps:
         that published most recently. Otherwise a message could continue the number of a publisher that has ended, and a
         loss would remain unnoticed.
 
-        Too many messages may count as lost in two cases: if a publisher ends before its last messages are read, and
-        another publisher has published meanwhile; and if the node begins to subscribe while there are several
+        Too many messages may count as lost in two cases: if a publisher ends before its last messages are read, while
+        another publisher publishes; and if the node begins to subscribe while there are several
         publishers.
 
         publisher : identity of the publisher; number : of the message; publishers : as in `lost_before`

@@ -121,7 +121,7 @@ class MuteSensors:
         return tuple(topic.name for topic in self._topics)
 
     def understood(self, topic: str) -> None:
-        """Note an accepted message of a topic, which is then not mute any more. A refused message does not count."""
+        """Note an accepted message of a topic, which is then no longer mute. A refused message does not count."""
         self._understood.add(topic)
 
     def findings(self, seen: Mapping[str, Sequence[SeenPublisher]], at: float) -> list[PublisherFinding]:

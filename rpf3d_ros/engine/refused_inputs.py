@@ -40,7 +40,7 @@ class RefusedInputs:
 
     Only one thread may call the methods; any thread may read `reasons`.
 
-    report : called with the name and the text of each fault; an empty text ends the fault
+    report : called with the cause and the sentence of each fault; an empty sentence ends the fault
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class RefusedInputs:
     def understood(self, topic: str, speakers: Callable[[], int], now: float, is_whole: bool) -> None:
         """Note an understood message of a topic, which may end the topic's fault; do nothing without a fault.
 
-        While the topic has several publishers, the fault stays as it is. Otherwise the fault ends if `is_whole` is
+        While the topic has several publishers, the fault stays unchanged. Otherwise the fault ends if `is_whole` is
         True, or if the last refused message is longer ago than `silence_s`. If the fault does not end, a person can end
         it (`acknowledged`).
 

@@ -62,7 +62,7 @@ class RegionEvidence:
 
     @property
     def missed(self) -> dict[str, int]:
-        """The time (ns) at which messages were last lost, by topic; only topics whose lost sources may still count."""
+        """The time (ns) at which messages were last lost, by topic; `fresh` drops losses that are too old to count."""
         return self._topics.missed
 
     def note(self, region: Hashable, topic: str, evidence: Evidence) -> None:
@@ -103,7 +103,7 @@ class RegionEvidence:
         return len(self._evidence)
 
     def fresh(self, now_ns: int) -> Evidence | None:
-        """Return the evidence of all regions, combined into one for a decision; None if there is no evidence.
+        """Return the evidence of all regions, combined into one for a decision at `now_ns` (ns); None without evidence.
 
         Stale evidence is left out, because a later message of its sensor may have reported other sources. If the sensor
         has reported nothing later, its silence is a fault. If all evidence is stale, the newest evidence counts.
@@ -126,7 +126,7 @@ class RegionEvidence:
         )
 
     def _complete_until_ns(self, parts: Sequence[Evidence]) -> int:
-        """Return when (ns) the first fault begins if no further message arrives; 0 if no fault will begin.
+        """Return the time (ns) at which the first fault begins if no further message arrives; 0 if no fault will begin.
 
         The fault is a topic that falls silent, or an answer that still counts too long after its terrain was replaced.
         """

@@ -42,13 +42,13 @@ class SourceTopics:
         """Note that messages of a topic were lost before they could be read; now_ns : present time (ns).
 
         The lost messages may have reported danger at any wall, so a later message does not replace them. The loss is a
-        fault until the lost sources would be too old, even if `forget` or `lose` is called meanwhile.
+        fault until the lost sources would be too old, even if `forget` or `lose` is called before that time.
         """
         self._missed[topic] = max(now_ns, self._missed.get(topic, now_ns))
 
     @property
     def missed(self) -> dict[str, int]:
-        """The time (ns) at which messages were last lost, by topic; only topics whose lost sources may still count."""
+        """The time (ns) at which messages were last lost, by topic; `silent` drops losses that are too old to count."""
         return dict(self._missed)
 
     @property
@@ -94,7 +94,7 @@ class SourceTopics:
         return min(self._last.values(), default=None)
 
     def forget(self) -> None:
-        """Forget all stamps, because the stamps are invalid or the node was not subscribed meanwhile.
+        """Forget all stamps, because the stamps are invalid or the node was not subscribed for some time.
 
         Every topic that has published must then publish again: a sensor that had fallen silent still counts as silent.
         """
@@ -134,7 +134,10 @@ class SourceTopics:
         )
 
     def _click_lost(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
-        """Return the fault of a clicked source that was lost by an error; empty if the source would be too old now."""
+        """Return the fault of a clicked source that was lost by an error; empty if the source would be too old now.
+
+        oldest_ns, now_ns : as in `_missing`
+        """
         if self._lost_click is None or self._lost_click < oldest_ns:
             return ()
         return (f"a source clicked {span(max(now_ns - self._lost_click, 0))} ago was lost because of an error",)

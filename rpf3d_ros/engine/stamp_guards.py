@@ -27,7 +27,8 @@ class StampGuards:
     def continue_from(self, stamps: Mapping[str, int]) -> None:
         """Continue with the stamps (ns) of each topic from before a restart, unless a topic has a later stamp.
 
-        If a stamp is in the future at the first check, the clock went back meanwhile, see `clock_went_back`.
+        A stamp that is in the future at the first check shows that the clock went back during the restart. `check` then
+        lowers the stamps as `clock_went_back` does.
         """
         for topic, stamp_ns in stamps.items():
             self.note(topic, stamp_ns)

@@ -53,10 +53,10 @@ Sources need no stamps: their age has a limit.
 """
 
 ANSWER_WITHIN = 0.04
-"""Time (s) that a service's callback waits for a decision and its log: no callback may take longer than 50 ms."""
+"""Time (s) that `~/acknowledge` waits until its decision is logged: no callback may take longer than 50 ms."""
 
 REMEMBERED = 4
-"""Factor: the last sources of REMEMBERED times `waiting_sources` regions are kept, to be answered again."""
+"""Factor: the last triggers of at most REMEMBERED * `waiting_sources` regions are kept, to be answered again."""
 
 COMPUTING = 0.5
 """Time (s) for which the threads that fly rocks and build terrain may continue when the simulator is closed.
@@ -222,7 +222,7 @@ class Station:
         self.report_waiting()
 
     def _demand_anew(self) -> None:
-        """Report a fault until all areas and, if the node has received patches, the whole terrain are published."""
+        """Report faults that last until all areas and, if there are patches, the whole terrain are published again."""
         self._areas.interrupted(self._watched_area_topics())
         if self.terrain.has_patches:
             self.terrain.refuse("patch", time.time_ns(), stamp_ns=self._outlets.now() or None)
@@ -232,6 +232,7 @@ class Station:
         """Stop answering, and forget waiting sources; received terrain is still processed.
 
         The last published alert is a fault, because a subscriber of the latched alarm must not take silence for safety.
+        If the disk is slow, only the alarm is published as the last message.
         """
         self.flyer.deactivate()
         self.terrain.forget_received()
@@ -272,7 +273,7 @@ class Station:
         self.report_waiting()
 
     def report_waiting(self) -> None:
-        """Report in the diagnostics which input is missing: terrain, or else sources."""
+        """Report in the diagnostics which input is missing: terrain, or else sources; nothing if both are there."""
         if self.flyer.standing is None:
             self.waiting("terrain")
         elif not self.flyer.has_trigger:
@@ -289,10 +290,13 @@ class Station:
             self.desk.forget(why)
 
     def clock_went_back(self, seconds: float) -> None:
-        """Accept messages with stamps from after a step back of the clock, and no older ones; also while not active.
+        """Accept messages with stamps from after a step back of the clock, but no older messages.
 
-        After a step that is longer than stamps may be ahead of the clock, the stamps of the inputs in use may be in the
-        future, and say nothing of which message is newer. So these inputs must be published again, as after a pause.
+        The method is called while the node is not active, too. If the step is longer than the time by which stamps may
+        be ahead of the clock, the stamps of the inputs in use may be in the future. The stamps then no longer show
+        which message is newer, so these inputs must be published again, as after a pause.
+
+        seconds : length of the step (s)
         """
         now = self._outlets.now()
         self.guards.clock_went_back(now)
@@ -302,7 +306,7 @@ class Station:
             self._demand_anew()
 
     def beat(self) -> None:
-        """Do regular work: renew a decision whose validity ends soon, free old patches, and report the queues."""
+        """Do regular work: renew a decision that ends soon, repeat the alert, free old patches, report the queues."""
         if self.desk is not None:
             self.desk.tick()
             self._outlets.alerts.beat()
@@ -443,7 +447,10 @@ class Station:
             self.desk.miss(topic, at_ns)
 
     def input_refused(self, topic: str, why: str) -> None:
-        """Report a fault of a topic because a message of sources or areas was refused; `input_understood` ends it."""
+        """Report a fault of a topic because a message of sources or areas was refused; why : reason of the refusal.
+
+        `input_understood` or an acknowledgement ends the fault, under the conditions of `RefusedInputs`.
+        """
         self._refused_inputs.refused(topic, why, time.monotonic())
 
     def input_understood(self, topic: str, speakers: Callable[[], int]) -> None:

@@ -78,9 +78,9 @@ class SurveyInUse(NamedTuple):
     cloud_digest: str = ""
 
     def is_older(self, arrival: Arrival, digest: str) -> bool:
-        """True if a message is a cloud older than the last cloud in use, or the same cloud after its replacement.
+        """True if a message is an outdated cloud: older than the last cloud in use, or this cloud after replacement.
 
-        A mesh may have replaced the last cloud.
+        The survey in use may be a mesh that has replaced the last cloud. The result is False for a mesh.
 
         digest : SHA-256 (hex) of the survey in the message
         """
@@ -104,9 +104,9 @@ class SurveyInUse(NamedTuple):
         )  # fmt: skip
 
     def after_clock_went_back(self, now_ns: int) -> "SurveyInUse":
-        """Return the survey in use after the clock went back to a time (ns): clouds from before this time are too old.
+        """Return the survey in use after the clock went back to `now_ns` (ns): clouds with later stamps may be used.
 
-        Clouds with stamps from after the step may be used.
+        Clouds with earlier stamps are still too old.
         """
         return self._replace(cloud_ns=min(self.cloud_ns, now_ns))
 
@@ -118,18 +118,18 @@ class SurveyInUse(NamedTuple):
         return arrival.is_mesh and arrival.mesh.repeats(self.mesh)
 
     def is_repeated(self, arrival: Arrival, digest: str) -> bool:
-        """True if a message contains this survey again; a cloud must also have no later stamp than this survey.
+        """True if a message contains this survey again; a cloud with a later stamp than this survey is a new survey.
 
         digest : SHA-256 (hex) of the survey in the message
         """
         return bool(digest) and digest == self.digest and (arrival.is_mesh or arrival.stamp_ns <= self.stamp_ns)
 
     def may_stay(self, arrival: Arrival) -> bool:
-        """True if the terrain in use may stay as it is after a message that contains the same whole survey again.
+        """True if the terrain in use may stay unchanged after a message that contains the same whole survey again.
 
-        A cloud must have the stamp of the survey in use. For a mesh the result is False if the clock was set back, so
-        that the stamp of the survey in use is in the future, or if the clock had not begun when this survey arrived
-        (stamp 0).
+        For a cloud, the result is True if its stamp is the stamp of the survey in use. For a mesh, the result is False
+        if the clock went back, so that the stamp of the survey in use is in the future, or if the clock had not begun
+        when the survey in use arrived (stamp 0).
         """
         if arrival.is_mesh:
             return 0 < self.stamp_ns <= arrival.stamp_ns

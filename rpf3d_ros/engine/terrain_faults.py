@@ -34,7 +34,7 @@ class TerrainLack(NamedTuple):
 
 
 class TerrainBefore(NamedTuple):
-    """What is known of the terrain before a restart, to notice a late whole survey that lacks a patch of this terrain.
+    """Facts about the terrain before a restart, to notice a late whole survey that lacks a patch of this terrain.
 
     read_ns : time when the store was read, by the machine's clock (ns)
     patches_ns : times when the patches in the restored terrain were received, by the machine's clock (ns)
@@ -71,7 +71,9 @@ def _pattern(sentence: str) -> str:
 
 
 def terrain_to_remember(ground: LiveTerrain | None, memory: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the facts about the terrain to save for the next start: its patches and digest, and its whole survey.
+    """Return the facts about the terrain to save for the next start, as plain values by name.
+
+    The facts are the number of patches, the digest of the terrain, and the digest and stamp (ns) of its whole survey.
 
     ground : the terrain in use; None if there is none: then the facts in `memory` are returned
     memory : the facts that were saved before this start

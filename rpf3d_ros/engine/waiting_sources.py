@@ -18,7 +18,7 @@ Region = frozenset[Place]
 
 
 class WaitingSources:
-    """Waiting triggers (the sources of one message each); a new trigger replaces triggers whose regions it covers.
+    """Waiting triggers (the sources of one message each); a new trigger replaces those whose regions lie in its region.
 
     After a flood of messages about one wall, only the newest message is answered; triggers of other walls stay.
     """
@@ -53,8 +53,8 @@ class WaitingSources:
     def take(self) -> Trigger | None:
         """Remove and return the trigger with the place that was answered longest ago; None if no trigger waits.
 
-        A place is a square in plan or a clicked place (`region_of`). Triggers with a place that was not answered yet
-        are first; of equal triggers, the newest is first.
+        A place is a square in plan or a clicked place (`region_of`). Triggers with a place that was never answered come
+        first; if several triggers have the same rank, the newest comes first.
         """
         if not self._waiting:
             return None
@@ -85,8 +85,8 @@ class WaitingSources:
     def _last_turn(self, region: Region) -> int:
         """Return the number of the turn in which the longest-waiting place of a region was last answered.
 
-        Later turns have larger numbers. The result is 0 if any place of the region has had no turn, or none in the list
-        of recent turns.
+        A turn is one call of `take` that returned a trigger; later turns have larger numbers. The result is 0 if a
+        place of the region has had no turn, or if its last turn is no longer in the list of recent turns.
         """
         for turn in range(len(self._served), 0, -1):
             region -= self._served[turn - 1]

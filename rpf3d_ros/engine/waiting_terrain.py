@@ -21,7 +21,7 @@ LATE = 10.0
 """Longest time (s) for which patches are kept for a whole survey that was published earlier but arrives later."""
 
 NO_REASON = "no reason is given"
-"""Stands for an empty reason, because an empty sentence would be no fault."""
+"""Text in place of an empty reason of a refusal, because an empty sentence would not be a fault."""
 
 REMEMBERED = 10_000
 """Number of patches, and of replaced whole surveys, whose times of publication are remembered."""
@@ -56,8 +56,8 @@ class Moment(NamedTuple):
 class MomentBefore(NamedTuple):
     """When a patch from before a restart was received, and its stamp.
 
-    received_ns : time of arrival (ns), or a later time
-    stamp_ns : stamp (ns) of the patch, or a later time; None if it is not known
+    received_ns : time of arrival (ns) or, if this is not known exactly, a later time
+    stamp_ns : stamp (ns) of the patch or, if this is not known exactly, a later time; None if nothing is known
     """
 
     received_ns: int
@@ -128,6 +128,8 @@ class WaitingTerrain(Generic[M]):
     A large mesh may be received after a patch that was published later. Therefore each received patch is kept for a
     while, even after `take` has returned the patch. If a whole survey then arrives that was published before the patch,
     the patch is applied to this survey, too. A patch that is too old to be kept counts as missing in the survey.
+
+    most_patches : largest number of patches that may wait, and of patches that are kept for a late whole survey
     """
 
     def __init__(self, most_patches: int) -> None:
@@ -171,7 +173,7 @@ class WaitingTerrain(Generic[M]):
         kind : "whole" or "patch"; published_ns : time of publication of the message (ns), 0 if it is not known; for
             lost patches, a time after their publication
         why : the reason, for a whole survey; count : number of patches
-        stamp_ns : stamp of the message (ns), or a later time; None for a message without a stamp
+        stamp_ns : stamp of the message (ns) or, if this is not known exactly, a later time; None without a stamp
         """
         moment = Moment(published_ns, stamp_ns)
         with self._changed:
@@ -186,6 +188,7 @@ class WaitingTerrain(Generic[M]):
     def lacks(self, patches: int, why_refused: str, known_ns: int = 0, stamp_ns: int | None = None) -> None:
         """Note the faults of the restored terrain from before a restart: missing patches, and why a survey was refused.
 
+        patches : number of missing patches
         why_refused : "" if no survey was refused
         known_ns : latest time (ns) at which these faults can have begun; a whole survey published earlier has them too
         stamp_ns : latest stamp (ns) of the patches, None if it is not known; an older whole survey lacks them too
@@ -207,7 +210,7 @@ class WaitingTerrain(Generic[M]):
             self._before.extend(map(MomentBefore, patches_ns, stamps))
 
     def put_whole(self, survey: M, moment: Moment | None = None) -> None:
-        """Queue a whole survey; if too many wait, drop the oldest that has not been built.
+        """Queue a whole survey; if more than UNTRIED wait, drop the oldest survey that has not been built.
 
         A latched survey may be received again. The survey is then ignored if it is in the queue, in use, or replaced by
         a later survey: patches that were applied to the survey must not be lost.
@@ -276,7 +279,7 @@ class WaitingTerrain(Generic[M]):
         The patches since this survey stay in the terrain, and patches and surveys that the terrain lacks are still
         missing. As in `accepted`, other surveys that waited are dropped.
 
-        lost : number of patches that were in the terrain, and are not any more
+        lost : number of patches that were in the terrain, but are no longer in it
         """
         with self._changed:
             tried = self._tried
@@ -303,12 +306,12 @@ class WaitingTerrain(Generic[M]):
             self._tried = None
 
     def lost(self) -> None:
-        """Note that the patch taken last is not in the terrain."""
+        """Note that the patch that was taken last cannot be used, so the terrain lacks the patch."""
         with self._changed:
             self._patched.lost += 1
 
     def close(self) -> None:
-        """Close the queue; a thread that waits in `take` continues."""
+        """Close the queue; a call of `take` that waits, and every later call, then returns None."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
@@ -318,9 +321,9 @@ class WaitingTerrain(Generic[M]):
             return self._length()
 
     def forget_received(self) -> None:
-        """Forget the received patches, because the clock went back or the node unsubscribes: none is applied again.
+        """Forget the received patches, so that none is applied again: the clock went back, or the node unsubscribes.
 
-        Their moments are kept, because an earlier whole survey that lacks them may still arrive.
+        The moments of these patches are kept, because an earlier whole survey that lacks the patches may still arrive.
         """
         with self._changed:
             self._before.extend(each.moment for each in self._received)
@@ -330,7 +333,7 @@ class WaitingTerrain(Generic[M]):
     def clock_went_back(self, now_ns: int) -> None:
         """Lower all stamps of patches and refused surveys to the present time (ns), because the clock went back.
 
-        So a whole survey that was measured after the step has these patches, and an older one still lacks them.
+        So a whole survey that was measured after the step has these patches, and an older survey still lacks them.
         """
         with self._changed:
             for received in self._received:
@@ -369,5 +372,5 @@ class WaitingTerrain(Generic[M]):
 
 
 def _at_most(moment: AnyMoment, now_ns: int) -> AnyMoment:
-    """Return a moment with its stamp lowered to `now_ns` (ns) if the stamp is later; without a stamp, as it is."""
+    """Return a moment with its stamp lowered to at most `now_ns` (ns), or unchanged if it has no stamp."""
     return moment if moment.stamp_ns is None else moment._replace(stamp_ns=min(moment.stamp_ns, now_ns))  # type: ignore[return-value]

@@ -16,7 +16,10 @@ class WatchedTerrain:
     """
 
     def __init__(self, longest_s: float) -> None:
-        """Begin without terrain; longest_s : time (s) for which an answer counts after its terrain was replaced."""
+        """Begin without terrain.
+
+        longest_s : longest time (s) for which an answer may count after its terrain was replaced, without a fault
+        """
         self._longest_s, self._longest_ns = longest_s, ns_of(longest_s)
         self._known: DigestHistory | None = None
         self._lock = threading.Lock()
@@ -53,7 +56,7 @@ class WatchedTerrain:
         return [since_ns + self._longest_ns for since_ns in self._replaced_ns(parts)]
 
     def _replaced_ns(self, parts: Sequence[Evidence]) -> list[int]:
-        """Return when (ns) the terrain of each answer over a former terrain was replaced.
+        """Return, for each answer over a former terrain, the time (ns) at which this terrain was replaced.
 
         Evidence without areas is skipped: its sources have no answer, which is a separate fault.
         """

@@ -21,13 +21,13 @@ from rpf3d_ros.messages.diagnostic_messages import of_unit
 from rpf3d_ros.messages.stamps import stamp_of
 
 EARLY = 0.15
-"""Time (s) before a heartbeat is due at which it may be published, because the node checks only from time to time."""
+"""Time (s) by which a heartbeat may be early, because the node checks only from time to time whether one is due."""
 
 
 class PublishedAlert(NamedTuple):
     """The last published alert, kept so that it can be published again.
 
-    header : frame and stamp of the message on topic `alerts`
+    header : frame and stamp of the message on topic `alerts`; alert : the alert of the decision
     result : number of the live result on which the alert was decided; None if there was no result
     """
 
@@ -81,8 +81,8 @@ class AlertPublishers:
         """Publish the last alert again if a heartbeat is due; call this several times within HEARTBEAT (s).
 
         Only `alarm`, as true, is published if there is no decision yet, if `sound_alarm` was called after the last
-        decision, or if the validity of the last decision has ended. If only the validity has ended, `alarm` is
-        published one heartbeat later, because the next decision may be on its way.
+        decision, or if the validity of the last decision has ended. In this last case, `alarm` follows one heartbeat
+        later, because the next decision may be about to be published.
         """
         with self._lock:
             since = time.monotonic() - self._published_at

@@ -18,7 +18,7 @@ PERIOD = 1.0
 """Wall-clock time between repetitions (s), as diagnostic_aggregator expects (REP 107)."""
 
 SPACING = 0.005
-"""Shortest time (s) between publications after changes, so that many messages do not cause many diagnostics."""
+"""Shortest time (s) between publications after changes, so that a burst of changes does not flood /diagnostics."""
 
 QUIET = 5.0
 """Time (s) that must pass without a report of a state before the node logs this state again.
@@ -31,7 +31,7 @@ NUMBER = re.compile(r"\d+(\.\d+)?")
 
 
 class HealthReport:
-    """The last state of each part of a node for /diagnostics, published together; several threads may use it."""
+    """The last state of each part of a node, published together on /diagnostics. Any thread may call."""
 
     def __init__(self, node: Node, timer: bool = True) -> None:
         """Begin without any part.

@@ -34,10 +34,10 @@ A node that does not have these parameters prints no warning.
 """
 
 SIM_TIME = "use_sim_time"
-"""Parameter of rclpy that chooses the clock; with another clock, stamps and ages mean something else."""
+"""Parameter of rclpy that chooses the node's clock: simulated time, or the time of the machine."""
 
 LARGEST_COUNT = 2**31 - 1
-"""Largest value of a parameter without an upper limit, because a ROS parameter range needs both ends."""
+"""Upper end of the range of an integer parameter that has no other upper limit, because a ROS range needs both ends."""
 
 P = TypeVar("P")
 
@@ -312,6 +312,7 @@ class AlarmBridgeParameters:
 def declare(node: Node, kind: type[P], fixed: bool = True, others: Sequence[str] = ()) -> P:
     """Declare a node's parameters from the fields of a dataclass, and return their values.
 
+    kind : the dataclass, such as RecorderParameters
     fixed : True if the parameters are read-only from now on
     others : names of parameters that are declared elsewhere, and therefore known
 
@@ -332,17 +333,18 @@ def values_of(node: Node, kind: type[P]) -> P:
 
 
 class ParameterLock:
-    """Refuses changes of parameters while the node is configured, because its configuration uses one set of values.
+    """Refuses changes of a node's parameters while the node is configured or, for some nodes, always.
 
-    `use_sim_time` is locked, too, because with another clock all stamps and ages would mean something else. The other
-    parameters of rclpy are read-only, or have no effect on decisions.
+    The configuration uses the values that the parameters had when the node was configured. `use_sim_time` is locked,
+    too, because with another clock all stamps and ages would mean something else. The other parameters of rclpy
+    are read-only, or have no effect on decisions.
     """
 
     def __init__(self, node: Node, free: Sequence[str] = (), is_forever: bool = False) -> None:
-        """Begin to check all changes of the node's parameters; while `closed` is True, changes are refused.
+        """Begin to check all changes of the node's parameters; changes are refused while attribute `closed` is True.
 
         free : parameters that may be set at any time
-        is_forever : True for a node that is never configured, whose parameters never change
+        is_forever : True for a node without a configured state: its parameters never change, and `closed` is True
         """
         self.closed = is_forever
         self._while = (
@@ -367,7 +369,7 @@ class ParameterLock:
 
 
 def descriptor(about: Field[Any], fixed: bool = True) -> ParameterDescriptor:
-    """Return the description and range of a parameter, as ROS tools show them.
+    """Return the description, range and choices of a parameter, as ROS tools show them.
 
     about : dataclass field of the parameter; fixed : True if the parameter is read-only
     """

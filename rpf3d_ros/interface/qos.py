@@ -26,14 +26,14 @@ ALERTS = QoSProfile(
 """Quality of service of `alerts` and `alarm`, offered by the simulator and required by `rpf3d_alarm_bridge`."""
 
 RESULTS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""Quality of service of the recorder for results, which may have to wait while a large terrain is written."""
+"""Quality of service with which the recorder subscribes to results: many may wait while a large terrain is written."""
 
 EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
 """Quality of service of topics of events, such as sources and diagnostics: a late subscriber must get no old event."""
 
 
 SOURCES = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
-"""Quality of service of the simulator for sources, of which no message may be overwritten by a later one.
+"""Quality of service with which the simulator subscribes to sources: a later message must not overwrite an earlier one.
 
 A sensor may report its walls one after the other without a pause. The queue takes memory only for messages that wait.
 """
@@ -74,7 +74,9 @@ Events may wait while a large terrain is written.
 
 
 def given_qos(offered: str) -> QoSProfile:
-    """Return the quality of service for a program that publishes in place of a survey or radar: terrain is latched.
+    """Return the quality of service for a program that publishes in place of a survey or radar.
+
+    Topics of kind TERRAIN are latched; all others are published as EVENTS.
 
     offered : STATE, EVENT, RESULT or TERRAIN, as in `RecordedTopic`
     """

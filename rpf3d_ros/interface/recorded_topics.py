@@ -22,7 +22,7 @@ TERRAIN : a parameter sets the durability
 
 
 class RecordedTopic(NamedTuple):
-    """A topic that the recorder records: the type of its messages, and how they are published.
+    """A topic that the recorder records: the type of its messages, and its quality of service.
 
     kind : ROS type of the messages, such as "sensor_msgs/msg/PointCloud2"
     offered : STATE, EVENT, RESULT or TERRAIN; this value decides the quality of service of the topic (`qos`)

@@ -18,9 +18,9 @@ class SimulatedClock:
     """Publishes the simulated time on /clock from a separate thread; a context manager."""
 
     def __init__(self, node: Node, begin_ns: int, speed: float = 1.0) -> None:
-        """Set the clock, which runs from now on; it begins to publish when the `with` statement is entered.
+        """Set the clock, which runs from now on; it publishes regularly inside the `with` statement.
 
-        begin_ns : first time (ns)
+        begin_ns : present time of the clock (ns)
         speed : seconds of the clock per second of wall-clock time
         """
         self._publisher = node.create_publisher(Clock, "/clock", 10)

@@ -41,9 +41,9 @@ class TfTransforms:
         stamp_ns : time (ns) of the transform, NEWEST for the newest of all; if all transforms are older than this time,
             the newest is returned
 
-        A chain of static transforms is valid for all times; tf2 returns it with the stamp 0. A dynamic transform may
-        wrongly have the stamp 0, too: therefore a second lookup, at another time, follows, which fails for a dynamic
-        transform. Every error becomes a reason, because an error that leaves a callback would end the process.
+        A chain of static transforms is valid for all times, and tf2 returns it with the stamp 0. A dynamic transform
+        may wrongly have the stamp 0, too. Therefore a second lookup follows, at another time; it fails for such a
+        dynamic transform. Every error becomes a reason, because an error that leaves a callback would end the process.
         """
         try:
             newest = self._buffer.lookup_transform(target, source, LATEST)

@@ -18,7 +18,7 @@ NEWEST = 0
 
 MESH_HAS_NO_STAMP = "a mesh has no stamp"
 AREAS_STAY = "an area stays where it was when it was received"
-"""The reasons, in error messages, why the frame of a mesh and the frame of an area must be static."""
+"""The reasons, for error messages, why the frame of a mesh (MESH_HAS_NO_STAMP) or of an area must be static."""
 
 
 class FoundTransform(NamedTuple):

@@ -1,7 +1,7 @@
 """The values in a message of `alerts` that explain a level.
 
-The values are the cause of the level, the terrain on which the decision is based, the time from which on the level has
-been shown, and the time from which on the level has not been normal.
+The values are the cause of the level, the terrain on which the decision is based, and two times: since when the level
+has been shown, and since when the level has not been normal.
 """
 
 from collections.abc import Mapping, Sequence
@@ -53,7 +53,9 @@ def _cause_of(level: Level, raised: AreaAlert | None) -> str:
 def _fault_of(one: Alert | AreaAlert, faults: Sequence[str]) -> str:
     """Return the first fault that names the area; for the site, or if no fault names the area, the first fault.
 
-    "" if there is no fault.
+    Return "" if there is no fault.
+
+    one : the alert of the site, or of an area
     """
     named = (fault for fault in faults if isinstance(one, AreaAlert) and fault.startswith(f"{one.name}: "))
     return next(named, next(iter(faults), ""))

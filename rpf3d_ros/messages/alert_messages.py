@@ -24,7 +24,7 @@ A fault is STALE, which is above ERROR. A subscriber that looks for ERROR and ab
 class Publication(NamedTuple):
     """A publication of an alert: its number, which grows by 1 each time, and its time (ns) by the node's clock.
 
-    run : identifier of the run of the node, in which the numbers grow
+    run : identifier of the run of the node; the numbers begin again in each run
     """
 
     sequence: int
@@ -43,7 +43,8 @@ def alerts_message(
     header : frame and stamp of the message; the stamp must belong to the oldest sources of the decision, or be the time
         of the decision if there is no answer
     result : number of the result (stage of an answer) on which the decision is based; None if there is no answer
-    publication : number and time of the publication, for a consumer that must notice a repeated or an old message
+    publication : number and time of the publication, for a subscriber that must notice a repeated or an old message;
+        None to leave these values out
     """
     reasons = {f"reason.{number}": reason for number, reason in enumerate(alert.reasons)}
     common = {

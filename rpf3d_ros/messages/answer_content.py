@@ -44,7 +44,7 @@ class AnswerContent(NamedTuple):
 def content_of(answer: Answer, step: float) -> AnswerContent:
     """Return the rocks of an answer that are shown, as columns for the messages.
 
-    step : longest distance between two points of a flight (m)
+    step : longest distance (m) between two successive points of a path
     """
     terrain, flights = answer.standing.ground.terrain, answer.flights
     samples = sample_paths(flights.paths, max_step=step, gravity=answer.standing.scene.gravity)

@@ -16,7 +16,7 @@ LIVE_AREA, EQUIPMENT = "live_area", "equipment"
 MOST_CORNERS, MOST_EQUIPMENT = 10_000, 1_000
 """Largest number of corners, and of poses, in one message.
 
-A hand-drawn haul road has dozens of corners, a mine some hundred machines.
+A hand-drawn haul road has dozens of corners, and a mine has a few hundred machines.
 """
 
 

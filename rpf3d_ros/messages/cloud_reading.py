@@ -39,7 +39,7 @@ def columns_of_cloud(cloud: "PointCloud2", names: Sequence[str]) -> dict[str, ND
     Each column has the type of its field.
 
     Raises MessageRefused in the cases of `check_sizes`, and if a field is missing, occurs twice, has an unknown type,
-    has more than one value, or lies outside the point.
+    has more than one value, or ends beyond the bytes of a point (`point_step`).
     """
     check_sizes(cloud)
     fields = [_field(cloud, name) for name in names]
@@ -77,7 +77,7 @@ def positions_of_cloud(cloud: "PointCloud2") -> FloatArray:
 
 
 def check_sizes(cloud: "PointCloud2") -> None:
-    """Check the announced sizes of a cloud without reading or allocating its points.
+    """Check the sizes that a cloud states for itself, without reading its points.
 
     Raises MessageRefused for a cloud without points, for a `row_step` that is too short for the points of a row, for
     data shorter than the announced sizes, and for data with room for a further point: the publisher may have announced

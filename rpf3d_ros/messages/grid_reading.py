@@ -1,4 +1,4 @@
-"""Read the percentages of the cells from a nav_msgs/OccupancyGrid; every size is checked.
+"""Read the reach probabilities of the map cells from a nav_msgs/OccupancyGrid; every size is checked.
 
 The message may be an object of rclpy or, if read from a bag, of rosbags.
 """

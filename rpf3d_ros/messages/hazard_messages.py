@@ -22,8 +22,8 @@ UNKNOWN, NOT_REACHED, LEAST_REACHED, PERCENT = -1, 0, 1, 100
 def occupancy_grid(header: Header, maps: HazardMaps, cells: TerrainCells, frame: Frame, made: Time) -> OccupancyGrid:
     """Return the map of reach probability as a grid message, in percent, for RViz and navigation.
 
-    Rows go northwards and cells eastwards from the south-west corner of the raster. The grid lies at the height of the
-    lowest ground, so that it hides nothing.
+    Rows go northwards, and the cells of a row eastwards, from the south-west corner of the raster. The grid
+    lies at the height of the lowest ground, so that it hides nothing.
 
     frame : the terrain's local frame, z up
     made : time when the result was made

@@ -21,7 +21,7 @@ A message carries a level as one byte.
 class Health:
     """The state of one part of a node.
 
-    name : "node: part"
+    name : name of the node and of the part, such as "rpf3d_simulator: terrain"
     level : OK, WARN, ERROR or STALE
     message : one sentence
     values : further figures, by name

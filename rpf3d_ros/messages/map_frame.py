@@ -1,4 +1,4 @@
-"""The frame of every message: `map`, in metres, z up, with an origin near the site.
+"""The map frame, the frame of every output: in metres, z up, with an origin near the site.
 
 Survey coordinates are large: a float32 step is 0.03 m at 5e5 m and 0.5 m at 4.5e6 m. Messages therefore contain
 coordinates relative to `origin`. A message in the survey frame is shifted in float64 on arrival. A message in another
@@ -22,7 +22,8 @@ UNIT_TOLERANCE = 1.0e-3
 
 
 LEVEL = 1.0 - 1.0e-4
-"""Smallest vertical part of the z axis of a frame that is not tilted: 0.8 degrees, up or down."""
+"""A frame is not tilted if the vertical component (-) of its z axis, up or down, is at least LEVEL: within 0.8 degrees.
+"""
 
 
 class RigidTransform(NamedTuple):
@@ -93,7 +94,7 @@ class MapFrame:
         return self.other.directions(directions)
 
     def knows(self, frame_id: str) -> bool:
-        """True for the map frame and the survey frame, which need no transform of another frame."""
+        """True for the names of the map frame and of the survey frame, which need no transform `other`."""
         return bool(frame_id) and frame_id in (self.name, self.survey)
 
     def tilts(self, frame_id: str) -> bool:

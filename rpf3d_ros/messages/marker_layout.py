@@ -72,7 +72,7 @@ def cdr_of_markers(header: Header, markers: Sequence[Layout]) -> bytes:
 def _head(header: Header, namespace: str) -> bytes:
     """Return the bytes of a marker's first fields, up to its namespace.
 
-    Both ends of these bytes are at a multiple of 4 bytes.
+    They begin and end at a multiple of 4 bytes.
     """
     data = bytearray(STAMP.pack(header.stamp.sec, header.stamp.nanosec))
     _append_string(data, header.frame_id)
@@ -84,7 +84,7 @@ def _head(header: Header, namespace: str) -> bytes:
 def _append_middle(data: bytearray, marker: Layout) -> None:
     """Append the middle fields of a marker, which differ between markers: number, type, points and colours.
 
-    The end is at a multiple of 4 bytes.
+    Afterwards, `data` ends at a multiple of 4 bytes.
     """
     data += KIND.pack(marker.number, marker.kind, marker.action)
     _align(data, 8)
@@ -97,7 +97,7 @@ def _append_middle(data: bytearray, marker: Layout) -> None:
 
 
 def _tail(text: str) -> bytes:
-    """Return the bytes of a marker's last fields, from its text on; they begin at a multiple of 4 bytes."""
+    """Return the bytes of a marker's fields after `colors`, with its text; they must begin at a multiple of 4 bytes."""
     data = bytearray()
     _append_string(data, "")  # texture_resource
     _align(data, 4)
@@ -131,7 +131,7 @@ def _append_string(data: bytearray, text: str) -> None:
 
 
 def _append_array(data: bytearray, rows: NDArray[np.floating], kind: str) -> None:
-    """Append rows of numbers as CDR bytes: the number of rows, then the rows."""
+    """Append rows of numbers as CDR bytes: the number of rows, then the rows; kind : NumPy type of the numbers."""
     _append_length(data, len(rows))
     if len(rows):
         numbers = np.ascontiguousarray(rows, dtype=kind)

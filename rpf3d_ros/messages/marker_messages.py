@@ -21,21 +21,21 @@ from rpf3d_ros.messages.marker_layout import CLEARING, WHITE, Layout, cdr_of_mar
 from rpf3d_ros.messages.marker_reading import AREAS, HAZARD
 
 TRAJECTORIES = "trajectories"
-"""Namespace of all trajectory markers (id = rock); each hazard zone and each area has a separate namespace."""
+"""Namespace of all trajectory markers, whose ids are numbers of rocks; each zone and area has another namespace."""
 
 FACETS, OUTLINE = 0, 1
 """Ids of the two markers of a hazard zone: its facets and its outline."""
 
 LINE_WIDTH = 0.3
-"""Width of a line on the screen (m): visible on a pit of 1 km, thinner than its rocks."""
+"""Width (m) of drawn trajectories and outlines of zones: visible in a pit of 1 km, but thinner than rocks."""
 
 AREA_WIDTH, AREA_COLOUR = 1.0, (0.9, 0.24, 0.78, 1.0)
-"""Outline of an area of interest: width (m); red, green, blue, opacity."""
+"""Outline of an area of interest: its width (m), and its colour as red, green, blue, opacity, 0 to 1."""
 
 LEAST, GREATEST = np.array([1.0, 0.85, 0.2, 0.45]), np.array([0.8, 0.05, 0.1, 0.75])
-"""Red, green, blue and opacity of the facets of the lowest and the highest hazard zone.
+"""Red, green, blue and opacity (0 to 1) of the facets of the lowest and the highest hazard zone.
 
-Zones in between are interpolated.
+The colours of the zones in between are interpolated.
 """
 
 
@@ -149,7 +149,7 @@ def _thinned(rock: NDArray[Any], most: int, points_each: int) -> list[NDArray[np
 def _colours(speed: FloatArray, fastest: float) -> NDArray[np.float32]:
     """Return colours (N, 4) by speed: red, green, blue, opacity, 0 to 1.
 
-    fastest : greatest speed of all rocks (m/s)
+    speed : (N,) m/s; fastest : greatest speed of all rocks (m/s)
     """
     shown = speed_colours(speed, fastest) / np.float32(255.0)
     return np.concatenate([shown, np.ones((len(shown), 1))], axis=1).astype(np.float32)

@@ -21,7 +21,7 @@ HAZARD, AREAS = "hazard/", "areas/"
 """Prefixes of the namespaces of hazard zones and of areas of interest."""
 
 ADD, LINE_STRIP, LINE_LIST, TRIANGLE_LIST = 0, 4, 5, 11
-"""Numbers of an action and of types of markers (visualization_msgs/Marker.msg)."""
+"""Numbers of the action ADD and of three types of markers (visualization_msgs/Marker.msg)."""
 
 
 Colour = tuple[float, float, float, float]

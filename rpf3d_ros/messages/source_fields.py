@@ -16,27 +16,30 @@ DIAMETER = "diameter"
 UNCERTAINTY = frozenset(
     ["std", "stdev", "sd", "var", "cov", "sigma", "err", "error", "uncertainty", "accuracy", "quality"]
 )
-"""Words of a name that is about the uncertainty of a value; such a field may stay unread."""
+"""Words in the name of a field that states the uncertainty of a value; such a field may stay unread."""
 VELOCITY_ANYWHERE = re.compile("(?<!le)vel|speed|doppler|rangerate|geschwindigkeit")  # a level is no velocity
 VELOCITY_WHOLE = re.compile(
     "v[xyzenudr]|v(?:east|north|up|down|radial)|[xyz]dot|linear[xyz]|v[xyz](?:ms1?|mps|k[mp]h|si)"
 )
-"""Patterns of a velocity: anywhere in a name, or the whole name, in lower case without other signs."""
+"""Patterns of field names for a velocity: for a part of a name, and for a whole name.
+
+The names are compared in lower case, with letters and digits only.
+"""
 SIZE_ANYWHERE = re.compile("size|diam|radius|volume|mass|weight|durchmesser")
 SIZE_WHOLE = re.compile(
     "d|dia|vol|deq|length|width|d(?:[0-9]{2,3}|max|mean)|(?:rock|block)(?:d|dia|vol)(?:m|cm|mm|m3)?"
 )
-"""Patterns of the size of a rock, as those of a velocity."""
+"""Patterns of field names for the size of a rock: for a part of a name, and for a whole name."""
 
 
 def check_names(names: Collection[str]) -> None:
     """Raise MessageRefused if a velocity or size of the sources seems to be in a field that is not read.
 
-    Case, and all characters other than letters and digits, do not matter. A field that looks like a velocity is allowed
-    if the cloud has a field `vx`, `vy` or `vz`. A field that looks like a size is allowed if the cloud has `diameter`.
-    A field with a word of UNCERTAINTY in its name is always allowed.
+    In the names, only letters and digits are compared, without regard to case. A field that looks like a velocity is
+    allowed if the cloud has a field `vx`, `vy` or `vz`. A field that looks like a size is allowed if the cloud has a
+    field `diameter`. A field with a word of UNCERTAINTY in its name is always allowed.
 
-    names : of the fields of the cloud
+    names : names of the fields of the cloud
     """
     values = [name for name in names if UNCERTAINTY.isdisjoint(re.findall("[a-z]+", name.lower()))]
     plain = {name: re.sub("[^a-z0-9]", "", name.lower()) for name in values}

@@ -39,7 +39,7 @@ IDENTITY = (0.0, 0.0, 0.0, 1.0)
 class Sources:
     """The sources of one message.
 
-    header : header of the message, with the map frame; copied to every output
+    header : stamp of the message, and name of the map frame
     positions : (S, 3) m, map frame
     velocities : (S, 3) m/s
     diameters : (S,) m, NaN if unknown; None if no source has a diameter
@@ -75,7 +75,7 @@ def doubt_of_poses(poses: PoseArray, speed: float) -> str:
 
     If no pose of a message is rotated, its orientations may be the default values of a program that knows no direction.
 
-    speed : of the throw along the x axis of a pose (m/s)
+    speed : speed (m/s) of the throw along the x axis of a pose
     """
     turns = [(one.orientation.x, one.orientation.y, one.orientation.z, one.orientation.w) for one in poses.poses]
     if not turns or speed == 0.0 or any(turn != IDENTITY for turn in turns):
@@ -131,9 +131,11 @@ def _check_rows(cloud: PointCloud2) -> None:
 
 
 def _known_points(unknown: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return flags (N,), True for points of a cloud with a position; unknown : (N, 3), True where x, y or z is NaN.
+    """Return flags (N,), all True, if every point of a cloud has a position; otherwise raise MessageRefused.
 
-    Raises MessageRefused if a point has no position: it may be a dangerous source whose place the sensor does not know.
+    A point without a position may be a dangerous source whose place the sensor does not know.
+
+    unknown : (N, 3), True where x, y or z is NaN
     """
     there = ~unknown.any(axis=1)
     if bool(there.any()) and not bool(there.all()):

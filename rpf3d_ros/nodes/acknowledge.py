@@ -37,7 +37,7 @@ NOT_ALONE = 4
 
 
 class ResultUnknown(InputError):
-    """The acknowledgement was sent and not answered in time, so it may have lowered the level."""
+    """Raised if the acknowledgement was sent but not answered in time, so it may have lowered the level."""
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -103,9 +103,10 @@ def _acknowledged(options: argparse.Namespace, words: list[str]) -> int:
 
 
 def _ask(options: argparse.Namespace) -> tuple[bool, str]:
-    """Ask the simulator to acknowledge; return True if the level was lowered, and the simulator's message.
+    """Ask the simulator to acknowledge; return whether it succeeded, and the simulator's message.
 
-    Raises InputError if the simulator does not answer, ResultUnknown if the acknowledgement itself is not answered.
+    The acknowledgement has succeeded if the level was lowered, or the fault of an unknown level has ended. Raises
+    InputError if the simulator does not answer, ResultUnknown if the acknowledgement was sent and is not answered.
     """
     from rcl_interfaces.srv import SetParameters
     from rclpy.node import Node
@@ -160,7 +161,10 @@ def simulators_among(services: Iterable[str]) -> list[str]:
 
 
 def _answer(node: "Node", asked: "Future", options: argparse.Namespace) -> Any:
-    """Return the answer of a service. Raises InputError if the service does not answer in time."""
+    """Return the answer of a service. Raises InputError if there is none within `options.patience` (s).
+
+    asked : the pending call of the service
+    """
     import rclpy
 
     rclpy.spin_until_future_complete(node, asked, timeout_sec=options.patience)

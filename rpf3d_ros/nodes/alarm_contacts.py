@@ -3,7 +3,7 @@
 There are two kinds: a file, and a TCP connection. Both replace hardware: on a site, use a relay that opens as soon as
 the bridge no longer powers its coil.
 
-Each contact has a thread of its own. If the bridge has not called `set` for LOOKED seconds, the thread opens the
+Each contact has a separate thread. If the bridge has not called `set` for LOOKED seconds, the thread opens the
 contact.
 """
 
@@ -25,10 +25,10 @@ VALID = 2.0
 """Time (s) for which the content of the file is valid; a reader must treat the contact as open afterwards."""
 
 BEAT = 0.25
-"""Time (s) between two writes of the file, each with a new validity."""
+"""Time (s) between two writes of the file; each write extends the validity."""
 
 UNTIL = b"valid_until "
-"""Word in front of the end of the validity, in the last line of the file."""
+"""Word in the last line of the file, in front of the time at which the validity of the file ends."""
 
 LOOPBACK = "127.0.0.1"
 REPEAT = 0.5

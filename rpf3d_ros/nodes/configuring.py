@@ -21,11 +21,11 @@ REPEAT = 1.0
 """Time (s) between repeated reports of the node's state during a transition."""
 
 BACKWARDS = Duration(nanoseconds=-1)
-"""Smallest step back of the clock that is noticed: any step."""
+"""Smallest step back of the clock that is noticed: 1 ns, so every step is noticed."""
 
 
 class ContextEnded(Exception):
-    """A signal has ended the rclpy context; the work in progress is abandoned."""
+    """Raised if a signal has ended the rclpy context; the work in progress is abandoned."""
 
 
 def on_a_thread(node: LifecycleNode, work: Callable[[], T], meanwhile: Callable[[], None]) -> T:

@@ -22,17 +22,17 @@ class FramesOnArrival:
     """Finds the map frame that converts each message. The executor's thread, which receives transforms, never waits."""
 
     def __init__(self, frames: InputFrames, is_patient: bool) -> None:
-        """Note the calling thread, which must be the executor's thread: it never waits for a transform.
+        """Note that the calling thread, which must be the executor's thread, never waits for a transform.
 
         frames : finds the frames of messages
-        is_patient : True if other threads may wait for the first transforms
+        is_patient : True if other threads may wait for the first transforms, during FIRST_TRANSFORMS (s) from now on
         """
         self._frames, self._executor = frames, threading.get_ident()
         self._wait_until = time.monotonic() + FIRST_TRANSFORMS if is_patient else 0.0
         self._closed = threading.Event()
 
     def of(self, frame_id: str, stamp_ns: int) -> MapFrame:
-        """Return the map frame that converts a message; wait for the first transforms if the thread may wait.
+        """Return the map frame that converts a message; wait for the first transforms if the calling thread may wait.
 
         frame_id, stamp_ns : frame and stamp (ns) of the message
 

@@ -10,8 +10,8 @@ MMAP_THRESHOLD = -3
 LARGE = 4_000_000
 """Size (bytes) from which an array has separate pages, which go back to the system when the array is freed.
 
-The arrays of rocks in flight are smaller. They are made and freed thousands of times; separate pages for these arrays
-would take a fifth of the time of a flight.
+The arrays of rocks in flight are smaller. They are made and freed thousands of times; with separate pages, allocating
+these arrays would take a fifth of the computing time of a flight.
 
 By default, glibc raises the threshold to the largest freed block, at most 32 MB. Then the arrays of a survey go into
 the heap and fragment the heap: a node that repeatedly receives a terrain of 2.33 million triangles grows by 3.8 MB each

@@ -66,8 +66,8 @@ class Inputs:
     ) -> None:  # fmt: skip
         """Subscribe to all topics.
 
-        notice_jump : forgets all sources if the clock went back; this function is called before each message of sources
-            or areas, so that the new message is not forgotten together with older messages
+        notice_jump : forgets all sources if the clock went back; called before each message of sources or areas is
+            processed, so that this message is not forgotten together with older messages
         transforms : provider of transforms of other frames; None to refuse other frames
         """
         self._notice_jump = notice_jump
@@ -154,11 +154,17 @@ class Inputs:
         self._health.set("terrain", ERROR, why)
 
     def on_points(self, data: Buffer, published_ns: int) -> None:
-        """Queue a point cloud (CDR bytes) as the new terrain: points in rows, or scattered points."""
+        """Queue a point cloud (CDR bytes) as the new terrain: points in rows, or scattered points.
+
+        published_ns : when the message was published (ns)
+        """
         self._survey("terrain/points", data, lambda cloud: self._whole(cloud, published_ns), published_ns)
 
     def on_mesh(self, data: Buffer, published_ns: int) -> None:
-        """Queue a mesh (CDR bytes) as the new terrain; the time of arrival replaces the missing stamp."""
+        """Queue a mesh (CDR bytes) as the new terrain; the time of arrival replaces the missing stamp.
+
+        published_ns : when the message was published (ns)
+        """
         now = self._now()
 
         def take() -> None:
@@ -177,7 +183,10 @@ class Inputs:
         self._try("terrain/mesh", take, published_ns)
 
     def on_update(self, data: Buffer, published_ns: int) -> None:
-        """Queue a point cloud (CDR bytes) as a patch, which replaces a part of the terrain."""
+        """Queue a point cloud (CDR bytes) as a patch, which replaces a part of the terrain.
+
+        published_ns : when the message was published (ns)
+        """
 
         def take(cloud: PointCloud2) -> None:
             arrival = self._arrival(cloud)
@@ -243,9 +252,11 @@ class Inputs:
         self.guards.note("terrain/update", arrival.stamp_ns)  # a patch with an older stamp is out of date
 
     def _survey(self, topic: str, data: Buffer, take: Callable[[PointCloud2], None], published_ns: int) -> None:
-        """Read a point cloud from its bytes and process it with `take`; an unreadable message is refused.
+        """Read a point cloud from its CDR bytes and process it with `take`; an unreadable message is refused.
 
         rclpy itself would drop an unreadable message silently.
+
+        published_ns : when the message was published (ns)
         """
         try:
             cloud = deserialize_message(bytes(data), PointCloud2)
@@ -288,7 +299,10 @@ class Inputs:
         self._take(topic, header, take)
 
     def _take(self, topic: str, header: Header, take: Callable[[], None], published_ns: int = 0) -> None:
-        """Process a message with `take`; refuse a stamp that is older than the topic's last stamp, or in the future."""
+        """Process a message with `take`; refuse a stamp that is older than the topic's last stamp, or in the future.
+
+        published_ns : when a terrain message was published (ns); 0 for other messages
+        """
         stamp = nanoseconds(header.stamp)
 
         def guarded() -> None:
@@ -315,7 +329,7 @@ class Inputs:
     ) -> None:
         """Report a refused message: a fault of the alert, because the message may report danger or changed terrain.
 
-        published_ns : when a terrain message was published (ns)
+        published_ns : when a terrain message was published (ns); 0 for other messages
         is_counted : True if the queue of terrain already counts the message as missing
         stamp_ns : stamp of the message (ns), None if it has none, or if it cannot be read
         """

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
 BAD_INPUT = 2
-"""Exit code if a parameter or a file is refused, as on the command line."""
+"""Exit code if a parameter or a file is refused, the same as of the command `rpf3d`."""
 
 USAGE = "parameters come after --ros-args: --params-file FILE, -p NAME:=VALUE (docs/reference/parameters.md lists them)"
 
 SOURCE_PLACE = re.compile(r",? at /\S+:\d+")
-"""Pattern of file and line of rcl's C code in an error message, which are removed for users."""
+"""Pattern of a file and line of rcl's C code in an error message; it is removed from messages to users."""
 
 
 def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> int:

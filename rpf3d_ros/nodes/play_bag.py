@@ -33,7 +33,7 @@ CLOCK_AHEAD = 0.5
 """Time (s) before the first message for which /clock already shows that message's time, because nodes need a time."""
 
 LEAVING = 1.0
-"""Time (s) between the last message and the end: when a reliable publisher ends, undelivered messages are lost."""
+"""Time (s) between the last message and the end of the program, so that the last messages are delivered."""
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -108,7 +108,7 @@ def _played(options: argparse.Namespace, words: list[str]) -> int:
 
 
 def _play(options: argparse.Namespace, words: list[str]) -> None:
-    """Publish every input at its time, and print the played topics; words : command-line words for ROS."""
+    """Publish every input at its time, and print the number of messages of each topic; words : arguments for ROS."""
     sensors = sensors_of(options.bag, options.source_topics, options.source_cloud_topics)
     inputs = inputs_of(options.bag, options.namespace, sensors)
     played = dict.fromkeys(inputs, 0)

@@ -34,7 +34,7 @@ LOOK = 1.0
 def watched_topics(inputs: Mapping[str, QoSProfile], sensors: SensorTopics) -> list[WatchedTopic]:
     """Return the topics whose publishers are judged: all inputs, and the node's own alerts.
 
-    inputs : quality of service of the subscription to each input; sensors : topics of sources
+    inputs : quality of service of the subscription to each input, by topic; sensors : topics of sources
     """
     poses, clouds = sensors.poses, sensors.clouds
     groups = {**dict.fromkeys((*poses, *clouds), SENSORS), "terrain/points": "terrain", "terrain/mesh": "terrain"}

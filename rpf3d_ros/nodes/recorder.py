@@ -39,14 +39,17 @@ FILE, BAG, VIEWER = "file", "bag", "viewer"
 DIAGNOSTICS, MESH = "/diagnostics", "terrain/mesh"
 
 LOOK_AFTER = 1.0
-"""Time (s) between checks of the recording (is a new file due?) and of the viewer."""
+"""Time (s) between two checks whether a new file must begin, and whether the viewer receives the recording."""
 
 LEAVING = 1.0
 """Time (s) that a viewer has to disconnect."""
 
 
 class RecorderNode(Node):
-    """Receives messages as CDR, converts and records them; a message is on disk before the next one is handled."""
+    """Receives messages as CDR, and records them.
+
+    All entries that a message causes are on disk before the next message is handled.
+    """
 
     def __init__(self) -> None:
         super().__init__(NAME)

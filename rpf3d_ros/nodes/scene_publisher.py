@@ -61,7 +61,10 @@ class ScenePublisherNode(Node):
         self.get_logger().info(f"poses have no speed: set release_speed of rpf3d_simulator to {asked}, {where}")
 
     def look(self) -> None:
-        """Publish the terrain again for new subscribers, and the sources as soon as they have enough subscribers."""
+        """Publish the terrain again if it has new subscribers, and the sources once they have enough subscribers.
+
+        This call publishes the sources only for the first time; `repeat` repeats them.
+        """
         subscribers = self.terrain.get_subscription_count()
         if subscribers > self.served:
             self.terrain.publish(self.mesh)

@@ -5,7 +5,7 @@ import time
 from rclpy.node import Node, NodeNameNonExistentError
 
 PATIENCE = 0.2
-"""Longest time (s) to wait for a first node, because a request may arrive before its sender is known."""
+"""Longest time (s) to wait for a first node, because a request may arrive before ROS reports its sender."""
 
 LOOK = 0.02
 """Time (s) between two looks at the nodes."""

@@ -95,7 +95,10 @@ class SimulatorNode(LifecycleNode):
 
     @noting_errors
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Read parameters, scene and site file, compile, and restore the last good terrain."""
+        """Read parameters, scene and site file, compile, and restore the last good terrain.
+
+        Return FAILURE if an input is refused, or if a signal ends the node during this work.
+        """
         self.broken = ""
         self._report("configuring: reading files and compiling", OK)
         try:
@@ -162,7 +165,7 @@ class SimulatorNode(LifecycleNode):
     # --- called by the executor
 
     def _start(self) -> None:
-        """Configure and activate once, if `autostart` is set."""
+        """Configure the node, then activate it; called once after the start, only if `autostart` is set."""
         self._starting.cancel()
         if self.trigger_configure() == DONE and self.context.ok():
             self.trigger_activate()
@@ -249,7 +252,7 @@ class SimulatorNode(LifecycleNode):
             self._named_at = time.monotonic()
 
     def destroy_node(self) -> None:
-        """End the threads before their publishers are destroyed; threads that do not end in time are abandoned."""
+        """End the station's threads, then destroy the node; threads that do not end in time are abandoned."""
         for each in (self.outlets.answers, self.outlets.alerts, self.health):
             each.closed = True
         self._close_station()

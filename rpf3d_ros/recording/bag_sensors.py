@@ -15,7 +15,7 @@ from rpf3d_ros.interface.recorded_topics import (
 from rpf3d_ros.recording.bag_writer import CLOUDS_KEY, POSES_KEY
 
 OPTIONS = {POSES: "--source-topics", CLOUD: "--source-cloud-topics"}
-"""Option of the commands that read bags, by the type of the messages whose topics the option names."""
+"""Command-line options with which a user names the topics of sources in a bag, by the type of the topics' messages."""
 
 HELP = "topics of sources as {}, between commas, as the nodes' parameter; without it, the names noted in the bag"
 """Help text of the options in OPTIONS; the braces stand for the kind of the messages: poses or clouds."""
@@ -24,6 +24,7 @@ HELP = "topics of sources as {}, between commas, as the nodes' parameter; withou
 def sensors_in(reader: Any, poses: str | None = None, clouds: str | None = None) -> RecordedSensors:
     """Return the topics of sources in an open bag.
 
+    reader : the open reader of the bag, from rosbags
     poses, clouds : names of topics from the user, separated by commas; None for the names that the recorder has noted
         in the bag, or for the default topic if no names are noted
 
@@ -43,6 +44,7 @@ def unread_topics(reader: Any, namespace: str, sensors: RecordedSensors) -> list
 
     Such a topic is not read. The result does not name topics of rpf3d in other namespaces.
 
+    reader : the open reader of the bag, from rosbags
     namespace : namespace of the topics in the bag; sensors : topics of sources that are read
     """
     topics = topics_with(sensors)

@@ -62,7 +62,7 @@ class BagWriter:
     def write(self, topic: str, name: str, stamp_ns: int, data: bytes) -> None:
         """Add a received message.
 
-        topic : key in `recorded_topics.topics_with(sensors)`; name : full name of the topic
+        topic : key in `topics_with(sensors)`, such as terrain/mesh; name : full name of the topic, with namespace
         stamp_ns : time of reception (ns); data : CDR bytes of the message
 
         Raises OSError if the bag cannot be written.

@@ -17,7 +17,7 @@ SECOND = 1_000_000_000
 """One second in nanoseconds."""
 
 EVENTS_KEPT = 1000
-"""Number of time stamps whose event is remembered; a result for an older stamp counts as a new event."""
+"""Largest number of stamps whose event is remembered; a result with a forgotten stamp counts as a new event."""
 
 Drawn = TypeVar("Drawn")
 
@@ -41,7 +41,7 @@ class RecordingEntry(NamedTuple):
 EntryMaker = Callable[[Any], Iterator[RecordingEntry]]
 """A function that yields the entries of a message; a message of terrain/mesh is passed as CDR bytes.
 
-Raises MessageRefused.
+Raises MessageRefused for a message that cannot be used.
 """
 
 
@@ -117,7 +117,7 @@ class LastContents:
         self._arrays: dict[str, tuple[np.ndarray, ...]] = {}
 
     def differs(self, name: str, *arrays: np.ndarray) -> bool:
-        """Return True if an array differs from the last arrays of the same name."""
+        """Return True if the arrays differ from the last arrays of the same name, or if there are none."""
         last = self._arrays.get(name, ())
         return len(last) != len(arrays) or not all(map(np.array_equal, last, arrays))
 
@@ -126,7 +126,7 @@ class LastContents:
         self._arrays[name] = arrays
 
     def is_new(self, name: str, *arrays: np.ndarray) -> bool:
-        """Remember arrays; return True if one of them differs from the last arrays of the same name."""
+        """Remember arrays; return True if they differ from the last arrays of the same name, or if there were none."""
         is_new = self.differs(name, *arrays)
         self.note(name, *arrays)
         return is_new
@@ -138,7 +138,10 @@ def frame_of(message: Any, frames: InputFrames) -> MapFrame:
 
 
 def finite_points(points: FloatArray, frame_id: str, frame: MapFrame) -> FloatArray:
-    """Return points (N, 3) m of a message in the map frame. Raises MessageRefused if a point is not finite."""
+    """Return points (N, 3) m of a message in the map frame. Raises MessageRefused if a point is not finite.
+
+    frame_id : name of the frame of the points; frame : converts the points
+    """
     if not bool(np.isfinite(points).all()):
         raise MessageRefused("a point is not finite")
     return frame.points(points, frame_id)
@@ -157,7 +160,8 @@ def column_of(cloud: Any, name: str) -> np.ndarray:
 def by_name(drawn: Mapping[str, Drawn], root: str, what: str) -> dict[str, Drawn]:
     """Return the shapes of a marker message by name, from namespaces that consist of a prefix and the name.
 
-    root : the prefix; what : what the names are, for the error message, such as "level"
+    drawn : the shapes by namespace; root : the prefix
+    what : what the names are, for the error message, such as "level"
 
     Raises MessageRefused for a namespace without the prefix.
     """

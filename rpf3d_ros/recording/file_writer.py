@@ -37,7 +37,7 @@ def flush(stream: Any, seconds: float) -> None:
 
 
 def close(stream: Any, seconds: float) -> None:
-    """Write the waiting rows and the file's footer.
+    """Write the waiting rows and the footer of a stream's file, and release the stream.
 
     Raises RuntimeError in the same cases as `flush`, with the time limit `seconds` (s). After an error, a separate
     thread releases the stream, because the release may never end.
@@ -52,7 +52,7 @@ def close(stream: Any, seconds: float) -> None:
 
 
 def any_left() -> bool:
-    """True if a stream is still not released; rerun would then also wait for the stream at the end of the process."""
+    """True if a stream is not released yet after an error; rerun would wait for this stream when the process ends."""
     return any(thread.is_alive() for thread in _left)
 
 

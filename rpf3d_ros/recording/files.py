@@ -17,7 +17,7 @@ from rpf3d_ros.recording.stream import Recording, file_recording
 
 MEGABYTE = 1_000_000
 RETRY = 2.0
-"""Time between attempts to begin a new file after a failed write (s)."""
+"""Time (s) between two attempts to begin a new file after a write has failed."""
 
 FAULTS = (OSError, RuntimeError)
 """Errors that rerun raises if a file cannot be written."""
@@ -42,9 +42,9 @@ class Rotation:
 
 
 class Head:
-    """The state with which every new file of a recording begins: terrain, patches, sources, areas, alerts.
+    """The entries with which every new file of a recording begins: present terrain, patches, sources, areas, alerts.
 
-    In a thinned recording, the state also has the last rocks and hazard maps.
+    In a thinned recording, the last rocks and hazard maps are among them.
     """
 
     def __init__(self) -> None:
@@ -103,8 +103,9 @@ class RecordingFiles:
     def write(self, entries: list[RecordingEntry]) -> None:
         """Write entries to the open file.
 
-        Raises OSError or RuntimeError if the entries cannot be written; a later call then begins a new file. `lost`
-        counts the entries that are not written. Entries that set a state stay in `head` and are in the next file.
+        Raises OSError or RuntimeError if the entries cannot be written; a later call then begins a new file. Attribute
+        `lost` counts the entries that are not written. Entries that set a state stay in attribute `head`, so the next
+        file contains them.
         """
         self.head.note(entries)
         if not entries and self._recording is not None:

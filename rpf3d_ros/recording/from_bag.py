@@ -132,13 +132,13 @@ def _reading(bag: Path) -> Iterator[Any]:
 
 
 def _chosen(reader: Any, namespace: str, topics: Mapping[str, RecordedTopic]) -> list[Any]:
-    """Return the connections of a bag that belong to recorded topics, to read only their messages."""
+    """Return the connections (topics with a type) of a bag that belong to `topics` and have the expected type."""
     named = ((connection, topic_called(connection.topic, namespace, topics)) for connection in reader.connections)
     return [connection for connection, topic in named if topic and topics[topic].kind == connection.msgtype]
 
 
 def _is_cut_off(bag: Path) -> bool:
-    """True if a file of the bag was cut off, for example by a kill: it begins as MCAP but has no MCAP end.
+    """True if a file of the bag was cut off, for example by a kill: it begins as an MCAP file, but does not end as one.
 
     False if the files cannot be read.
     """
@@ -195,7 +195,8 @@ def _record(readings: Iterator[Reading], files: RecordingFiles, out: Path, now: 
     """Write messages into a recording, and add the refused messages to `done`.
 
     readings : the messages to write; files, out : the recording, and its path for error messages
-    now : list with the time (ns) of the current message of the bag
+    now : a list with one item: the time (ns) of the current message of the bag
+    done : the counts and sentences to complete
     """
     for reading in readings:
         try:

@@ -19,7 +19,7 @@ At a site with more patches between two whole surveys, later bags lack the oldes
 """
 
 Message = tuple[str, str, bytes]
-"""Topic of a message as a key of `recorded_topics`, full name of the topic, and CDR bytes of the message."""
+"""A message: its topic as in `BagWriter.write`, the full name of the topic, and the CDR bytes."""
 
 
 class IncidentBag:
@@ -46,7 +46,8 @@ class IncidentBag:
         """Close the last bag, and begin the bag for a new file of the recording; recording : path of this file.
 
         Raises OSError if the first bag cannot be written, InputError if rosbags is missing. If a later bag cannot be
-        written, or the last bag cannot be completed, `fault` states the error; the new bag is begun in any case.
+        written, attribute `fault` states the error, and there is no bag for this file. If the last bag cannot be
+        completed, `fault` states this error, but the new bag is begun.
         """
         if self._prefix is None:
             return
@@ -91,7 +92,7 @@ class IncidentBag:
         self._remember(topic, name, data)
 
     def close(self) -> None:
-        """Write the index of the open bag."""
+        """Write the index of the open bag, if any. Raises OSError if this fails."""
         writer, self._writer = self._writer, None
         if writer is not None:
             writer.close()

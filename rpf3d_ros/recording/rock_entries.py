@@ -31,7 +31,7 @@ from rpf3d_ros.recording.waiting import HeldLines
 PATHS = "trajectories/points"
 LINES = "trajectories"
 Areas = Callable[[], Mapping[str, Sequence[FloatArray]]]
-"""A function that returns the rings (P, 3) m of each area of interest."""
+"""A function that returns the outlines (T, 3) m of each area of interest, by name, map frame."""
 
 
 class RockEntries:
@@ -42,7 +42,11 @@ class RockEntries:
     """
 
     def __init__(self, frame: MapFrame, times: EntryTimes, areas: Areas, most: int) -> None:
-        """Begin without rocks; most : number of recorded rocks of an answer, 0: all."""
+        """Begin without rocks.
+
+        frame : the frame of the messages; times : gives each entry its time and event
+        areas : returns the present outlines; most : number of recorded rocks of an answer, 0: all
+        """
         self._frame, self._times, self._areas, self._most = frame, times, areas, most
         self._whole, self._last = AnswerEntries(frame, times), LastContents()
         self._chosen: tuple[int, IntArray] | None = None
@@ -55,16 +59,18 @@ class RockEntries:
         return {LINES: self.lines, PATHS: self.paths, **hits}
 
     def lines(self, array: Any) -> Iterator[RecordingEntry]:
-        """Yield the entry of the published lines of an answer, unless lines were already drawn from its points."""
+        """Yield the entry of the published line markers of an answer, unless lines were already drawn from its points.
+        """
         stamp_ns = nanoseconds(array.markers[0].header.stamp) if array.markers else None
         if stamp_ns is None or stamp_ns != self._lines_of:
             yield from self._whole.trajectories(array)
 
     def paths(self, cloud: Any) -> Iterator[RecordingEntry]:
-        """Yield the entries for motion, points and lines of the rocks chosen from an answer.
+        """Yield the entries for motion, points and lines of the rocks chosen from a cloud of trajectories/points.
 
-        Yield nothing if points and areas are the same as in the previous answer. A cloud without points yields entries
-        that delete the points and lines of the last event, once.
+        Lines are drawn only if the cloud has a field `speed`. Yield nothing if the points and areas are the same as in
+        the previous answer. A cloud without points yields, once, entries that delete the points and lines of the last
+        event.
         """
         if cloud.width == 0:
             cleared = list(self._cleared(PATHS, cloud))
@@ -108,7 +114,8 @@ class RockEntries:
     def hits(self, topic: str, cloud: Any) -> Iterator[RecordingEntry]:
         """Yield the impacts or deposits of the chosen rocks; for impacts, also the energies of all rocks' impacts.
 
-        Yield nothing if the content is the same as in the previous answer.
+        Yield nothing if the content is the same as in the previous answer. A cloud without points deletes the points of
+        the last event.
         """
         if cloud.width == 0:
             yield from self._cleared(topic, cloud)
@@ -157,7 +164,7 @@ class RockEntries:
     def _choice(self, points: FloatArray, rock: IntArray) -> IntArray:
         """Return the numbers of the rocks to record: all rocks that reach an area, and evenly spread other rocks.
 
-        The result has `most` rocks, or more if more rocks reach an area; all rocks if `most` is 0.
+        The result has as many rocks as `__init__` sets, or more if more rocks reach an area; all rocks if this is 0.
 
         points : (N, 3) m; rock : (N,) rock of each point, grouped by rock
         """

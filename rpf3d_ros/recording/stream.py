@@ -23,7 +23,7 @@ from rpf3d_ros.recording.views import STATE_COLOURS, blueprint, extent_of
 APPLICATION = "rpf3d_live"
 SOURCE_COLOUR, UPDATE_COLOUR, AREA_COLOUR, ROCK_COLOUR = (255, 140, 0), (60, 130, 200), (230, 60, 200), (20, 20, 20)
 LINE_PIXELS, POINT_PIXELS, DEPOSIT_PIXELS, OUTLINE_PIXELS, ROCK_PIXELS = 0.7, 1.5, 3.0, 2.0, 4.0
-"""Sizes on the screen (pixels), because a rock of 1 m is invisible in a pit of 1 km.
+"""Sizes on the screen (pixels) of lines and points; with sizes in metres, a rock of 1 m would be invisible in a pit.
 
 Rerun interprets negative radii as radii on the screen.
 """
@@ -35,7 +35,7 @@ UNKNOWN, PERCENT = 255, 100
 """Value of a grid cell (one byte) whose reach probability is unknown; largest percentage."""
 
 FARTHER = 1.5
-"""Factor by which trajectories must extend farther than before until the viewer's eye moves."""
+"""Factor: the viewer's eye moves if trajectories extend farther than this many times the extent it was placed for."""
 
 FLUSH_TIMEOUT = 60.0
 """Timeout of a flush (s); the terrain of 2.3 million triangles takes 1.3 s to write."""
@@ -93,7 +93,7 @@ class Recording:
         )
 
     def update(self, number: int, points: FloatArray) -> None:
-        """Add a patch of the terrain as points (N, 3) m; number : identifies the patch; other patches stay."""
+        """Add a patch of the terrain as points (N, 3) m; number : a patch with the same number is replaced."""
         self._log(f"terrain/updates/{number}", self._points(points, UPDATE_COLOUR, POINT_PIXELS))
 
     def sources(self, positions: FloatArray, directions: FloatArray, sensor: str = "") -> None:
@@ -123,13 +123,14 @@ class Recording:
         self.clear(_outline_of_area(name))
 
     def places(self, name: str, positions: FloatArray) -> None:
-        """Add the centres (N, 3) m of areas of interest, such as vehicles."""
+        """Add the places (N, 3) m of machines, such as vehicles, as points; name : name of their area of interest."""
         self._log(_under("areas", name), self._points(positions, AREA_COLOUR, DEPOSIT_PIXELS))
 
     def trajectories(self, strips: list[Strip]) -> None:
         """Add the trajectories, as separate segments, because a line of rerun has only one colour.
 
-        If the trajectories extend more than FARTHER times as far as before, the viewer's eye moves to show all of them.
+        If the trajectories extend more than FARTHER times as far as those for which the viewer's eye was last placed,
+        the eye moves to show all of them.
         """
         pieces = [np.stack([strip.points[:-1], strip.points[1:]], axis=1) for strip in strips]
         colours = [strip.colours[:-1] for strip in strips]
@@ -170,7 +171,7 @@ class Recording:
         self._coloured(entity, positions, energy, float(np.max(energy, initial=0.0)), {"energy_j": energy})
 
     def energies(self, energy: FloatArray) -> None:
-        """Add the largest and the 95th percentile of an event's energies at impacts, (N,) J, to the plots, in kJ."""
+        """Add the largest value and the 95th percentile of energies at impacts, (N,) J, to the plots, in kJ."""
         if len(energy):
             for name, value in (("largest", energy.max()), ("p95", np.percentile(energy, 95))):
                 self._log(f"energy/{name}", self._rerun.Scalars(float(value) / JOULE_PER_KJ))

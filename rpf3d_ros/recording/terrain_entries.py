@@ -27,7 +27,11 @@ class TerrainEntries:
     """
 
     def __init__(self, frames: InputFrames, mesh_frame: str, times: EntryTimes) -> None:
-        """Begin without terrain; mesh_frame : frame of terrain/mesh."""
+        """Begin without terrain.
+
+        frames : the frames of the inputs; mesh_frame : name of the frame of terrain/mesh
+        times : gives each entry its time and event
+        """
         self._frames, self._mesh_frame, self._times = frames, mesh_frame, times
         self._digest, self._updates = b"", 0
 

@@ -9,7 +9,9 @@ class Thinning(NamedTuple):
     """How much of the answers is recorded; inputs, alerts and the figures of answers are always recorded.
 
     rocks : number of recorded rocks of an answer; rocks that reach an area are always recorded; 0: all
-    maps_every : shortest time (s) between recorded hazard maps, unless an alert level changes; 0: every map
+    maps_every : shortest time (s) between recorded hazard maps, unless an alert level changes; 0: no limit
+
+    Unless both are 0, rocks and maps that do not differ from those recorded last are not recorded again.
     """
 
     rocks: int = 50
@@ -22,7 +24,7 @@ class Thinning(NamedTuple):
 
     @property
     def text(self) -> str:
-        """A list of what the recording leaves out, as Markdown."""
+        """The text "About this recording", as Markdown: what the recording leaves out, if anything."""
         if self.is_whole:
             return "# About this recording\nEvery answer is recorded as published.\n"
         return f"# About this recording\n{self._rocks_text}{self._maps_text}{ALWAYS}"
@@ -63,6 +65,6 @@ ALWAYS = (
 
 
 def text_of(sensors: RecordedSensors) -> str:
-    """Return the line for `Thinning.text` that names the recorded topics of sources, as Markdown."""
+    """Return the line that names the recorded topics of sources, as Markdown, to append to `Thinning.text`."""
     topics = (*sensors.poses, *sensors.clouds, "clicked_point")
     return f"- Sources are recorded of these topics: {', '.join(f'`{topic}`' for topic in topics)}.\n"

@@ -19,7 +19,7 @@ from rpf3d_ros.recording.stream import APPLICATION, Recording
 from rpf3d_ros.recording.views import blueprint
 
 WAITING = 64
-"""Largest number of messages that wait for the viewer."""
+"""Largest number of lists of entries, each from one message, that wait for the viewer."""
 
 PATIENCE = 2.0
 """Time in which a viewer must accept a message (s); a viewer that takes longer is abandoned."""
@@ -28,7 +28,7 @@ RETRY = 3.0
 """Time between attempts to reach a viewer (s)."""
 
 MEMORY = "512MiB"
-"""Memory of the server for viewers that connect late; the oldest data is dropped."""
+"""Largest memory of the server that keeps data for viewers that connect late; beyond it, the oldest data is dropped."""
 
 SERVE, NONE = "serve", "none"
 PREFIXES = ("rerun://", "rerun+http://", "rerun+https://")
@@ -38,7 +38,7 @@ PREFIXES = ("rerun://", "rerun+http://", "rerun+https://")
 class Viewer:
     """The kind and the address of a viewer.
 
-    kind : none, serve (viewers connect to this process), or the url of a viewer
+    kind : "none", "serve" (viewers connect to this process), or the URL of a viewer
     bind, port : for the kind serve: address and port of this process to which viewers connect
     """
 
@@ -130,9 +130,9 @@ class ViewerFeed:
         recording.flush(PATIENCE)
 
     def _empty(self) -> None:
-        """Drop and count the entries that waited for a viewer: a new viewer receives the current state in their place.
+        """Drop the lists of entries that waited for a viewer, and count the lists in attribute `dropped`.
 
-        The attribute `dropped` counts lists of entries, not single entries.
+        A new viewer receives the current state in their place.
         """
         while True:
             try:

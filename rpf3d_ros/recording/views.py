@@ -26,7 +26,7 @@ STATE_COLOURS = {
 NOWHERE = Terrain(
     vertices=np.zeros((0, 3)), triangles=np.zeros((0, 3), dtype=np.int32), zone=np.zeros(0, dtype=np.int32), zones=()
 )
-"""Empty terrain for `point_of_view`, so that only the trajectories determine where the viewer's eye is."""
+"""Empty terrain for `point_of_view`, so that the place of the viewer's eye depends on the trajectories only."""
 
 COVERING = ("trajectories/points", "hazard/points")
 """Parts of the recording that are hidden at first, because they would cover other parts."""

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 Read = Callable[[], Any]
-"""A function that deserializes a received message. Raises MessageRefused."""
+"""A function that deserializes a received message. Raises MessageRefused if this fails."""
 
 SETTLED = 1_000_000_000
 """Time (ns) after which the line markers of an answer no longer wait for the points of this answer."""
@@ -24,7 +24,9 @@ class PacedMessages:
         self._open = True
 
     def take(self, now_ns: int, read: Read) -> list[Read]:
-        """Return the messages to record after a message was received: this message, or none if it must wait.
+        """Return the received message, in a list, if it is to be recorded now; else keep it and return an empty list.
+
+        A message that already waits is dropped in both cases.
 
         now_ns : time of reception (ns); read : deserializes the message
         """
