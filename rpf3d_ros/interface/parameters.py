@@ -265,7 +265,7 @@ class RecorderParameters(SourceParameters):
     )  # fmt: skip
     maps_every: float = parameter(
         10.0,
-        "shortest time (s) between recorded hazard maps, except when an alert level changes; 0: record every map",
+        "shortest time (s) between recorded hazard maps, except when an alert level changes; 0: no limit",
         0.0, 86_400.0,
     )  # fmt: skip
     bag: str = parameter("", "prefix of the MCAP bags to write next to the recording; empty: none")

@@ -159,7 +159,7 @@ class RecorderNode(Node):
         counts = {topic: str(count) for topic, count in self.recorded.items()}
         self.health.set(RECORDING, OK, f"writing {self.files.path}", counts)
         if self.files.lost:
-            self.health.set(FILE, WARN, f"the file is written again; rows lost before: {self.files.lost}")
+            self.health.set(FILE, WARN, f"the file is written again; entries lost before: {self.files.lost}")
 
     def _report_fault(self, error: Exception) -> None:
         sentence = f"{self.files.path} could not be written: {error}"
@@ -174,11 +174,11 @@ class RecorderNode(Node):
         for reading in self.log.rest():
             self._record(reading)
         self.health.closed = True
-        for close in (self.files.close, self.bag.close):
+        for close, name in ((self.files.close, f"{self.files.path}"), (self.bag.close, f"{self.bag.folder}")):
             try:
                 close()
             except FAULTS as error:
-                self.get_logger().error(f"{self.files.path} could not be closed and may not verify: {error}")
+                self.get_logger().error(f"{name} could not be closed and may not verify: {error}")
         self.abandoned = (self.feed is not None and not self.feed.close(LEAVING)) or file_writer.any_left()
         super().destroy_node()
 

@@ -67,7 +67,7 @@ def test_rows_that_were_lost_are_told_after_the_fault():
     node = Stub()
     node.lost = 3
     node._take("impacts", None)
-    assert node.states[FILE] == (WARN, "the file is written again; rows lost before: 3")
+    assert node.states[FILE] == (WARN, "the file is written again; entries lost before: 3")
 
 
 @pytest.mark.parametrize(("error", "level"), [(InputError("bad"), WARN), (ZeroDivisionError("bad"), ERROR)])
