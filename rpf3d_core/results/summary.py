@@ -168,7 +168,7 @@ def _counts(findings: Run) -> dict[str, Any]:
 
 
 def _share_of(outcome: Outcome, count: int, findings: Run) -> dict[str, Any]:
-    """Return the share of rocks with an outcome; with sampling and predictive interval in a run over parameter sets."""
+    """Return the share of rocks with an outcome for summary.json; over parameter sets, with a predictive interval."""
     share = share_of(count, findings.totals.rocks)
     figures = findings.maps.sets
     return share if figures is None else {**with_predictive(share, *figures.outcome(outcome)),
@@ -297,7 +297,7 @@ def _distributions(scene: Scene, totals: Totals, figures: Any) -> dict[str, Any]
 
 
 def _of_the_centre(scene: Scene) -> str:
-    """Return the note that heights are heights of the centre of mass; "" for points and spheres."""
+    """Return the end of a sentence: heights are heights of the centre of mass; "" for points and spheres."""
     return ", of the centre of mass" if scene.rock.is_body else ""
 
 

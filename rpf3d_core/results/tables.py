@@ -41,8 +41,9 @@ def open_tables(
 ) -> Iterator[Callable[[Deposits, Impacts], None]]:  # fmt: skip
     """Open deposits.csv (a line for each rock) and impacts.parquet (a row for each impact), to write them in parts.
 
-    Yields a function that writes the deposits and impacts of the next rocks.
+    The context manager yields a function that writes the deposits and impacts of the next rocks.
 
+    sources : names of the sources
     density : of the rocks, kg/m^3; impacts : True to write impacts.parquet; obstacles : barriers and trees of the scene
     spins : True if rocks spin; both tables then also have rotational and total energies
     """
@@ -91,7 +92,9 @@ def deposits_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits,
 
     `runout_m` is the horizontal distance from release to end. `zone` is the zone of the last facet touched.
     `max_height` is vertical, above the terrain. `diameter_m` is the diameter of a sphere of the rock's mass and
-    density (kg/m^3).
+    density.
+
+    sources : names of the sources; density : of the rocks, kg/m^3
     """
     return _table(
         {
@@ -122,7 +125,9 @@ def impacts_table(
     """Return the impacts as a table with I rows, the content of impacts.parquet.
 
     `index` counts the impacts of a rock from 0. `struck` is GROUND or the name of an obstacle. At an obstacle `facet`
-    and `zone` are empty.
+    and `zone` are empty. `energy_in_j` is the translational energy before the impact.
+
+    sources : names of the sources
     """
     first = np.searchsorted(impacts.row, impacts.row, side="left")
     normals = terrain.frame.directions_to_input(impacts.normal)
@@ -278,6 +283,6 @@ def _extended(table: pa.Table, more: dict[str, Any]) -> pa.Table:
 def _repeated(schema: pa.Schema) -> list[str]:
     """Return the names of the columns to store as a dictionary of distinct values, because their values repeat.
 
-    With a dictionary for all columns, a table takes 4 times as long to write and needs a seventh more disk space.
+    With a dictionary for all columns, a table takes 4 times as long to write and needs about 14 % more disk space.
     """
     return [field.name for field in schema if not pa.types.is_floating(field.type)]
