@@ -23,7 +23,7 @@ SIZES = (("diameter", "m"), ("mass", "kg"), ("volume", "m3"))
 DEGREES = "_deg"
 """End of the keys of a material that are angles in degrees."""
 IDLE = ("draw", "library", "stop_speed")
-"""Keys of a material that the table of coefficients leaves out."""
+"""Keys of a material that are not in the table of coefficients."""
 STATED = "stated in the scene"
 FROM_FILES = "stated in the scene or in its files"
 DEFAULT = "NOT stated: the default of rpf3d"
@@ -82,8 +82,8 @@ def _model(run: RunFiles, role: str, name: str, values: dict[str, Any]) -> Itera
 def _parameters(run: RunFiles, what: str, path: str, values: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
     """Yield a row (what, parameter with value, origin of the value) for each parameter of a model or an effect.
 
-    what : first cell of the rows; path : key path of the model or effect, with more than one dot for an own model
-        because the name of an own model has dots; values : the parameters, by key
+    what : first cell of the rows; path : key path of the model or effect; values : the parameters, by key
+    A path with more than one dot is that of an own model, whose name has dots.
     """
     own = path.count(".") > 1
     for key, value in values.items():
@@ -175,8 +175,8 @@ def _with_unit(key: str) -> str:
 def _range(run: RunFiles, path: str) -> str | None:
     """Return the range of the unknown that sets the value at a key path as text; None if no unknown sets the value.
 
-    For a prior, the range is as the scene states it, because parameter sets do not reach its ends. For a value from a
-    calibration sample, it is the range of the parameter sets.
+    The range of a prior is given as in the scene, because parameter sets do not reach its ends. The range of a value
+    from a calibration sample is that of the parameter sets.
     """
     key = _unknown_at(run, path)
     if key is None:

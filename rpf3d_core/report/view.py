@@ -28,11 +28,11 @@ MARGIN = 0.5
 LEAST_MARGIN = 25.0
 """Smallest width (m) of the terrain shown around the rocks."""
 RAISED, LEAST_RAISED = 0.003, 0.25
-"""Distance of the hazard map from the ground, so that the terrain does not hide the map: as a share (-) of the
-view's extent, and at least (m)."""
+"""Distance of a hazard map from the ground, so that the terrain does not hide the map: as a share (-) of the extent of
+the view in plan, and smallest distance (m)."""
 GROUND_SCALE = [[0.0, "#4c4437"], [0.5, "#9c8f76"], [1.0, "#e6dfd0"]]
 LIGHT = np.array([-0.5, 0.5, 0.7071])
-"""Direction (3,) to the light: unit vector, local frame."""
+"""Direction (3,) towards the light: unit vector, local frame."""
 UNLIT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0}
 ABOVE_MAPS = 1.3
 """Height of the outlines of areas above the ground, as a multiple of the distance of the hazard maps."""
@@ -64,7 +64,7 @@ class Seen(NamedTuple):
 
 
 class MapSeen(NamedTuple):
-    """A hazard map of the 3D view: corners (N, 3, 3) m and values (N,) of its triangles, as from `draped`.
+    """A hazard map of the 3D view: corners (N, 3, 3) m and values (N,) of its triangles, from `draped`.
 
     what : entry of MAPS; cell : side (m) of a cell of the map
     """
@@ -80,10 +80,10 @@ def view_html(
 ) -> str:
     """Return the 3D view of a report as an HTML fragment, without the script of plotly that the fragment needs.
 
-    seen : the terrain of the view, as from `terrain_seen`
+    seen : the terrain of the view, from `terrain_seen`
     looking : (2,) unit vector in plan, in which the rocks travel; the view looks in the opposite direction
     critical : the rock of the critical section, as (source, rock, fragment); None if there is none
-    maps : as from `maps_seen`, which is called if this is None
+    maps : the hazard maps, from `maps_seen`; None to make them here
 
     Raises
     ------
@@ -150,7 +150,7 @@ def _hazard(go: Any, maps: Sequence[MapSeen]) -> list[Any]:
 def with_few(run: RunFiles, name: str, band: str | None = None) -> HazardGrid | None:
     """Return a hazard map with the value FEW in cells that rocks reached, but too few rocks for a value.
 
-    None if the run did not write the map or the band, or no rock reached a cell.
+    The result is None if the run did not write the map or the band, or if no rock reached a cell.
 
     name, band : as for `read_hazard`
     """
