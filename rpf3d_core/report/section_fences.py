@@ -39,8 +39,7 @@ def fences_in(run: RunFiles, section: CriticalSection) -> tuple[list[FenceInSect
 def footings_of_barriers(run: RunFiles) -> dict[str, Footing]:
     """Return the slope of the ground along the line of each barrier of a scene, by name of the barrier.
 
-    The slope is measured at a point about every metre of the line.
-    Barriers whose file cannot be read are left out.
+    The slope is measured at a point about every metre of the line. Barriers whose file cannot be read are left out.
     """
     lines = {panel["name"]: barrier_lines(run, panel) for panel in panels_of(run)}
     return {name: footing_at(run.terrain, _places_on(run, each)) for name, each in lines.items() if each}
