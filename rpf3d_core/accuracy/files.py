@@ -22,7 +22,7 @@ def write_price_list(folder: str | Path, prices: PriceList, target: float, recor
     Raises
     ------
     InputError
-        The folder contains other files, or cannot be written to.
+        The folder contains other files, or cannot be written to; or cost.rrd is wanted and rerun is not installed.
     """
     from rpf3d_core.recordings.cost import write_cost_recording
     from rpf3d_core.results.plots.cost import write_cost  # matplotlib takes most of a second to import

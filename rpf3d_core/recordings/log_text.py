@@ -121,7 +121,7 @@ def material_line(name: str, material: Any, unknowns: Mapping[str, Any]) -> str:
 
 
 def frame_line(frame: Frame) -> str:
-    """Return the log line that states how to convert positions in the recording to the input's coordinates."""
+    """Return the log line that states how to convert positions of the recording into the input's coordinates."""
     east, north, up = frame.origin
     turned = "" if frame.up == "z" else "; the input's y points up: its (x, y, z) is (x, z, -y) of the sum"
     return f"positions are local, z up; add the origin ({east:.10g}, {north:.10g}, {up:.10g}) m{turned}"

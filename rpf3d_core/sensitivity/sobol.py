@@ -21,8 +21,8 @@ FloatArray = NDArray[np.float64]
 class Indices(NamedTuple):
     """Sobol indices of U unknowns on Y results, shares (-) of the variance; each with its 95 % interval.
 
-    first, total : (U, Y) share of the unknown alone, and with its interactions; first_ends, total_ends : (2, U, Y), low
-        and high. NaN where the result does not vary.
+    first, total : (U, Y) share of the unknown alone, and with its interactions; NaN where the result does not vary
+    first_ends, total_ends : (2, U, Y) lower and upper ends of the 95 % intervals of `first` and `total`
     """
 
     first: FloatArray

@@ -120,6 +120,7 @@ def holding(interval: Interval, counts: FloatArray, totals: FloatArray) -> Inter
     """Return N intervals (-), each widened so that it contains the 95 % sampling interval of the share counts / totals.
 
     Ends that are NaN stay NaN. An interval is not widened where `totals` is 0.
+
     counts : (N,) number of rocks that the share counts; totals : (N,) number of rocks in total
     """
     low, high = wilson_intervals(counts, np.maximum(totals, 1))
