@@ -145,7 +145,9 @@ def _unknown_error(prices: PriceList) -> list[str]:
 
 
 def _beyond_rocks(prices: PriceList, target: float) -> list[str]:
-    """Return a list with a sentence if the parametric error is above the target, so that more rocks do not help; else [].
+    """Return a list with a sentence if the parametric error alone is above the target; else [].
+
+    No number of rocks meets the target then.
 
     target : largest total error (-)
     """

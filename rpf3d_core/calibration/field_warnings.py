@@ -1,4 +1,4 @@
-"""The warnings about observations that need no simulated rocks, for `rpf3d check` and for a calibration."""
+"""Make those warnings about observations that need no simulated rocks, for `rpf3d check` and for a calibration."""
 
 from collections import defaultdict
 from collections.abc import Iterator

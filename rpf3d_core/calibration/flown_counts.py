@@ -1,7 +1,8 @@
 """The probability that each simulated rock did what was counted in the field, with the error of the model.
 
-A simulated stop or passage has the error of the model (the misfit), as in the densities of single stops (`density`). So
-for a rock near the end of a section, the probability is between 0 and 1. Without an error, the probability is 0 or 1.
+"What was counted" is that rocks passed a gate, or reached or stopped in an area or a section of the slope. A simulated
+stop or passage has the error of the model (the misfit), as in the densities of single stops (`density`). So for a rock
+near the end of a section, the probability is between 0 and 1. Without an error, the probability is 0 or 1.
 """
 
 from collections.abc import Callable
@@ -61,6 +62,7 @@ def passed(extent: Extent, at: float, misfits: FloatArray) -> FloatArray:
 
     The farthest point of a path has the error of the model. The beginning of a path is known and has no error. So a
     rock that begins beyond the gate passes the gate only if the simulated path crosses the gate.
+
     extent : how far each rock went; at : m, distance of the gate along the slope
     """
     before = extent.begin < at
@@ -100,6 +102,7 @@ def stopped_in_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArra
 
     The stop of a rock is copied, and each copy is displaced in plan by an error of the model. The probability is the
     share of the copies in the area.
+
     outlines : closed outlines (P, 2) m of the area, local frame
     """
     deposited, stops = deposited_in(batch), batch.finals[:, 1:3]
@@ -176,6 +179,7 @@ def _share(flags_at: Callable[[FloatArray], NDArray[np.bool_]], sd: float) -> Fl
     """Return, for each of R rocks, the share (R,) (-) of its displaced copies for which `flags_at` returns True.
 
     If sd is 0, the result is 1 or 0: the flag of the rock itself.
+
     flags_at : returns flags (R,) of the copies with a displacement in plan (2,) m
     sd : m, standard deviation of the displacements in each direction
     """

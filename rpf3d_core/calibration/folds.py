@@ -16,9 +16,9 @@ IntArray = NDArray[np.int64]
 FOLDS = 5
 """Number of folds; fewer if there are fewer observations."""
 NEGLIGIBLE = 0.01
-"""Weight of a parameter set, relative to the mean, below which its stops are left out of ranks."""
+"""Weight of a set, relative to the mean weight of all sets (-), below which ranks leave the stops of the set out."""
 RANKED, LEAST_RANKED = 100_000, 50
-"""Number of rocks of all sets together from which ranks are computed, and smallest number of rocks of each set.
+"""Number of stopped rocks from which ranks are computed: of all sets together, but up to LEAST_RANKED of each set.
 
 More rocks would not change the ranks noticeably.
 """
@@ -133,7 +133,7 @@ def ranks(
 
     Rocks that left the terrain or did not stop are left out. The result is NaN for a block without a prediction: of the
     rocks that have a weight for this block (`alike`), at most LEAST_STOPPED (0.1 %) stopped. If all sets together have
-    many rocks, only the first rocks of each set are used, because the order of the rocks is random.
+    many rocks, only the first rocks of each set are used; this is a fair selection, because their order is random.
 
     stops : of each of S sets; weights : (N, S, M) weights of the sets and errors for each observation
     observed : (N, 2) m, the observed stops
