@@ -25,7 +25,7 @@ NARROWING = 0.7
 Densities of neighbouring parameter sets are averaged afterwards, which removes noise, so kernels may be narrower.
 """
 LEAST_KERNEL = 0.1
-"""Smallest standard deviation of a kernel, in the unit of the values, and smallest one of observed stops (m).
+"""Smallest standard deviation of a kernel, in the unit of the values; also the smallest one of observed stops (m).
 
 Without this limit, a kernel would have no width where all rocks stop in one place or have the same value.
 """

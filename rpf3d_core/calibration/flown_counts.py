@@ -157,7 +157,7 @@ def _paths_of(batch: Batch) -> _Paths:
 
 
 def _area_of(outlines: list[FloatArray]) -> Any:
-    """Return an area as a prepared polygon, from closed outlines (P, 2) m; an outline within another one is a hole."""
+    """Return an area as a prepared polygon, from closed outlines (P, 2) m; an outline inside another is a hole."""
     area = reduce(shapely.symmetric_difference, shapely.make_valid([shapely.polygons(ring) for ring in outlines]))
     shapely.prepare(area)
     return area

@@ -86,7 +86,8 @@ class Slope:
 
     names : key paths of the unknowns; directions : along and across the slope; field : the observations
     rocks : number of rocks of each set
-    error : m, measuring error of an end point; misfits : (M,) m, possible errors of the model
+    error : m, standard deviation of the measuring error of an end point
+    misfits : (M,) m, possible errors of the model, as standard deviations
     alike : (N, R) weight of each rock in the prediction for each observed block, with the rocks in the order of
         `Flown.stops` (`_mixed_order`); None if all weights are equal
     """

@@ -30,7 +30,7 @@ from rpf3d_core.materials.distributions import Distribution
 FloatArray = NDArray[np.float64]
 
 SAVED_EVERY = 5.0
-"""Seconds after which flown sets are written to disk."""
+"""Time (s) after which the sets flown since the last file are written to disk."""
 
 
 class Status(NamedTuple):

@@ -165,7 +165,7 @@ def toes(run: RunFiles, release: FloatArray, along: FloatArray, runout: FloatArr
 def _feet(image: HeightImage, start: FloatArray, along: FloatArray, length: FloatArray) -> FloatArray:
     """Return the distance (N,) m from the start of each line to the foot of the first face; NaN where there is none.
 
-    start : (N, 2) m; along : (N, 2) unit vectors; length : (N,) m
+    image : heights of the ground; start : (N, 2) m; along : (N, 2) unit vectors in plan; length : (N,) m
     """
     if len(length) == 0:
         return np.empty(0)

@@ -11,7 +11,7 @@ from rpf3d_core.results.hazard_files.zones_geojson import zones_without_cells
 from rpf3d_core.setup.warnings import warnings_of_speed
 
 UNEQUAL = 1.2
-"""Ratio (-) of the largest to the smallest number of rocks of a parameter set above which a warning is given."""
+"""Ratio (-) of the largest to the smallest number of rocks of a parameter set, above which `_unequal_sets` warns."""
 
 
 def warnings_of_run(run: Run) -> list[str]:

@@ -30,7 +30,10 @@ NOTABLE = 0.5
 NAMED = 3
 """Largest number of places or unknowns that a sentence names."""
 SOME_ELSEWHERE = 0.05
-"""The ground counts as calibrated elsewhere if at least this share (-) of the rocks starts far from the calibration."""
+"""Smallest share (-) of the rocks that start far from the place of the calibration for a sentence on these rocks.
+
+The ground then counts as calibrated elsewhere.
+"""
 ELSEWHERE_HELD = "0, 1, 2 and 2 of 18 and 9, 33, 40 and 40 of 41"
 """Numbers of observed stops within the 90 % intervals that the calibration sample of another slope predicted.
 

@@ -297,7 +297,7 @@ def _distributions(scene: Scene, totals: Totals, figures: Any) -> dict[str, Any]
 
 
 def _of_the_centre(scene: Scene) -> str:
-    """Return the end of a sentence: heights are heights of the centre of mass; "" for points and spheres."""
+    """Return ", of the centre of mass", which ends a text on heights of bodies; "" for points and spheres."""
     return ", of the centre of mass" if scene.rock.is_body else ""
 
 

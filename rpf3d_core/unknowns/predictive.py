@@ -27,7 +27,7 @@ LEVEL = 0.95
 """Probability (-) with which a predictive interval contains the result."""
 
 FEWEST = 5.0
-"""Smallest mean number of rocks per set that count, and that do not count, for which the noise is subtracted."""
+"""Noise is subtracted if a set has, on average, at least this number of rocks that the share counts, and of others."""
 
 
 ENOUGH = 39
