@@ -28,7 +28,7 @@ from rpf3d_core.terrain.facet_geometry import NEAR
 from rpf3d_core.values import Outcome
 
 BUDGET = 1.5
-"""Time budget to measure the error of a setting: seconds of one core. The measurement of the cost has the same budget."""
+"""Time budget (s of one core) to measure the error of a setting; the measurement of the cost has the same budget."""
 TIMED_ROCKS = 10
 """Largest number of rocks to measure the cost of a setting, with every step tested for contact."""
 

@@ -100,7 +100,7 @@ def _number(content: Any) -> float:
 
 
 def _cells(path: Path, column: int | str, key: str) -> Iterator[Cell]:
-    """Yield the cells of a column of a text or CSV, without its header."""
+    """Yield the cells of a column of a text or CSV, without its header; parameters as in `column_of`."""
     rows = list(rows_of(path, text_of(path)))
     header = rows[0] if rows and all(math.isnan(_number(cell)) for cell in rows[0].cells) else None
     place = _place_of(path, header, column, key) if header else _place_without_names(path, rows, column, key)
@@ -115,6 +115,8 @@ def _place_without_names(path: Path, rows: list[Row], column: int | str, key: st
 
     The first two columns are coordinates and, if there are more than three columns, also the third. The number of such
     a column, or a name in place of a number, is refused with an InputError.
+
+    rows : of the file; key : the scene's key with the column, for messages
     """
     if isinstance(column, str):
         raise InputError(f"{path}: `calibration.{key}` is {column!r}, but the file has no header; give the number "
@@ -128,6 +130,8 @@ def _place_of(path: Path, header: Row, column: int | str, key: str) -> int:
     """Return the index of a column, from 0, in a file with a header; `column` is a name, or a number from 1.
 
     Raise InputError for a column of coordinates, and for a name that is missing in the header or occurs twice.
+
+    header : first row of the file; key : the scene's key with the column, for messages
     """
     names = [cell.lower() for cell in header.cells]
     if isinstance(column, str) and names.count(column.lower()) != 1:
@@ -142,7 +146,10 @@ def _place_of(path: Path, header: Row, column: int | str, key: str) -> int:
 
 
 def _properties(path: Path, column: int | str, key: str) -> Iterator[Cell]:
-    """Yield the value of a property for each point of a GeoJSON file, in the order of the points."""
+    """Yield the value of a property for each point of a GeoJSON file, in the order of the points.
+
+    column : name of the property; key : the scene's key with this name, for messages
+    """
     if not isinstance(column, str):
         raise InputError(f"{path}: `calibration.{key}` is {column}, but GeoJSON has no columns; give the name of a "
                          "property")  # fmt: skip

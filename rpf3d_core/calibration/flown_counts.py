@@ -64,6 +64,7 @@ def passed(extent: Extent, at: float, misfits: FloatArray) -> FloatArray:
     rock that begins beyond the gate passes the gate only if the simulated path crosses the gate.
 
     extent : how far each rock went; at : m, distance of the gate along the slope
+    misfits : (M,) m, standard deviations of the error of the model
     """
     before = extent.begin < at
     return np.stack([np.where(before, _beyond(extent.most - at, sd), extent.least < at) for sd in misfits.tolist()])
@@ -90,6 +91,7 @@ def stopped_in_section(
 
     section : lower and upper end (m) along the slope, None where it has no end
     along : (R,) m, where rocks stopped; deposited : (R,) False for rocks that left the terrain or did not stop
+    misfits : (M,) m, standard deviations of the error of the model
     """
     low, high = section
     from_low = np.ones((len(misfits), len(along))) if low is None else _all_beyond(along - low, misfits)
@@ -104,6 +106,7 @@ def stopped_in_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArra
     share of the copies in the area.
 
     outlines : closed outlines (P, 2) m of the area, local frame
+    misfits : (M,) m, standard deviations of the error of the model
     """
     deposited, stops = deposited_in(batch), batch.finals[:, 1:3]
     return np.stack([_share(lambda by: contained(stops + by, outlines), sd) * deposited for sd in misfits.tolist()])
@@ -117,6 +120,7 @@ def reached_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArray) 
     beginning to the whole error at the end.
 
     outlines : closed outlines (P, 2) m of the area, local frame
+    misfits : (M,) m, standard deviations of the error of the model
     """
     area, paths = _area_of(outlines), _paths_of(batch)
 

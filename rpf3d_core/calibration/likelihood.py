@@ -62,7 +62,7 @@ def group_shares(rounds: int, seed: int, redraws: int = REDRAWS) -> FloatArray:
     The weights of a draw in a round have the sum 1. In the first draw, all groups have equal weights. In each other
     draw, groups are drawn with replacement (bootstrap); the spread over these draws shows the noise of the likelihood.
 
-    rounds : number of rounds T; redraws : number of random draws, D - 1
+    rounds : number of rounds T; seed : of the random draws; redraws : number of random draws, D - 1
     """
     random = np.random.Generator(np.random.Philox(key=[seed, 2**32]))
     drawn = random.multinomial(GROUPS, np.full(GROUPS, 1.0 / GROUPS), size=(redraws, rounds)) / GROUPS

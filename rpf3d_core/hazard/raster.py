@@ -120,7 +120,7 @@ def check_memory(raster: Raster, facets: int, memory_gb: float, bytes_per_cell: 
 def _advice(raster: Raster, facets: int, allowed: float, bytes_per_cell: int) -> str:
     """Return advice for maps that need too much memory: a cell size that fits, or a sufficient `memory_gb`.
 
-    allowed : largest number of cells that the memory allows
+    allowed : largest number of cells that the memory allows; facets, bytes_per_cell : as in `check_memory`
     """
     if allowed < 4:  # even the coarsest raster has 4 cells if a common corner of cells lies on the terrain
         least = _gigabytes((facets + 4) * bytes_per_cell)

@@ -41,6 +41,7 @@ class Tallies:
     ground : terrain and raster; areas : areas of interest; gravity : m/s^2
     squares, facets, zones, inside : tallies of map cells, facets, zones and areas of interest
     compiled : True to use compiled loops; idle : working memory that no thread uses at present
+    spins : True if energies include rotation; barriers : counts at barriers, None if the scene has none
     """
 
     ground: WalkedTerrain

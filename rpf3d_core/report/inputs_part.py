@@ -73,7 +73,10 @@ def _stated(run: RunFiles, *paths: str) -> str:
 
 
 def _model(run: RunFiles, role: str, name: str, values: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """Yield the rows on a rebound or ground model and its parameters; role : "rebound" or "ground"."""
+    """Yield the rows on a rebound or ground model and its parameters.
+
+    role : "rebound" or "ground"; name : of the model; values : the parameters, by key
+    """
     root = "contact" if f"contact.{name}" in run.inputs["given"] else role
     yield role, name, STATED if "." in name else _stated(run, f"{root}.{name}")
     yield from _parameters(run, role, f"{root}.{name}", values)
@@ -101,7 +104,10 @@ def _terrain(spec: dict[str, Any], facts: dict[str, Any]) -> str:
 
 
 def _made(spec: dict[str, Any]) -> str:
-    """Return a description of a terrain that is not from files: a slope of benches, or a synthetic pit."""
+    """Return a description of a terrain that is not from files: a slope of benches, or a synthetic pit.
+
+    spec : the section `terrain` of the scene
+    """
     if benches := spec.get("benches"):
         dimensions = ", ".join(f"{name.replace('_', ' ')} {given(value)}" for name, value in benches.items())
         return f"slope of benches, a design ({dimensions})"
@@ -109,7 +115,7 @@ def _made(spec: dict[str, Any]) -> str:
 
 
 def _rock(run: RunFiles, rock: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """Yield the rows on density, size and shape of the rocks."""
+    """Yield the rows on density, size and shape of the rocks; rock : the section `rock` of the scene."""
     sizes = (f"{name} {_size(run, f'rock.{name}', rock[name], unit)}" for name, unit in SIZES if rock[name] is not None)
     size = next(sizes, None)
     shape = "point" if rock["shape"] is None else given({k: v for k, v in rock["shape"].items() if k != "weights"})

@@ -143,7 +143,10 @@ def maps_seen(run: RunFiles, seen: Seen) -> list[MapSeen]:
 
 
 def _hazard(go: Any, maps: Sequence[MapSeen]) -> list[Any]:
-    """Return the hazard maps as plotly meshes; only the first is shown until the reader chooses another."""
+    """Return the hazard maps as plotly meshes; only the first map is shown until the reader chooses another.
+
+    go : module plotly.graph_objects
+    """
     return [trace for i, one in enumerate(maps) for trace in _map(go, one, shown=i == 0)]
 
 
@@ -166,7 +169,7 @@ def with_few(run: RunFiles, name: str, band: str | None = None) -> HazardGrid | 
 def _map(go: Any, one: MapSeen, shown: bool) -> Iterator[Any]:
     """Yield a hazard map as a plotly mesh just above the terrain, and a second mesh for cells with too few rocks.
 
-    shown : False to hide the map
+    go : module plotly.graph_objects; one : the map; shown : False to hide the map at first
     """
     name, _, title, factor, unit = one.what
     corners, values = one.corners, one.values
@@ -207,7 +210,7 @@ def raised_by(seen: Seen) -> float:
 
 
 def _paths(go: Any, run: RunFiles) -> Any:
-    """Return the kept paths as one plotly line with gaps between the paths."""
+    """Return the kept paths as one plotly line with gaps between the paths; go : module plotly.graph_objects."""
     parts = [run.paths.x[a:b] for a, b in zip(run.paths.starts[:-1], run.paths.starts[1:], strict=True)]
     gap = np.full((1, 3), np.nan)
     points = np.concatenate([part for path in parts for part in (path, gap)] or [gap]).astype(np.float32)
@@ -218,7 +221,10 @@ def _paths(go: Any, run: RunFiles) -> Any:
 
 
 def _critical(go: Any, run: RunFiles, critical: Key | None) -> Iterator[Any]:
-    """Yield the path of the rock of the critical section as a plotly line; nothing if its path is not known."""
+    """Yield the path of the rock of the critical section as a plotly line; nothing if the path is not known.
+
+    go : module plotly.graph_objects; critical : the rock, None without a critical section
+    """
     path = None if critical is None else run.path_of(critical)
     if path is not None and critical is not None:
         x, y, z = path.T.astype(np.float32)
@@ -239,6 +245,8 @@ def _barriers(go: Any, run: RunFiles, seen: Seen) -> Iterator[Any]:
     """Yield the barriers of the scene: the panel of each as a wall on the ground, and its upper edge with its name.
 
     Barriers far from the rocks are left out.
+
+    go : module plotly.graph_objects
     """
     gap = np.full((1, 3), np.nan)
     for panel in panels_of(run):
@@ -269,6 +277,7 @@ def _top(wall: Wall) -> FloatArray:
 def _areas(go: Any, run: RunFiles, seen: Seen, looking: FloatArray) -> Iterator[Any]:
     """Yield the outline of each area of interest as a plotly line with its name, just above the hazard maps.
 
+    go : module plotly.graph_objects
     looking : (2,) unit vector in plan, in which the rocks travel; the name is at the point that is nearest to the eye
     """
     gap = np.full((1, 3), np.nan)

@@ -73,7 +73,8 @@ class RunPictures(NamedTuple):
 
     name, flown : as in `MapContent`; areas : name -> rings (N, 2) m, local frame
     sources : names of the sources; gravity : m/s^2
-    flights : of the rocks to draw; samples : points of the paths to draw; obstacles : barriers and trees
+    maps : hazard maps of the run; flights : of the rocks to draw; samples : points of the paths to draw
+    obstacles : barriers and trees
     steps, target : convergence after each doubling, and the scene's target; empty and None without `rocks: auto`
     """
 

@@ -168,7 +168,10 @@ def _counts(findings: Run) -> dict[str, Any]:
 
 
 def _share_of(outcome: Outcome, count: int, findings: Run) -> dict[str, Any]:
-    """Return the share of rocks with an outcome for summary.json; over parameter sets, with a predictive interval."""
+    """Return the share of rocks with an outcome for summary.json; over parameter sets, with a predictive interval.
+
+    count : number of rocks with the outcome
+    """
     share = share_of(count, findings.totals.rocks)
     figures = findings.maps.sets
     return share if figures is None else {**with_predictive(share, *figures.outcome(outcome)),

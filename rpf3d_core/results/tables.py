@@ -73,7 +73,10 @@ def open_tables(
 def write_trajectories(
     path: Path, sources: Sequence[str], terrain: Terrain, deposits: Deposits, samples: PathSamples
 ) -> None:
-    """Write trajectories.parquet: one row for each point of a path, grouped by rock in order of time."""
+    """Write trajectories.parquet: one row for each point of a path, grouped by rock in order of time.
+
+    sources : names of the sources; samples : points along the paths
+    """
     table = trajectories_table(sources, terrain, deposits, samples)
     pyarrow.parquet.write_table(table, path, use_dictionary=_repeated(table.schema))
 
@@ -81,6 +84,7 @@ def write_trajectories(
 def write_profiles(path: Path, sources: Sequence[str], deposits: Deposits, profiles: Mapping[str, Any]) -> None:
     """Write the points of profiles as a CSV file, one line for each point.
 
+    sources : names of the sources
     profiles : column name -> values (S,), in m, s or m/s; the column `row` has the row of the rock in `deposits`
     """
     columns = {name: _or_null(values) for name, values in profiles.items() if name != "row"}
@@ -216,6 +220,8 @@ def trajectories_table(sources: Sequence[str], terrain: Terrain, deposits: Depos
     """Return the points of paths as a table with S rows, the content of trajectories.parquet.
 
     `mode` is the rock's motion from this point on. Rocks with a shape also have their orientation.
+
+    sources : names of the sources; samples : points along the paths
     """
     return _table(
         {
@@ -232,7 +238,7 @@ def trajectories_table(sources: Sequence[str], terrain: Terrain, deposits: Depos
 def _rock_names(sources: Sequence[str], deposits: Deposits, rows: NDArray[np.integer]) -> dict[str, Any]:
     """Return the columns that identify rocks in every table: source, rock number and fragment number.
 
-    rows : (N,) rows of the rocks in `deposits`
+    sources : names of the sources; rows : (N,) rows of the rocks in `deposits`
     """
     names = _names(sources, deposits.source[rows])
     return {"source": names, "rock": deposits.rock[rows], "piece": deposits.piece[rows]}

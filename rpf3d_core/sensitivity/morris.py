@@ -46,7 +46,7 @@ def trajectories(count: int, unknowns: int, seed: int) -> FloatArray:
 
     Each coordinate is one of LEVELS (4) evenly spaced levels from 0 to 1.
 
-    count : number T of trajectories; unknowns : number U of unknowns
+    count : number T of trajectories; unknowns : number U of unknowns; seed : of the random numbers
     """
     random = np.random.Generator(np.random.Philox(key=[seed, 2**33]))
     paths = np.empty((count, unknowns + 1, unknowns))

@@ -37,7 +37,7 @@ def design(count: int, unknowns: int, seed: int) -> FloatArray:
     Each of the `count` rows has a point A, a point B and, for each unknown u, the point A with its coordinate u
     replaced by the coordinate u of B.
 
-    unknowns : number U of unknowns
+    unknowns : number U of unknowns; seed : of the evenly spread points
     """
     both = spread_points(count, 2 * unknowns, seed)
     a, b = both[:, :unknowns], both[:, unknowns:]

@@ -191,7 +191,10 @@ def _band_name(quantity: Quantity, number: int, bands: int) -> str:
 
 
 def _tags(quantity: Quantity, frame: Frame, maps: HazardMaps, bands: int) -> dict[str, str]:
-    """Return the metadata tags of a GeoTIFF: quantity, unit, meaning, number of rocks, cell size (m) and axes."""
+    """Return the metadata tags of a GeoTIFF: quantity, unit, meaning, number of rocks, cell size (m) and axes.
+
+    bands : number of bands of the file
+    """
     meaning = f"{maps.energy_kind} kinetic energy" if quantity is ENERGY else quantity.meaning
     return {
         "QUANTITY": quantity.name,
