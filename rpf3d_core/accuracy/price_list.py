@@ -136,7 +136,7 @@ def contact_setting(accuracy: float) -> dict[str, Any]:
 
 
 def priced_contact(found: InContact, sampled: list[Sampled]) -> Priced:
-    """Return the line of the price list for one value of `accuracy`, at which contact of rocks with a shape begins.
+    """Return the line of the price list for one accuracy of the contact of rocks with a shape.
 
     The line has no error of the bounce height: the speed of a body after an impact also depends on its spin.
 

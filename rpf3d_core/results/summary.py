@@ -43,7 +43,7 @@ def summary(findings: Run) -> dict[str, Any]:
     Raises
     ------
     InputError
-        The file of the observed end points is damaged.
+        The file of the observed end points is damaged, or the file of a shape has been removed or damaged.
     """
     scene, terrain, totals = findings.scene, findings.terrain, findings.totals
     benches = benches_section(bench_table(terrain, findings.maps))
