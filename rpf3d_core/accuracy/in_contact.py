@@ -29,7 +29,7 @@ BUDGET = 10.0
 class InContact(NamedTuple):
     """The measured error and cost of one accuracy of the contact.
 
-    accuracy : m, distance from the ground at which contact of large rocks begins; rocks : number of rocks flown
+    accuracy : m, value of `accuracy` of the contact, for rocks with a shape; rocks : number of rocks flown
     seconds_per_1000 : s of one core for 1,000 rocks
     off : difference from the result of the same rocks with the smallest `accuracy`
     """

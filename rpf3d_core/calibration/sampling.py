@@ -60,7 +60,7 @@ class Round(NamedTuple):
 class Observed(NamedTuple):
     """The properties of the C observations that the likelihood depends on, apart from their densities.
 
-    counts : (C,) number of rocks behind each observation: the power of the observation's density in the likelihood
+    counts : (C,) number of observed rocks behind each observation: the power of its density in the likelihood
     anywhere : (C,) density of an observation that may lie anywhere in the possible range, such as on the whole terrain
     """
 

@@ -69,7 +69,7 @@ def _read_plan(path: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        The file is damaged.
+        The file cannot be read, or is damaged.
     """
     try:
         plan = json.loads(path.read_text(encoding="utf-8"))

@@ -48,7 +48,7 @@ class ReachBand(NamedTuple):
     """The predictive intervals of the reach probability of N map cells.
 
     cell : (N,) numbers of the cells that rocks reached, or may reach with displaced paths, ascending
-    low, high : (N,) lower and upper ends (-)
+    low, high : (N,) lower and upper ends (-); NaN if fewer than 39 sets have flown
     """
 
     cell: IntArray
@@ -92,14 +92,16 @@ class SetFigures:
     def outcome(self, *outcomes: Outcome) -> list[float]:
         """Return the predictive interval of the share of rocks with one of the outcomes: lower and upper end (-).
 
-        The interval is widened if few or no sets have these outcomes (`shares_of_site`).
+        The interval is widened if few or no sets have these outcomes (`shares_of_site`). The ends are NaN if fewer than
+        39 sets have flown.
         """
         return _ends(shares_of_site(self._with_outcome(*outcomes), self.rocks[:, None]))
 
     def seen_outcome(self, *outcomes: Outcome) -> list[float]:
         """Return the predictive interval of the share of rocks with one of the outcomes, without widening.
 
-        Lower and upper end (-). In contrast, `outcome` widens the interval if few or no sets have these outcomes.
+        Lower and upper end (-), NaN if fewer than 39 sets have flown. In contrast, `outcome` widens the interval if few
+        or no sets have these outcomes.
         """
         return _ends(predictive_shares(self._with_outcome(*outcomes), self.rocks[:, None]))
 

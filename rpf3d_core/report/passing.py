@@ -196,8 +196,8 @@ def passing(
 
     Each rock counts at its first passage. Energy is translational. If the rock strikes the ground within STEP (0.25 m)
     of the distance, the larger of its energies just before and after the impact counts, because the place of the toe is
-    not known more accurately. Height is measured from the ground to the centre of the rock. An unknown
-    height is BEYOND, so that percentiles count an unknown height as larger than all known heights.
+    not known more accurately. Height is measured from the ground to the centre of the rock. An unknown height is
+    BEYOND, so that percentiles count an unknown height as larger than all known heights.
     """
     reach, along = _reach(run, beyond, distance)
     start = run.ends.release[:, :2]

@@ -204,9 +204,9 @@ def _ends(path: Path, frame: Frame, sources: list[str], sets: int) -> Ends:
 
 
 def _release_times(table: pa.Table) -> FloatArray:
-    """Return the time (N,) s at which each rock of deposits.csv was released: 0, or the time at which its rock broke.
+    """Return the time (N,) s at which each rock of deposits.csv was released: 0, or when the whole rock broke.
 
-    The times of a fragment count from the release of the whole rock, but the place of its release is where it broke.
+    The times of a fragment count from the release of the whole rock, but its place of release is where that rock broke.
     """
     broke = table.filter(pyarrow.compute.equal(table["outcome"], Outcome.FRAGMENTED.name.lower()))
     times = dict(zip(_rows(broke, ("source", "rock", "x", "y", "z")), broke["t"].to_pylist(), strict=True))

@@ -81,7 +81,7 @@ def critical_section(run: RunFiles) -> CriticalSection | None:
 def _onto(run: RunFiles, path: FloatArray | None, start: FloatArray, along: FloatArray) -> FloatArray | None:
     """Return a path (P, 3) m projected onto a vertical section: distances along the section and elevations (P, 2) m.
 
-    None if `path` is None.
+    The result is None if `path` is None.
 
     start, along : as in `_in_strip`
     """

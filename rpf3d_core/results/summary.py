@@ -319,7 +319,10 @@ def _energies_of_spin(totals: Totals) -> dict[str, Any]:
 
 
 def _hazard(maps: HazardMaps) -> dict[str, Any]:
-    """Return the size of the hazard maps, the numbers of reached cells and facets, and the error of percentiles (-)."""
+    """Return the size of the hazard maps, the numbers of reached cells and facets, and the error of percentiles (-).
+
+    The error is an upper bound of the relative error of every percentile of the maps.
+    """
     return {
         "cell_m": maps.raster.cell,
         "energy": maps.energy_kind,
