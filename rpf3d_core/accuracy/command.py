@@ -19,7 +19,8 @@ def measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
     Raises
     ------
     InputError
-        The target is not between 0 and 1, or the folder or the scene is invalid; raised before the measurement.
+        The target is not between 0 and 1, the folder or the scene is invalid, numba or rerun is not installed, or the
+        files cannot be written. Target and folder are checked before the measurement.
     """
     check_target(target)
     check_folder(out)

@@ -23,7 +23,7 @@ class Metres(NamedTuple):
 class AnswerDifference(NamedTuple):
     """The error of a setting: the difference of its result from the exact result of the same rocks.
 
-    of_map : difference of the maps (-), as from `map_distance`
+    of_map : difference of the maps of reach probability (-), from `map_distance`
     of_shares : largest difference (-) of the share of rocks that reach a zone or area of interest, or stop there
     first_impact, stop : m, distance between the first impacts and between the stopping places of the same rock
     bounce : m, difference of the heights of the first bounce; other_outcome : share of rocks with other outcomes (-)
@@ -81,6 +81,7 @@ def difference(found: FlownSample, exact: FlownSample, gravity: float) -> Answer
     """Return how far a result is from the exact result of the same rocks.
 
     The stopping places are compared only for rocks that stop, or are caught, in both results.
+
     found : the result to judge; exact : the exact result; gravity : m/s^2
     """
     mine, theirs = found.flights, exact.flights
@@ -125,6 +126,7 @@ def first_bounces(flights: Flights, gravity: float) -> FloatArray:
     The height is v^2 / (2 gravity), where v is the speed along the facet's normal after the impact: the rise of a rock
     that leaves level ground with this speed. The real rise is not used, because a rock may not rise at all from a steep
     facet. NaN if the rock did not fly after the impact, hit an obstacle first, or has no path.
+
     flights : flights of R rocks, with impacts and paths; gravity : m/s^2
     """
     rises = np.full(len(flights.deposits.rock), np.nan)

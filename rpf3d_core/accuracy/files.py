@@ -22,7 +22,7 @@ def write_price_list(folder: str | Path, prices: PriceList, target: float, recor
     Raises
     ------
     InputError
-        The folder contains other files, or cannot be written to.
+        The folder contains other files, or cannot be written to; or cost.rrd is wanted and rerun is not installed.
     """
     from rpf3d_core.recordings.cost import write_cost_recording
     from rpf3d_core.results.plots.cost import write_cost  # matplotlib takes most of a second to import
@@ -41,9 +41,11 @@ def write_price_list(folder: str | Path, prices: PriceList, target: float, recor
 
 
 def read_price_list(folder: str | Path, digest: str) -> PriceList | None:
-    """Return the price list in a folder if its scene has the given digest; None otherwise.
+    """Return the price list in a folder; None if there is none, or a damaged one, or that of another scene or version.
 
-    A price list from another version of the program is ignored too, because the flights and their cost may differ.
+    With another version of rpf3d, the flights and their cost may differ.
+
+    digest : of the scene
     """
     try:
         facts = json.loads((Path(folder) / JSON).read_text(encoding="utf-8"))

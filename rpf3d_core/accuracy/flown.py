@@ -38,7 +38,7 @@ class Reached:
 class FlownSample:
     """The result of N rocks flown with one engine or method: their flights, their map, and the time taken.
 
-    rows : (N,) rows of the flown rocks in the given releases
+    rows : (N,) rows of the flown rocks in the releases from which they were selected
     flights : the flights of all N rocks, with impacts and, if requested, paths
     reached : the map of the rocks; places : shares of rocks that reached or stopped in zones or areas of interest
     seconds : of one core, to fly the rocks and to count them into maps
@@ -80,11 +80,11 @@ def with_engine(prepared: Prepared, engine: Engine) -> Prepared:
 
 
 def fly(prepared: Prepared, releases: Releases, budget: float = math.inf, paths: bool = False) -> FlownSample:
-    """Fly rocks and count them into maps; fly only a selection if all rocks would exceed a budget (s of one core).
+    """Fly rocks and count them into maps; fly only a selection if all rocks would exceed a time budget.
 
     The selected rocks are evenly spread over all rocks, so they represent the same sources and places.
 
-    paths : True to keep the paths in addition to the impacts
+    budget : seconds of one core; paths : True to keep the paths in addition to the impacts
     """
     Precompiler().compile(prepared, empty_tallies(prepared))  # the price of rocks does not include compilation
     rows = np.arange(len(releases.x))

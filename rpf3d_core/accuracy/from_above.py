@@ -35,8 +35,8 @@ def highest_ground(engine: Engine, x: FloatArray) -> HeightField:
 def nearest_ground(engine: Engine, x: FloatArray, z: FloatArray) -> HeightField:
     """Return the layer of ground whose altitude is nearest to z at each of N places in plan.
 
-    The highest layer may always be chosen, because the facets of some terrains face down. A lower layer may be chosen
-    only if its free side is up.
+    The highest layer may always be chosen, even if its free side is down, because some terrains have such facets. A
+    lower layer may be chosen only if its free side is up.
 
     x : (N, 3) m, places; only the plan coordinates matter; z : (N,) m, altitudes
     """

@@ -17,8 +17,8 @@ from rpf3d_core.setup.prepared import Prepared
 FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)
 """Measured accuracies of contact, as multiples of the scene's own accuracy.
 
-For a small rock several accuracies give the same result, because contact begins at most 0.4 % of the body's reach (the
-largest distance of a corner from the centre) from the ground (`simulation.bodies.motion.SKIN`).
+For a small rock, several accuracies give the same result: the distance at which contact begins is at most 0.4 % of the
+largest distance of a corner from the body's centre (`simulation.bodies.motion.SKIN`), whatever the accuracy is.
 """
 FINEST = 0.125
 """Accuracy of contact with which all others are compared, as a multiple of the scene's own accuracy."""
@@ -29,7 +29,7 @@ BUDGET = 10.0
 class InContact(NamedTuple):
     """The measured error and cost of one accuracy of the contact.
 
-    accuracy : m, distance from the ground at which contact begins; rocks : number of rocks flown
+    accuracy : m, value of `accuracy` of the contact, for rocks with a shape; rocks : number of rocks flown
     seconds_per_1000 : s of one core for 1,000 rocks
     off : difference from the result of the same rocks with the smallest `accuracy`
     """

@@ -1,4 +1,4 @@
-"""Measure the whole price list of a scene, that is error and cost of each setting, for `rpf3d cost`."""
+"""Measure the whole price list of a scene, the error and the cost of each setting, for `rpf3d cost`."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -38,9 +38,9 @@ from rpf3d_core.setup.prepared import Prepared, places_of, prepare
 from rpf3d_core.setup.rounds import rounds_of
 
 PAIRED = 2000
-"""Number of rocks that are flown both with exact contacts and in fixed steps, to compare each rock with itself.
+"""Number of rocks that are flown both with exact contacts and in fixed steps, to compare the two flights of each rock.
 
-The number is large enough to resolve a share of 0.01, and small enough for short time steps.
+The number is large enough to resolve a share of 0.01, and small enough to fly the rocks in short time steps.
 """
 OVER_TERRAINS = 16_000
 """Number of rocks that are flown over each terrain, to measure the geometric error."""

@@ -28,7 +28,7 @@ from rpf3d_core.terrain.facet_geometry import NEAR
 from rpf3d_core.values import Outcome
 
 BUDGET = 1.5
-"""Time budget to measure the error of a setting, and the same again for its cost: seconds of one core."""
+"""Time budget (s of one core) to measure the error of a setting; the measurement of the cost has the same budget."""
 TIMED_ROCKS = 10
 """Largest number of rocks to measure the cost of a setting, with every step tested for contact."""
 
@@ -60,7 +60,7 @@ class OnRaster(NamedTuple):
 
 
 RASTER_CELLS, RASTER_STEPS = (4.0, 1.0), (1e-2, 1e-3, 1e-4)
-"""Rasters to measure: cell sizes as multiples of half a facet (`raster_over`), and time steps (s)."""
+"""Rasters to measure: cell sizes as multiples of the scene's finest map cell (`raster_over`), and time steps (s)."""
 MOST_NODES = 2_000_000
 """Largest number of heights of a raster; a finer raster is not measured, because it takes too long."""
 GUESSED_STEP = 2e-5
@@ -133,8 +133,9 @@ def stepped_answers(
 def raster_answers(prepared: Prepared, releases: Releases, exact: FlownSample) -> Iterator[Measured]:
     """Yield the error and the cost of fixed steps on rasters of several cell sizes, for several time steps.
 
-    On each raster, the rocks start at the same heights above the ground as on the scene's terrain.
-    A raster with more than MOST_NODES (2 million) heights, or with nothing but holes, is left out.
+    On each raster, the rocks start at the same heights above the ground as on the scene's terrain. A raster with more
+    than MOST_NODES (2 million) heights, or with nothing but holes, is left out.
+
     exact : result of all releases with exact contacts, over the scene's own terrain
     """
     finest = raster_over(prepared.terrain).cell
@@ -192,7 +193,7 @@ def price_of(prepared: Prepared, releases: Releases, setting: Steps, steps: floa
 
 
 def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:
-    """Return flags (R,): True for a rock that passed through the ground, and so left the terrain below the ground.
+    """Return flags (R,): True for a rock that passed through the ground and so left the terrain below its surface.
 
     A rock that passes through the lowest ground leaves the terrain's box at once, at most one tolerance below the
     ground. Such a rock is also flagged, unless it leaves the box at a side.
@@ -211,6 +212,7 @@ def rounding(prepared: Prepared, releases: Releases, exact: FlownSample) -> floa
     The bound is the distance between two maps: of the rocks as released, and of the rocks released one tolerance (m)
     farther east. One tolerance is some thousand times the rounding error of an impact (`precise`). So this distance is
     an upper bound, even in a scene in which small differences grow fast.
+
     exact : result of the releases with exact contacts
     """
     moved = replace(releases, x=releases.x + np.array([prepared.engine.facets.tolerance, 0.0, 0.0]))

@@ -29,11 +29,11 @@ class Squares(NamedTuple):
 def on_raster(prepared: Prepared, cell: float, dt: float) -> Prepared | None:
     """Return the scene with its terrain as a raster of heights, flown in fixed time steps.
 
-    cell : m, distance between two heights; dt : s, time step
-
     Return None if all squares of the raster are holes. Each height is the height of the highest ground; of an overhang,
     the upper side. Each of the two facets of a square has the zone of the ground at the facet's centroid. A square with
     a corner outside the terrain is a hole, so the raster of a terrain smaller than a cell has only holes.
+
+    cell : m, distance between two heights; dt : s, time step
     """
     terrain, squares = rastered(prepared.terrain, prepared.engine, cell)
     if len(terrain.triangles) == 0:

@@ -21,7 +21,7 @@ from rpf3d_core.setup.unknowns import sets_of_scene
 SETS = 32
 """Largest number of parameter sets that are flown to measure the parametric error."""
 ROCKS = 1000
-"""Largest number of rocks of a lot, a group of rocks that fly together; each set flies two lots of different rocks."""
+"""Largest number of rocks of a lot. A lot is a group of rocks that fly together; each set flies two different lots."""
 BUDGET = 12.0
 """Time budget to measure the parametric error with all sets: seconds of one core."""
 
@@ -76,6 +76,7 @@ def compared(pairs: Sequence[tuple[FlownSample, FlownSample]]) -> OverSets:
 
     Two lots of one set differ by chance alone. Two lots of different sets differ by chance, equally strongly, and also
     because the values of the unknowns differ.
+
     pairs : the two lots of each set
     """
     crossed = [(pairs[i][0], pairs[j][1]) for i in range(len(pairs)) for j in range(len(pairs)) if i != j]

@@ -135,7 +135,9 @@ def _gaps(prepared: Prepared, flights: Flights, row: int) -> list[tuple[int, flo
 def _gap(impact: Struck, place: Sequence[float], time: float) -> tuple[float, float]:
     """Return the place error (m) and the time error (s) of a recorded impact, compared with the exact impact.
 
-    place, time : of the recorded impact, (3,) m and s. The differences are rounded to floats only at the end.
+    The differences are rounded to floats only at the end.
+
+    impact : the exact impact, with 50 digits; place, time : of the recorded impact, (3,) m and s
     """
     with localcontext(prec=DIGITS):
         gap = _minus(impact.x, _decimals(place))
@@ -215,6 +217,7 @@ def constant(surface: Surface, v: Point, n: Point) -> Point:
     """Return the velocity after an impact with constant restitution, with DIGITS digits.
 
     The model is that of `kinetics.rebound.constant_restitution`: equations 3-1 to 3-3 of the thesis as vectors.
+
     surface : ground at the impact; v : m/s, velocity before the impact; n : normal of the facet, of any length
     """
     return _lumped(surface, v, n, Decimal(float(surface.R_t)))
@@ -224,6 +227,7 @@ def coulomb_limited(surface: Surface, v: Point, n: Point) -> Point:
     """Return the velocity after an impact in which friction limits the loss of speed along the ground (DIGITS digits).
 
     The model is that of `kinetics.rebounds.coulomb_limited`.
+
     surface, v, n : as in `constant`
     """
     R_n, R_t, mu = (Decimal(float(value)) for value in (surface.R_n, surface.R_t, surface.mu))

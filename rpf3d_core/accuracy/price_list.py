@@ -78,7 +78,8 @@ class PriceList:
     method : the method setting of the scene; cell : side of a map cell, m; triangles : number of triangles
     numerical : lines for methods; geometric : lines for terrains; statistical : lines for numbers of rocks
     parametric : a single line, or none if the scene has no unknowns
-    off_exact : errors of exact contacts compared with 50 digits, by impact number
+    off_exact : rounding errors of exact contacts, found with 50 digits: an item for the first impacts of rocks, an item
+        for the second impacts, and so on; empty if not measured
     """
 
     scene: str
@@ -135,11 +136,11 @@ def contact_setting(accuracy: float) -> dict[str, Any]:
 
 
 def priced_contact(found: InContact, sampled: list[Sampled]) -> Priced:
-    """Return the line of the price list for one value of `accuracy`, at which contact of rocks with a shape begins.
+    """Return the line of the price list for one accuracy of the contact of rocks with a shape.
 
     The line has no error of the bounce height: the speed of a body after an impact also depends on its spin.
 
-    found : measured error and cost of this accuracy; its error is reduced by the part that may be chance
+    found : measured error and cost of this accuracy; the error in the line is reduced by the part that may be chance
     sampled : statistical errors, which state how much of a difference is chance
     """
     more = {**_off(found.off, found.rocks, sampled), "bounce_height_m": [None, None], "distance": found.off.of_map}

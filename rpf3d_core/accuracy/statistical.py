@@ -1,4 +1,4 @@
-"""Measure the statistical error: how far maps, shares and the p95 of energy still change with more rocks."""
+"""Measure the statistical error: how much maps, shares and the p95 of energy would still change with more rocks."""
 
 import math
 from typing import NamedTuple

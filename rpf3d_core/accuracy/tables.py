@@ -137,7 +137,7 @@ def findings(prices: PriceList, target: float) -> list[str]:
 
 
 def _unknown_error(prices: PriceList) -> list[str]:
-    """Return a list with a sentence if the parametric error is unknown; [] for a scene with unknowns."""
+    """Return a list with a sentence if the parametric error is unknown, for a scene without unknowns; else []."""
     if prices.parametric:
         return []
     return ["parametric error: unknown, because the scene gives every value of the ground as known. Give ranges "
@@ -145,7 +145,9 @@ def _unknown_error(prices: PriceList) -> list[str]:
 
 
 def _beyond_rocks(prices: PriceList, target: float) -> list[str]:
-    """Return a list with a sentence if the parametric error is above the target, so that no number of rocks meets it.
+    """Return a list with a sentence if the parametric error alone is above the target; else [].
+
+    No number of rocks meets the target then.
 
     target : largest total error (-)
     """
@@ -166,7 +168,7 @@ def _largest(prices: PriceList) -> str:
 
 
 def _left_out(prices: PriceList) -> list[str]:
-    """Return a list with a sentence on the numerical rows that the price list leaves out; [] for points."""
+    """Return a list with a sentence on methods that were not measured, for spheres and bodies; [] for points."""
     if prices.method["method"] == "contact":
         return [
             "rocks with a shape: the numerical error is that of `accuracy` against the finest, beyond chance; fixed "

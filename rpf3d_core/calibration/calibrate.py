@@ -28,16 +28,17 @@ BUDGET_S = 900.0
 LEAST_BUDGET_S = 10.0
 """Smallest allowed budget (s): enough for points on a small terrain, if the compiled code is in the cache."""
 END_S = 4.0
-"""Time (s) that a small calibration takes for scores, pictures and files; used to suggest a budget that is enough."""
+"""Time (s) that a small calibration takes for scores, pictures and files, to suggest a budget that is long enough."""
 
 SOME_ROUNDS = 3
 """Number of rounds for which the message on a too short budget estimates the time; fewer rounds are of little use."""
 
 
 class Calibrated(NamedTuple):
-    """A calibration that has ended.
+    """A calibration that has ended or was interrupted.
 
-    found : its findings, None if it was interrupted; sets : number of flown parameter sets, which are kept on disk
+    found : the findings, None if the calibration was interrupted
+    sets : number of flown parameter sets, which are kept on disk
     """
 
     found: Findings | None
@@ -97,7 +98,7 @@ def deadline_after(budget: float | None) -> float:
     Raises
     ------
     InputError
-        The budget is shorter than LEAST_BUDGET_S (10 s), or not a number.
+        The budget is shorter than LEAST_BUDGET_S (10 s), infinite or NaN.
     """
     if budget is not None and not LEAST_BUDGET_S <= budget < float("inf"):
         raise InputError(f"--budget is {budget:g}; it must be at least {LEAST_BUDGET_S:g} (seconds for one call)")
@@ -107,7 +108,8 @@ def deadline_after(budget: float | None) -> float:
 def _too_short(slope: Slope, priors: list[Distribution], prepared_s: float, control: Control) -> str:
     """Return a message on a budget that ended before the first flight: what took the time, and which budget is enough.
 
-    "Enough" is a budget for the first SOME_ROUNDS (3) rounds; to estimate their time, one parameter set is flown.
+    "Enough" is a budget for the first SOME_ROUNDS (3) rounds; to estimate the time of a round, one parameter set is
+    flown.
 
     priors : prior of each unknown; prepared_s : s, time of reading and compiling; control : with the number of threads
     """

@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 FEWEST_SETS, MOST_SETS = 50, 256
 """Bounds of the number of parameter sets of a sample of the posterior."""
 ROCKS_A_SET = 100
-"""Least number of rocks for each set in the scene that flies the sample."""
+"""Smallest number of rocks for each parameter set in calibrated.yaml, the scene that flies the sample."""
 SAMPLE = "posterior.parquet"
 
 
@@ -41,8 +41,9 @@ def sample_of(names: tuple[str, ...], values: FloatArray, weights: FloatArray, s
 
 
 def write_calibrated(out: Path, scene: Scene, sample: ParameterSets, misfit: float | None) -> None:
-    """Write posterior.parquet and calibrated.yaml into a folder; files are named relative to this folder.
+    """Write posterior.parquet and calibrated.yaml into a folder; calibrated.yaml names files relative to this folder.
 
+    scene : the scene that was calibrated; sample : from `sample_of`
     misfit : m, difference of observed and simulated stops that the simulated spread does not explain; None if unknown
     """
     write_parameter_sets(out / SAMPLE, sample)

@@ -17,7 +17,7 @@ from rpf3d_core.formats.units import doubt_on_unit, other_quantity, unit_of_colu
 FloatArray = NDArray[np.float64]
 
 MASS = "mass_column"
-"""Key of the column whose numbers are masses."""
+"""Key of the scene's `calibration` that names the column with the masses."""
 
 
 class Cell(NamedTuple):
@@ -39,6 +39,7 @@ def column_of(path: Path, column: int | str, key: str) -> FloatArray:
 
     Parameters
     ----------
+    path : file of the end points: text, CSV or GeoJSON
     column : number of the column of a text or CSV, from 1; the name in its header; or a property of GeoJSON points
     key : the scene's key with the column, for messages
 
@@ -68,7 +69,10 @@ def doubt_on_masses(path: Path, column: int | str) -> str:
 
 
 def _all_cells(path: Path, column: int | str, key: str) -> list[Cell]:
-    """Return the cells of a column of a text, CSV or GeoJSON, without the header; parameters as in `column_of`."""
+    """Return the cells of a column of a text, CSV or GeoJSON, without the header; parameters as in `column_of`.
+
+    Raise InputError for a file in another format.
+    """
     suffix = path.suffix.lower()
     if suffix in OTHERS:
         raise InputError(f"{path}: `calibration.{key}` needs a CSV, text or GeoJSON; columns of {suffix} are not read")
@@ -96,7 +100,7 @@ def _number(content: Any) -> float:
 
 
 def _cells(path: Path, column: int | str, key: str) -> Iterator[Cell]:
-    """Yield the cells of a column of a text or CSV, without its header."""
+    """Yield the cells of a column of a text or CSV, without its header; parameters as in `column_of`."""
     rows = list(rows_of(path, text_of(path)))
     header = rows[0] if rows and all(math.isnan(_number(cell)) for cell in rows[0].cells) else None
     place = _place_of(path, header, column, key) if header else _place_without_names(path, rows, column, key)
@@ -109,8 +113,10 @@ def _cells(path: Path, column: int | str, key: str) -> Iterator[Cell]:
 def _place_without_names(path: Path, rows: list[Row], column: int | str, key: str) -> int:
     """Return the index of a column, from 0, in a file without a header; `column` counts from 1.
 
-    The first two columns are coordinates and, if there are more than three columns, also the third. The
-    number of such a column, or a name in place of a number, is refused with an InputError.
+    The first two columns are coordinates and, if there are more than three columns, also the third. The number of such
+    a column, or a name in place of a number, is refused with an InputError.
+
+    rows : of the file; key : the scene's key with the column, for messages
     """
     if isinstance(column, str):
         raise InputError(f"{path}: `calibration.{key}` is {column!r}, but the file has no header; give the number "
@@ -121,7 +127,12 @@ def _place_without_names(path: Path, rows: list[Row], column: int | str, key: st
 
 
 def _place_of(path: Path, header: Row, column: int | str, key: str) -> int:
-    """Return the index of a column, from 0, in a file with a header; `column` is a name, or a number from 1."""
+    """Return the index of a column, from 0, in a file with a header; `column` is a name, or a number from 1.
+
+    Raise InputError for a column of coordinates, and for a name that is missing in the header or occurs twice.
+
+    header : first row of the file; key : the scene's key with the column, for messages
+    """
     names = [cell.lower() for cell in header.cells]
     if isinstance(column, str) and names.count(column.lower()) != 1:
         found = "names it twice" if column.lower() in names else f"has {', '.join(header.cells)}"
@@ -135,7 +146,10 @@ def _place_of(path: Path, header: Row, column: int | str, key: str) -> int:
 
 
 def _properties(path: Path, column: int | str, key: str) -> Iterator[Cell]:
-    """Yield the value of a property for each point of a GeoJSON file, in the order of the points."""
+    """Yield the value of a property for each point of a GeoJSON file, in the order of the points.
+
+    column : name of the property; key : the scene's key with this name, for messages
+    """
     if not isinstance(column, str):
         raise InputError(f"{path}: `calibration.{key}` is {column}, but GeoJSON has no columns; give the name of a "
                          "property")  # fmt: skip

@@ -16,11 +16,11 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 FEW_STOPS = 20
-"""Number of observed stops below which a calibration warns."""
+"""Number of observed stops below which a calibration warns that the stops are few."""
 
 
 def check_field(scene: Scene, field: Field) -> None:
-    """Refuse observations that consist of fewer than LEAST_STOPS (3) end points and nothing else.
+    """Refuse observations that consist of one or two end points (fewer than LEAST_STOPS) and nothing else.
 
     Observations without end points are accepted.
 

@@ -32,10 +32,10 @@ def _of_place(slope: Slope) -> Iterator[str]:
 
 
 def _of_gates(slope: Slope, flown: list[Flown]) -> Iterator[str]:
-    """Yield sentences on values at gates, and on gates where no simulated rock fits the observations.
+    """Yield a sentence if values were observed at gates, and a sentence for each gate that no simulated rock fits.
 
-    Values at gates are compared without the error of the model (the misfit), so intervals are too narrow if the model
-    is poor.
+    The first sentence warns that values at gates are compared without the error of the model (the misfit), so intervals
+    are too narrow if the model is poor. The gates of the other sentences are those of `_gates_without_rocks`.
     """
     gates = sorted({one.gate for one in slope.field.values})
     if gates:

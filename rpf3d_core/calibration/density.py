@@ -20,12 +20,12 @@ FloatArray = NDArray[np.float64]
 GROUPS = 16
 """Number of groups of releases; rock number j belongs to group j modulo GROUPS."""
 NARROWING = 0.7
-"""Factor on the standard deviation of the kernel, relative to the rule for a single density estimate.
+"""Factor (-) by which kernels are narrower than the rule for a single density estimate recommends.
 
 Densities of neighbouring parameter sets are averaged afterwards, which removes noise, so kernels may be narrower.
 """
 LEAST_KERNEL = 0.1
-"""Smallest standard deviation of a kernel, in the unit of its values, and of observed stops (m).
+"""Smallest standard deviation of a kernel, in the unit of the values; also the smallest one of observed stops (m).
 
 Without this limit, a kernel would have no width where all rocks stop in one place or have the same value.
 """
@@ -71,6 +71,7 @@ def kernel_widths(values: FloatArray, error: float) -> FloatArray:
     """Return the standard deviations (D,) of the kernel for R simulated values (R, D), including the measuring error.
 
     error : standard deviation of the measuring error, in the unit of the values
+
     Source: Silverman 1986, Density Estimation, equations 3.30 and 4.14, times NARROWING (0.7).
     """
     count, dimensions = values.shape
@@ -87,11 +88,11 @@ def kernel_widths(values: FloatArray, error: float) -> FloatArray:
 def kernel_matrix(values: FloatArray, observed: FloatArray, widths: FloatArray) -> FloatArray:
     """Return the normal density (N, R) around each simulated value (R, D) at each observed value (N, D).
 
-    The unit is 1 over the product of the units of the D axes.
-    widths : (D,) standard deviations of the normal densities (the kernel), from `kernel_widths`
+    The unit is 1 over the product of the units of the D axes. Both kinds of values are measured from the mean of the
+    simulated values, to keep precision: the squares of coordinates of some thousand kilometres would leave no digits
+    for a distance of a metre.
 
-    Both values are measured from the mean of the simulated values, to keep precision: the squares of coordinates of
-    some thousand kilometres would leave no digits for a distance of a metre.
+    widths : (D,) standard deviations of the normal densities (the kernel), from `kernel_widths`
     """
     middle = values.mean(axis=0)
     scaled, seen = (values - middle) / widths, (observed - middle) / widths
@@ -153,6 +154,7 @@ def share_densities(probabilities: FloatArray) -> FloatArray:
     """Return the shares (GROUPS, M, 2) (-) of rocks that did what was counted, and of rocks that did not.
 
     The mean over the groups is the share of all rocks.
+
     probabilities : (M, R) for each misfit, the probability that each rock did what was counted, such as reaching an
         area
     """

@@ -1,4 +1,4 @@
-"""The warnings about observations that need no simulated rocks, for `rpf3d check` and for a calibration."""
+"""Make those warnings about observations that need no simulated rocks, for `rpf3d check` and for a calibration."""
 
 from collections import defaultdict
 from collections.abc import Iterator
@@ -38,7 +38,7 @@ def _of_number(stops: int) -> Iterator[str]:
 
 
 def _of_masses(prepared: Prepared, field: Field) -> Iterator[str]:
-    """Yield a sentence if the unit of the observed masses is in doubt, and one if the masses do not fit the scene.
+    """Yield a sentence if the unit of the observed masses is in doubt, and another if the masses do not fit the scene.
 
     The masses do not fit if their median differs from that of the scene's rocks by more than the factor OTHER_ROCKS.
     """

@@ -60,7 +60,9 @@ def import_writers() -> None:
 def write_result(out: Path, scene: Scene, slope: Slope, spec: CalibrationSpec, result: Result, found: Findings) -> None:
     """Write all files of a calibration into `out`; for a refused calibration, only calibration.json and report.md.
 
-    Result files of an earlier call are deleted first. out : folder of the calibration
+    Result files of an earlier call are deleted first.
+
+    out : folder of the calibration
     """
     for name in RESULTS:
         (out / name).unlink(missing_ok=True)
@@ -95,9 +97,11 @@ def _write_pictures(out: Path, slope: Slope, result: Result, found: Findings, va
 
 
 def _stops_of(result: Result, weights: Any) -> tuple[Any, Any]:
-    """Return the simulated stops (M, 2) m of all sets, and their weights (M,), whose sum is 1.
+    """Return the simulated stops (M, 2) m of all sets, and the weights (M,) of the stops, whose sum is 1.
 
-    weights : (S,) weight of each set, which its rocks share; rocks that left the terrain or did not stop are left out
+    Rocks that left the terrain or did not stop are left out.
+
+    weights : (S,) weight of each set, which is divided equally among the rocks of the set
     """
     places = [one.stops.place[one.stops.deposited] for one in result.flown]
     each = [np.full(len(place), w / max(len(one.stops.place), 1))

@@ -42,7 +42,7 @@ class Estimate:
     name : key path; prior : the prior's keys and values, as in the scene
     mean, low, high : mean of the posterior, and ends of its 90 % interval, in the unit of the parameter
     shrinkage : 1 minus the ratio of two standard deviations, posterior over prior (-); 0 if the data showed nothing
-    edge : share (-) of the posterior in the lowest twentieth of the prior's range, and share in the highest twentieth
+    edge : share (-) of the posterior in the lowest 5 % of the prior's range, and share in the highest 5 %
     """
 
     name: str
@@ -63,11 +63,11 @@ class Findings:
     held_out : score of kept-out observations under the calibrated model; prior : score under the priors
     book : score under the book values, None if the scene has no book values
     curve : score under a normal curve without physics, None if no end points were observed
-        All four scores are None if the calibration kept no observation out, because it has too few.
-    rank : (K, 2) predicted probability that a stop has a smaller coordinate than each observed stop, along and across.
-        Each prediction is made without this observed stop. It includes the measuring error but not the misfit, because
-        the stops of a run do not include the misfit either. None if no end points were kept out; K is 0 if no observed
-        stop has a prediction
+    held_out, prior, book, curve : all None if the calibration has too few observations to keep any out
+    rank : (K, 2) for each observed stop, the predicted probability that a rock stops at a smaller coordinate, along and
+        across the slope. Each prediction is made without this observed stop. The prediction includes the measuring
+        error but not the misfit, because the stops of a run do not include the misfit either. None if no end points
+        were kept out; K is 0 if no observed stop has a prediction
     whole_rank : (K, 2) as `rank`, but with the misfit added to the measuring error
     misfit : m, mean error of the model over the posterior; None if there were too few end points to estimate it
     left : share (-) of the simulated rocks that left the terrain or did not stop, with the sets weighted by the
@@ -183,6 +183,7 @@ def _kept_out(slope: Slope, result: Result, book: Flown | None, seed: int) -> di
     """Return the scores and ranks of kept-out observations, by the names of the fields of `Findings`.
 
     Each observation is predicted from the observations outside its fold.
+
     book : the flown parameter set of the book values, or None
     """
     field, post = slope.field, result.posterior

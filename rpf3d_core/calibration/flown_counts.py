@@ -1,7 +1,8 @@
 """The probability that each simulated rock did what was counted in the field, with the error of the model.
 
-A simulated stop or passage has the error of the model (the misfit), as in the densities of single stops (`density`). So
-for a rock near the end of a section, the probability is between 0 and 1. Without an error, the probability is 0 or 1.
+"What was counted" is that rocks passed a gate, or reached or stopped in an area or a section of the slope. A simulated
+stop or passage has the error of the model (the misfit), as in the densities of single stops (`density`). So for a rock
+near the end of a section, the probability is between 0 and 1. Without an error, the probability is 0 or 1.
 """
 
 from collections.abc import Callable
@@ -61,7 +62,9 @@ def passed(extent: Extent, at: float, misfits: FloatArray) -> FloatArray:
 
     The farthest point of a path has the error of the model. The beginning of a path is known and has no error. So a
     rock that begins beyond the gate passes the gate only if the simulated path crosses the gate.
+
     extent : how far each rock went; at : m, distance of the gate along the slope
+    misfits : (M,) m, standard deviations of the error of the model
     """
     before = extent.begin < at
     return np.stack([np.where(before, _beyond(extent.most - at, sd), extent.least < at) for sd in misfits.tolist()])
@@ -88,6 +91,7 @@ def stopped_in_section(
 
     section : lower and upper end (m) along the slope, None where it has no end
     along : (R,) m, where rocks stopped; deposited : (R,) False for rocks that left the terrain or did not stop
+    misfits : (M,) m, standard deviations of the error of the model
     """
     low, high = section
     from_low = np.ones((len(misfits), len(along))) if low is None else _all_beyond(along - low, misfits)
@@ -100,7 +104,9 @@ def stopped_in_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArra
 
     The stop of a rock is copied, and each copy is displaced in plan by an error of the model. The probability is the
     share of the copies in the area.
+
     outlines : closed outlines (P, 2) m of the area, local frame
+    misfits : (M,) m, standard deviations of the error of the model
     """
     deposited, stops = deposited_in(batch), batch.finals[:, 1:3]
     return np.stack([_share(lambda by: contained(stops + by, outlines), sd) * deposited for sd in misfits.tolist()])
@@ -114,6 +120,7 @@ def reached_area(batch: Batch, outlines: list[FloatArray], misfits: FloatArray) 
     beginning to the whole error at the end.
 
     outlines : closed outlines (P, 2) m of the area, local frame
+    misfits : (M,) m, standard deviations of the error of the model
     """
     area, paths = _area_of(outlines), _paths_of(batch)
 
@@ -154,7 +161,7 @@ def _paths_of(batch: Batch) -> _Paths:
 
 
 def _area_of(outlines: list[FloatArray]) -> Any:
-    """Return an area as a prepared polygon, from closed outlines (P, 2) m; an outline within another one is a hole."""
+    """Return an area as a prepared polygon, from closed outlines (P, 2) m; an outline inside another is a hole."""
     area = reduce(shapely.symmetric_difference, shapely.make_valid([shapely.polygons(ring) for ring in outlines]))
     shapely.prepare(area)
     return area
@@ -176,6 +183,7 @@ def _share(flags_at: Callable[[FloatArray], NDArray[np.bool_]], sd: float) -> Fl
     """Return, for each of R rocks, the share (R,) (-) of its displaced copies for which `flags_at` returns True.
 
     If sd is 0, the result is 1 or 0: the flag of the rock itself.
+
     flags_at : returns flags (R,) of the copies with a displacement in plan (2,) m
     sd : m, standard deviation of the displacements in each direction
     """

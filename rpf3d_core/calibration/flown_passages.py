@@ -20,7 +20,7 @@ STEP = 0.5
 class Passages(NamedTuple):
     """The first passage of each of R rocks through a gate; NaN for a rock that did not pass.
 
-    speed : (R,) m/s; height : (R,) m, of the centre above the ground; NaN over a hole
+    speed : (R,) m/s; height : (R,) m, of the rock's centre above the ground, also NaN over a hole
     """
 
     speed: FloatArray
@@ -35,8 +35,9 @@ class Passages(NamedTuple):
 def passages(batch: Batch, directions: Directions, at: float, engine: Engine) -> Passages:
     """Return the first passage of each of R rocks through a gate, a vertical plane across the slope.
 
-    at : m, distance of the gate along the slope, in the input's coordinates
     Between its ends, a segment of flight is an exact parabola; a slide counts as motion with constant acceleration.
+
+    at : m, distance of the gate along the slope, in the input's coordinates
     """
     rows = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
     first, last = _segments(rows)
@@ -54,7 +55,9 @@ def passages(batch: Batch, directions: Directions, at: float, engine: Engine) ->
 def _segments(rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the indices (K,) of the events at the starts of K path segments, and the indices (K,) at their ends.
 
-    Two successive events of the same rock are the ends of a path segment. rows : (S,) rock of each event
+    Two successive events of the same rock are the ends of a path segment.
+
+    rows : (S,) rock of each event
     """
     first = np.flatnonzero(rows[1:] == rows[:-1])
     return first, first + 1
@@ -125,6 +128,7 @@ def contained(points: FloatArray, outlines: list[FloatArray]) -> NDArray[np.bool
     """Return flags (N,): True for points (N, 2) m that lie in an area and not in a hole of the area.
 
     A point is inside if a ray from the point crosses the outlines an odd number of times.
+
     outlines : rings (P, 2) m of the area and of its holes
     """
     corners = np.concatenate(outlines)

@@ -55,9 +55,9 @@ from rpf3d_core.unknowns.places import Surroundings, place_around
 FloatArray = NDArray[np.float64]
 
 ROCKS_A_BLOCK, SIZED_ROCKS_A_BLOCK = 24, 4
-"""Number of rocks of a parameter set per observed block: of points, and of spheres or bodies, which take much longer.
+"""Number of rocks of a parameter set per observed block: for points, and for spheres or bodies, which take much longer.
 
-Densities are averaged over neighbouring sets, so more sets of few rocks determine more than few sets of many rocks.
+Densities are averaged over neighbouring sets, so many sets of few rocks give more information than few sets of many.
 """
 LEAST_ROCKS, MOST_ROCKS = 128, 4096
 """Bounds of the number of rocks of a parameter set, if the scene does not state it; more blocks need more rocks."""
@@ -86,7 +86,8 @@ class Slope:
 
     names : key paths of the unknowns; directions : along and across the slope; field : the observations
     rocks : number of rocks of each set
-    error : m, measuring error of an end point; misfits : (M,) m, possible errors of the model
+    error : m, standard deviation of the measuring error of an end point
+    misfits : (M,) m, possible errors of the model, as standard deviations
     alike : (N, R) weight of each rock in the prediction for each observed block, with the rocks in the order of
         `Flown.stops` (`_mixed_order`); None if all weights are equal
     """
@@ -174,8 +175,9 @@ def releases_of_round(slope: Slope, number: int) -> Releases:
     """Return the releases that all sets of a round share; each round has other rocks, evenly spread over all sources.
 
     If the masses or shapes of the observed blocks are known, they replace the masses or shapes of the simulated rocks:
-    the releases receive the blocks in turn, and after the last block the first block again. In each round, the order of
-    the releases is random.
+    the releases receive the blocks in turn, and after the last block the first block again. In this case, the order of
+    the releases is random in each round.
+
     number : number of the round, from 0
     """
     prepared, field = slope.prepared, slope.field
@@ -211,9 +213,9 @@ def _alike(field: Field, releases: Releases) -> FloatArray | None:
 
 
 def observed_of(slope: Slope) -> Observed:
-    """Return the number of observed rocks behind each of C observations, and the density of each by pure chance.
+    """Return the number of observed rocks behind each of C observations, and the density of each under pure chance.
 
-    The order is that of `Flown.densities`: end points, values at gates, counts of rocks. "By pure chance" means: a stop
+    The order is that of `Flown.densities`: end points, values at gates, counts of rocks. "Pure chance" means: a stop
     is equally likely anywhere on the terrain, a value anywhere between 0 and twice the largest observed value, and the
     share of counted rocks is one half. A count of rocks gives two observations: the rocks that did what was counted,
     such as reaching an area, and the other rocks.
@@ -253,7 +255,8 @@ def fly_sets(
     """Fly the parameter sets of a round, each on one thread, and yield their results in the order of the sets.
 
     values : (S, U), each in the unit of its key in the scene; number : number of the round, which selects the rocks
-    stop : called before each set, on the thread of the set; once it returns True, no further set is yielded
+    stop : called before each set, on the thread of the set; if `stop` returns True, neither this set nor a later set is
+        yielded
     threads : number of threads, None for one per core; results do not depend on it
     """
     workers = workers_of(slope, threads)

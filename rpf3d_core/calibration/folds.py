@@ -16,11 +16,11 @@ IntArray = NDArray[np.int64]
 FOLDS = 5
 """Number of folds; fewer if there are fewer observations."""
 NEGLIGIBLE = 0.01
-"""Weight of a parameter set, relative to the mean, below which its stops are left out of ranks."""
+"""Weight of a set, relative to the mean weight of all sets (-), below which ranks leave the stops of the set out."""
 RANKED, LEAST_RANKED = 100_000, 50
-"""Number of rocks of all sets together from which ranks are computed, and smallest number of rocks of each set.
+"""Limits of the number of stopped rocks from which ranks are computed; more would not change the ranks noticeably.
 
-More rocks would not change the ranks noticeably.
+RANKED : of all sets together; LEAST_RANKED : of each set, even if all sets together then exceed RANKED
 """
 LEAST_STOPPED = 1e-3
 """An observed block has no prediction if at most this share (-) of the simulated rocks like this block stopped."""
@@ -71,8 +71,9 @@ def weights_without(log_ratio: FloatArray, weighed: Weighed, folds: IntArray, co
 def predictive_score(weights: FloatArray, densities: FloatArray, anywhere: float) -> Score:
     """Return the log scores of N observations under a mixture of parameter sets and misfits.
 
-    weights : (N, S, M) for each observation, or (1, S, M) for all
-    densities : (S, M, N) of the observations under each set with each misfit; anywhere : as in `Densities`
+    weights : (N, S, M) of the sets and misfits for each observation, or (1, S, M) for all observations
+    densities : (S, M, N) of the observations under each set with each misfit
+    anywhere : density of an observation that may lie anywhere, as in `likelihood.Densities`
     """
     mixed = np.einsum("nsm,smn->n", np.broadcast_to(weights, (densities.shape[2], *weights.shape[1:])), densities)
     return Score(np.log((1.0 - ASTRAY) * mixed + ASTRAY * anywhere))
@@ -84,7 +85,8 @@ def misfit_weights(densities: FloatArray, folds: IntArray, anywhere: float | Flo
     The weights for an observation follow from the observations in the other folds. They are estimated as in a
     calibration, in which all misfits are equally likely beforehand.
 
-    densities : (M, N) of the N observations under the set; anywhere : as in `Densities`, for all or (N,) for each
+    densities : (M, N) of the N observations under the set
+    anywhere : density of an observation that may lie anywhere, as in `likelihood.Densities`; for all, or (N,) for each
     """
     logs = np.log(np.maximum((1.0 - ASTRAY) * densities + ASTRAY * anywhere, 1e-300))
     rows = [normalised(logs[:, folds != fold].sum(axis=1)) for fold in range(int(folds.max()) + 1)]
@@ -101,7 +103,7 @@ def curve_score(observed: FloatArray, folds: IntArray, error: float, anywhere: f
     observed : (N, D), each axis with its own mean and standard deviation; axes are independent
     error : measuring error, in the unit of `observed`: the smallest standard deviation that a curve can have, but at
         least LEAST_KERNEL
-    anywhere : as in `Densities`
+    anywhere : density of an observation that may lie anywhere, as in `likelihood.Densities`
     """
     each = np.empty(len(observed))
     for fold in range(int(folds.max()) + 1):
@@ -133,7 +135,7 @@ def ranks(
 
     Rocks that left the terrain or did not stop are left out. The result is NaN for a block without a prediction: of the
     rocks that have a weight for this block (`alike`), at most LEAST_STOPPED (0.1 %) stopped. If all sets together have
-    many rocks, only the first rocks of each set are used, because the order of the rocks is random.
+    many rocks, only the first rocks of each set are used; this is a fair selection, because their order is random.
 
     stops : of each of S sets; weights : (N, S, M) weights of the sets and errors for each observation
     observed : (N, 2) m, the observed stops

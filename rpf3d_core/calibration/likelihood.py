@@ -1,9 +1,9 @@
 """The likelihood of all parameter sets, the noise of this likelihood, and weights of the sets that include the noise.
 
 The likelihood follows from the densities of the observations. The density of a set is averaged over sets that are near
-in z, the space of `normal_space`, with a kernel that is narrow against the posterior. The remaining noise is measured
-by drawing the groups of releases again with replacement. All sets of a round fly the same releases, so each draw is
-used for all sets of the round; other rounds have draws of their own. The weights are the mean over these draws, so
+in z, the space of `normal_space`, with a kernel that is narrow compared with the posterior. The remaining noise is
+measured by drawing the groups of releases again with replacement. All sets of a round fly the same releases, so each
+draw is used for all sets of the round; other rounds have other draws. The weights are the mean over these draws, so
 intervals include the noise.
 """
 
@@ -23,7 +23,7 @@ ASTRAY = 0.01
 NEAR = 0.3
 """Standard deviation of the kernel over parameter sets, relative to the posterior's (-).
 
-It widens the posterior by less than NEAR^2 / 2 = 5 %.
+The kernel widens the posterior by less than NEAR^2 / 2 = 5 %.
 """
 REDRAWS = 16
 """Number of times that the groups of releases are drawn again, to measure the noise of the likelihood."""
@@ -33,7 +33,7 @@ class Densities(NamedTuple):
     """Densities of C observations under S parameter sets and M misfits, by group of releases.
 
     values : (S, GROUPS, M, C) densities; rounds : (S,) number of the round of each set
-    counts : (C,) number of rocks behind each observation
+    counts : (C,) number of observed rocks behind each observation
     anywhere : (C,) density of an observation that does not come from the model but from anywhere in the possible range,
         in the unit of its density; 0 if all observations come from the model
     """
@@ -49,7 +49,7 @@ class Weighed(NamedTuple):
 
     log_densities : (D, S, M, C) logarithms of the averaged densities: at index 0 with equal weights of all groups, at
         each further index of D with the weights of one draw of groups (`group_shares`)
-    counts : (C,) number of rocks behind each observation
+    counts : (C,) number of observed rocks behind each observation
     """
 
     log_densities: FloatArray
@@ -62,7 +62,7 @@ def group_shares(rounds: int, seed: int, redraws: int = REDRAWS) -> FloatArray:
     The weights of a draw in a round have the sum 1. In the first draw, all groups have equal weights. In each other
     draw, groups are drawn with replacement (bootstrap); the spread over these draws shows the noise of the likelihood.
 
-    rounds : number of rounds T; redraws : number of random draws, D - 1
+    rounds : number of rounds T; seed : of the random draws; redraws : number of random draws, D - 1
     """
     random = np.random.Generator(np.random.Philox(key=[seed, 2**32]))
     drawn = random.multinomial(GROUPS, np.full(GROUPS, 1.0 / GROUPS), size=(redraws, rounds)) / GROUPS
@@ -101,7 +101,7 @@ def weighed(densities: Densities, near: FloatArray, shares: FloatArray) -> Weigh
 def _mixed(densities: Densities, share: FloatArray) -> FloatArray:
     """Return the densities (S, M * C) of each parameter set, averaged over its groups of rocks.
 
-    share : (T, GROUPS) weights of the groups in each round, as from `group_shares`
+    share : (T, GROUPS) weights of the groups in each round: one draw of `group_shares`
     """
     mixed = np.einsum("sg,sgk->sk", share[densities.rounds], densities.values.reshape(*densities.values.shape[:2], -1))
     return np.asarray(mixed)

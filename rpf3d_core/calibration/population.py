@@ -22,9 +22,9 @@ from rpf3d_core.unknowns.points import SMALLEST, spread_points
 FloatArray = NDArray[np.float64]
 
 FROM_PRIOR = 0.1
-"""Share (-) of later rounds that is drawn from the prior, so that no weight can grow without bound."""
+"""Share (-) of the sets of each later round that is drawn from the prior, so that no weight can grow without bound."""
 WIDENING = 1.5
-"""Factor on the standard deviation of the kernels of a mixture, relative to the rule for density estimates."""
+"""Factor (-) by which the kernels of a mixture are wider than the rule for density estimates recommends."""
 LEAST_KEPT = 25.0
 """Least effective number of parameter sets behind a proposal, or 8 for each unknown if this is more.
 
@@ -37,6 +37,7 @@ class Mixture(NamedTuple):
 
     centres : (K, U) of the kernels, in the space of `normal_space`; shares : (K,) of the kernels, sum 1
     root : (U, U) lower triangular root of the covariance, which is the same for all kernels
+
     A mixture without centres (K = 0) is the prior alone.
     """
 
@@ -116,6 +117,7 @@ def flattened(log_ratio: FloatArray, log_likelihood: FloatArray, least: float) -
 
     The power is 1 if the full likelihood has enough effective samples; otherwise a smaller power is found by bisection.
     If even the power 0 has too few effective samples, the power is 0, and the weights have fewer than `least`.
+
     log_ratio : (S,) from `log_importance`; log_likelihood : (S,)
     """
     full = normalised(log_ratio + log_likelihood)
@@ -132,7 +134,9 @@ def flattened(log_ratio: FloatArray, log_likelihood: FloatArray, least: float) -
 def next_mixture(z: FloatArray, log_ratio: FloatArray, log_likelihood: FloatArray) -> tuple[Mixture, float]:
     """Return the proposal of the next round, and the power (0 to 1) of the likelihood in the weights of its kernels.
 
-    z : (S, U) (-) all sets so far; log_ratio, log_likelihood : (S,) (-)
+    z : (S, U) (-) all sets so far, as in `normal_space`
+    log_ratio : (S,) (-) from `log_importance`; log_likelihood : (S,) (-)
+
     Source of the kernels' width: Silverman 1986, Density Estimation, equation 4.14, times WIDENING.
     """
     unknowns = z.shape[1]

@@ -9,7 +9,7 @@ LARGEST = 0.25
 WORTH_S = 15.0
 """Largest possible reserve (s) up to which the time is not measured, because measuring takes some seconds itself."""
 MEASURED_AT = 0.5
-"""Part (-) of the budget after which the time is measured; a calibration that ends earlier does not need the time."""
+"""Part (-) of the budget after which the time is measured, because a calibration that ends earlier needs no reserve."""
 MARGIN = 1.25
 """Factor (-) on measured times, because other programs may become busier."""
 

@@ -30,14 +30,14 @@ from rpf3d_core.materials.distributions import Distribution
 FloatArray = NDArray[np.float64]
 
 SAVED_EVERY = 5.0
-"""Seconds after which flown sets are written to disk."""
+"""Time (s) after which the sets flown since the last file are written to disk."""
 
 
 class Status(NamedTuple):
     """The progress of a calibration.
 
     sets : number of flown sets; round : number of the round, from 0; effective : effective samples, None if unknown
-    left_s : s, estimated time until the flights end
+    left_s : s, estimated remaining time of flights
     """
 
     sets: int
@@ -97,8 +97,8 @@ def fly_rounds(
 
     priors : of the unknowns; seed : of the proposals; state : folder of the flown sets
     control : deadline, progress reports, interruption and threads
-    ending : function that does the work after the flights (scores, pictures, files) once, to measure its time, and
-        returns the time (s) for the files. None to reserve a fixed part of the budget
+    ending : function that does the work after the flights (scores, pictures, files) and returns the time (s) for the
+        files; called at most once, between two rounds, to measure this work. None to reserve a fixed part of the budget
     """
     observed, proposed = observed_of(slope), first_proposal(len(priors))
     rounds, flown, numbers, posterior = list[Round](), list[Flown](), list[int](), None
@@ -198,7 +198,8 @@ def _fly_round(
 ) -> list[Flown]:  # fmt: skip
     """Fly the parameter sets of a round that are not on disk yet, and return all flown sets of the round, in order.
 
-    The result has fewer than S sets if the time was too short or the user interrupted.
+    The result has fewer than S sets if the time was too short or the user interrupted. New sets are written to disk.
+
     priors : of the U unknowns; z : (S, U) unknowns of each set as standard normal numbers (`normal_space`)
     number : number of the round, from 0; state : folder of the flown sets
     tell : called with the number of flown sets of this round, including sets from disk

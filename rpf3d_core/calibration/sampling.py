@@ -40,7 +40,7 @@ FURTHER_SETS = 100
 MOST_ROUNDS = 20
 """Largest number of rounds: more would repeat what is known."""
 ENOUGH = 300.0
-"""Effective number of samples (-) that is enough to end a calibration."""
+"""Smallest effective number of samples (-) with which a calibration may end before its last round."""
 FLOOR = 50.0
 """Effective number of samples (-) below which a calibration is refused: the parameters are not determined."""
 MOST_NOISE = 1.0
@@ -60,7 +60,7 @@ class Round(NamedTuple):
 class Observed(NamedTuple):
     """The properties of the C observations that the likelihood depends on, apart from their densities.
 
-    counts : (C,) number of rocks behind each observation: the power of the observation's density in the likelihood
+    counts : (C,) number of observed rocks behind each observation: the power of its density in the likelihood
     anywhere : (C,) density of an observation that may lie anywhere in the possible range, such as on the whole terrain
     """
 
@@ -147,7 +147,9 @@ def posterior_of(proposed: Proposed, rounds: Sequence[Round], observed: Observed
 def is_enough(posterior: Posterior, power: float) -> bool:
     """Return True if a calibration may end before its last round, because enough is known.
 
-    Enough means: the full likelihood was used, effective samples are many, and the noise of the likelihood is small.
+    "Enough" means: the full likelihood was used, there are at least ENOUGH (300) effective samples, and the noise of
+    the log-likelihood is at most MOST_NOISE (1).
+
     power : power of the likelihood with which the last proposal was made; 1 for the full likelihood
     """
     return power == 1.0 and posterior.effective >= ENOUGH and posterior.noise <= MOST_NOISE

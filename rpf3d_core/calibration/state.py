@@ -20,9 +20,9 @@ from rpf3d_core.scene.reading import scene_digest
 FloatArray = NDArray[np.float64]
 
 RESULTS = (FOUND, CALIBRATED, "posterior.parquet", REPORT, "posterior.png", "predicted.png", "coverage.png")
-"""Names of the files that a calibration writes."""
+"""Names of the files with the result of a calibration."""
 VERSION = 3
-"""Version of the kept files; it changes whenever the sampler or the densities change."""
+"""Version of the files with flown sets; the version changes whenever the sampler or the densities change."""
 
 
 class Kept(NamedTuple):
@@ -69,7 +69,7 @@ def _read_plan(path: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        The file is damaged.
+        The file cannot be read, or is damaged.
     """
     try:
         plan = json.loads(path.read_text(encoding="utf-8"))

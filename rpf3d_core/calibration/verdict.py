@@ -13,7 +13,7 @@ from rpf3d_core.ensemble.two_shares import log_choose
 STRONG = 0.8
 """Smallest absolute correlation (-) of two parameters for the warning that only a combination is determined."""
 AT_EDGE = 0.2
-"""Smallest share (-) of a posterior in the outermost twentieth of its prior's range to warn that the prior decides.
+"""Smallest share (-) of a posterior in the lowest or highest 5 % of its prior's range to warn that the prior decides.
 
 A uniform posterior has a share of 0.05 there.
 """
@@ -29,7 +29,7 @@ The other score is that of a normal curve without physics, or that of the book v
 LITTLE = 0.1
 """Shrinkage (-) below which the data does not determine a parameter."""
 BY_CHANCE = 0.05
-"""Probability (-) that correct 90 % intervals contain as few kept-out blocks, below which a calibration warns."""
+"""A calibration warns if correct 90 % intervals contain so few kept-out blocks with less than this probability (-)."""
 FEWEST_TO_CONDEMN = 8
 """Least number of kept-out observations to warn that a score is clearly worse, or that stops lie to one side.
 
@@ -38,7 +38,7 @@ With fewer observations, chance alone causes such differences too often.
 ASIDE = 3.0
 """Number of standard errors by which observed stops must lie to one side of the predicted stops for a warning."""
 JUDGED = 0.5
-"""Least effective samples, as a share (-) of FLOOR, for the advice of a refused calibration to remove an unknown."""
+"""Fewest effective samples, as a share (-) of FLOOR, for the advice of a refused calibration to remove an unknown."""
 VALID = "valid for this model, this slope, these blocks"
 MORE = (
     "end points of a second slope, kept out of the fit",

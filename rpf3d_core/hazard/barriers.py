@@ -85,7 +85,7 @@ class BarrierTally:
     Any thread may call the object.
 
     names : (B,) names of the barriers; gravity : m/s^2
-    compiled : False for so few rocks that plain Python finishes before the loop is compiled
+    compiled : False to count in plain Python, for so few rocks that Python finishes before the loop is compiled
     part : (B,) counts of the parameter set that flies at present, to which each batch is also added; empty without
         parameter sets
     """

@@ -121,10 +121,10 @@ def with_predictive(share: dict[str, Any], low: float, high: float) -> dict[str,
 
     The result has the keys `rocks`, `share`, `interval_95`, `predictive` and `sampling`.
 
-    share : from `share_of`, with the sampling interval; low, high : ends of the predictive interval (-), NaN if unknown
-
     If the predictive interval is unknown, `predictive` and `interval_95` are None. With the sampling interval as
     `interval_95`, the share would look more certain than it is.
+
+    share : from `share_of`, with the sampling interval; low, high : ends of the predictive interval (-), NaN if unknown
     """
     predictive = None if math.isnan(low) else [float(low), float(high)]
     sampling = share.get("sampling", share["interval_95"])
@@ -132,7 +132,7 @@ def with_predictive(share: dict[str, Any], low: float, high: float) -> dict[str,
 
 
 def _known(low: float, high: float) -> list[float | None]:
-    """Return the ends [low, high] of an interval as numbers for JSON: an unknown end is NaN, and becomes None."""
+    """Return the ends [low, high] of an interval for JSON: None in place of NaN, which marks an unknown end."""
     return [None if math.isnan(end) else float(end) for end in (low, high)]
 
 
@@ -212,8 +212,8 @@ def _any_lost(benches: Sequence[Bench]) -> bool:
 def text_rows(benches: Sequence[Bench]) -> list[tuple[str, ...]]:
     """Return the rows of the printed table: the SHOWN zones that most rocks reached, then all areas of interest.
 
-    Zones are in descending order of rocks. An area that no rock reached also has a row: users draw an area to see its
-    interval.
+    Zones are in descending order of rocks. An area that no rock reached also has a row, because the user asked for the
+    area, and its interval is a result.
     """
     areas = [bench for bench in benches if bench.kind == AREA]
     return [_text_row(bench) for bench in (*_reached_zones(benches)[:SHOWN], *areas)]
@@ -288,8 +288,9 @@ def _energy_text(bench: Bench) -> str:
 def interval_text(ends: Sequence[float | None] | None, unit: float) -> str:
     """Return an interval as text, rounded outward, such as `443-778`; NOT_KNOWN if neither end is known.
 
-    unit : number by which the ends are divided, such as 1000 for ends in J and text in kJ
     If only one end is unknown, the text has UNKNOWN_END in its place.
+
+    unit : number by which the ends are divided, such as 1000 for ends in J and text in kJ
     """
     if ends is None or all(end is None for end in ends):
         return NOT_KNOWN
@@ -318,8 +319,9 @@ def interval_in_percent(low: float, high: float) -> str:
 def in_percent(share: float, decimals: int, side: Side = NEAREST) -> str:
     """Return a share (-) in per cent as text, without the sign %.
 
-    decimals : usual number of decimals; side : rounding, LOW (down), NEAREST or HIGH (up)
     A share that would look like 0 or 100 %, but is not, gets more decimals. A share of exactly 0 or 1 has no decimals.
+
+    decimals : usual number of decimals; side : rounding, LOW (down), NEAREST or HIGH (up)
     """
     rest = min(share, 1.0 - share)
     return fixed(100.0 * share, max(decimals, _decimals(rest)) if rest > 0.0 else 0, side)

@@ -17,10 +17,10 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Vec
 
 ASIDE = 0.2
-"""Width over which rocks from one place spread sideways, as a share of the slope's length (-).
+"""Width over which rocks from one place spread sideways, as a share (-) of the slope's length.
 
-Field tests gave 0.1 to 0.2 (Azzoni & de Freitas 1995, Rock Mech. Rock Eng. 28:111-124). The depth of the terrain below
-the source is taken as the length.
+Field tests gave 0.1 to 0.2 (Azzoni & de Freitas 1995, Rock Mech. Rock Eng. 28:111-124). The height of the source above
+the lowest terrain is taken as the length.
 """
 
 LEAST_CELLS = 20

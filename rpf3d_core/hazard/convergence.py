@@ -15,7 +15,7 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.maps import HazardMaps
 
 DOUBLINGS = 2
-"""Number of doublings of the rocks over which percentiles must stay stable."""
+"""Number of last doublings of the rocks in which p95 energies must stay nearly the same."""
 
 
 @dataclass(frozen=True)
@@ -87,9 +87,10 @@ def p95_change(steps: Sequence[Step]) -> float | None:
 
 
 def is_enough(steps: Sequence[Step], half_width: float, p95_energy: float) -> bool:
-    """True if enough rocks have flown: the last step reaches the targets for shares and for p95 energies.
+    """Return True if enough rocks have flown: the last step reaches the targets for shares and for p95 energies.
 
-    False after fewer than two doublings of the number of rocks.
+    The result is False after fewer than two doublings of the number of rocks.
+
     half_width : target for half the width of the interval of a share (-)
     p95_energy : target for the relative change of a p95 energy (-)
     """

@@ -76,7 +76,7 @@ class DisplacedTally:
         return both
 
     def sink_of(self, number: int, sink: Sink) -> Sink:
-        """Return a function that adds the displaced runouts of rocks of set `number`, then calls `sink`.
+        """Return a function that records the displaced runouts of rocks of set `number`, then calls `sink`.
 
         The function `sink` gets the deposits and impacts as simulated.
         """
@@ -89,7 +89,7 @@ class DisplacedTally:
         return both
 
     def end(self, number: int) -> None:
-        """Add to set `number` all rocks that were counted since the previous call of `end`, for any set."""
+        """Add to set `number` all rocks counted since the previous call of `end`, whatever set that call was for."""
         self._zones.end(number)
         self._areas.end(number)
 
@@ -158,7 +158,7 @@ def moved_cells(cells: IntArray, rocks: NDArray[Any], move: FloatArray, raster: 
 
 
 def zones_in_plan(facets: Facets, zones: int) -> NDArray[np.bool_]:
-    """Return flags (Z,), True for each zone that has a facet that is not vertical; zones : number Z of zones."""
+    """Return flags (Z,), True for each zone with at least one facet that is not vertical; zones : number Z of zones."""
     inclined = np.abs(np.asarray(facets.normals)[:, 2]) > VERTICAL
     return np.asarray(np.bincount(np.asarray(facets.zone)[inclined], minlength=zones) > 0)
 

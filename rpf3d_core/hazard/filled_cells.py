@@ -54,7 +54,7 @@ def share_of_cells(rocks: FloatArray | CountArray) -> float:
 
 
 def share_of_visits(rocks: FloatArray | CountArray) -> float:
-    """Return the share (-) of all visits that are in cells with enough rocks; a visit is one rock in one cell.
+    """Return the share (-) of all visits in cells with enough rocks for a percentile; a visit is one rock in one cell.
 
     rocks : (S,) number of rocks in each cell, S >= 1
     """
@@ -64,13 +64,12 @@ def share_of_visits(rocks: FloatArray | CountArray) -> float:
 def filling_cell(
     reached: ReachedCells, share: Callable[[FloatArray | CountArray], float] = share_of_visits
 ) -> float | None:
-    """Return the smallest round cell size (m) larger than the present cell, so that enough of the map has percentiles.
+    """Return the smallest larger round cell size (m) with which most of the map has percentiles; None if there is none.
 
-    With this size, at least the share MOST of the map has FEWEST_ROCKS rocks in a cell. The result is None if the map
-    would then have fewer than FEWEST_CELLS cells along its longer side.
+    "Most" means: at least the share MOST (0.5) of the cells, or of the visits, is in cells that at least FEWEST_ROCKS
+    (20) rocks reached. Only sizes with at least FEWEST_CELLS (5) cells along the longer side of the map are considered.
 
-    share : function that returns the share of the map with enough rocks from the rocks (S,) in each cell:
-        `share_of_cells` or `share_of_visits`
+    share : `share_of_cells` or `share_of_visits`, which returns the share from the number of rocks (S,) in each cell
     """
     largest = reached.widest / FEWEST_CELLS
     sizes = takewhile(lambda size: size <= largest, (size for size in round_cells() if size > reached.cell))

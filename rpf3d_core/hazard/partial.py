@@ -42,7 +42,7 @@ class PackedTally:
 
 
 def packed(tally: CellTally) -> PackedTally:
-    """Return the counts of a tally in small form, to be sent to another process."""
+    """Return the counts of a tally in small form (`PackedTally`), to be sent to another process."""
     width, first = tally.slots.bins.shape[1], 0
     filled, rocks = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.uint32)]
     for bins in tally.bins_found():
@@ -85,7 +85,8 @@ def add_packed(tallies: Tallies, part: Sequence[PackedTally]) -> None:
     Raises
     ------
     ValueError
-        The part belongs to another ensemble: its cells, scales or limit of memory differ.
+        The part belongs to another ensemble: it has other cells, scales or limits of memory, or only one of both counts
+        path lengths.
     """
     for tally, other in zip(_four(tallies), part, strict=True):
         theirs = (other.cells, other.scales, other.limit, other.found.ways is not None)

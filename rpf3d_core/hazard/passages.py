@@ -55,7 +55,8 @@ def passage_per_metre(maps: HazardMaps) -> Passage:
 
 
 def reached_over(maps: HazardMaps, width: float) -> FloatArray:
-    """For each of S cells, return the share (S,) (-) of all rocks that would hit an object in the cell; at most 1.
+    """Return, for each of S cells, the share (S,) (-) of all rocks that would hit an object in the cell; at most 1.
+
     width : width of the object across the rocks' path, plus the diameter of a rock (m)
     """
     return np.minimum(passage_per_metre(maps).value * width, 1.0)

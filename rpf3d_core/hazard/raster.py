@@ -13,7 +13,7 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Vec
 
 SMALLEST_CELL = 0.25
-"""Smallest cell (m) that is chosen automatically; finer maps show single rocks, not a hazard."""
+"""Smallest cell size (m) that is chosen automatically; finer maps show single rocks, not a hazard."""
 
 STEPS = (1.0, 2.0, 5.0)
 """Cell sizes that are chosen automatically, times powers of ten: round numbers are easy to count on a map."""
@@ -22,7 +22,7 @@ MOST_CELLS = 4_000_000
 """Largest number of cells that is chosen automatically: 2 km by 2 km at 1 m, drawn and written in about 1 s."""
 
 SAMPLE = 100_000
-"""Smallest number of facets from which the typical facet size is estimated; all facets if the terrain has fewer."""
+"""Smallest number of facets from which the typical facet size is estimated; if the terrain has fewer, all facets."""
 
 GIGABYTE = 1e9
 """Bytes in a gigabyte, as in the scene's `memory_gb`."""
@@ -58,10 +58,10 @@ def _extent_of(terrain: Terrain) -> tuple[FloatArray, FloatArray]:
 
 
 def _finest_cell(terrain: Terrain) -> float:
-    """Return the finest cell (m) for a terrain: the largest round size up to half of the typical facet size.
+    """Return the finest cell size (m) for a terrain: the largest round size up to half of the typical facet size.
 
-    The result is at least `SMALLEST_CELL`. The cell is finer than the facets, so that a berm as wide as a facet is
-    visible on the map. This is possible because the paths of rocks are known more finely than the ground.
+    The result is at least `SMALLEST_CELL`. Cells are finer than facets, so that a berm as wide as a facet is visible on
+    the map. This is possible because the paths of rocks are known more finely than the ground.
     """
     return round_below(0.5 * typical_size(terrain))
 
@@ -120,7 +120,7 @@ def check_memory(raster: Raster, facets: int, memory_gb: float, bytes_per_cell: 
 def _advice(raster: Raster, facets: int, allowed: float, bytes_per_cell: int) -> str:
     """Return advice for maps that need too much memory: a cell size that fits, or a sufficient `memory_gb`.
 
-    allowed : largest number of cells that the memory allows
+    allowed : largest number of cells that the memory allows; facets, bytes_per_cell : as in `check_memory`
     """
     if allowed < 4:  # even the coarsest raster has 4 cells if a common corner of cells lies on the terrain
         least = _gigabytes((facets + 4) * bytes_per_cell)

@@ -53,7 +53,7 @@ class Scale(NamedTuple):
 
 
 def reach_scale(flown: int, share: Values) -> Scale:
-    """Return the colour scale of a map of reach probability (C,) (-), from `flown` rocks.
+    """Return the colour scale of a map of reach probability (N,) (-), from `flown` rocks.
 
     The scale begins at a round share, at or below the share of one rock, but not below LEAST_REACH. It ends at a round
     share that no cell exceeds, and spans at least a power of ten.
@@ -64,7 +64,7 @@ def reach_scale(flown: int, share: Values) -> Scale:
 
 
 def scale_of_energy(energy: Values) -> Scale:
-    """Return the colour scale of a map of energy (C,) J, NaN if unknown; it spans at least a power of ten.
+    """Return the colour scale of a map of energy (N,) J, NaN if unknown; it spans at least a power of ten.
 
     Without a known energy above 0, the scale is 1 kJ to 1 MJ.
     """
@@ -76,7 +76,7 @@ def scale_of_energy(energy: Values) -> Scale:
 
 
 def scale_of_passages(passages: Values) -> Scale:
-    """Return the colour scale of a map of passages per metre (C,) 1/m, NaN if unknown.
+    """Return the colour scale of a map of passages per metre (N,) 1/m, NaN if unknown.
 
     The scale spans at least a power of ten; without a known value above 0, it is 1e-5 to 1e-2 per metre.
     """
@@ -88,7 +88,7 @@ def scale_of_passages(passages: Values) -> Scale:
 
 
 def scale_of_height(height: Values) -> Scale:
-    """Return the colour scale of a map of heights (C,) m, NaN if unknown; it begins at 0.
+    """Return the colour scale of a map of heights (N,) m, NaN if unknown; it begins at 0.
 
     Without a known height above 0, the scale ends at 1 m.
     """
@@ -118,7 +118,10 @@ def value_at(scale: Scale, place: float) -> float:
 
 
 def _range(values: Values) -> tuple[float, float]:
-    """Return the range of nearly all known values (N,) of a map, for its colour scale; 0 to 0 if none is known."""
+    """Return the range of nearly all known values of a map, between two percentiles; 0 to 0 if none is known.
+
+    values : (N,), NaN if unknown. The percentiles are LEAST_SHARE and MOST_SHARE.
+    """
     known = values[np.isfinite(values)]
     if len(known) == 0:
         return 0.0, 0.0

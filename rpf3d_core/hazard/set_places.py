@@ -20,7 +20,7 @@ from rpf3d_core.hazard.walks.cache_lines import LINE_DEPOSITS, LINE_ROCKS
 P95 = 95
 
 Filled = tuple[IntArray, IntArray, NDArray[np.uint32]]
-"""The N bins that contain rocks: row (N,), column (N,) and number of rocks (N,)."""
+"""The N bins that contain rocks: row (N,) and column (N,) in the array of bins, and number of rocks (N,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class PlaceTally:
         self._filled: list[list[Filled]] = [[] for _ in range(sets)]
 
     def end(self, number: int) -> None:
-        """Add to set `number` everything that the tally has counted since the previous call of `end`, for any set."""
+        """Add to set `number` all that the tally has counted since the previous call of `end`, for whatever set."""
         tally = self.tally
         cells, after = tally.slots.cell[: tally.used], np.zeros_like(self._before)
         for row, kind in enumerate((LINE_ROCKS, LINE_DEPOSITS)):

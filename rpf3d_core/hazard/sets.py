@@ -1,7 +1,7 @@
 """The results of each parameter set: counts of rocks by outcome, zone, area and map cell, and percentiles.
 
 The hazard maps of the run count the rocks of all sets together. The counts of one set are the counts of the run after
-the rocks of the set have flown, minus the counts before. So a set needs no memory of its own while its rocks fly.
+the rocks of the set have flown, minus the counts before. So no separate counts are kept while the rocks of a set fly.
 """
 
 from collections import Counter
@@ -34,7 +34,7 @@ from rpf3d_core.unknowns.predictive import (
 from rpf3d_core.values import Outcome
 
 RUNOUT = "runout"
-"""Name of the only distribution that changes if the error of the model displaces paths."""
+"""Name of the only distribution in SAMPLES that changes if paths are displaced by the error of the model (misfit)."""
 SAMPLES = (RUNOUT, "max_speed", "max_energy", "max_height", "ground_speed")
 """Names of the distributions in `Totals` whose percentiles are kept for each set."""
 AT_ONCE = 65_536
@@ -48,7 +48,7 @@ class ReachBand(NamedTuple):
     """The predictive intervals of the reach probability of N map cells.
 
     cell : (N,) numbers of the cells that rocks reached, or may reach with displaced paths, ascending
-    low, high : (N,) lower and upper ends (-)
+    low, high : (N,) lower and upper ends (-); NaN if fewer than 39 sets have flown
     """
 
     cell: IntArray
@@ -92,14 +92,16 @@ class SetFigures:
     def outcome(self, *outcomes: Outcome) -> list[float]:
         """Return the predictive interval of the share of rocks with one of the outcomes: lower and upper end (-).
 
-        The interval is widened if few or no sets have these outcomes (`shares_of_site`).
+        The interval is widened if few or no sets have these outcomes (`shares_of_site`). The ends are NaN if fewer than
+        39 sets have flown.
         """
         return _ends(shares_of_site(self._with_outcome(*outcomes), self.rocks[:, None]))
 
     def seen_outcome(self, *outcomes: Outcome) -> list[float]:
         """Return the predictive interval of the share of rocks with one of the outcomes, without widening.
 
-        Lower and upper end (-). In contrast, `outcome` widens the interval if few or no sets have these outcomes.
+        Lower and upper end (-), NaN if fewer than 39 sets have flown. In contrast, `outcome` widens the interval if few
+        or no sets have these outcomes.
         """
         return _ends(predictive_shares(self._with_outcome(*outcomes), self.rocks[:, None]))
 
@@ -224,6 +226,7 @@ class SetTally:
     """Counts the results of each parameter set of a run: call `end` after the rocks of a set have flown.
 
     Rocks of one set may fly in several rounds, as with `rocks: auto`.
+
     tallies : the counts of the run; displaced : counts of the same rocks with displaced paths; None if the error of the
         model is unknown
     """
@@ -252,7 +255,7 @@ class SetTally:
         return sink if self._displaced is None else self._displaced.sink_of(number, sink)
 
     def end(self, number: int) -> None:
-        """Add to set `number` everything counted since the previous call of `end`, for any set.
+        """Add to set `number` everything counted since the previous call of `end`, whatever set that call was for.
 
         Call this after rocks of set `number` have flown, and before rocks of another set fly.
         """

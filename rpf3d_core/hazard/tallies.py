@@ -41,6 +41,7 @@ class Tallies:
     ground : terrain and raster; areas : areas of interest; gravity : m/s^2
     squares, facets, zones, inside : tallies of map cells, facets, zones and areas of interest
     compiled : True to use compiled loops; idle : working memory that no thread uses at present
+    spins : True if energies include rotation; barriers : counts at barriers, None if the scene has none
     """
 
     ground: WalkedTerrain
@@ -79,7 +80,7 @@ class Tallies:
         self.idle.put(scratch)
 
     def loops(self) -> tuple[Call, Call]:
-        """Return the two counting loops that take longest to compile, so that another process can compile them."""
+        """Return the two counting loops that take longest to compile, as calls that another process can compile."""
         scratch, nothing = self._scratch(), np.empty(0)
         self.idle.put(scratch)
         flown = self._flown(NOTHING, nothing, nothing)
@@ -94,7 +95,7 @@ class Tallies:
             self.barriers.join(other.barriers.counted)
 
     def after(self, ground: WalkedTerrain) -> "Tallies":
-        """Return tallies for a terrain whose facets have changed, in the memory of these tallies.
+        """Return tallies for a terrain whose facets have changed; they use the memory of these tallies again.
 
         The result still contains the counts of the old facets: the caller must empty its tallies (`CellTally.emptied`)
         before new rocks are counted.
@@ -173,7 +174,10 @@ class Tallies:
 
 
 def with_ways(tallies: Tallies) -> Tallies:
-    """Return empty counts that also include the path lengths inside map cells, for passages per metre."""
+    """Return tallies whose map cells, empty at first, also count path lengths in each cell, for passages per metre.
+
+    tallies : empty counts; the tallies of facets, zones and areas are used unchanged
+    """
     return replace(tallies, squares=tallies.squares.with_ways())
 
 

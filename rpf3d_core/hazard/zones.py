@@ -1,6 +1,6 @@
 """Hazard zones: the map cells with at least a given reach probability, or with a class of a hazard matrix.
 
-The scene sets all levels, classes and thresholds: none of any country or mine is built in.
+The scene sets all levels, classes and thresholds; rpf3d has no built-in values of a country or mine.
 """
 
 from collections.abc import Sequence
@@ -47,9 +47,9 @@ class Matrix(NamedTuple):
 class Zone(NamedTuple):
     """A hazard zone: the map cells of one level of reach probability, or of one class of the matrix.
 
-    kind : "reach_probability", all cells with at least a level (zones of lower levels contain zones of higher levels);
-        UPPER, all cells with at least a level at the upper end of the predictive interval; "matrix", all cells of a
-        class
+    kind : "reach_probability", all cells whose reach probability is at least the level (zones of lower levels contain
+        zones of higher levels); UPPER, all cells for which the upper end of the predictive interval is at least the
+        level; "matrix", all cells of a class
     level : of reach probability (-), None for a class; name : of the class, None for a level
     cells : (C,) True for each cell of the zone; guessed : number of cells of the zone whose largest energy replaces a
         missing percentile
@@ -94,8 +94,8 @@ def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
     """Return a hazard zone for each class of the matrix, the highest class first, of cells that rocks reached.
 
     A cell with fewer than 20 rocks has no percentile. Its largest energy is used instead, which is never below the
-    percentile; `Zone.guessed` is the number of such cells. Without this rule the cell would be in no zone and look
-    safe.
+    percentile; `Zone.guessed` is the number of such cells. Without this rule, the cell would be in no zone and would
+    look safe.
     """
     width = matrix.object_width
     share = reach_probability(maps.cells, maps.flown) if width is None else reached_over(maps, width)

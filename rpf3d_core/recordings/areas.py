@@ -18,7 +18,7 @@ ABOVE_MAPS = 3.0
 
 
 def log_areas(recording: Any, terrain: Terrain, areas: Mapping[str, Sequence[FloatArray]]) -> None:
-    """Write the outlines of the areas of interest to a recording as named lines on the ground, `world/areas`.
+    """Write the outlines of the areas of interest to a recording, as named lines just above the ground, `world/areas`.
 
     areas : outline rings (N, 2) m of each area, local frame
     """

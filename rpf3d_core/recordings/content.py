@@ -38,7 +38,7 @@ class RecordingContent(NamedTuple):
 def verify(recording: Path) -> None:
     """Check with rerun's own tool that a recording is undamaged.
 
-    Raise InputError with rerun's message if it is damaged.
+    Raise InputError with rerun's message if the recording is damaged.
     """
     _rerun(recording, "refuses it", "verify", str(recording))
 

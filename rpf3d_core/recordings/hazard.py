@@ -33,7 +33,7 @@ REACH, ENERGY = f"{HAZARD}/reach_probability", f"{HAZARD}/energy_p95"
 """Names of the meshes of the hazard maps in the recording."""
 
 STEPS = 24
-"""Number of colours of a hazard map: neighbouring colours look alike, and most facets can still share vertices."""
+"""Number of colours of a hazard map: many enough to look continuous, few enough for most facets to share vertices."""
 
 LIFT = 2e-4
 """Height of a hazard map above the terrain (-), as a share of the terrain's diagonal: 0.4 m on a pit of 2 km.

@@ -108,9 +108,10 @@ def write_recording(
 def begin_recording(application: str, layout: Any) -> tuple[Any, Any]:
     """Return a new recording, and the stream that collects its content in memory.
 
-    rerun's own files are not used, because rerun waits without end if it cannot write a file, for example on a full
-    disk.
+    The stream is used because rerun, when it writes a file itself, waits without end if writing fails, for example on a
+    full disk.
 
+    application : name of the program for the viewer
     layout : the blueprint that a viewer shows. The layout is made active. With a layout that is only the default,
         rerun's web viewer would often show its own layout, because it chooses a layout when the first data arrive.
     """
@@ -156,7 +157,7 @@ def log_terrain(recording: Any, terrain: Terrain) -> None:
 
 
 def log_trajectories(recording: Any, samples: PathSamples) -> None:
-    """Write all trajectories to a recording as `world/trajectories`, coloured by speed."""
+    """Write sampled trajectories to a recording as `world/trajectories`, coloured by speed."""
     rr = import_rerun()
     fastest = float(samples.speed.max(initial=0.0))
     strips, speed = strips_by_speed(samples, fastest)

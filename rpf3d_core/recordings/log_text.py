@@ -121,7 +121,7 @@ def material_line(name: str, material: Any, unknowns: Mapping[str, Any]) -> str:
 
 
 def frame_line(frame: Frame) -> str:
-    """Return the log line that states how to convert positions in the recording to the input's coordinates."""
+    """Return the log line that states how to convert positions of the recording into the input's coordinates."""
     east, north, up = frame.origin
     turned = "" if frame.up == "z" else "; the input's y points up: its (x, y, z) is (x, z, -y) of the sum"
     return f"positions are local, z up; add the origin ({east:.10g}, {north:.10g}, {up:.10g}) m{turned}"
@@ -130,7 +130,10 @@ def frame_line(frame: Frame) -> str:
 def outcome_line(
     names: Sequence[str], terrain: Terrain, deposits: Deposits, row: int, sentences: Mapping[Outcome, str]
 ) -> str:
-    """Return the log line about the end of one rock: outcome, sentence, zone, time, path, impacts, top speed."""
+    """Return the log line about the end of one rock: outcome, sentence, zone, time, path, impacts, top speed.
+
+    names : of the sources; row : row of the rock in `deposits`; sentences : the sentence that explains each outcome
+    """
     outcome, facet = Outcome(deposits.outcome[row]), int(deposits.facet[row])
     where = f", last on {terrain.zones[terrain.zone[facet]]}" if facet >= 0 else ", never on the ground"
     return (
@@ -141,7 +144,10 @@ def outcome_line(
 
 
 def rock_name(names: Sequence[str], deposits: Deposits, row: int) -> str:
-    """Return the name of a rock in log and plots: its source, and its number in the source."""
+    """Return the name of a rock in log and plots: its source, and its number in the source.
+
+    names : of the sources; row : row of the rock in `deposits`
+    """
     return f"{names[deposits.source[row]]} {deposits.rock[row]}"
 
 

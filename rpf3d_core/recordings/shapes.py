@@ -94,8 +94,8 @@ def _parted(
 def strips_by_speed(samples: PathSamples, fastest: float) -> tuple[list[FloatArray], FloatArray]:
     """Cut paths into lines of nearly constant speed, so that each line can have one colour.
 
-    Return L lines, (N, 3) m each, and the speed (L,) m/s of each line. Each line ends where the next line of the same
-    rock begins.
+    Return L lines, (N, 3) m each, and the speed (L,) m/s for the colour of each line: the middle of one of SPEED_STEPS
+    (16) ranges. Each line ends where the next line of the same rock begins.
 
     fastest : highest speed of the colour scale (m/s)
     """
@@ -129,7 +129,7 @@ def _vertex_normals(vertices: FloatArray, triangles: NDArray[np.int64]) -> Float
 
 
 def _areas(vertices: FloatArray, triangles: NDArray[np.int64]) -> FloatArray:
-    """Return the normals (3, F) m^2 of facets; the length of a normal is twice the area of the facet.
+    """Return the normals (3, F) m^2 of facets; the length of each normal is twice the area of the facet.
 
     Normals are computed in blocks, because the first use of new memory takes longer than the arithmetic.
     """

@@ -17,7 +17,7 @@ BLOCKS = "world/blocks"
 """Name of the entity of a recording that contains all blocks."""
 
 SHOWN_BLOCKS = 48
-"""Largest number of rocks that are shown as blocks; further rocks are points. 48 blocks take about 2 MB."""
+"""Largest number of rocks that are shown as blocks; further rocks are shown as points. 48 blocks take about 2 MB."""
 
 RATE = 60
 """Number of poses per second that are recorded while a block moves: as many as a screen shows."""

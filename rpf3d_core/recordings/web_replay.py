@@ -43,7 +43,7 @@ PART = 2**20
 class WebReplay(ThreadingHTTPServer):
     """A web server for one recording and the pages of rerun's web viewer, bound to the loopback address.
 
-    All paths begin with a random token, so that other users of this machine cannot guess them.
+    The path of each address begins with a random token, so that other users of this machine cannot guess the address.
     """
 
     daemon_threads = True
@@ -75,7 +75,7 @@ class WebReplay(ThreadingHTTPServer):
 
     @property
     def recording_name(self) -> str:
-        """The name of the recording in the address; the viewer finds the format of the recording by its suffix."""
+        """The name of the recording in the address; from the suffix, the viewer knows the format of the recording."""
         return quote(f"{self.recording.stem}{SUFFIX}")
 
     def handle_error(self, request: Any, client_address: Any) -> None:

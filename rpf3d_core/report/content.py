@@ -40,7 +40,7 @@ MOST_ROWS, FEWEST_BENCHES = 12, 3
 FILE_EXTENSION = re.compile(r"\.[A-Za-z]\w*")
 """Pattern of the extension of a file name, such as .dxf; the decimals of a number do not match."""
 MOST_NAMED = 8
-"""Largest number of zones without rocks that a sentence names."""
+"""Largest number of zones that a sentence names, of those that no rock reached."""
 AT_BARRIERS = {
     "caught": "caught in the end by", "first_broken_through": "broke through", "first_flown_over": "flew over",
 }  # fmt: skip
@@ -69,7 +69,8 @@ PICTURES = (
     ((ENERGY, "95th percentile of the energy in each cell. It may be larger than the p95 energy of the cell's zone, "
       "because it counts only the rocks that reached the cell, often few."),),
 )  # fmt: skip
-"""Pictures of the run that a report shows: choices of a file name and its caption. The first file that exists is shown.
+"""Pictures of the run that a report shows: for each picture, possible files with captions; the first existing file is
+shown.
 """
 LIMITS = (
     "The results describe rocks after a release. They say nothing about how often rocks are released.",
@@ -164,7 +165,7 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
 def _as_sentence(warning: str) -> str:
     """Return a warning of the run as a sentence with a capital letter and a full stop or question mark.
 
-    A file name at the beginning keeps its letters.
+    If the warning begins with a file name, the first letter is not changed.
     """
     begins = (warning.partition(" ")[0].rstrip(":,"), warning.partition(":")[0])
     is_file = any(FILE_EXTENSION.fullmatch(Path(begin).suffix) for begin in begins)
@@ -174,7 +175,7 @@ def _as_sentence(warning: str) -> str:
 def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
     """Return the section with the main figures: distance beyond the toe, areas, barriers and zones.
 
-    If there are too many zones for the table, the table has the zones in which most rocks stopped.
+    If there are too many zones for the table, the table has only the zones in which most rocks stopped.
     """
     some = "" if len(beyond.rows) == beyond.of else f" ({len(beyond.rows):,} of {beyond.of:,} have a face below)"
     rows = [[f"distance beyond the toe of the first face that holds 90 % of the rocks{some}",
@@ -239,7 +240,7 @@ def _further_faces(beyond: BeyondToe) -> list[Element]:
 
 
 def _pictures(run: RunFiles, section: CriticalSection | None) -> Iterator[Element]:
-    """Yield the 3D view, the map of the rocks and the hazard maps, with captions; pictures without a file are left out.
+    """Yield the part with the 3D view, the map of the rocks and the hazard maps; pictures without a file are left out.
 
     section : the critical section, None if there is none
     """
@@ -334,7 +335,10 @@ def _caught(run: RunFiles) -> str:
 
 
 def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Element]:
-    """Yield the table of the distances beyond the toe within which 50, 75, 90 and 95 % of the rocks stop."""
+    """Yield the table of the distances beyond the toe within which 50, 75, 90 and 95 % of the rocks stop.
+
+    If too few rocks have a toe, a sentence replaces the table.
+    """
     yield Heading("Distance from the toe")
     if not beyond.enough:
         yield Text(too_few_toes(beyond))

@@ -1,4 +1,4 @@
-"""Lay a hazard map over the triangles of a terrain, so that no cell that rocks reached is without a colour.
+"""Lay a hazard map over the triangles of a terrain, so that every cell that rocks reached has a colour.
 
 A triangle has the largest value of all cells that it touches in plan, so a map may show too much but never too little.
 A cell with the value FEW was reached by too few rocks for a value; the true value may be larger than all known values.
@@ -25,8 +25,12 @@ FEW_CAPTION = (
 FEW = 0.0
 """Value of a cell, and of a triangle, that rocks reached, but too few rocks for a value."""
 FINEST_PART, COARSER, FINEST, MOST_DRAPED = 0.5, 2.0**0.5, 0.5, 80_000
-"""Largest edge in plan of the triangles of a draped map, as a share (-) of a cell's side; the factor (-) between the
-largest edges that are tried; the smallest such edge (m); and the largest number of triangles that cuts may add.
+"""Settings for cutting the triangles of a draped map.
+
+FINEST_PART : edge in plan, as a share (-) of a cell's side, down to which triangles are cut
+FINEST : smallest such edge (m)
+COARSER : factor (-) between two successive limits for the longest edge
+MOST_DRAPED : largest number of triangles that cuts may add
 """
 STATED = 2.0
 """Largest edge of a triangle in plan, as a multiple (-) of a cell's side, above which a caption states the edge."""
@@ -38,7 +42,9 @@ IntArray = NDArray[np.int64]
 
 
 def draped_facets(grid: HazardGrid, corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return a hazard map on the terrain: corners (M, 3, 3) m and values (M,) of the triangles that touch a value.
+    """Return a hazard map on the terrain: corners (M, 3, 3) m and values (M,) of triangles.
+
+    The triangles are those that touch a cell with a value, cut into smaller triangles.
 
     The longest edges are cut first, until no edge is longer than half a cell or FINEST (0.5 m), whichever is longer.
     The cutting ends earlier if cuts would add more than MOST_DRAPED triangles in total. The triangles of the terrain do
@@ -80,9 +86,8 @@ def longest_edge(corners: FloatArray) -> float:
 def touched_values(grid: HazardGrid, corners: FloatArray) -> FloatArray:
     """Return the value (N,) of triangles (N, 3, 3) m: the largest value of the cells that each touches, or FEW.
 
-    NaN for a triangle that touches no cell with a value.
-
-    A triangle is FEW if it touches no known value, or if the cell under its middle is FEW.
+    A triangle that touches only FEW cells is FEW, and so is a triangle whose middle is in a FEW cell. The result is NaN
+    for a triangle that touches no cell with a value.
     """
     few = grid.values == FEW
     known = largest_touched(grid._replace(values=np.where(few, np.nan, grid.values)), corners)
@@ -118,11 +123,12 @@ def largest_touched(grid: HazardGrid, corners: FloatArray) -> FloatArray:
 
 
 def _touch(plan: FloatArray, middle: FloatArray) -> NDArray[np.bool_]:
-    """Return flags (K,): True if a triangle touches a cell in plan; the box of each triangle touches its cell.
+    """Return flags (K,) for K pairs of a triangle and a cell: True if the triangle touches the cell in plan.
 
-    Method: separating axes, here the normals of the triangle's edges.
+    The box around each triangle is known to touch the cell of the pair. Method: separating axes, here the normals of
+    the triangle's edges.
 
-    plan : (K, 3, 2) corners of the triangles; middle : (K, 2) middles of the cells; both in cells
+    plan : (K, 3, 2) corners of the triangles; middle : (K, 2) middles of the cells; the unit is the side of a cell
     """
     touched = np.ones(len(plan), dtype=bool)
     for corner in range(3):
@@ -136,12 +142,12 @@ def _touch(plan: FloatArray, middle: FloatArray) -> NDArray[np.bool_]:
 
 
 def _touched_range(plan: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the lowest and the highest coordinate (N, A) of triangles on A axes, in cells, moved by TOUCHING.
+    """Return the lowest and the highest coordinate (N, A) of triangles on A axes, moved by TOUCHING.
 
     Both are moved inward, so that a triangle next to a cell does not touch the cell because of rounding. If a triangle
     is only a point on an axis, both are moved outward, so that the triangle touches the cells on both sides.
 
-    plan : (N, 3, A) corners on the axes, in cells
+    plan : (N, 3, A) corners on the axes; the unit is the side of a cell, as in the result
     """
     low, high = plan.min(axis=1), plan.max(axis=1)
     inward = np.where(high - low > 2.0 * TOUCHING, TOUCHING, -TOUCHING)
@@ -179,7 +185,7 @@ def _near_values(grid: HazardGrid, corners: FloatArray) -> NDArray[np.bool_]:
 def _cells(places: FloatArray, number: int) -> tuple[IntArray, IntArray]:
     """Return the first cell (N,) that each triangle touches on an axis, and the cell (N,) after the last such cell.
 
-    places : (N, 3) corners on this axis, in cells; number : number of cells on this axis
+    places : (N, 3) corners on this axis, the unit is the side of a cell; number : number of cells on this axis
     """
     first = np.floor(places.min(axis=1) - TOUCHING)
     after = np.floor(places.max(axis=1) + TOUCHING) + 1.0
@@ -194,7 +200,7 @@ def _edges(corners: FloatArray) -> FloatArray:
 def _halved(corners: FloatArray) -> FloatArray:
     """Return two triangles (2 N, 3, 3) for each triangle (N, 3, 3), cut at the middle of its longest edge in plan.
 
-    Long thin triangles then need few parts; four parts of equal shape would be as thin.
+    Long thin triangles then need few cuts. Four parts of the same shape as the triangle would be just as thin.
     """
     order = (np.argmax(_edges(corners), axis=1)[:, None] + np.arange(3)) % 3
     a, b, c = np.moveaxis(np.take_along_axis(corners, order[:, :, None], axis=1), 1, 0)

@@ -17,11 +17,11 @@ degrees, bench faces 55 to 85, so that the exact limit matters little on a bench
 FOOTING = 1.0
 """Distance (m) on each side of a place over which the slope of the ground is measured."""
 MOSTLY = 0.5
-"""Share (-) of steep ground from which a place counts as on a face."""
+"""Smallest share (-) of steep ground for which a place counts as on a face."""
 
 
 class Footing(NamedTuple):
-    """The ground where a fence would stand, at many points of its line.
+    """The slope of the ground where a fence would stand, from many points along the line of the fence.
 
     steep : share (-) of the points on ground steeper than BUILDABLE; None if the ground is not known at any point
     slope : median slope (degrees) of the steep points if their share is at least MOSTLY, else of the points that are
@@ -51,8 +51,8 @@ def footing_at(terrain: Terrain, places: FloatArray) -> Footing:
 def slopes_at(terrain: Terrain, places: FloatArray) -> FloatArray:
     """Return the slope (N,) degrees of the ground at places (N, 2) m in plan; NaN where the ground is not known.
 
-    Along each axis, the flatter of both sides of a place counts: at the foot of a face and at the edge of a berm, a
-    fence can stand on the berm.
+    Along each axis of the plan, the flatter of both sides of a place counts: at the foot of a face and at the edge of a
+    berm, a fence can stand on the flatter side.
     """
     if len(places) == 0:
         return np.empty(0)
@@ -63,7 +63,7 @@ def slopes_at(terrain: Terrain, places: FloatArray) -> FloatArray:
 
 
 def _flatter(image: HeightImage, places: FloatArray, height: FloatArray, step: FloatArray) -> FloatArray:
-    """Return the smaller of the gradients (N,) from each place to both sides along an axis; NaN if both are unknown.
+    """Return the smaller gradient (N,) (-) of the two from each place to its sides along an axis; NaN if both are NaN.
 
     height : (N,) m, of the ground at the places; step : (2,) m, from a place to one side
     """

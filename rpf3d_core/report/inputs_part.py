@@ -23,7 +23,7 @@ SIZES = (("diameter", "m"), ("mass", "kg"), ("volume", "m3"))
 DEGREES = "_deg"
 """End of the keys of a material that are angles in degrees."""
 IDLE = ("draw", "library", "stop_speed")
-"""Keys of a material that the table of coefficients leaves out."""
+"""Keys of a material that are not in the table of coefficients."""
 STATED = "stated in the scene"
 FROM_FILES = "stated in the scene or in its files"
 DEFAULT = "NOT stated: the default of rpf3d"
@@ -73,7 +73,10 @@ def _stated(run: RunFiles, *paths: str) -> str:
 
 
 def _model(run: RunFiles, role: str, name: str, values: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """Yield the rows on a rebound or ground model and its parameters; role : "rebound" or "ground"."""
+    """Yield the rows on a rebound or ground model and its parameters.
+
+    role : "rebound" or "ground"; name : of the model; values : the parameters, by key
+    """
     root = "contact" if f"contact.{name}" in run.inputs["given"] else role
     yield role, name, STATED if "." in name else _stated(run, f"{root}.{name}")
     yield from _parameters(run, role, f"{root}.{name}", values)
@@ -82,8 +85,8 @@ def _model(run: RunFiles, role: str, name: str, values: dict[str, Any]) -> Itera
 def _parameters(run: RunFiles, what: str, path: str, values: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
     """Yield a row (what, parameter with value, origin of the value) for each parameter of a model or an effect.
 
-    what : first cell of the rows; path : key path of the model or effect, with more than one dot for an own model
-        because the name of an own model has dots; values : the parameters, by key
+    what : first cell of the rows; path : key path of the model or effect; values : the parameters, by key
+    A path with more than one dot is that of an own model, whose name has dots.
     """
     own = path.count(".") > 1
     for key, value in values.items():
@@ -101,7 +104,10 @@ def _terrain(spec: dict[str, Any], facts: dict[str, Any]) -> str:
 
 
 def _made(spec: dict[str, Any]) -> str:
-    """Return a description of a terrain that is not from files: a slope of benches, or a synthetic pit."""
+    """Return a description of a terrain that is not from files: a slope of benches, or a synthetic pit.
+
+    spec : the section `terrain` of the scene
+    """
     if benches := spec.get("benches"):
         dimensions = ", ".join(f"{name.replace('_', ' ')} {given(value)}" for name, value in benches.items())
         return f"slope of benches, a design ({dimensions})"
@@ -109,7 +115,7 @@ def _made(spec: dict[str, Any]) -> str:
 
 
 def _rock(run: RunFiles, rock: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """Yield the rows on density, size and shape of the rocks."""
+    """Yield the rows on density, size and shape of the rocks; rock : the section `rock` of the scene."""
     sizes = (f"{name} {_size(run, f'rock.{name}', rock[name], unit)}" for name, unit in SIZES if rock[name] is not None)
     size = next(sizes, None)
     shape = "point" if rock["shape"] is None else given({k: v for k, v in rock["shape"].items() if k != "weights"})
@@ -175,8 +181,8 @@ def _with_unit(key: str) -> str:
 def _range(run: RunFiles, path: str) -> str | None:
     """Return the range of the unknown that sets the value at a key path as text; None if no unknown sets the value.
 
-    For a prior, the range is as the scene states it, because parameter sets do not reach its ends. For a value from a
-    calibration sample, it is the range of the parameter sets.
+    The range of a prior is given as in the scene, because parameter sets do not reach its ends. The range of a value
+    from a calibration sample is that of the parameter sets.
     """
     key = _unknown_at(run, path)
     if key is None:

@@ -36,9 +36,9 @@ class FencePlace(NamedTuple):
 
     distance : m beyond the toe; passed : share (-) of rocks that pass the place, out of all rocks with a toe
     footing : slope of the ground on the lines of all rocks with a toe, at this distance from the toe
-    energy, height : 95th percentiles (J, m) over the rocks that pass
+    energy, height : 95th percentiles (J, m) over the rocks that pass; height of the rock's centre above the ground
     crossed : number of rocks from which the energy is computed: rocks with a known path that passes the place
-    source, height_source : IMPACTS or KEPT, where the energy and the height are from
+    source, height_source : data from which energy and height are computed, IMPACTS or KEPT (`segments`)
     """
 
     distance: float
@@ -102,7 +102,10 @@ def never_rising(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 def places_for(beyond: BeyondToe) -> FloatArray:
-    """Return round distances (D,) m beyond the toe for the table of fences, up to the 99th percentile of the stops."""
+    """Return round distances (D,) m beyond the toe for the table of fences, up to the 99th percentile of the stops.
+
+    There are at most MOST_PLACES (9) distances; the first is 0.
+    """
     stopped = beyond.distance[beyond.distance < FAR]
     last = max(float(np.percentile(stopped, 99)), 1.0) if len(stopped) else 10.0
     step = next((step for step in STEPS if last / step <= MOST_PLACES - 1), STEPS[-1])
@@ -112,7 +115,7 @@ def places_for(beyond: BeyondToe) -> FloatArray:
 def places_beyond(run: RunFiles, beyond: BeyondToe, choices: Sequence[Segments]) -> list[FencePlace]:
     """Return a `FencePlace` (share, energies and heights of the rocks that pass) for each distance of `places_for`.
 
-    choices : as from `segments_of`
+    choices : possible path segments, from `segments_of`
     """
     distances = places_for(beyond).tolist()
     passed = shares_beyond(beyond, run.sets, np.array(distances))
@@ -122,13 +125,13 @@ def places_beyond(run: RunFiles, beyond: BeyondToe, choices: Sequence[Segments])
 def segments_at(
     run: RunFiles, beyond: BeyondToe, choices: Sequence[Segments], distance: float
 ) -> tuple[Segments, Segments]:
-    """Return the segments for the energy and for the height at a distance (m) beyond the toe.
+    """Return the path segments for the energy, and those for the height, at a distance (m) beyond the toe.
 
-    Segments from impacts are used for the energy if at least the share MOSTLY of the passages at this distance are
-    flights. These segments are also used for the p95 height if the share of flights is above FOR_HEIGHTS, because the
-    height of other passages is not known. In all other cases the last item of `choices` is used.
+    Segments from impacts are used for the energy if at least the share MOSTLY (0.9) of the passages at this distance
+    are flights. These segments are also used for the p95 height if the share of flights is above FOR_HEIGHTS (0.95),
+    because the height of other passages is not known. In all other cases the last item of `choices` is used.
 
-    choices : possible segments, from `segments_of`
+    choices : possible path segments, from `segments_of`
     """
     for segments in choices[:-1]:
         flies = _passages(run, beyond, segments, distance).flies
@@ -144,7 +147,7 @@ def _place(
 
     Energy and height are unknown if fewer than FEWEST_ROCKS rocks with known paths pass.
 
-    choices : as from `segments_of`; passed : the share, from `shares_beyond`
+    choices : possible path segments, from `segments_of`; passed : the share, from `shares_beyond`
     """
     segments, for_height = segments_at(run, beyond, choices, distance)
     rows, energy, _ = passing(run, beyond, segments, distance)
@@ -193,8 +196,8 @@ def passing(
 
     Each rock counts at its first passage. Energy is translational. If the rock strikes the ground within STEP (0.25 m)
     of the distance, the larger of its energies just before and after the impact counts, because the place of the toe is
-    not known more accurately. Height is measured from the ground to the centre of the rock. An unknown
-    height is BEYOND, so that percentiles count an unknown height as larger than all known heights.
+    not known more accurately. Height is measured from the ground to the centre of the rock. An unknown height is
+    BEYOND, so that percentiles count an unknown height as larger than all known heights.
     """
     reach, along = _reach(run, beyond, distance)
     start = run.ends.release[:, :2]

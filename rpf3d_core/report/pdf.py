@@ -56,11 +56,12 @@ def write_pdf(path: Path, title: str, elements: Sequence[Element]) -> None:
 
 
 def write_source(folder: Path, title: str, elements: Sequence[Element]) -> Path:
-    """Write the report in the language of typst, with its pictures, into a folder; return the path of the text.
+    """Write the report in the language of typst, with its pictures, into a folder; return the path of the typst file.
 
-    A picture that is too high for the rest of its page is reduced to fit, but not below LEAST of its height. The
+    A picture that is too high for the rest of its page is reduced to fit, but not below LEAST (60 %) of its height. The
     heights are chosen here, one picture after another, because typst does not converge if each height depends on the
-    places of all pictures before it. A height changes nothing before its picture, so no height is chosen twice.
+    places of all pictures before it. The height of a picture does not affect the pages before the picture, so each
+    height is chosen only once.
     """
     pictures = {number: element for number, element in enumerate(elements) if isinstance(element, Picture)}
     for number, picture in pictures.items():

@@ -76,10 +76,12 @@ class KeptPaths(NamedTuple):
 class RunFiles(NamedTuple):
     """The content of a result folder, for a report.
 
-    summary, inputs : content of summary.json and inputs.json; terrain : without zones, in the local frame
+    summary, inputs : content of summary.json and inputs.json
+    terrain : in the local frame, with all facets in one zone
+    ends, paths : releases and ends of all rocks, and the kept paths
     moves : (S, 2) m, displacement in plan of the paths of each parameter set; None if the scene states no misfit
     critical : path of the rock that stopped farthest from its release; None if this path is among `paths`, if no rock
-        stopped, and in results of earlier versions
+        stopped, or if an earlier version of rpf3d wrote the result
     """
 
     folder: Path
@@ -166,7 +168,7 @@ def _terrain(path: Path, frame: Frame) -> Terrain:
 
 
 def _inputs(folder: Path) -> dict[str, Any]:
-    """Return the content of inputs.json."""
+    """Return the content of inputs.json; raise InputError if the file is missing or damaged."""
     path = folder / INPUTS
     try:
         return dict(json.loads(path.read_text(encoding="utf-8")))
@@ -202,9 +204,9 @@ def _ends(path: Path, frame: Frame, sources: list[str], sets: int) -> Ends:
 
 
 def _release_times(table: pa.Table) -> FloatArray:
-    """Return the time (N,) s at which each rock of deposits.csv was released: 0, or the time at which its rock broke.
+    """Return the time (N,) s at which each rock of deposits.csv was released: 0, or when the whole rock broke.
 
-    The times of a fragment count from the release of the whole rock, but the place of its release is where it broke.
+    The times of a fragment count from the release of the whole rock, but its place of release is where that rock broke.
     """
     broke = table.filter(pyarrow.compute.equal(table["outcome"], Outcome.FRAGMENTED.name.lower()))
     times = dict(zip(_rows(broke, ("source", "rock", "x", "y", "z")), broke["t"].to_pylist(), strict=True))
@@ -284,7 +286,8 @@ def read_impacts(run: RunFiles) -> ImpactRows | None:
 class HazardGrid(NamedTuple):
     """A hazard map: values (Y, X), NaN in cells without a value.
 
-    x, y : outer corner of the first cell (m, in plan, local frame); dx, dy : steps (m) from cell to cell, dy may be < 0
+    x, y : outer corner of the first cell (m, in plan, local frame)
+    dx, dy : steps (m) from column to column and from row to row; dy may be < 0
     """
 
     values: FloatArray
@@ -319,13 +322,18 @@ def has_hazard(run: RunFiles, name: str, band: str | None = None) -> bool:
 
 
 def _band(file: Any, band: str | None) -> int | None:
-    """Return the number of a band of an open hazard map, counted from 1; None without such a band."""
+    """Return the number of a band of an open hazard map, counted from 1; None without such a band.
+
+    file : the opened GeoTIFF; band : as for `read_hazard`
+    """
     bands = [text or "" for text in file.descriptions]
     return 1 if band is None else next((i for i, text in enumerate(bands, 1) if band in text.split()), None)
 
 
 def read_hazard(run: RunFiles, name: str, band: str | None = None) -> HazardGrid | None:
     """Return a hazard map of a result; None if the file or the band is missing, or no cell has a value above 0.
+
+    Cells with a value of 0 count as cells without a value.
 
     name : of the file in hazard/, without suffix; band : description of the band, such as "p95"; None for the first
     """

@@ -20,18 +20,21 @@ WIDTH = 0.2
 NARROWEST = 10.0
 """Smallest width (m) of the strip."""
 BEHIND, AHEAD = 0.15, 0.1
-"""Extension of the section behind the release and beyond the farthest end, as shares (-) of its length."""
+"""Extension of the section behind the release and beyond the farthest end of a rock.
+
+Both are shares (-) of the distance between the release and this end.
+"""
 
 
 class CriticalSection(NamedTuple):
-    """The critical section; distances (m) are measured in plan, along the section, from the release of its rock.
+    """The critical section; distances (m) are measured in plan, along the section, from the release of one rock.
 
-    key : the section's rock, which stopped farthest from its release, as (source, rock, fragment); runout : m
+    key : this rock, which stopped farthest from its release, as (source, rock, fragment); runout : of this rock, m
     toe : distance (m) of the foot of the first face; NaN without a face below the release
     distance, ground : (S,) m, the terrain's profile, elevations in the input's vertical coordinate
     paths : (P, 2) m for each kept path in a strip along the section: distance and elevation of its points, NaN for
         points outside the strip; width : m, width of the strip
-    path : (P, 2) m, the path of the section's rock, distance and elevation; None if the result does not have it
+    path : (P, 2) m, the path of this rock, distance and elevation; None if the result does not have this path
     start : (2,) m, the release in z-up input coordinates; azimuth : direction of the section, degrees clockwise from
         north
     """
@@ -78,7 +81,7 @@ def critical_section(run: RunFiles) -> CriticalSection | None:
 def _onto(run: RunFiles, path: FloatArray | None, start: FloatArray, along: FloatArray) -> FloatArray | None:
     """Return a path (P, 3) m projected onto a vertical section: distances along the section and elevations (P, 2) m.
 
-    None if `path` is None.
+    The result is None if `path` is None.
 
     start, along : as in `_in_strip`
     """

@@ -37,16 +37,16 @@ def fences_in(run: RunFiles, section: CriticalSection) -> tuple[list[FenceInSect
 
 
 def footings_of_barriers(run: RunFiles) -> dict[str, Footing]:
-    """Return the ground along the line of each barrier of a scene, by name, measured about every metre.
+    """Return the slope of the ground along the line of each barrier of a scene, by name of the barrier.
 
-    Barriers whose file cannot be read are left out.
+    The slope is measured at a point about every metre of the line. Barriers whose file cannot be read are left out.
     """
     lines = {panel["name"]: barrier_lines(run, panel) for panel in panels_of(run)}
     return {name: footing_at(run.terrain, _places_on(run, each)) for name, each in lines.items() if each}
 
 
 def _places_on(run: RunFiles, lines: list[FloatArray]) -> FloatArray:
-    """Return places (N, 2) m in plan along lines (P, 2) m, where they lie on the terrain."""
+    """Return places (N, 2) m in plan along lines (P, 2) m, only where the lines lie on the terrain."""
     return np.concatenate([np.empty((0, 2)), *(line[:, :2] for line in draped_lines(run.terrain, lines))])
 
 

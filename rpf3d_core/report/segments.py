@@ -21,10 +21,10 @@ AGREES = 0.01
 SLOW = 0.05
 """Difference of speeds (m/s) that is allowed in addition to the relative difference AGREES."""
 MOSTLY, FOR_HEIGHTS = 0.9, 0.95
-"""Limits of the share (-) of flights among the passages of a place, for results from impacts.
+"""Limits of the share (-) of flights among the passages at a place.
 
-The energy at the place is from impacts if the share is at least MOSTLY, the p95 height if the share is above
-FOR_HEIGHTS; else the result is from kept paths. The height of a passage that is not a flight is unknown.
+The energy at the place is computed from impacts if the share is at least MOSTLY, the p95 height if the share is above
+FOR_HEIGHTS; else from kept paths. The height of a passage that is not a flight is unknown.
 """
 IMPACTS, KEPT = "impacts of all rocks", "kept paths"
 
@@ -34,7 +34,8 @@ class Segments(NamedTuple):
 
     row : (M,) row of the rock in `Ends`; begin, end : (M, 3) m
     time : (M,) s, duration of a flight; 0 on the ground and between points of kept paths; NaN for other motion
-    speed : (M, 2) m/s at begin and end; gravity : m/s^2; rocks : number of rocks that have segments
+    speed : (M, 2) m/s at begin and end; gravity : m/s^2, 0 if `source` is KEPT
+    rocks : number of rocks that have segments
     source : IMPACTS if the segments are from the impacts of all rocks, KEPT if from the kept paths
     impacts : impacts with recorded speeds; if `source` is KEPT, the times of impacts are NaN; None without impacts
     """
@@ -63,7 +64,7 @@ def segments_of(run: RunFiles) -> list[Segments]:
 def _from_impacts(run: RunFiles) -> Segments | None:
     """Return the path segments between release, impacts and end of each rock, from the table of impacts.
 
-    None if the run has no table of impacts.
+    None if the run has no table of impacts, or the table is empty.
     """
     found = read_impacts(run)
     if found is None:

@@ -23,21 +23,24 @@ MOST_ROCKS = 100_000
 AT_ONCE = 200_000
 """Largest number of points on lines that are processed together, to limit memory."""
 STEP = 0.25
-"""Distance (m) between the points on a rock's line at which the toe is searched: the finest pixel of the ground."""
+"""Distance (m) between the points on a rock's line at which the toe is searched.
+
+It is also the finest pixel of the image of the ground (`terrain.height_image`).
+"""
 NEAR = 50.0
-"""Length (m) of the first part of a line to be searched; most faces end within it."""
+"""Length (m) of the first part of a line to be searched; most faces end within this length."""
 LEAST_REACH = 10.0
 """Smallest length (m) of the line on which the toe of a rock is searched."""
 SHORTEST = 1.0
 """Runout (m) below which a rock gets the mean direction of all rocks in place of its own direction."""
 BEYOND = 1e9
-"""Value (m) in place of the distance of a rock that did not stop; it is larger than any terrain."""
+"""Value (m) in place of the distance of a rock that did not stop, or of an unknown height; larger than any terrain."""
 FEWEST_WITH_TOE, LEAST_WITH_TOE = 20, 0.05
-"""Smallest number of rocks with a toe, and their smallest share (-) of all rocks, for distances beyond the toe."""
+"""Smallest number of rocks with a toe, and their smallest share (-) of all rocks, to state distances beyond the toe."""
 DESIGN = 90
 """Percentage of the rocks that stop within the main distance of a report."""
 FAR = 1e6
-"""Distance (m) from which a result means that the rocks did not stop on the terrain."""
+"""A resulting distance of at least this value (m) means that the rocks did not stop on the terrain."""
 
 
 class Figure(NamedTuple):
@@ -74,7 +77,7 @@ class BeyondToe(NamedTuple):
 
     @property
     def enough(self) -> bool:
-        """True if enough rocks have a toe: distances beyond the toe then describe the rocks of the run."""
+        """True if enough rocks have a toe for the distances to describe all rocks of the run."""
         return len(self.rows) >= max(1, min(FEWEST_WITH_TOE, self.of), LEAST_WITH_TOE * self.of)
 
     @property
@@ -162,7 +165,7 @@ def toes(run: RunFiles, release: FloatArray, along: FloatArray, runout: FloatArr
 def _feet(image: HeightImage, start: FloatArray, along: FloatArray, length: FloatArray) -> FloatArray:
     """Return the distance (N,) m from the start of each line to the foot of the first face; NaN where there is none.
 
-    start : (N, 2) m; along : (N, 2) unit vectors; length : (N,) m
+    image : heights of the ground; start : (N, 2) m; along : (N, 2) unit vectors in plan; length : (N,) m
     """
     if len(length) == 0:
         return np.empty(0)

@@ -28,11 +28,11 @@ MARGIN = 0.5
 LEAST_MARGIN = 25.0
 """Smallest width (m) of the terrain shown around the rocks."""
 RAISED, LEAST_RAISED = 0.003, 0.25
-"""Distance of the hazard map from the ground, so that the terrain does not hide the map: as a share (-) of the
-view's extent, and at least (m)."""
+"""Distance of a hazard map from the ground, so that the terrain does not hide the map: as a share (-) of the extent of
+the view in plan, and smallest distance (m)."""
 GROUND_SCALE = [[0.0, "#4c4437"], [0.5, "#9c8f76"], [1.0, "#e6dfd0"]]
 LIGHT = np.array([-0.5, 0.5, 0.7071])
-"""Direction (3,) to the light: unit vector, local frame."""
+"""Direction (3,) towards the light: unit vector, local frame."""
 UNLIT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0}
 ABOVE_MAPS = 1.3
 """Height of the outlines of areas above the ground, as a multiple of the distance of the hazard maps."""
@@ -64,7 +64,7 @@ class Seen(NamedTuple):
 
 
 class MapSeen(NamedTuple):
-    """A hazard map of the 3D view: corners (N, 3, 3) m and values (N,) of its triangles, as from `draped`.
+    """A hazard map of the 3D view: corners (N, 3, 3) m and values (N,) of its triangles, from `draped`.
 
     what : entry of MAPS; cell : side (m) of a cell of the map
     """
@@ -80,10 +80,10 @@ def view_html(
 ) -> str:
     """Return the 3D view of a report as an HTML fragment, without the script of plotly that the fragment needs.
 
-    seen : the terrain of the view, as from `terrain_seen`
+    seen : the terrain of the view, from `terrain_seen`
     looking : (2,) unit vector in plan, in which the rocks travel; the view looks in the opposite direction
     critical : the rock of the critical section, as (source, rock, fragment); None if there is none
-    maps : as from `maps_seen`, which is called if this is None
+    maps : the hazard maps, from `maps_seen`; None to make them here
 
     Raises
     ------
@@ -143,14 +143,17 @@ def maps_seen(run: RunFiles, seen: Seen) -> list[MapSeen]:
 
 
 def _hazard(go: Any, maps: Sequence[MapSeen]) -> list[Any]:
-    """Return the hazard maps as plotly meshes; only the first is shown until the reader chooses another."""
+    """Return the hazard maps as plotly meshes; only the first map is shown until the reader chooses another.
+
+    go : module plotly.graph_objects
+    """
     return [trace for i, one in enumerate(maps) for trace in _map(go, one, shown=i == 0)]
 
 
 def with_few(run: RunFiles, name: str, band: str | None = None) -> HazardGrid | None:
     """Return a hazard map with the value FEW in cells that rocks reached, but too few rocks for a value.
 
-    None if the run did not write the map or the band, or no rock reached a cell.
+    The result is None if the run did not write the map or the band, or if no rock reached a cell.
 
     name, band : as for `read_hazard`
     """
@@ -166,7 +169,7 @@ def with_few(run: RunFiles, name: str, band: str | None = None) -> HazardGrid | 
 def _map(go: Any, one: MapSeen, shown: bool) -> Iterator[Any]:
     """Yield a hazard map as a plotly mesh just above the terrain, and a second mesh for cells with too few rocks.
 
-    shown : False to hide the map
+    go : module plotly.graph_objects; one : the map; shown : False to hide the map at first
     """
     name, _, title, factor, unit = one.what
     corners, values = one.corners, one.values
@@ -207,7 +210,7 @@ def raised_by(seen: Seen) -> float:
 
 
 def _paths(go: Any, run: RunFiles) -> Any:
-    """Return the kept paths as one plotly line with gaps between the paths."""
+    """Return the kept paths as one plotly line with gaps between the paths; go : module plotly.graph_objects."""
     parts = [run.paths.x[a:b] for a, b in zip(run.paths.starts[:-1], run.paths.starts[1:], strict=True)]
     gap = np.full((1, 3), np.nan)
     points = np.concatenate([part for path in parts for part in (path, gap)] or [gap]).astype(np.float32)
@@ -218,7 +221,10 @@ def _paths(go: Any, run: RunFiles) -> Any:
 
 
 def _critical(go: Any, run: RunFiles, critical: Key | None) -> Iterator[Any]:
-    """Yield the path of the rock of the critical section as a plotly line; nothing if its path is not known."""
+    """Yield the path of the rock of the critical section as a plotly line; nothing if the path is not known.
+
+    go : module plotly.graph_objects; critical : the rock, None without a critical section
+    """
     path = None if critical is None else run.path_of(critical)
     if path is not None and critical is not None:
         x, y, z = path.T.astype(np.float32)
@@ -239,6 +245,8 @@ def _barriers(go: Any, run: RunFiles, seen: Seen) -> Iterator[Any]:
     """Yield the barriers of the scene: the panel of each as a wall on the ground, and its upper edge with its name.
 
     Barriers far from the rocks are left out.
+
+    go : module plotly.graph_objects
     """
     gap = np.full((1, 3), np.nan)
     for panel in panels_of(run):
@@ -269,6 +277,7 @@ def _top(wall: Wall) -> FloatArray:
 def _areas(go: Any, run: RunFiles, seen: Seen, looking: FloatArray) -> Iterator[Any]:
     """Yield the outline of each area of interest as a plotly line with its name, just above the hazard maps.
 
+    go : module plotly.graph_objects
     looking : (2,) unit vector in plan, in which the rocks travel; the name is at the point that is nearest to the eye
     """
     gap = np.full((1, 3), np.nan)

@@ -38,9 +38,9 @@ def share_interval(ends: Ends) -> str:
 
 
 def metres(value: float | None, side: Side = NEAREST) -> str:
-    """Return a length (m) as text; FARTHER for FAR or more, that is for rocks that did not stop.
+    """Return a length (m) as text; UNKNOWN for None, FARTHER for FAR (1e6 m) or more, if rocks did not stop.
 
-    UNKNOWN for None. side : rounding: NEAREST, LOW (down) or HIGH (up)
+    side : rounding: NEAREST, LOW (down) or HIGH (up)
     """
     if value is None:
         return UNKNOWN
@@ -66,7 +66,8 @@ def kilojoules(value: float | None, side: Side = NEAREST) -> str:
 def interval(ends: Ends, words: Words) -> str:
     """Return an interval as text, rounded outward; if only one end is known, "at least ..." or "at most ...".
 
-    An upper end that is FARTHER counts as an end that is not known. UNKNOWN if no end is known, FARTHER if both are.
+    An end with the text FARTHER counts as an end that is not known. If no end is known, the result is the text of the
+    lower end: UNKNOWN or FARTHER.
 
     ends : lower and upper end, None for an unknown end, or None if both are unknown
     words : function that turns a number into text with its unit, such as `metres`

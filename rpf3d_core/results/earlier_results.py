@@ -35,8 +35,8 @@ def read_summary(folder: str | Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        The folder has no summary, or its summary is damaged, is not rpf3d's, or does not have all keys of PARTS. If
-        it is the folder of a calibration, the message names the command that runs the calibrated scene.
+        The folder has no summary, or its summary is damaged, was not written by rpf3d, or does not have all keys of
+        PARTS. For the folder of a calibration, the message names the command to use instead.
     """
     path = Path(folder) / SUMMARY
     try:
@@ -57,12 +57,12 @@ def read_summary(folder: str | Path) -> dict[str, Any]:
 
 
 def stops_by_zone(folder: str | Path) -> Iterator[tuple[str, float]]:
-    """Yield the zone and the coordinate z (m, input's coordinates) of each rock of a run that stopped or was caught.
+    """Yield name of the zone, and z (m, input's coordinates), of the place where each rock stopped or was caught.
 
     Raises
     ------
     InputError
-        The folder has no table of deposits, or a damaged one.
+        The folder has no deposits.csv, or the file is damaged.
     """
     path = Path(folder) / DEPOSITS
     try:

@@ -17,7 +17,7 @@ from rpf3d_core.terrain.obstacles import Obstacles
 from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 MOST_LOOKED_AT = 500
-"""Approximate largest number of rocks whose start height is checked, for a warning about sources in the air."""
+"""Approximate largest number of rocks whose start height (m) is checked, to warn about sources in the air."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +60,9 @@ class Run:
 
     @cached_property
     def placement(self) -> list[str]:
-        """Warnings about sources in the air or with unused points, and outlines partly off the terrain.
+        """Warnings about sources in the air, sources with more points than rocks, and outlines partly off the terrain.
 
-        `setup.placement` makes the warnings.
+        The outlines are those of sources and areas of interest; `setup.placement` makes the warnings.
         """
         releases = some_releases(self.prepared, MOST_LOOKED_AT)
         return placement_warnings(self.prepared, releases, source_heights(self.prepared, releases))

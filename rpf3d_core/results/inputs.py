@@ -122,9 +122,10 @@ def _sampled(scene: Scene) -> list[str]:
 
 
 def _library(scene: Scene) -> dict[str, dict[str, Any]]:
-    """Return the library entries that a scene names, by name: published source, confirmation, numbers and ranges.
+    """Return the library entries that a scene names, by name: published source, confirmation and coefficients.
 
-    The key `assumed` has the ranges of coefficients for which the source has no figure.
+    The key `numbers` has the coefficients with a single value, `ranges` the coefficients with a range, and `assumed`
+    the ranges of coefficients for which the source has no figure.
     """
     names = {material.library for material in scene.materials.values() if material.library is not None}
     if not names:

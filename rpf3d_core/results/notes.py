@@ -1,6 +1,7 @@
 """Collect the warnings about a run for its printed tables, inputs.json, the desk and sweeps.
 
-Doubts concern the figures of the run, which may be wrong or less certain than they look. Notes concern its files only.
+Doubts are warnings that figures of the run may be wrong or less certain than they look. Notes concern only the files of
+the run.
 """
 
 from rpf3d_core.ensemble.statistics import words_on_pieces
@@ -10,7 +11,7 @@ from rpf3d_core.results.hazard_files.zones_geojson import zones_without_cells
 from rpf3d_core.setup.warnings import warnings_of_speed
 
 UNEQUAL = 1.2
-"""Ratio (-) of the largest to the smallest number of rocks of a parameter set above which a warning is given."""
+"""Ratio (-) of the largest to the smallest number of rocks of a parameter set, above which `_unequal_sets` warns."""
 
 
 def warnings_of_run(run: Run) -> list[str]:
@@ -21,8 +22,9 @@ def warnings_of_run(run: Run) -> list[str]:
 def doubts_of_run(run: Run) -> list[str]:
     """Return the warnings that the figures of a run may be wrong or less certain than they look.
 
-    Their order: parameter sets with unequal numbers of rocks, misplaced inputs, sources in the air and outlines partly
-    off the terrain, rocks lost to holes, faults of the terrain, the scene's settings, speeds, fragments.
+    The order of the warnings: parameter sets with unequal numbers of rocks, misplaced inputs, sources in the air and
+    outlines partly off the terrain, rocks lost to holes, faults of the terrain, settings of the scene, speeds,
+    fragments.
     """
     totals = run.totals
     return [

@@ -55,8 +55,8 @@ def _origin(frame: Frame) -> FloatArray:
 def _distribution(position: Sample, observed: ObservedSpec, frame: Frame) -> dict[str, Any]:
     """Return the distribution of end points along a direction, in the input's coordinates (m).
 
-    The result has percentiles, mean and standard deviation, and the share of rocks in each section: a named range of
-    distances in the scene.
+    The result has percentiles, mean and standard deviation, and the share of rocks in each section of the scene. A
+    section is a named range of distances along the direction (`observed.sections`).
 
     position : end points (m) along the direction, relative to the origin of the local frame
     """

@@ -1,4 +1,4 @@
-"""Make sentences for a run's table on results that look surer than they are, such as results with narrow intervals."""
+"""Make the sentences under "surer than it may be": the reasons why results of a run look more certain than they are."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -15,11 +15,11 @@ from rpf3d_core.results.findings import Run
 from rpf3d_core.values import Outcome
 
 FEW_PATHS = 20
-"""A sentence is shown if rocks fly along fewer different paths than this; further rocks then only repeat paths."""
+"""A sentence is shown if rocks fly along fewer different paths than this number; further rocks only repeat paths."""
 HARDLY_FELL = 2.0
-"""A stopped rock counts as not fallen if its drop (m) from release to end is below this, as behind a bench's crest."""
+"""A stopped rock hardly fell if its drop from release to end is below this (m), for example behind a bench's crest."""
 MANY_BEHIND = 0.2
-"""A sentence is shown if more than this share (-) of the rocks of a source counts as not fallen (HARDLY_FELL)."""
+"""A sentence is shown if more than this share (-) of the rocks of a source hardly fell (HARDLY_FELL)."""
 MOSTLY_THIN = 0.5
 """A sentence is shown if more than this share (-) of the visits of rocks to map cells is in cells with few rocks.
 
@@ -30,9 +30,14 @@ NOTABLE = 0.5
 NAMED = 3
 """Largest number of places or unknowns that a sentence names."""
 SOME_ELSEWHERE = 0.05
-"""The ground counts as calibrated elsewhere if at least this share (-) of the rocks starts far from the calibration."""
+"""Smallest share (-) of the rocks that start far from the place of the calibration for a sentence on these rocks.
+
+The ground then counts as calibrated elsewhere.
+"""
 ELSEWHERE_HELD = "0, 1, 2 and 2 of 18 and 9, 33, 40 and 40 of 41"
-"""Numbers of observed stops within 90 % intervals that samples of another slope predicted, in eight cases.
+"""Numbers of observed stops within the 90 % intervals that the calibration sample of another slope predicted.
+
+There are eight cases: four with 18 observed stops, and four with 41.
 
 docs/explanation/validation.md states the same figures; test/validation/test_predictions.py compares them.
 """
@@ -54,7 +59,7 @@ MISFIT_LEFT_OUT_AT_BARRIERS = "the misfit of the model, because paths at barrier
 
 
 def surer_than_it_may_be(run: Run) -> list[str]:
-    """Return sentences: the reasons why the results of a run look surer than they are; empty without reasons."""
+    """Return the reasons why the results of a run look surer than they are, as sentences; empty without reasons."""
     return [
         *_of_the_ground(run), *_of_places(run), *_of_barriers(run), *_of_paths(run), *_of_releases(run),
         *_of_cells(run), *_of_energies(run),

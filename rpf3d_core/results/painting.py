@@ -1,7 +1,7 @@
 """Draw the pictures of a run while other files are written: in a second process if there is a core for it.
 
-matplotlib takes most of a second to import, and a picture a fifth of a second to draw. The second process imports
-matplotlib while the main process reads the terrain, and draws while the main process writes the other files.
+The import of matplotlib takes nearly 1 s, and drawing a picture about 0.2 s. The second process imports matplotlib
+while the main process reads the terrain, and draws while the main process writes the other files.
 """
 
 import time
@@ -25,7 +25,8 @@ PAINTER = ("rpf3d_core.results.plots.run", "Painter")
 class Painting:
     """The pictures of one run: call `begin`, `draw` and `wait` in this order.
 
-    Without a second process, `draw` draws the pictures itself.
+    Without a second process, `draw` draws the pictures in this process.
+
     waited_s : wall time (s) that `wait` took
     """
 
@@ -35,7 +36,7 @@ class Painting:
         self.waited_s = 0.0
 
     def begin(self, terrain: "Terrain") -> None:
-        """Send the terrain of the run to the second process; call this as soon as the terrain is known."""
+        """Send the terrain of the run to the second process, if there is one; call this once the terrain is known."""
         if self._second is not None:
             self._second.ask("begin", terrain)
 
@@ -68,7 +69,7 @@ class Painting:
         Exception
             The error of a picture that could not be drawn, such as `OSError`.
         InputError
-            The second process was killed.
+            The second process ended before the pictures were complete, for example because it was killed.
         """
         if self._second is None:
             return

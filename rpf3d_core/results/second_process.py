@@ -41,7 +41,7 @@ class SecondProcess:
     """A second process that does the requested work in order, while the main process continues."""
 
     def __init__(self, process: "subprocess.Popen[bytes]") -> None:
-        """Start the two threads that exchange messages with a process that runs this module, from `_started`."""
+        """Start the two threads that exchange messages with a process; process : from `_started`."""
         self._process = process
         self._open = 0
         self._began: bool | None = None
@@ -121,6 +121,7 @@ def _started(module: str, name: str) -> "subprocess.Popen[bytes] | None":
     """Start a process that runs this module, and return it; None if it cannot be started.
 
     The process has its own process group. Otherwise Ctrl-C at a terminal would end the process while it starts.
+
     module, name : of the class whose object the process makes
     """
     own: dict[str, Any] = {"process_group": 0} if os.name == "posix" else {}

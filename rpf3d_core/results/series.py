@@ -12,7 +12,8 @@ LEAST = 1e-4
 class Series(NamedTuple):
     """One series of S points in the plot of error against computing time, such as one method with several time steps.
 
-    kind : kind of the error: numerical, geometric or statistical; colour : red, green, blue, each up to 255
+    name : for the legend; kind : kind of the error: numerical, geometric or statistical
+    colour : red, green, blue, each up to 255
     seconds : (S,) s; errors : (S,) (-), at least LEAST; words : (S,) labels next to the points
     compiled : (S,) s, for the thesis' method: times of the compiled engine with the same steps as in `seconds`. None
         for other series

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class RunCounts(NamedTuple):
-    """How many rocks a picture is based on, for its title and legend.
+    """The numbers of rocks behind a picture, for its title and legend.
 
     rocks : rocks flown, including fragments; planned : rocks that were to fly, more than `rocks` after an interruption
     outcomes : number of rocks by outcome; pieces : number of `rocks` that are fragments
@@ -41,7 +41,7 @@ class RunCounts(NamedTuple):
     def describe_some(self, number: int) -> str:
         """Return how many rocks a picture shows, as text for its title, such as '100 of 1,000 rocks'.
 
-        number : number of rocks in the picture; if all rocks flown are in the picture, the text is as from `describe`
+        number : number of rocks in the picture; if all rocks flown are in the picture, the text is that of `describe`
         """
         if number >= self.rocks:
             return self.describe()
@@ -73,7 +73,8 @@ class RunPictures(NamedTuple):
 
     name, flown : as in `MapContent`; areas : name -> rings (N, 2) m, local frame
     sources : names of the sources; gravity : m/s^2
-    flights : of the rocks to draw; samples : points of the paths to draw; obstacles : barriers and trees
+    maps : hazard maps of the run; flights : of the rocks to draw; samples : points of the paths to draw
+    obstacles : barriers and trees
     steps, target : convergence after each doubling, and the scene's target; empty and None without `rocks: auto`
     """
 

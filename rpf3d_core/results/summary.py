@@ -43,7 +43,7 @@ def summary(findings: Run) -> dict[str, Any]:
     Raises
     ------
     InputError
-        The file of the observed end points is damaged.
+        The file of the observed end points is damaged, or the file of a shape has been removed or damaged.
     """
     scene, terrain, totals = findings.scene, findings.terrain, findings.totals
     benches = benches_section(bench_table(terrain, findings.maps))
@@ -168,7 +168,10 @@ def _counts(findings: Run) -> dict[str, Any]:
 
 
 def _share_of(outcome: Outcome, count: int, findings: Run) -> dict[str, Any]:
-    """Return the share of rocks with an outcome; with sampling and predictive interval in a run over parameter sets."""
+    """Return the share of rocks with an outcome for summary.json; over parameter sets, with a predictive interval.
+
+    count : number of rocks with the outcome
+    """
     share = share_of(count, findings.totals.rocks)
     figures = findings.maps.sets
     return share if figures is None else {**with_predictive(share, *figures.outcome(outcome)),
@@ -297,7 +300,7 @@ def _distributions(scene: Scene, totals: Totals, figures: Any) -> dict[str, Any]
 
 
 def _of_the_centre(scene: Scene) -> str:
-    """Return the note that heights are heights of the centre of mass; "" for points and spheres."""
+    """Return ", of the centre of mass", which ends a text on heights of bodies; "" for points and spheres."""
     return ", of the centre of mass" if scene.rock.is_body else ""
 
 
@@ -316,7 +319,10 @@ def _energies_of_spin(totals: Totals) -> dict[str, Any]:
 
 
 def _hazard(maps: HazardMaps) -> dict[str, Any]:
-    """Return the size of the hazard maps, the numbers of reached cells and facets, and the error of percentiles (-)."""
+    """Return the size of the hazard maps, the numbers of reached cells and facets, and the error of percentiles (-).
+
+    The error is an upper bound of the relative error of every percentile of the maps.
+    """
     return {
         "cell_m": maps.raster.cell,
         "energy": maps.energy_kind,

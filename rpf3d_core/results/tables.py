@@ -41,8 +41,9 @@ def open_tables(
 ) -> Iterator[Callable[[Deposits, Impacts], None]]:  # fmt: skip
     """Open deposits.csv (a line for each rock) and impacts.parquet (a row for each impact), to write them in parts.
 
-    Yields a function that writes the deposits and impacts of the next rocks.
+    The context manager yields a function that writes the deposits and impacts of the next rocks.
 
+    sources : names of the sources
     density : of the rocks, kg/m^3; impacts : True to write impacts.parquet; obstacles : barriers and trees of the scene
     spins : True if rocks spin; both tables then also have rotational and total energies
     """
@@ -72,7 +73,10 @@ def open_tables(
 def write_trajectories(
     path: Path, sources: Sequence[str], terrain: Terrain, deposits: Deposits, samples: PathSamples
 ) -> None:
-    """Write trajectories.parquet: one row for each point of a path, grouped by rock in order of time."""
+    """Write trajectories.parquet: one row for each point of a path, grouped by rock in order of time.
+
+    sources : names of the sources; samples : points along the paths
+    """
     table = trajectories_table(sources, terrain, deposits, samples)
     pyarrow.parquet.write_table(table, path, use_dictionary=_repeated(table.schema))
 
@@ -80,6 +84,7 @@ def write_trajectories(
 def write_profiles(path: Path, sources: Sequence[str], deposits: Deposits, profiles: Mapping[str, Any]) -> None:
     """Write the points of profiles as a CSV file, one line for each point.
 
+    sources : names of the sources
     profiles : column name -> values (S,), in m, s or m/s; the column `row` has the row of the rock in `deposits`
     """
     columns = {name: _or_null(values) for name, values in profiles.items() if name != "row"}
@@ -91,7 +96,9 @@ def deposits_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits,
 
     `runout_m` is the horizontal distance from release to end. `zone` is the zone of the last facet touched.
     `max_height` is vertical, above the terrain. `diameter_m` is the diameter of a sphere of the rock's mass and
-    density (kg/m^3).
+    density.
+
+    sources : names of the sources; density : of the rocks, kg/m^3
     """
     return _table(
         {
@@ -122,7 +129,9 @@ def impacts_table(
     """Return the impacts as a table with I rows, the content of impacts.parquet.
 
     `index` counts the impacts of a rock from 0. `struck` is GROUND or the name of an obstacle. At an obstacle `facet`
-    and `zone` are empty.
+    and `zone` are empty. `energy_in_j` is the translational energy before the impact.
+
+    sources : names of the sources
     """
     first = np.searchsorted(impacts.row, impacts.row, side="left")
     normals = terrain.frame.directions_to_input(impacts.normal)
@@ -211,6 +220,8 @@ def trajectories_table(sources: Sequence[str], terrain: Terrain, deposits: Depos
     """Return the points of paths as a table with S rows, the content of trajectories.parquet.
 
     `mode` is the rock's motion from this point on. Rocks with a shape also have their orientation.
+
+    sources : names of the sources; samples : points along the paths
     """
     return _table(
         {
@@ -227,7 +238,7 @@ def trajectories_table(sources: Sequence[str], terrain: Terrain, deposits: Depos
 def _rock_names(sources: Sequence[str], deposits: Deposits, rows: NDArray[np.integer]) -> dict[str, Any]:
     """Return the columns that identify rocks in every table: source, rock number and fragment number.
 
-    rows : (N,) rows of the rocks in `deposits`
+    sources : names of the sources; rows : (N,) rows of the rocks in `deposits`
     """
     names = _names(sources, deposits.source[rows])
     return {"source": names, "rock": deposits.rock[rows], "piece": deposits.piece[rows]}
@@ -278,6 +289,6 @@ def _extended(table: pa.Table, more: dict[str, Any]) -> pa.Table:
 def _repeated(schema: pa.Schema) -> list[str]:
     """Return the names of the columns to store as a dictionary of distinct values, because their values repeat.
 
-    With a dictionary for all columns, a table takes 4 times as long to write and needs a seventh more disk space.
+    With a dictionary for all columns, a table takes 4 times as long to write and needs about 14 % more disk space.
     """
     return [field.name for field in schema if not pa.types.is_floating(field.type)]

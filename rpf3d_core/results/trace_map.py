@@ -25,7 +25,7 @@ from rpf3d_core.values import Mode, Outcome
 def write_terrain(path: Path, terrain: Terrain, impacts: Impacts, maps: HazardMaps | None = None) -> None:
     """Write terrain.vtp: every facet with its id, zone, number of impacts, and whether a rock hit it.
 
-    The names of zones are field data.
+    The file also contains the names of the zones, as field data of VTK.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def write_trajectories(
     """Write trajectories.vtp: the path of each rock as one line.
 
     Points have speed (m/s), time (s), rock, row and mode; polylines have source, rock, row and outcome. `row` counts
-    rocks over all sources, `rock` within one source. The names of sources, modes and outcomes are field data.
+    rocks over all sources, `rock` within one source. The names of sources, modes and outcomes are field data of VTK.
 
     Points of rocks with a shape also have `orientation`: the quaternion w, x, y, z from the body's principal axes to
     the input's axes, in the order in which ParaView's glyphs read it.

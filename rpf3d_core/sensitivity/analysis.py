@@ -55,10 +55,10 @@ class Sensitivity:
     """The effects of the unknowns of a scene on its results.
 
     names : key paths of the U unknowns; results, units : names and units of the Y results
-    middle : (Y,) mean of each result over all parameter sets, in its unit
+    middle : (Y,) mean of each result over all parameter sets, in the unit of the result
     effects : effects of the unknowns, by Morris; indices : Sobol indices, None if they were not asked for
     sets : number of parameter sets flown; rocks : number of rocks of each set
-    left_out : sentences on sources that released no rock
+    left_out : sentences on sources of which no rock has flown
     """
 
     names: tuple[str, ...]
@@ -121,7 +121,7 @@ def _check(scene: Scene, unknowns: int, asked: Asked) -> None:
 
 
 def _of(what: Compared, paths: FloatArray, points: FloatArray, flown: FloatArray) -> Sensitivity:
-    """Return the sensitivity from the results of all flown parameter sets.
+    """Return the effects of the unknowns from the results of all flown parameter sets.
 
     what : inputs of the analysis
     paths : (T, U + 1, U) points of Morris' trajectories; points : (N, U + 2, U) points of Sobol's design, in [0, 1]

@@ -29,8 +29,8 @@ ENDS = (2.5, 97.5)
 class Effects(NamedTuple):
     """Effects of U unknowns on Y results.
 
-    size : (U, Y) mean absolute change of the result, in its unit, if the unknown moves by STEP (2/3) of its range:
-        Morris' mu* times STEP
+    size : (U, Y) mean absolute change of the result, in the unit of the result, if the unknown moves by STEP (2/3) of
+        its range: Morris' mu* times STEP
     low, high : (U, Y) ends of the 95 % interval of `size`
     spread : (U, Y) standard deviation of the changes, which shows curvature and interactions
     """
@@ -46,7 +46,7 @@ def trajectories(count: int, unknowns: int, seed: int) -> FloatArray:
 
     Each coordinate is one of LEVELS (4) evenly spaced levels from 0 to 1.
 
-    count : number T of trajectories; unknowns : number U of unknowns
+    count : number T of trajectories; unknowns : number U of unknowns; seed : of the random numbers
     """
     random = np.random.Generator(np.random.Philox(key=[seed, 2**33]))
     paths = np.empty((count, unknowns + 1, unknowns))

@@ -21,8 +21,8 @@ FloatArray = NDArray[np.float64]
 class Indices(NamedTuple):
     """Sobol indices of U unknowns on Y results, shares (-) of the variance; each with its 95 % interval.
 
-    first, total : (U, Y) share of the unknown alone, and with its interactions; first_ends, total_ends : (2, U, Y), low
-        and high. NaN where the result does not vary.
+    first, total : (U, Y) share of the unknown alone, and with its interactions; NaN where the result does not vary
+    first_ends, total_ends : (2, U, Y) lower and upper ends of the 95 % intervals of `first` and `total`
     """
 
     first: FloatArray
@@ -37,7 +37,7 @@ def design(count: int, unknowns: int, seed: int) -> FloatArray:
     Each of the `count` rows has a point A, a point B and, for each unknown u, the point A with its coordinate u
     replaced by the coordinate u of B.
 
-    unknowns : number U of unknowns
+    unknowns : number U of unknowns; seed : of the evenly spread points
     """
     both = spread_points(count, 2 * unknowns, seed)
     a, b = both[:, :unknowns], both[:, unknowns:]

@@ -12,7 +12,9 @@ from rpf3d_core.sensitivity.sobol import Indices
 def decisive(found: Sensitivity, result: int) -> int | None:
     """Return the index of the unknown that affects a result most; None if no unknown affects this result.
 
-    The total Sobol indices decide. If there are none, or one of them is unknown (NaN), the effects by Morris decide.
+    The total Sobol indices are compared. If there are none, or one of them is unknown (NaN), the effects by Morris are
+    compared instead.
+
     result : index of the result
     """
     sizes = found.effects.size[:, result]
@@ -46,7 +48,9 @@ def is_clear(found: Sensitivity, result: int) -> bool:
     """Return True if it is clear which unknown affects a result most.
 
     This is so if the interval of the largest effect lies above the intervals of the effects of all other unknowns, if
-    no unknown affects the result, or if there is only one unknown. result : index of the result
+    no unknown affects the result, or if there is only one unknown.
+
+    result : index of the result
     """
     unknown = decisive(found, result)
     if unknown is None or len(found.names) == 1:

@@ -34,7 +34,10 @@ def set_of_rock(rock: int, sets: int, source: int) -> int:
 
 
 def sets_of_rocks(rocks: IntArray, sets: int, source: int) -> IntArray:
-    """Return the numbers (N,) of the parameter sets with which rocks (N,) of a source fly; see `set_of_rock`."""
+    """Return the numbers (N,) of the parameter sets with which rocks of a source fly.
+
+    rocks : (N,) numbers of the rocks within the source; sets : number of sets; source : index of the source
+    """
     return np.asarray((rocks - turns(rocks // sets, sets, source)) % sets, dtype=np.int64)
 
 
@@ -42,6 +45,7 @@ def turns(rounds: IntArray, sets: int, source: int) -> IntArray:
     """Return by how many places the order of the parameter sets is shifted cyclically in each round: (N,).
 
     For n sets, a round is n successive rocks of the source, one for each set.
+
     rounds : (N,) numbers of the rounds; sets : number of sets; source : index of the source
     """
     return np.asarray(np.floor((rounds + source) * GOLDEN % 1.0 * sets), dtype=np.int64)

@@ -106,7 +106,7 @@ def write_parameter_sets(path: str | Path, sets: ParameterSets, more: Mapping[st
 
 
 def read_parameter_sets(path: str | Path) -> ParameterSets:
-    """Read parameter sets from a Parquet file.
+    """Return the parameter sets in a Parquet file.
 
     A column is a parameter if its name is a key path: `stop_speed`, or a name with a dot. The column `weight` is
     optional. All other columns are ignored.
@@ -131,7 +131,7 @@ def read_parameter_sets(path: str | Path) -> ParameterSets:
 
 
 def read_place(path: str | Path) -> Surroundings | None:
-    """Read where the parameter sets in a Parquet file were calibrated; None if the file does not state the place.
+    """Return the place where the parameter sets in a Parquet file were calibrated; None if the file does not state it.
 
     Raises
     ------

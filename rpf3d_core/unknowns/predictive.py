@@ -27,7 +27,7 @@ LEVEL = 0.95
 """Probability (-) with which a predictive interval contains the result."""
 
 FEWEST = 5.0
-"""Smallest mean number of rocks per set that count, and that do not count, for which the noise is subtracted."""
+"""Noise is subtracted if a set has, on average, at least this number of rocks that the share counts, and of others."""
 
 
 ENOUGH = 39
@@ -120,6 +120,7 @@ def holding(interval: Interval, counts: FloatArray, totals: FloatArray) -> Inter
     """Return N intervals (-), each widened so that it contains the 95 % sampling interval of the share counts / totals.
 
     Ends that are NaN stay NaN. An interval is not widened where `totals` is 0.
+
     counts : (N,) number of rocks that the share counts; totals : (N,) number of rocks in total
     """
     low, high = wilson_intervals(counts, np.maximum(totals, 1))

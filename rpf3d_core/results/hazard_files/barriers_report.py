@@ -16,7 +16,7 @@ FIRST = ("first_caught", "first_broken_through", "first_flown_over")
 ROCKS = (*FIRST, "caught")
 EVENTS = ("caught_events", "broken_through_events", "flown_over_events")
 P95 = 95
-"""The percentile for which an interval is stated, because nets are designed for it."""
+"""The percentile that is stated with an interval, because nets are designed for this percentile."""
 HEADER = [
     "name", "height_m", "capacity_j", "came_rocks",
     *(f"{did}_{part}" for did in ROCKS for part in ("rocks", "share", "low", "high")),
@@ -61,7 +61,7 @@ def write_barriers(path: Path, maps: HazardMaps) -> None:
     """Write barriers.csv, with a line for each barrier; unknown values are left empty.
 
     Shares, energies and heights are unknown if no rock reached the barrier. An end of an interval is also unknown if
-    too few rocks did.
+    too few rocks reached the barrier.
     """
     header = HEADER if maps.sets is None else [*HEADER, *OF_SETS]
     write_csv(path, header, (_line(figures, band) for figures, band in zip(*_banded(maps), strict=True)))

@@ -72,7 +72,7 @@ def _design(label: str, found: dict[str, Any], unit: float) -> tuple[str, str, s
 
 
 def _percent(ends: Ends) -> str:
-    """Return the interval of a share in per cent as text; NOT_KNOWN if an end is unknown; ends : (-), or None."""
+    """Return the interval of a share in per cent as text; NOT_KNOWN if `ends` (-) is None, or an end is None."""
     if ends is None or ends[0] is None or ends[1] is None:
         return NOT_KNOWN
     return f"{interval_in_percent(ends[0], ends[1])} %"

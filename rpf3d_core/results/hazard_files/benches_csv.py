@@ -42,7 +42,7 @@ def write_csv(path: Path, header: Sequence[str], lines: Iterable[Sequence[Any]])
 def share_columns(share: dict[str, Any]) -> list[Any]:
     """Return a share as four columns of a CSV file: rocks, share (-), and both ends (-) of its 95 % interval.
 
-    share : as from `share_of`; both ends are None if its `interval_95` is None
+    share : from `share_of`; both ends are None if `interval_95` of the share is None
     """
     return [share["rocks"], share["share"], *(share["interval_95"] or (None, None))]
 
@@ -56,7 +56,7 @@ def write_benches(path: Path, benches: Sequence[Bench]) -> None:
 
 
 def _sampling(bench: Bench) -> list[Any]:
-    """Return a row's values in the columns that benches.csv has only in a run over parameter sets."""
+    """Return the values of a row of the bench table in the columns OF_SETS of benches.csv."""
     shares = [end for name in SHARES for end in getattr(bench, name)["sampling"] or (None, None)]
     return [*shares, *(bench.energy_predictive or ()), *(bench.energy_sampling or ())]
 

@@ -4,7 +4,8 @@ The plan axes are the axes of the input, as in polygons of zones and areas: x an
 names the two axes. The first row has the largest second coordinate.
 
 Nodata: in a percentile, NaN means that fewer than 20 rocks reached the cell; in another statistic or a time, NaN means
-that no rock reached the cell. Shares and counts have no NaN: in cells that no rock reached, they are 0.
+that no rock reached the cell. Shares and counts are 0 in cells that no rock reached. NaN in `reach_probability_low` and
+`reach_probability_high` means that the predictive interval is unknown, because too few parameter sets have flown.
 """
 
 import math
@@ -153,7 +154,7 @@ def _write(
 ) -> None:  # fmt: skip
     """Write one GeoTIFF from the values of S cells.
 
-    rasterio fills tiles that no rock reached with the value for missing data.
+    If tiles without values are not written, rasterio fills them with the value for missing data.
 
     bands : for each band, the values (S,) of the cells
     cells : (S,) raster indices of the cells; None for the cells that rocks reached
@@ -190,7 +191,10 @@ def _band_name(quantity: Quantity, number: int, bands: int) -> str:
 
 
 def _tags(quantity: Quantity, frame: Frame, maps: HazardMaps, bands: int) -> dict[str, str]:
-    """Return the metadata tags of a GeoTIFF: quantity, unit, meaning, number of rocks, cell size (m) and axes."""
+    """Return the metadata tags of a GeoTIFF: quantity, unit, meaning, number of rocks, cell size (m) and axes.
+
+    bands : number of bands of the file
+    """
     meaning = f"{maps.energy_kind} kinetic energy" if quantity is ENERGY else quantity.meaning
     return {
         "QUANTITY": quantity.name,

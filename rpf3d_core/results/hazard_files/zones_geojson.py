@@ -1,8 +1,8 @@
 """Write hazard/zones.geojson: outlines of hazard zones, along the borders of the raster's cells.
 
-The outlines follow the cells; they are not contours between cell centres. Rocks are counted in cells, so the area of
-the cells is exact, and with cells of 2 m the steps look like a curve. A smooth curve would suggest more precision. The
-outlines are made by `rasterio.features.shapes`, so no other library is needed.
+The outlines follow the borders of the cells; they are not contours between cell centres. Rocks are counted in cells, so
+the outlined area is exact; a smooth curve would suggest more precision than a map has. The outlines are made by
+`rasterio.features.shapes`, so no other library is needed.
 
 Coordinates are the input's own plan coordinates (x y, or x z if y is up), so the file can be read back as polygons of
 areas of interest. RFC 7946 allows longitude and latitude only. The reference system is therefore in the `crs` member
@@ -32,7 +32,7 @@ CELLS_THAT_TOUCH = 4
 """Connectivity 4 of rasterio: the cells of a polygon share sides. Outlines that join at a corner would cross there."""
 
 CELLS_SAY = "The share of a cell shrinks with the cell, so this says nothing about how many rocks reach an area"
-"""Sentence on hazard zones without cells, so that readers do not take a zone without cells as a sign of safety."""
+"""Sentence on hazard zones without cells: a zone without cells is not a sign of safety."""
 MOST_AREAS = 3
 """Largest number of areas of interest that a sentence names."""
 

@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 POSTERIOR, PRIOR, OBSERVED = "#1f4e9c", "#999999", "#c81e1e"
 AXES = ("along the slope (m)", "across the slope (m)")
 SHARES = 500
-"""Number of points of a curve at equal steps of the number of stops; as many more are at equal steps of weight."""
+"""Number of points of a curve that are evenly spaced by number of stops; as many are evenly spaced by weight."""
 DRAWN = 1500
 """Number of simulated stops that are drawn in plan."""
 

@@ -22,7 +22,8 @@ MARGIN = 0.08
 def write_cost(path: Path, name: str, series: Sequence[Series], target: float, unknown: float | None) -> None:
     """Write cost.png, from which users choose a setting: error of the map of reach probability against computing time.
 
-    name : name of the scene, for the title; target : largest error (-) that the user accepts, drawn as a line
+    name : name of the scene, for the title; series : points of error against time, such as those of one method
+    target : largest error (-) that the user accepts, drawn as a line
     unknown : error of the map (-) from unknown values of the ground, the parametric error; None if it was not measured.
         This error is drawn as a line, because no setting and no computing time reduces it.
     """

@@ -99,7 +99,7 @@ class Theme:
 
 @dataclass(frozen=True, eq=False)
 class MapBackground:
-    """The shaded terrain behind all hazard pictures of a run, drawn only once.
+    """The shaded terrain behind all hazard pictures of a run, computed only once.
 
     window : the part of the terrain that is shown; picture : its hillshade
     whole : hillshade of the whole terrain for the overview, None if the window shows all of it
@@ -118,6 +118,7 @@ def write_hazard_pictures(
 
     A run over parameter sets has reach_probability_high.png as well, and maps with passages per metre have
     passage_per_metre.png.
+
     releases : (N, 2 or 3) m, release points of the rocks, local frame
     pictures : pictures of the terrain that other maps share; None to make them here
     """

@@ -83,8 +83,8 @@ def rocks_window(
 ) -> Window:
     """Return the part of the terrain that map.png shows: all rocks, a margin, and the areas that overlap this part.
 
-    The result is the whole terrain if the part would cover more than the share `sheet.WHOLE_SHARE` of the
-    terrain's width, and of the terrain's height.
+    The result is the whole terrain if the part would cover more than the share `sheet.WHOLE_SHARE` of the terrain's
+    width and of its height in plan.
 
     areas : name -> rings (N, 2) m, local frame
     """

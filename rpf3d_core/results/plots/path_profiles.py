@@ -22,7 +22,7 @@ Rounding may put a contact point just below the terrain.
 ON_EDGE = 1e-6
 """Distance (m) from a facet up to which a line hits the facet.
 
-Without it, rounding makes lines pass between neighbouring facets at their common edge.
+With the distance 0, rounding would let lines pass between neighbouring facets at their common edge.
 """
 
 
@@ -86,7 +86,7 @@ def terrain_below(terrain: Terrain, points: FloatArray) -> FloatArray:
 def typical_rows(deposits: Deposits, rows: IntArray, runout: FloatArray) -> IntArray:
     """Return the rows of at most three example rocks to draw: the rocks of shortest, median and longest runout.
 
-    The rocks are chosen from the deposits among `rows`, or from all `rows` if none of their rocks is a deposit.
+    Only rocks that stopped or were caught are chosen, or any rocks if none of the rocks in `rows` stopped.
 
     rows : (N,) rows in `deposits` to choose from; runout : (R,) m, of all rocks
     """

@@ -1,7 +1,7 @@
 """Draw profiles of paths: height and speed against horizontal distance, as in figure 3-3 b, c of the thesis (Peik).
 
-`overview.png` shows all sampled rocks. `sections.png` shows a few, each with the terrain under its path. The CSV files
-of the same names contain the points drawn.
+`overview.png` shows all rocks whose paths are drawn. `sections.png` shows at most three of these rocks, each with the
+terrain under its path. The CSV files of the same names contain the points of the curves.
 """
 
 from collections.abc import Mapping, Sequence

@@ -19,7 +19,7 @@ class Painter:
     """
 
     def warm_up(self) -> None:
-        """Draw a map and discard it, because the first picture of a process takes a tenth of a second longer."""
+        """Draw a map and discard it, because the first picture of a process takes 0.1 s longer than later pictures."""
         warm_up()
 
     def begin(self, terrain: Terrain) -> None:

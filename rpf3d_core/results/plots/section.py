@@ -28,7 +28,7 @@ class SectionDrawing(NamedTuple):
 
     distance, ground : (S,) m, distance and elevation of the terrain, NaN without terrain
     paths : each (P, 2) m, distance and elevation of the points of a path
-    path : (P, 2) m, the path of the section's rock; None if it is not known
+    path : (P, 2) m, the path of the rock that stopped farthest from its release; None if the path is not known
     held : distance (m) within which 90 % of the rocks stop, drawn as a line; None to draw no line
     at : (D,) m, distances; passed : (D,) share (-) of the rocks that pass each distance
     sampling, predictive : (2, D) lower and upper ends of the intervals of `passed`; predictive is None if unknown

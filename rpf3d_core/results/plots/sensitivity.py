@@ -15,7 +15,7 @@ COLUMNS = 2
 """Number of panels side by side."""
 BAR, DOUBT = "#1f4e9c", "#222222"
 UNKNOWN_SIZE = " (unknown)"
-"""Added to the name of an unknown whose effect on a result is unknown."""
+"""Text after the name of an unknown coefficient whose effect on a result is not known."""
 
 
 def write_tornado(

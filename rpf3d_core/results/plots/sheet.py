@@ -29,7 +29,7 @@ LEAST_SHAPE = 0.7
 """Smallest ratio (-) of a map's sides, so that rocks on a straight line do not give a very narrow map."""
 
 WHOLE_SHARE = 0.6
-"""Share (-) of the terrain's width and height above which a map shows the whole terrain, without an overview."""
+"""Share (-) of the terrain's width and height in plan above which a map shows all of the terrain, with no overview."""
 
 LEAST_COLUMN = 7.0
 """Smallest height (inches) of the column next to the map, which contains the legend and the overview."""
@@ -55,8 +55,8 @@ def whole_window(terrain: Terrain) -> Window:
 def window_around(whole: Window, places: FloatArray) -> Window:
     """Return the part of the terrain that a map of given places (N, 2) m shows, with a margin.
 
-    The result is the whole terrain if the part would cover more than WHOLE_SHARE of the terrain's width and of the
-    terrain's height. The result is also the whole terrain if there are no places, or if the part lies outside it.
+    The result is the whole terrain if the part would cover more than WHOLE_SHARE of the terrain's width and of its
+    height in plan. The result is also the whole terrain if there are no places, or if the part lies off the terrain.
     """
     if len(places) == 0:
         return whole

@@ -1,7 +1,7 @@
 """Define what all pictures share: resolution, colours, axis labels, and the writing of a PNG file.
 
-The pictures of `rpf3d cost` and of a section need only this module, and not the imports of the map and profile
-pictures.
+This module imports little, so that the pictures of `rpf3d cost` and of sections do not load the modules of the map and
+profile pictures.
 """
 
 from pathlib import Path
