@@ -18,6 +18,7 @@ from rpf3d_core.formats.whole_file import read_whole
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.terrain import TerrainFile, TerrainSpec
 from rpf3d_core.setup.berms import berm_warnings, with_berms, with_zones_of_berms
+from rpf3d_core.setup.open_seams import open_seams
 from rpf3d_core.setup.overlapping_files import duplicate_warnings, overlap_warnings, shared_window
 from rpf3d_core.setup.split_zones import split_zones
 from rpf3d_core.terrain.benches.slope import benches_terrain
@@ -62,7 +63,7 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
     terrain = with_zones_of_berms(_with_drawn_zones(replace(raw, triangles=winding.triangles), scene), raw, scene)
     terrain, notes = split_zones(terrain, scene, edges)
     report = fault_report(terrain, winding, edges, files)
-    report = replace(report, remarks=(*remarks, *duplicate_warnings(report), *notes))
+    report = replace(report, remarks=(*remarks, *duplicate_warnings(report), *open_seams(terrain, edges), *notes))
     if report.zero_area_facets == report.triangles:
         raise TerrainError(f"{', '.join(str(file.path) for file in scene.terrain.files or ())}: {NO_AREA_AT_ALL}")
     return terrain, report
