@@ -57,7 +57,7 @@ FloatArray = NDArray[np.float64]
 ROCKS_A_BLOCK, SIZED_ROCKS_A_BLOCK = 24, 4
 """Number of rocks of a parameter set per observed block: for points, and for spheres or bodies, which take much longer.
 
-Densities are averaged over neighbouring sets, so many sets of few rocks give more information than few sets of many.
+Densities are averaged over neighbouring sets: many sets of few rocks give more information than few sets of many.
 """
 LEAST_ROCKS, MOST_ROCKS = 128, 4096
 """Bounds of the number of rocks of a parameter set, if the scene does not state it; more blocks need more rocks."""

@@ -20,7 +20,7 @@ IntArray = NDArray[np.int64]
 WIDEST = 0.05
 """Largest width (m) of an open seam; a wider gap is a hole or a step of the terrain."""
 RELATIVE = 0.01
-"""Largest width of an open seam, as a share of the length of the side, so that a fine mesh has none across its facets."""
+"""Largest width of an open seam, as a share of the length of the side; a fine mesh has none across its facets."""
 MOST_SIDES = 200_000
 """Largest number of sides of the rim that are searched; of a longer rim, evenly spread sides are searched."""
 
