@@ -116,7 +116,10 @@ def _points(points: FloatArray) -> Any:
 
 
 def _cells(starts: NDArray[Any], corners: NDArray[Any]) -> Any:
-    """Return a VTK cell array; starts : (N + 1,) first corner of each cell, and K; corners : (K,) numbers of points."""
+    """Return a VTK cell array of N cells, such as triangles.
+
+    starts : (N + 1,) index in `corners` of each cell's first corner, then K; corners : (K,) indices of points
+    """
     cells = vtkCellArray()
     cells.SetData(
         numpy_to_vtkIdTypeArray(starts.astype(np.int64), deep=True),

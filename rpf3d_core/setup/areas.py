@@ -48,7 +48,7 @@ def _united(polygons: MultiPolygon) -> MultiPolygon:
 
 
 OF_THE_INPUT = "the plan coordinates of the terrain's own input (x y, or x z where y is up)"
-"""Coordinates of the areas of interest of a run."""
+"""Coordinates of the areas of interest of a run, in words, for a message."""
 
 
 def area_outlines(
@@ -57,7 +57,7 @@ def area_outlines(
     """Return the outlines (N, 2) m of each area of interest, in the local frame.
 
     areas : polygons from `read_areas`
-    coordinates : the coordinates that areas must have, in words, for the message
+    coordinates : the coordinates that areas must have, in words, such as OF_THE_INPUT, for the message
 
     Raises
     ------
@@ -78,7 +78,9 @@ def area_outlines(
 def outlines_on(terrain: Terrain, path: Path, key: str) -> list[FloatArray]:
     """Return the outlines (N, 2) m of the polygons in a file, in the local frame.
 
-    Overlapping polygons are united. key : the scene's key that names the file, for messages
+    Overlapping polygons are united.
+
+    key : path of the scene file and key that names the file of polygons, for messages
 
     Raises
     ------

@@ -23,9 +23,9 @@ MOST_ROWS = 200
 LEAST_HEIGHT = 0.1
 """Smallest distance (m) between two files, normal to the ground, that counts; surveys of one day differ by less."""
 LEAST_SHARE = 0.05
-"""Smallest share (-) of the places on two files that must differ in height; on steep faces, noise is enough."""
+"""Smallest share (-) of the places on both files where heights must differ; on steep faces, noise causes a few."""
 LEAST_COMMON = 0.5
-"""Smallest share (-) of the smaller file that must be in the larger file, too; neighbouring surveys share a strip."""
+"""Smallest share (-) of the smaller file's area that must have ground of the larger file; neighbours share a strip."""
 LARGEST_BODY = 0.8
 """Largest area in plan of a file that can be a pile, berm or building, divided by the area of the file below (-)."""
 LEAST_RAISED = 3.0

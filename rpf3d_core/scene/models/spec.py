@@ -20,7 +20,7 @@ this project; UNCONFIRMED: general knowledge, which the user must check.
 
 
 class ModelSpec(StrictModel):
-    """The parameters of one model or effect. The class of its physics has fields of the same names.
+    """The parameters of one model or effect. Without a BUILDER, the class of its physics has fields of the same names.
 
     PHYSICS : module and class of the physics parameters, for which the rules are registered
     MATERIAL_KEYS : optional keys of a material that the model requires
