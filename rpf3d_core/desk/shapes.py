@@ -51,7 +51,10 @@ class Mesh(NamedTuple):
 
 
 class Lines(NamedTuple):
-    """N polylines to draw; points : (P, 3) m, local frame; starts : (N + 1,) index of each line's first point, then P."""
+    """N polylines to draw.
+
+    points : (P, 3) m, local frame; starts : (N + 1,) index of each line's first point, then P
+    """
 
     points: FloatArray
     starts: NDArray[np.int64]

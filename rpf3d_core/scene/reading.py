@@ -135,8 +135,7 @@ def check_may_be_unknown(scene: Scene, path: str) -> None:
 def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
     """Return the scene from values that are not from a file, such as ROS parameters, after a check of every value.
 
-    Relative paths of files start at the working directory. Priors are not compared with the values that they replace
-    (`check_unknowns`).
+    Relative paths of files start at the working directory. Priors are not checked; `check_unknowns` does this.
 
     path : the path that later messages about the scene show as its file
 

@@ -25,7 +25,7 @@ LEAST_HEIGHT = 0.1
 LEAST_SHARE = 0.05
 """Smallest share (-) of the places on both files where heights must differ; on steep faces, noise causes a few."""
 LEAST_COMMON = 0.5
-"""Smallest share (-) of the smaller file's area that must have ground of the larger file; neighbours share a strip."""
+"""Smallest share (-) of the smaller file's area that must be in the larger file, too; neighbours share a strip."""
 LARGEST_BODY = 0.8
 """Largest area in plan of a file that can be a pile, berm or building, divided by the area of the file below (-)."""
 LEAST_RAISED = 3.0

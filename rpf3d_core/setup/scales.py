@@ -1,4 +1,4 @@
-"""Warn about energies, densities, speeds and spreads of a scene that are far out of scale, as in a wrong unit."""
+"""Warn about energies, densities, speeds and spreads of a scene that are far out of scale: wrong units are likely."""
 
 from collections.abc import Iterator
 
@@ -74,7 +74,7 @@ def _strong_barriers(scene: Scene) -> Iterator[str]:
 
 
 def _speeds(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each release speed too high for a loose rock, and each stop speed too high for standstill.
+    """Yield a warning for each release speed too high for a loose rock, and each stop speed at which rocks still move on.
 
     A stop speed that stops every rock is intended, and gives no warning.
     """

@@ -69,7 +69,7 @@ def words_on_parts(found: Sequence[ZoneParts], origin: float) -> str:
 
 
 def words_on_merged(split: Sequence[ZoneParts]) -> tuple[str, ...]:
-    """Return a note for each split zone with surfaces that were added to the nearest part, although its height differs.
+    """Return a note for each split zone with surfaces that count with the nearest part, although their heights differ.
 
     Such surfaces are small, or lie within the heights of a large surface (`terrain.zone_parts.parts_by_height`).
     split : the parts of each split zone
