@@ -25,7 +25,12 @@ REACHED_BY = (
 def read_areas(scene: Scene) -> dict[str, MultiPolygon]:
     """Return the polygons of each area of interest, by name, in plan coordinates of the input.
 
-    Overlapping polygons of one area are united, so the overlap lies inside the area. Errors are as in `read_polygons`.
+    Overlapping polygons of one area are united, so the overlap lies inside the area.
+
+    Raises
+    ------
+    InputError
+        A file cannot be used, as in `read_polygons`; the message names the key.
     """
     areas = {}
     for number, area in enumerate(scene.areas_of_interest):

@@ -74,7 +74,7 @@ def _strong_barriers(scene: Scene) -> Iterator[str]:
 
 
 def _speeds(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each release speed too high for a loose rock, and each stop speed at which rocks still move on.
+    """Yield a warning for each release speed too high for a loose rock, and each stop speed at which rocks still move.
 
     A stop speed that stops every rock is intended, and gives no warning.
     """

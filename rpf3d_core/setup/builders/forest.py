@@ -92,7 +92,7 @@ def forest_as_obstacles(name: str, spec: ForestSpec, forest: Forest) -> Obstacle
 
 
 def _largest_radius(scene: Scene) -> float:
-    """Return the radius (m) of the scene's largest rock as a sphere, to find the cells in which rocks can meet a stem."""
+    """Return the radius (m) of the scene's largest rock as a sphere, to find the cells where rocks can meet a stem."""
     return 0.5 * float(diameter_of(mass_range(rock_of_scene(scene))[1], scene.rock.density))
 
 
