@@ -311,7 +311,10 @@ def _unit_of(box: Box, ground: Box) -> str | None:
 
 
 def _degrees_in_words(other: Extent, ground: Box, crs: str | None) -> str:
-    """Return a sentence on an input in longitude and latitude, with the command that transforms its file.
+    """Return a sentence on an input in longitude and latitude: whether it lies on the terrain, and how to transform it.
+
+    The sentence has no command if the coordinates are in the scene file. Without a reference system of the terrain, it
+    only asks for this system.
 
     other : extent of the input; ground : extent of the terrain in plan
     crs : reference system of the terrain; None if unknown

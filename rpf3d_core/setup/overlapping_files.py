@@ -91,7 +91,7 @@ def overlaps_in(terrain: Terrain, facets: Sequence[int], window: Window) -> Iter
     is measured normal to the ground: two surveys with a small shift in plan differ much in height on a face. A pile,
     berm or building in a separate file makes no pair, because it rises from the ground, with its rim in the ground.
 
-    facets : number of facets of each file
+    facets : number of facets of each file; window : from `shared_window`
     """
     size = np.sqrt(window.width * window.height / PLACES)
     rows, columns = (min(MOST_ROWS, max(1, round(side / size))) for side in (window.height, window.width))

@@ -218,8 +218,8 @@ def _within_polygon(scene: Scene, number: int, terrain: Terrain, polygons: Multi
 def _steep_facets(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangles:
     """Return the facets on which the rocks of a source start.
 
-    These are the facets of the source's zone that are steeper than `steeper_than_deg`, or all facets of the zone if this
-    key is not set. Raise an InputError if there are none.
+    These are the facets of the source's zone that are steeper than `steeper_than_deg`, or all facets of the zone if
+    this key is not set. Raise an InputError if there are none.
     """
     spec = scene.sources[number]
     pattern, least = spec.zone or "", spec.steeper_than_deg

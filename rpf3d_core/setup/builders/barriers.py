@@ -157,9 +157,9 @@ def _in_one_place(sections: Sequence[_Straight], slack: float) -> Iterator[_Stra
 
 
 def _nearly_on(lines: FloatArray, section: FloatArray, slack: float) -> NDArray[np.bool_]:
-    """Return for each line (N,) True if a section nearly lies on it: the two overlap in length, and are no slack apart.
+    """Return for each line (N,) True if a section nearly lies on it, so that the section overlaps the line in length.
 
-    Both ends of the section are compared with the line, extended beyond its ends.
+    Both ends of the section are then at most `slack` from the line, which is extended beyond its ends.
 
     lines : (N, 2, 2) m, ends of the lines in plan; section : (2, 2) m, ends of the section
     slack : m, as in `_in_one_place`
