@@ -32,7 +32,7 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 
 LEAST_SEEN = 60.0
-"""Smallest extent (m) of the surroundings of sources at which the camera looks."""
+"""Smallest extent (m) of the region around the sources that the camera shows."""
 
 
 class RunShown(NamedTuple):
