@@ -68,7 +68,7 @@ def _row(change: "LevelChange") -> tuple[str, ...]:
 
 
 def _counts(alert: "Alert") -> str:
-    """Return a phrase for the table that states the effect of an acknowledgement; the person's name follows.
+    """Return a phrase that states the effect of an acknowledgement; the caller adds the name of the person.
 
     alert : a decision with an acknowledgement
     """

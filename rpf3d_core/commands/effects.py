@@ -65,8 +65,8 @@ def _print_one(entry: "CatalogueEntry") -> None:
 def _cost(entry: "CatalogueEntry") -> tuple[str, str]:
     """Return the cost of a model or effect as two texts for the table: computing time and runout.
 
-    The first text is the computing time with the model or effect, divided by the time without; the second text is the
-    change of the runout in per cent. Both texts are "" if the cost was not measured.
+    The first text is the computing time with the model or effect, divided by the time with the default models; the
+    second text is the change of the runout in per cent. Both texts are "" if the cost was not measured.
     """
     if entry.cost is None:
         return "", ""

@@ -11,7 +11,7 @@ from rpf3d_core.commands.screen import screen
 
 ROCKS = "flying rocks"
 PERIOD = 3600.0
-"""Length (s) of the recent period from whose speed the time left is estimated; long, as a cell may take minutes."""
+"""Length (s) of the recent period from whose speed the time left is estimated; a cell of a sweep may take minutes."""
 
 
 @contextmanager

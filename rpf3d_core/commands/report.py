@@ -29,7 +29,7 @@ def report(
 
 
 class ReportCommand(TyperCommand):
-    """The command `rpf3d report`, whose option `--pdf` may be given without a path, which typer has no option for."""
+    """The command `rpf3d report`, whose option `--pdf` may be given without a path, which typer does not support."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the arguments of the command, after `--pdf` without a path has received the path of the HTML file.

@@ -57,9 +57,10 @@ def sweep(
 
 @contextmanager
 def _executor(workers: int | None) -> Iterator[Executor]:
-    """Yield a pool of processes; if Ctrl-C ends the `with` block, cells that have not started are cancelled.
+    """Yield a pool of processes; at the end of the `with` block, cells that have not started are cancelled.
 
     The pool starts a process only if a cell waits and no process is idle, so there are never more processes than cells.
+    Raise an InputError if `workers` is below 1.
 
     workers : largest number of processes; None for one for each usable core
     """

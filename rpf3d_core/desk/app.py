@@ -331,7 +331,7 @@ class Desk:
                 self._loop.call_soon_threadsafe(self._do, work)
 
     def _do(self, work: Callable[[], None]) -> None:
-        """Call the function `work`, and send its changes of the page's values to the browser."""
+        """Call the function `work`, and send the page's values that it changes to the browser."""
         with self.state:
             work()
 

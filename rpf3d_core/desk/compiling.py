@@ -23,9 +23,10 @@ PAUSE = 0.05
 
 
 def prepared_for(scene: Scene, engine: str, ground: tuple[Terrain, FaultReport]) -> Prepared:
-    """Return a scene prepared for the given engine, even if the scene names another engine; the scene is not changed.
+    """Return a scene prepared for the given engine, even if the scene names another engine.
 
-    Both engines give the same results to the last bit. Errors are as in `prepare`.
+    `Prepared.scene` is the given scene without a change. Both engines give the same results to the last bit. Errors are
+    as in `prepare`.
 
     engine : name of the engine; ground : the scene's terrain and its faults, already read
     """
@@ -36,7 +37,7 @@ class Compiling:
     """A thread that prepares a scene for the compiled engine, and compiles its loops."""
 
     def __init__(self, scene: Scene, ground: tuple[Terrain, FaultReport]) -> None:
-        """Start the thread; without numba it is not started, and nothing is compiled."""
+        """Start the thread; without numba, no thread is started, and nothing is compiled."""
         self._found: Prepared | None = None
         self._ended = threading.Event()
         self._cancelled = False

@@ -33,8 +33,8 @@ class Actions(NamedTuple):
     """Functions that the buttons and inputs of the page call.
 
     choose : start a drawing, by kind; click : add a place, from the event of vtk.js; undo_click : remove the last place
-    finish : add the drawing to the scene; cancel : discard the drawing; remove : remove a source or area, by list and
-        name
+    finish : add the drawing to the scene; cancel : discard the drawing; remove : remove a source or area, by key
+        of its list and by name
     edit : change a coefficient, by material, key and text; undo : undo the last edit
     run, stop : start and stop the rocks; save, report : write the scene or the report
     show_layer : show a hazard map, by kind; look : turn the camera to the sources or the whole terrain

@@ -37,7 +37,7 @@ QUIETEST = 0.4
 FOLDER = "rpf3d-desk-"
 """First letters of the names of the temporary folders with results."""
 LATEST = 20.0
-"""Longest time (s) that the desk waits for flying rocks when it ends."""
+"""Longest time (s) that the desk, when it ends, waits for rocks that still fly."""
 
 
 class Written(NamedTuple):
@@ -67,7 +67,7 @@ class Listener(NamedTuple):
 
 
 class Ready(NamedTuple):
-    """A scene that is ready to fly, as text and as prepared data.
+    """A scene that is ready to fly, as text and as data prepared for the reference engine.
 
     stamp : path, size and time of the last change of each file of the scene, taken before the files were read
     """
@@ -104,7 +104,7 @@ class Runner:
         self._tasks.put(lambda: self._prepare(written) if number == self._asked else None)
 
     def fly(self, written: Written) -> None:
-        """Request the flight of a scene's rocks; results are reported during the flight."""
+        """Request the flight of a scene's rocks; the listener receives results during the flight."""
         self._stop.clear()
         self._asked = next(self._numbers)
         self._tasks.put(lambda: self._fly(written))

@@ -175,7 +175,7 @@ def opening_page(address: str) -> Iterator[str]:
 def open_browser(address: str) -> None:
     """Open an address in the user's browser, if there is one.
 
-    A thread of its own opens the browser, because a browser in the terminal blocks this thread until the user ends it.
+    A separate thread opens the browser, because a browser in the terminal would block this thread until it ends.
     """
     threading.Thread(target=_open, args=(address,), name="browser", daemon=True).start()
 

@@ -51,7 +51,10 @@ class Mesh(NamedTuple):
 
 
 class Lines(NamedTuple):
-    """N polylines to draw; points : (P, 3) m, local frame; starts : (N + 1,) first point of each line, and P."""
+    """N polylines to draw.
+
+    points : (P, 3) m, local frame; starts : (N + 1,) index of each line's first point, then P
+    """
 
     points: FloatArray
     starts: NDArray[np.int64]
@@ -95,7 +98,7 @@ def ground_mesh(seen: Seen) -> Mesh:
 
 
 def path_lines(run: Run) -> Lines:
-    """Return the recorded paths of the rocks flown so far, at most as many as the scene outputs."""
+    """Return the recorded paths of the rocks flown so far, at most `outputs.trajectories` of the scene."""
     paths = run.flights.paths
     rows = displayed_rows(paths, run.scene.outputs.trajectories)
     if not len(rows):

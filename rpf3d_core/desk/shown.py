@@ -32,7 +32,7 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 
 LEAST_SEEN = 60.0
-"""Smallest extent (m) of the surroundings of sources at which the camera looks."""
+"""Smallest extent (m) of the region around the sources that the camera shows."""
 
 
 class RunShown(NamedTuple):
@@ -119,7 +119,10 @@ class SceneView:
         self.window.show_points(DRAWN, np.array(drawing.points).reshape(-1, 3))
 
     def look(self, where: str) -> None:
-        """Turn the camera to the sources or the whole terrain; where : "sources" or "all"."""
+        """Turn the camera to the sources, or to the whole terrain; do nothing if no terrain is shown.
+
+        where : "sources" or "all"; without release points, the camera turns to the whole terrain
+        """
         if self.terrain is None or self._seen is None:
             return
         if where == "sources" and len(self._releases):

@@ -20,7 +20,7 @@ def run_desk(scene: Path | None, port: int, browser: bool, say: Callable[[str], 
     Raises
     ------
     InputError
-        The extra `desk` is not installed, the scene is refused, or the port cannot be used.
+        The optional dependency `desk` is not installed, the scene is refused, or the port cannot be used.
     """
     for module in LIBRARIES:
         library_of("desk", module, "the desk needs")

@@ -30,7 +30,7 @@ def check_target(path: Path, replace: bool) -> None:
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Yield the path of a temporary file to write, which is moved to `path` at the end; after an error it is deleted.
+    """Yield the path of a temporary file to write, which is moved to `path` at the end, or deleted after an error.
 
     Raises
     ------

@@ -25,7 +25,9 @@ COLOURS = {
 POINT_SIZE, LINE_WIDTH, THIN = 9.0, 3.0, 1.2
 SOUTH = np.array([0.0, -1.0])
 DISTANCE, LEVEL, RAISED = 1.6, 0.8, 0.6
-"""Distance of the eye from the viewed points (multiple of their extent), and its parts in plan and upwards (shares)."""
+"""Distance of the camera from the middle of the viewed points, divided by the diagonal of their box (-); horizontal and
+vertical component (-) of the unit vector from the middle to the camera.
+"""
 
 
 class Window:
@@ -75,7 +77,7 @@ class Window:
     def look_at(self, points: FloatArray, side: FloatArray = SOUTH) -> None:
         """Turn the camera so that points (N, 3) m fill the view.
 
-        side : (2,) unit vector in plan from the points to the eye
+        side : (2,) unit vector in plan from the points to the camera
         """
         low, high = points.min(axis=0), points.max(axis=0)
         middle, size = 0.5 * (low + high), max(float(np.linalg.norm(high - low)), 1.0)
@@ -116,7 +118,10 @@ def _points(points: FloatArray) -> Any:
 
 
 def _cells(starts: NDArray[Any], corners: NDArray[Any]) -> Any:
-    """Return a VTK cell array; starts : (N + 1,) first corner of each cell, and K; corners : (K,) numbers of points."""
+    """Return a VTK cell array of N cells, such as triangles.
+
+    starts : (N + 1,) index in `corners` of each cell's first corner, then K; corners : (K,) indices of points
+    """
     cells = vtkCellArray()
     cells.SetData(
         numpy_to_vtkIdTypeArray(starts.astype(np.int64), deep=True),

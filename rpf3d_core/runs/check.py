@@ -50,10 +50,10 @@ The checked rocks are evenly spread over each source.
 COMPILED_GAIN = 300.0
 """Speed-up (-) of the compiled engine over the reference engine, used to estimate the time of a run.
 
-The value is rounded down from the demo scene in docs/explanation/performance.md.
+The value is rounded down from the speed-up measured with the demo scene (docs/explanation/performance.md).
 """
 COMPILE_S = 20.0
-"""Time (s) to compile a combination of models for the first time; later runs load it in much less than 1 s."""
+"""Time (s) to compile a new combination of models; later runs load the compiled code in much less than 1 s."""
 
 
 @dataclass(frozen=True)
@@ -160,8 +160,9 @@ Shown = Callable[[list[Extent], list[str]], None]
 def check_scene(scene: Scene, show: Shown | None = None) -> Check:
     """Check a scene and its terrain without a full run, and estimate the time of the run from a few rocks.
 
-    show : called with the extents of all inputs after the terrain has been read, even if the terrain is then refused;
-        not called if an earlier check fails, for example if a file of points is damaged
+    show : called with the extents of all inputs, and with sentences on inputs that look misplaced, after the terrain
+        has been read, even if the terrain is then refused; not called if an earlier check fails, for example if a file
+        of points is damaged
 
     Raises
     ------

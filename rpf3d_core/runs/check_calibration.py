@@ -78,7 +78,7 @@ def _stops_outside(prepared: Prepared) -> Iterator[str]:
 
 
 def _gates_outside(prepared: Prepared, field: Field, directions: Directions) -> Iterator[str]:
-    """Yield a warning for each gate that lies before or beyond the terrain."""
+    """Yield a warning for each gate whose place along `observed.along` lies outside the terrain."""
     along = directions.places(prepared.terrain.vertices)[:, 0]
     low, high = float(along.min()), float(along.max())
     gates = {one.gate: one.at for one in field.values}

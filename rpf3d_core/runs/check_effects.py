@@ -1,4 +1,4 @@
-"""Find effects that a scene seems to need but does not name, and named effects that change nothing.
+"""Find models and effects that a scene seems to need but does not name, and named effects that change nothing.
 
 The check uses the flights of a few rocks and the files in the folder of the scene.
 """
@@ -22,7 +22,7 @@ TREES = ("nrtrees", "dbhmean", "dbhstd", "conif_percent", "treefile")
 
 
 def effects_called_for(scene: Scene, flown: Flights) -> Iterator[str]:
-    """Yield a warning for each effect that a scene seems to need but does not name, such as a forest.
+    """Yield a warning for a ground model or an effect that a scene seems to need but does not name, such as a forest.
 
     flown : flights of a few rocks of the scene
     """

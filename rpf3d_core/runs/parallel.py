@@ -242,7 +242,11 @@ def study(
 
 
 def _finished_runs(flying: dict["Future[dict[str, Any]]", int], scenes: Sequence[Scene]) -> Iterator[Any]:
-    """Yield None once, then each finished run of `study`; cancel the runs that have not started when closed."""
+    """Yield None, then each finished run of `study`; cancel runs that have not started at the end.
+
+    The first value, None, lets `study` start the generator: closing a generator that has not started
+    would cancel no run.
+    """
     with as_they_finish(flying) as finished:
         yield None
         for done, number in finished:

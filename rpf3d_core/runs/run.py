@@ -126,7 +126,7 @@ def fly_into(folder: Path, prepared: Prepared, control: RunControl = UNCONTROLLE
     Raises
     ------
     InputError
-        A source is under the ground or off the terrain.
+        A rock starts under the ground or off the terrain.
     """
     with _tables(folder, prepared) as sink:
         return fly_scene(prepared, Precompiler(), SHOWN, sink, control)
@@ -146,7 +146,7 @@ def replay(
     Raises
     ------
     InputError
-        As `simulate`, or there is no such source or rock.
+        As `simulate`; or there is no such source, or the number of the rock is negative.
     """
     chosen = chosen_scene(scene, None, engine, seed)
     names = [spec.name for spec in chosen.sources]

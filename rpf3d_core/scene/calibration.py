@@ -75,7 +75,7 @@ class ShareSpec(StrictModel):
 
 
 def _part_of(count: int | None, whole: int | None, key: str) -> None:
-    """Raise a PydanticCustomError if a count of rocks is above the number of observed rocks, or this number is None.
+    """Raise a PydanticCustomError for a count above the number of observed rocks, or for a count without this number.
 
     count : the count, None if not given; whole : number of observed rocks, None if not given
     key : the key of the count in the scene, for the message
@@ -92,7 +92,7 @@ def _few_enough(unknowns: Mapping[str, PriorSpec]) -> Mapping[str, PriorSpec]:
 
 
 class CalibrationSpec(StrictModel):
-    """The settings of a calibration: the unknowns that it determines, and the observations. A run ignores them."""
+    """The settings of a calibration: the unknowns to determine, and the observations. A run ignores these settings."""
 
     unknowns: Annotated[Mapping[str, PriorSpec], AfterValidator(_few_enough)] = Field(
         default_factory=dict, description="a mapping of key paths such as materials.*.friction to {min, max} or "

@@ -56,7 +56,7 @@ SHARE, DISTRIBUTION = "a number from 0 to 1 (", "or a distribution"
 RANGE = re.compile(r"([\d.]+)\s*(?:to|-|\.\.)\s*([\d.]+)")
 PERCENT = re.compile(r"(\d+(?:\.\d+)?)\s*(%?)")
 LEAST_PERCENT = 5.0
-"""Smallest number without a sign that is probably a percentage where a share is needed; 1.5 is not."""
+"""Smallest number without a percent sign that is probably a percentage where a share is needed; 1.5 is not."""
 UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
 NOT_SCENE_KEYS = ("path",)
 """Fields of `Scene` that are not keys of the scene file."""

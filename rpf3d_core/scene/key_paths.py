@@ -22,13 +22,14 @@ ALL = "*"
 """Key that stands for all keys of a mapping."""
 
 Steps = tuple[str | int, ...]
-"""The keys and list numbers from a scene to one of its values."""
+"""The keys and list numbers that lead from a scene to one of its values."""
 
 
 def with_values(scene: Scene, values: Mapping[str, Any]) -> Scene:
     """Return a scene with other values at some key paths, after all checks of a scene file.
 
-    values : new values by key path, in the scene's units. A key path without `*` wins over a key path with `*`.
+    values : new values by key path, in the scene's units. If two key paths lead to the same value, a key path without
+        `*` overrides a key path with `*`
 
     Raises
     ------
@@ -54,7 +55,7 @@ def with_values(scene: Scene, values: Mapping[str, Any]) -> Scene:
 
 
 def _without_entries(scene: Scene, changes: Mapping[str, Any]) -> Scene:
-    """Return the scene without coefficients of old library entries, in materials that the changes give another entry.
+    """Return the scene without coefficients of old library entries, in materials for which the changes name another.
 
     Such a material loses the numbers and priors that it took from the old entry. A prior stays if the new entry has a
     range for the same coefficient; the new range replaces the prior later. The priors then have the same order as in a
@@ -197,9 +198,11 @@ def _refusal(part: Any, key: str, path: str, keys: Mapping[str, Any]) -> str:
 
 
 def _whole_path(scene: Scene, path: str) -> str:
-    """Return the end of a message that names the only key path of the scene with the same last key; else "".
+    """Return the end of a message that suggests the full key path for a single key, such as `terrain.benches.berm`.
 
-    path : a key path without dots, such as `berm` for `terrain.benches.berm`
+    The result is "" if several key paths of the scene, or none, end with this key, or if the path is not a single key.
+
+    path : the key path as the user wrote it, such as `berm`
     """
     meant = [key for key in _paths_below(scene) if key.rpartition(".")[2] == path]
     return f"; did you mean `{meant[0]}`?" if "." not in path and len(meant) == 1 else ""

@@ -78,7 +78,7 @@ def _around(value: float) -> Range:
 def _points(
     normal: Range, tangential: Range | None, angle: Range | None = None, rolling: Range | None = None
 ) -> dict[str, Range | float]:
-    """Return the ranges of a material for points and spheres, by its keys in a scene, such as `normal_restitution`.
+    """Return the ranges of an entry for points and spheres, by key of a material, such as `normal_restitution`.
 
     normal, tangential : coefficients of restitution (-); angle : friction angle (degrees)
     rolling : rolling friction (-)

@@ -217,7 +217,7 @@ class Scene(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _points_in_plan(cls, values: Any) -> Any:
-        """Give points [x, y] in plan a height of 0, which is not used: `above_ground` sets the height."""
+        """Give points [x, y] of sources with `above_ground` a height of 0, which is not used."""
         return with_heights(values) if isinstance(values, Mapping) else values
 
     @property

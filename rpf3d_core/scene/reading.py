@@ -67,7 +67,7 @@ def _refuse_terrain(path: Path) -> None:
 
 
 def scene_of_text(text: str, path: Path) -> Scene:
-    """Return the scene from the text of a scene file, after a check, as `read_scene`.
+    """Return the scene from the text of a scene file, after a check of every value; errors are as in `read_scene`.
 
     path : the file that messages show; files in the scene are relative to its folder
     """
@@ -92,14 +92,15 @@ def _checked(path: Path, document: Document) -> Scene:
 
 
 def check_unknowns(scene: Scene) -> None:
-    """Refuse priors whose key path leads to no value of the scene, or whose `min` or `max` is not a valid value there.
+    """Refuse priors of values that the scene does not have or that cannot be unknown, and priors with a wrong range.
 
-    The priors of `unknowns` and of `calibration` are checked.
+    A range is wrong if `min` or `max` is not a valid value of the key. The priors of `unknowns` and of `calibration`
+    are checked.
 
     Raises
     ------
     SceneError
-        One sentence with the key path of the first fault.
+        The first fault; the message has the key path.
     """
     spec = scene.unknowns
     named = {} if spec is None else dict(spec.priors)
@@ -132,7 +133,9 @@ def check_may_be_unknown(scene: Scene, path: str) -> None:
 
 
 def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
-    """Return the scene from values that are not from a file, after a check.
+    """Return the scene from values that are not from a file, such as ROS parameters, after a check of every value.
+
+    Relative paths of files start at the working directory. Priors are not checked; `check_unknowns` does this.
 
     path : the path that later messages about the scene show as its file
 
@@ -150,9 +153,10 @@ def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
 
 
 def filled_in(scene: Scene) -> Scene:
-    """Return the scene with the values that its files determine: the reference system, and one rock for each point.
+    """Return the scene with the values that its files determine: reference system, and default numbers of rocks.
 
-    The number of rocks of a source still counts as a default, so this number changes if the source gets other points.
+    A source of points without a number of rocks gets one rock for each point. This number still counts as a default, so
+    it changes if the source gets other points.
     """
     terrain = scene.terrain
     crs = terrain.crs or next(iter(terrain.crs_of_files().values()), None)
@@ -179,8 +183,9 @@ def _a_rock_a_point(source: SourceSpec, scene: Scene) -> SourceSpec:
 def scene_digest(scene: Scene) -> str:
     """Return a digest (SHA-256, 64 hex digits) of everything in a scene that affects the result.
 
-    The digest covers all keys, defaults included, except `path`, `data_hint` and `calibration`. For a file, it covers
-    the content, not the name or folder. Equal digests therefore mean equal results with the same version of rpf3d.
+    The digest covers all keys, defaults included, except `path`, `data_hint`, `calibration` and optional keys that are
+    not given. For a file, it covers the content, not the name or folder. Equal digests therefore mean equal results
+    with the same version of rpf3d.
     """
     content = _without_optional(scene.model_dump(exclude={"path", "data_hint"}), scene.rock.is_body)
     content["terrain"] = _given({**content["terrain"], "files": _files(scene)}, ("benches", "split"))

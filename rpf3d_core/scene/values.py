@@ -18,8 +18,9 @@ MISSING_FILE = "missing_file"
 
 
 def refuse(sentence: str, *at: str | int, kind: str = "refused") -> PydanticCustomError:
-    """Return the error that refuses a value of a scene, with the message `<key> <sentence>`.
+    """Return the error that refuses a value of a scene, for a validator to raise; the message is `<key> <sentence>`.
 
+    sentence : the rest of the message, such as "is 3, but must be at most 2"
     at : path from the key being validated to the faulty key; kind : type of the error for pydantic
     """
     return PydanticCustomError(kind, "{sentence}", {"sentence": sentence, "at": at})

@@ -142,7 +142,7 @@ def zone_meant(name: str, zones: Sequence[str]) -> str | None:
     """Return the zone, or the pattern of zones, that a name in a scene probably means; None if none is similar.
 
     Capitals do not count, nor does the plural of the first word: `face_*` probably means `FACES_*`, the layers of many
-    drawings. If several zones begin with the only word of the name, the result is a pattern.
+    drawings. If the name has only one word, and several zones begin with this word, the result is a pattern of zones.
 
     name : name or pattern that fits no zone
     """

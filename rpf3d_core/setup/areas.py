@@ -25,7 +25,12 @@ REACHED_BY = (
 def read_areas(scene: Scene) -> dict[str, MultiPolygon]:
     """Return the polygons of each area of interest, by name, in plan coordinates of the input.
 
-    Overlapping polygons of one area are united, so the overlap lies inside the area. Errors are as in `read_polygons`.
+    Overlapping polygons of one area are united, so the overlap lies inside the area.
+
+    Raises
+    ------
+    InputError
+        A file cannot be used, as in `read_polygons`; the message names the key.
     """
     areas = {}
     for number, area in enumerate(scene.areas_of_interest):
@@ -48,7 +53,7 @@ def _united(polygons: MultiPolygon) -> MultiPolygon:
 
 
 OF_THE_INPUT = "the plan coordinates of the terrain's own input (x y, or x z where y is up)"
-"""Coordinates of the areas of interest of a run."""
+"""Coordinates of the areas of interest of a run, in words, for a message."""
 
 
 def area_outlines(
@@ -57,7 +62,7 @@ def area_outlines(
     """Return the outlines (N, 2) m of each area of interest, in the local frame.
 
     areas : polygons from `read_areas`
-    coordinates : the coordinates that areas must have, in words, for the message
+    coordinates : the coordinates that areas must have, in words, such as OF_THE_INPUT, for the message
 
     Raises
     ------
@@ -78,7 +83,9 @@ def area_outlines(
 def outlines_on(terrain: Terrain, path: Path, key: str) -> list[FloatArray]:
     """Return the outlines (N, 2) m of the polygons in a file, in the local frame.
 
-    Overlapping polygons are united. key : the scene's key that names the file, for messages
+    Overlapping polygons are united.
+
+    key : path of the scene file and key that names the file of polygons, for messages
 
     Raises
     ------

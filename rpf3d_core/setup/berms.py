@@ -33,7 +33,7 @@ LOCAL = 2.0
 Single facets are not used, because they are often rough.
 """
 STEP, MOST_PLACES = 1.0, 100
-"""Distance (m) between the places along a foot where the ground is compared, and their largest number for a side."""
+"""Distance (m) between the places along a foot where slopes are measured; largest number of places on each side."""
 
 
 def with_berms(terrain: Terrain, scene: Scene) -> Terrain:

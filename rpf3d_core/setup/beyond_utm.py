@@ -26,12 +26,12 @@ UTM = re.compile(r"EPSG:32[67]\d\d", re.IGNORECASE)
 
 
 def beyond_utm(low: FloatArray, high: FloatArray, relief: float, crs: str | None) -> Iterator[str]:
-    """Yield a sentence if a terrain lies outside every UTM zone, and is in UTM or in an unknown reference system.
+    """Yield a sentence if a terrain lies outside every UTM zone, and its reference system is UTM or unknown.
 
     Without a known reference system, coordinates of the Swiss grid give no sentence.
 
-    low, high : (2,) m, corners of the terrain's box in plan; relief : m, its height difference
-    crs : its reference system, None if unknown
+    low, high : (2,) m, corners of the terrain's box in plan; relief : m, height difference of the terrain
+    crs : reference system of the terrain, None if unknown
     """
     if crs is not None and not UTM.fullmatch(crs):
         return

@@ -24,7 +24,7 @@ AROUND = ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 
 
 def height_warnings(scene: Scene, engine: Engine, frame: Frame) -> Iterator[str]:
-    """Yield a warning for each file of a source if the unused heights in the file lie far above or below the ground.
+    """Yield a warning for each file of a source whose heights, replaced by `above_ground`, lie far off the ground.
 
     frame : frame of the terrain, in whose local coordinates the engine searches
     """

@@ -17,7 +17,8 @@ class Use(NamedTuple):
     """One use of a file of lines or polygons in a scene.
 
     place : key and name, for a message; content : value of the key, a path or the points themselves
-    kind : "line" or "polygon"; wanted : what the geometries should be, in the plural; out : name of a new file
+    kind : "line" or "polygon"; wanted : what the geometries should be, in the plural, such as "crests"
+    out : name, without extension, of the new file in the suggested command
     """
 
     place: str
@@ -56,9 +57,9 @@ def _uses(scene: Scene) -> Iterator[Use]:
 
 
 def _in_words(use: Use, path: Path, layers: dict[str, int], folder: Path) -> str:
-    """Return the end of a warning on the lines of several layers of a file.
+    """Return the end of a warning on a file with lines on several layers, with the command that writes one layer.
 
-    layers : number of lines, by layer; folder : of the scene, where the new file is used
+    layers : number of lines, by layer; folder : of the scene, for the new file with this layer
     """
     named = [f"{layer} ({lines:,})" for layer, lines in list(layers.items())[:MOST_LAYERS]]
     more = f" and {len(layers) - len(named):,} more" if len(layers) > len(named) else ""

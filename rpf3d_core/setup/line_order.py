@@ -54,8 +54,9 @@ def _in_words(line: FloatArray, ordered: FloatArray) -> str:
 def shorter_order(line: FloatArray) -> IntArray | None:
     """Return an order (P,) of the points of a line (P, 2) m in which the line is clearly shorter; None if none is.
 
-    The line is clearly shorter if its old length is more than LONGER (1.05) times its new length. Only lines with a
-    sharp turn, and with 4 to MOST_POINTS points, are compared. The other order is that of `_by_neighbours`.
+    The line is clearly shorter if its old length is more than LONGER (1.05) times its new length; the new
+    length of a closed line includes the segment back to the first point. Only lines with a sharp turn, and with 4 to
+    MOST_POINTS points, are compared. The other order is that of `_by_neighbours`.
     """
     if not 4 <= len(line) <= MOST_POINTS or not len(sharp_turns(line)):
         return None

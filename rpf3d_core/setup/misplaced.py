@@ -22,11 +22,11 @@ from rpf3d_core.terrain.mesh.faults import FaultReport
 SCALES = {
     0.001: "in millimetres", 0.01: "in centimetres", 0.3048: "in feet", 1000.0: "in kilometres",
 }  # fmt: skip
-"""Units that are tried, by their length in metres."""
+"""Units in which an input off the terrain may be, by their length in metres."""
 UNITS_OF_TERRAIN = ("mm", "cm", "ft")
-"""Units that are tried for a terrain that is too large in metres, by key."""
+"""Units in which a terrain may be that is too large if its unit is the metre: keys of LENGTHS."""
 SURVEY = 10_000.0
-"""Coordinate (m) above which coordinates are in a national or UTM system, not in a local grid."""
+"""Coordinate (m) above which a terrain is probably in a national or UTM system, not in a local grid."""
 MOST_RELIEF, MOST_WIDTH = 4_000.0, 100_000.0
 """Largest plausible height difference and width (m) of a terrain for rockfall.
 
@@ -311,7 +311,10 @@ def _unit_of(box: Box, ground: Box) -> str | None:
 
 
 def _degrees_in_words(other: Extent, ground: Box, crs: str | None) -> str:
-    """Return a sentence on an input in longitude and latitude, with the command that transforms its file.
+    """Return a sentence on an input in longitude and latitude: whether it lies on the terrain, and how to transform it.
+
+    The sentence has no command if the coordinates are in the scene file. Without a reference system of the terrain, it
+    only asks for this system.
 
     other : extent of the input; ground : extent of the terrain in plan
     crs : reference system of the terrain; None if unknown

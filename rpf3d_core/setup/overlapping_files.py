@@ -23,9 +23,9 @@ MOST_ROWS = 200
 LEAST_HEIGHT = 0.1
 """Smallest distance (m) between two files, normal to the ground, that counts; surveys of one day differ by less."""
 LEAST_SHARE = 0.05
-"""Smallest share (-) of the places on two files that must differ in height; on steep faces, noise is enough."""
+"""Smallest share (-) of the places on both files where heights must differ; on steep faces, noise causes a few."""
 LEAST_COMMON = 0.5
-"""Smallest share (-) of the smaller file that must be in the larger file, too; neighbouring surveys share a strip."""
+"""Smallest share (-) of the smaller file's area that must be in the larger file, too; neighbours share a strip."""
 LARGEST_BODY = 0.8
 """Largest area in plan of a file that can be a pile, berm or building, divided by the area of the file below (-)."""
 LEAST_RAISED = 3.0
@@ -91,7 +91,7 @@ def overlaps_in(terrain: Terrain, facets: Sequence[int], window: Window) -> Iter
     is measured normal to the ground: two surveys with a small shift in plan differ much in height on a face. A pile,
     berm or building in a separate file makes no pair, because it rises from the ground, with its rim in the ground.
 
-    facets : number of facets of each file
+    facets : number of facets of each file; window : from `shared_window`
     """
     size = np.sqrt(window.width * window.height / PLACES)
     rows, columns = (min(MOST_ROWS, max(1, round(side / size))) for side in (window.height, window.width))

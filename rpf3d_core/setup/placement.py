@@ -18,7 +18,7 @@ from rpf3d_core.setup.source_heights import SourceHeight, heights_of
 from rpf3d_core.terrain.frame import FloatArray
 
 MOST_ABOVE = 30.0
-"""Height (m) above the ground, more than a bench face; a source is suspicious if all its rocks start above it."""
+"""Height (m) above the ground, more than a bench face; a source is suspicious if all its rocks start higher."""
 AT_CREST = 5.0
 """Distance (m) to the nearest ground up to which a rock is at a crest, although the face's foot may be far below."""
 MOSTLY = 0.5
@@ -35,7 +35,7 @@ def rocks_of_sources(prepared: Prepared) -> list[int]:
 
 
 def some_releases(prepared: Prepared, most: int) -> Releases:
-    """Return the releases of at most about `most` rocks, evenly spread over each source."""
+    """Return the releases of at most about `most` rocks of the first round, evenly spread over each source."""
     rocks = rocks_of_sources(prepared)
     every = max(1, -(-sum(rocks) // most))
     steps = [_step_over(places, every) for places in places_of(prepared)]
@@ -43,7 +43,7 @@ def some_releases(prepared: Prepared, most: int) -> Releases:
 
 
 def _step_over(places: int, every: int) -> int:
-    """Return the step between the numbers of the chosen rocks of a source, so that they use all release points.
+    """Return the step between the numbers of a source's chosen rocks, for which these rocks use all release points.
 
     Rocks use the release points in turn, so the step has no common divisor with the number of release points.
 
@@ -69,9 +69,7 @@ def placement_warnings(prepared: Prepared, releases: Releases, heights: Sequence
 
 
 def _high_above(prepared: Prepared, releases: Releases, heights: Sequence[SourceHeight]) -> Iterator[str]:
-    """Yield a warning for each source whose rocks all start more than MOST_ABOVE (m) above the ground.
-
-    MOST_ABOVE is more than the height of a bench face.
+    """Yield a warning for each source whose rocks all start more than MOST_ABOVE (30 m) above the ground.
 
     A source close to a crest gets no warning, although the ground straight below may be the foot of a high face.
     """
@@ -97,7 +95,7 @@ def _at_a_crest(prepared: Prepared, x: FloatArray) -> bool:
 
 
 def _unused_points(prepared: Prepared) -> Iterator[str]:
-    """Yield a warning for each source that has fewer rocks than points, so that some points are not used."""
+    """Yield a warning for each source with fewer rocks than release points, so that some points are not used."""
     for source, places, its in zip(prepared.sources, places_of(prepared), rocks_of_sources(prepared), strict=True):
         if 0 < its < places:
             yield f"source {source.name!r} uses {its:,} of its {places:,} points, because it has no more rocks"

@@ -59,7 +59,8 @@ class Prepared:
 
     faults : report on the mesh of the terrain; flight : materials, settings and models
     sources, rock : sources and rocks of the scene, from which the releases are drawn; raster : cells of the hazard maps
-    polygons : polygons of each area of interest, in plan coordinates of the input; source_polygons : of the sources
+    polygons, source_polygons : polygons of each area of interest and of each source, by name, in plan coordinates of
+        the input
     outlines : outline rings (N, 2) m of each area of interest, in the local frame
     read_s : wall time (s) to read and check the terrain; index_s : wall time (s) to build the engine's locator
     began : `time.perf_counter()` at the start of the preparation
@@ -109,7 +110,7 @@ def prepare(
     Raises
     ------
     InputError
-        A file, a source or a map of the scene is refused; the message names it and the valid values.
+        A file, a source or a map of the scene is refused; the message names the file or key and the valid values.
     """
     began = time.perf_counter()
     check_engine(scene)
@@ -156,7 +157,7 @@ def read_companions(scene: Scene) -> tuple[dict[str, MultiPolygon], dict[str, Mu
 
 
 def check_engine(scene: Scene) -> None:
-    """Raise an InputError if a scene names an engine that is not available.
+    """Refuse a scene that names an engine that is not available.
 
     Raises
     ------
@@ -305,7 +306,7 @@ def places_of(prepared: Prepared) -> list[int]:
 
 
 def check_releases(prepared: Prepared, releases: Releases) -> None:
-    """Raise an error if a rock starts under the ground or off the terrain.
+    """Refuse releases with a rock that starts under the ground or off the terrain.
 
     Raises
     ------

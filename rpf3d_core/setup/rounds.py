@@ -34,7 +34,7 @@ class Round(NamedTuple):
         return blocks_of(self.first, self.last)
 
     def laps(self, first: int, most: int) -> "Iterator[Round]":
-        """Yield the laps of the round: parts that fly one after another, each with rocks of every source.
+        """Yield the laps of the round: parts that fly one after another, each with its share of every source's rocks.
 
         first : approximate number of rocks of the first lap; most : largest number of rocks of a further lap
         """
@@ -71,7 +71,7 @@ class EvenRound(NamedTuple):
             yield [its[block::blocks] for its in self.numbers]
 
     def laps(self, first: int, most: int) -> "Iterator[EvenRound]":
-        """Yield the laps of the round: parts that fly one after another, each with rocks of every source.
+        """Yield the laps of the round: parts that fly one after another, each with its share of every source's rocks.
 
         first : approximate number of rocks of the first lap; most : largest number of rocks of a further lap
         """
@@ -149,7 +149,8 @@ def doubling_rounds(first: Sequence[int], most: int, least: int = 0) -> list[Rou
 
     The first round flies `first` even if this is more than `most`, because a result needs at least one rock from each
     source. If the first round has fewer than `least` rocks, the second round raises the total to at least `least`, even
-    above `most`: results of fewer rocks could not be used.
+    above `most`, because results of fewer rocks could not be used.
+
     first : number of rocks of each source in the first round
     most, least : numbers of rocks over all sources; least : 0 for no such limit
     """
@@ -248,7 +249,7 @@ def rounds_of(scene: Scene, points: Sequence[int]) -> list[Round]:
 
     points : number of release points of each source, 1 for random places. The first round uses all points, if
         `most_rocks` allows it, so that its result does not depend on the first points only. Every source with rocks
-        has at least one rock in it, even if these are more than `most_rocks`
+        has at least one rock in the first round, even if the sources are more than `most_rocks`
     """
     counts = [source.rocks for source in scene.sources]
     if scene.rocks != "auto":
@@ -261,9 +262,9 @@ def rounds_of(scene: Scene, points: Sequence[int]) -> list[Round]:
 
 
 def rounds_of_parts(counts: Sequence[int], parts: int) -> list[Round]:
-    """Return the rocks of each part of a run: an equal share of every source's rocks.
+    """Return the rocks of each part of a run: an equal share of every source's rocks, to within one rock.
 
-    Parts without rocks are left out. counts : number of rocks of each source
+    Parts without rocks are left out. counts : number of rocks of each source; parts : number of parts
     """
     totals = [[k * n // parts for n in counts] for k in range(1, parts + 1)]
     return [part for part in rounds_up_to(totals) if part.first != part.last]

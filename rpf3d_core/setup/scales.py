@@ -1,4 +1,4 @@
-"""Warn about numbers of a scene that are far out of scale, as in another unit: energies, densities, speeds, spreads."""
+"""Warn about energies, densities, speeds and spreads of a scene that are far out of scale: wrong units are likely."""
 
 from collections.abc import Iterator
 
@@ -32,7 +32,7 @@ WIDE = 2.0
 
 
 def warnings_of_scales(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each number of a scene that is far out of scale, with the unit that it may be in."""
+    """Yield a warning for each number of a scene that is far too large for its unit; most warnings suggest a unit."""
     yield from _heavy(scene.rock.density)
     yield from _strong_barriers(scene)
     yield from _speeds(scene)
@@ -40,7 +40,7 @@ def warnings_of_scales(scene: Scene) -> Iterator[str]:
 
 
 def words_on_low_density(density: float) -> str:
-    """Return a warning on a density (kg/m^3) below that of any rock, with the units that it may be in."""
+    """Return a warning on a density (kg/m^3) below that of any rock, with the units that may be meant."""
     low, high = WEIGHTS
     weight = f", or in kN/m3 ({_as_density(1000.0 * density)} kg/m3)" if low <= density < high else ""
     return f"`rock.density` is {density:g} kg/m3; is it in t/m3{weight}?"
@@ -74,7 +74,7 @@ def _strong_barriers(scene: Scene) -> Iterator[str]:
 
 
 def _speeds(scene: Scene) -> Iterator[str]:
-    """Yield a warning for each release speed too high for a loose rock, and each stop speed too high for standstill.
+    """Yield a warning for each release speed too high for a loose rock, and each stop speed at which rocks still move.
 
     A stop speed that stops every rock is intended, and gives no warning.
     """

@@ -204,7 +204,10 @@ def _triangles(
 
 
 def _within_polygon(scene: Scene, number: int, terrain: Terrain, polygons: MultiPolygon) -> ReleaseTriangles:
-    """Return the parts of the terrain's facets inside a source's polygons, on which its rocks start."""
+    """Return the parts of the terrain's facets inside a source's polygons, on which its rocks start.
+
+    Raise an InputError if the polygons lie off the terrain.
+    """
     plan = plan_triangles(polygons)
     parts = facets_within(terrain.vertices[terrain.triangles], local_plan(terrain.frame, plan))
     if not len(parts):
@@ -215,8 +218,8 @@ def _within_polygon(scene: Scene, number: int, terrain: Terrain, polygons: Multi
 def _steep_facets(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangles:
     """Return the facets on which the rocks of a source start.
 
-    These are the facets of its zone that are steeper than `steeper_than_deg`, or all facets of the zone if this key is
-    not set.
+    These are the facets of the source's zone that are steeper than `steeper_than_deg`, or all facets of the zone if
+    this key is not set. Raise an InputError if there are none.
     """
     spec = scene.sources[number]
     pattern, least = spec.zone or "", spec.steeper_than_deg

@@ -1,4 +1,4 @@
-"""Split the zones that a scene names into their surfaces at different heights, and note other such zones."""
+"""Split the zones that a scene names into their surfaces at different heights, and note other zones to split."""
 
 from collections.abc import Sequence
 
@@ -15,11 +15,14 @@ MOST_NAMED = 6
 
 
 def split_zones(terrain: Terrain, scene: Scene, edges: Edges) -> tuple[Terrain, tuple[str, ...]]:
-    """Return the terrain with the zones of `terrain.split` split by height, and notes on surfaces that count as one.
+    """Return the terrain with the zones of `terrain.split` split by height, and notes on surfaces that share a zone.
 
-    One note is on other zones to split, and one is for each split zone with surfaces that only join a part. If the
-    scene names no zone, two kinds of terrain have no note: synthetic terrain, where each zone is one bench, and terrain
-    of a single zone, where benches are not distinguished.
+    A first note names the other zones with surfaces at different heights, which could be split, too. A further note for
+    each split zone states which surfaces count with a part at another height (`words_on_merged`). If the scene names no
+    zone, two kinds of terrain have no note: synthetic terrain, where each zone is one bench, and terrain of a single
+    zone, where benches are not distinguished.
+
+    edges : edges of the terrain's facets
 
     Raises
     ------
@@ -53,7 +56,10 @@ def _wanted(terrain: Terrain, scene: Scene, found: Sequence[ZoneParts], name: st
 
 
 def words_on_parts(found: Sequence[ZoneParts], origin: float) -> str:
-    """Return a note on zones of several surfaces at different heights; origin : height (m) of the local frame."""
+    """Return a note on zones that could be split, because their surfaces lie at different heights.
+
+    found : the parts of each zone; origin : height (m) of the local origin in the input
+    """
     zones = ", ".join(f"{parts.zone} ({_heights(parts, origin)})" for parts in found)
     names = ", ".join(parts.zone for parts in found)
     return (
@@ -63,7 +69,11 @@ def words_on_parts(found: Sequence[ZoneParts], origin: float) -> str:
 
 
 def words_on_merged(split: Sequence[ZoneParts]) -> tuple[str, ...]:
-    """Return a note for each split zone with surfaces that count with a part at another height."""
+    """Return a note for each split zone with surfaces that count with the nearest part, although their heights differ.
+
+    Such surfaces are small, or lie within the heights of a large surface (`terrain.zone_parts.parts_by_height`).
+    split : the parts of each split zone
+    """
     return tuple(_merged_in_words(parts.zone, parts.merged) for parts in split if parts.merged)
 
 
@@ -79,7 +89,7 @@ def _merged_in_words(zone: str, merged: Merged) -> str:
 def _heights(parts: ZoneParts, origin: float) -> str:
     """Return the number of parts of a zone and the mean heights (m) of the highest parts, as text.
 
-    origin : height (m) of the local frame
+    origin : height (m) of the local origin in the input
     """
     shown = ", ".join(f"{height + origin:,.0f}" for height in parts.heights[:MOST_NAMED])
     more = ", ..." if len(parts.heights) > MOST_NAMED else ""

@@ -42,11 +42,11 @@ IN_SMALL_UNITS = "is the file in millimetres or centimetres? Give it `unit: mm` 
 def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
     """Return the terrain of a scene, ready to fly over, and the faults that were found and repaired.
 
-    Files are read in order, rotated to z up, moved to a local origin of whole metres and welded. All facets keep their
-    order, faulty facets included, so facet numbers in the run equal facet numbers in the files. Facets cut by berms are
-    an exception: the first part of each cut facet keeps the number, and the other parts follow after all facets. Then
-    zones drawn as polygons are assigned: later polygons replace earlier polygons, but a berm stays a separate zone.
-    Last, the zones in `terrain.split` are split by height.
+    Files are read in order, rotated to z up, moved to a local origin of whole metres and welded; a synthetic terrain is
+    made instead. All facets keep their order, faulty facets included, so facet numbers in the run equal facet numbers
+    in the files. Then berms are added: the first part of each facet that a berm cuts keeps the number, and the other
+    parts follow after all facets. Then zones drawn as polygons are assigned: later polygons replace earlier polygons,
+    but a berm stays a separate zone. Last, the zones in `terrain.split` are split by height.
 
     Raises
     ------

@@ -73,9 +73,9 @@ def sampled(scene: Scene) -> tuple[str, ...]:
 def share_calibrated_elsewhere(scene: Scene, releases: FloatArray) -> float:
     """Return the share (-) of the rocks that start far from the place where the scene's sample was calibrated.
 
-    The share is 0 for a scene without a sample, and if the file of the sample does not state the place.
+    The share is 0 without releases or without a sample, and if the file of the sample does not state the place.
 
-    releases : (N, 2) m, in plan, in the input's coordinates with z upwards
+    releases : (N, 2) m, places in plan, in the coordinates of the input after it is turned so that z is up
 
     Raises
     ------
@@ -157,7 +157,7 @@ def left_over(scene: Scene, priors: Mapping[str, PriorSpec], known: Sequence[str
 
 
 def _picked(sample: ParameterSets, places: FloatArray, scene: Scene) -> FloatArray:
-    """Return values (S, U) of U parameters: S rows of a sample, each row selected as often as its weight requires.
+    """Return S rows of a sample: values (S, U) of its U parameters; a row is chosen in proportion to its weight.
 
     places : (S,) evenly spread numbers in [0, 1), which select the rows; scene : names the file, for the error
 

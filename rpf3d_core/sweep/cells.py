@@ -56,8 +56,9 @@ def cells_of(scene: Scene, varied: Sequence[Varied], rocks: Rocks = None) -> lis
     Raises
     ------
     InputError
-        A key path leads nowhere, a value or the number of rocks is refused, an unknown sets the value of a key, numbers
-        of rocks of sources vary although there is a total, there are too many cells, or two cells are the same run.
+        The keys and values are refused by `check_varied`, a key path leads nowhere, a value or the number of rocks is
+        refused, a varied key has no effect (`sweep.overridden`), there are too many cells, or two cells are the same
+        run.
     """
     check_varied(varied)
     number = prod(len(one.values) for one in varied)

@@ -1,4 +1,4 @@
-"""Write a sweep: sweep.csv with all figures, and sweep.png with a curve for each place and percentile."""
+"""Write a sweep: sweep.csv with all figures, and sweep.png with a panel of curves for each place and percentile."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -32,7 +32,7 @@ For example, a pit floor retains nearly all rocks that reach it.
 """
 TABLE, PICTURE = "sweep.csv", "sweep.png"
 MOST_PLACES = 6
-"""Largest number of places in the picture: the places in which the largest shares of all rocks stopped."""
+"""Largest number of places in the picture; `_most_held` ranks the places."""
 
 
 def check_out(out: str | Path) -> Path:
@@ -75,7 +75,10 @@ def write_sweep(folder: Path, varied: Sequence[Varied], cells: Sequence[Cell], r
 
 
 def panels_of(varied: Sequence[Varied], cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[Panel]:
-    """Return the panels of the picture: shares in the places where most rocks stopped, then percentiles of the runs."""
+    """Return the panels of the picture: shares in at most MOST_PLACES (6) places, then percentiles of the runs.
+
+    Barriers come first, then areas of interest, then the zones where most rocks stopped.
+    """
     places = sorted(places_that_hold(records), key=lambda place: -_most_held(records, place))[:MOST_PLACES]
     panels = [_panel(varied, cells, records, place) for place in places]
     for title, (result, scale) in zip(RUN_HEADER, RUN_RESULTS, strict=True):

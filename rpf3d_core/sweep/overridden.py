@@ -66,7 +66,7 @@ def check_priors(scene: Scene, keys: Sequence[str]) -> None:
     Raises
     ------
     InputError
-        A key path leads nowhere, or a prior covers a varied key; the message names the prior and the key.
+        A key path leads nowhere, or a prior also sets values that do not vary; the message names the prior and the key.
     """
     varied = [(key, steps_to(scene, key)) for key in keys]
     for path in {} if scene.unknowns is None else scene.unknowns.priors:

@@ -34,7 +34,8 @@ def sweep(
 ) -> Sweep:
     """Fly a scene with each combination of values of some keys, and write sweep.csv and sweep.png into a folder.
 
-    A cell that has flown into the same folder, with the same scene, files and version of rpf3d, does not fly again.
+    A cell that has flown into the same folder does not fly again if its scene, its files and the versions of all
+    packages that affect a result are the same.
 
     Parameters
     ----------

@@ -178,7 +178,7 @@ def _of_runs(records: Sequence[CellRecord]) -> Iterator[Figure]:
 
 
 def _is_printed(figure: Figure) -> bool:
-    """Return True if the tables on the screen may show a figure: it is known, and a share or about the whole run."""
+    """Return True if the tables may show a figure: it is known, and is `reached`, `retained` or of the whole run."""
     return figure.value is not None and (figure.result in (REACHED, RETAINED) or not figure.kind)
 
 

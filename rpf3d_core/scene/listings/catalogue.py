@@ -29,6 +29,7 @@ WORDS = {"gt": "above {:g}", "ge": "at least {:g}", "lt": "below {:g}", "le": "a
 class Parameter:
     """A parameter of a model or effect, as `rpf3d effects` and the reference describe it.
 
+    meaning : valid values and meaning in words
     default : None if the parameter is required or has no default (see `required`)
     bounds : in words, "" for none; unit : "" if the parameter is not a number
     """
@@ -62,7 +63,7 @@ class CatalogueEntry:
 
 
 def entries() -> list[CatalogueEntry]:
-    """Return all models and effects that a scene may name, in the order of its keys; their physics is not imported."""
+    """Return all models and effects that a scene may name, by key of the scene, without import of the physics."""
     costs = _costs()
     return [
         _entry(kind, name, model_spec, costs.get(f"{kind}.{name}"))

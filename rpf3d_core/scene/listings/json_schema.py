@@ -189,7 +189,7 @@ def _add_points_in_plan(definitions: Schema) -> None:
 
 
 def _add_shapes(definitions: Schema) -> None:
-    """Allow `point`, `sphere` and null as values of `rock.shape`; definitions : changed in place."""
+    """Allow `point`, `sphere`, `{sphere: false}` and null as values of `rock.shape`; definitions : changed in place."""
     named: Schema = {"enum": [POINT, SPHERE, None]}
     no_sphere: Schema = {"const": {SPHERE: False}}
     shape = definitions["RockSpec"]["properties"]["shape"]
@@ -197,7 +197,10 @@ def _add_shapes(definitions: Schema) -> None:
 
 
 def _add_materials(definitions: Schema) -> None:
-    """Allow materials without coefficients of points if they name a library entry or have coefficients of a body."""
+    """Allow materials without coefficients of points if they name a library entry or have coefficients of bodies.
+
+    definitions : changed in place
+    """
     material = definitions["Material"]
     required = material.pop("required")
     point: Schema = {"required": required}
@@ -224,7 +227,7 @@ def _add_parameters(definition: Schema, parameters: ModuleType) -> None:
 
 
 def _add_unknowns(schema: Schema) -> None:
-    """Allow `{prior: ...}` in place of each number that may be unknown.
+    """Allow `{prior: ...}` in place of each number that may be unknown; schema : of a scene, changed in place.
 
     Definitions are copied before this change, because other sections use the originals, in which no prior is allowed.
     """
@@ -281,7 +284,7 @@ def _copied(name: str, definitions: Mapping[str, Schema], copies: Schema) -> str
 
 
 def _prune(schema: Schema) -> None:
-    """Remove definitions that no part of a schema refers to."""
+    """Remove the definitions that no part of a schema refers to; schema : changed in place."""
     definitions = schema.pop("$defs")
     used, waiting = set[str](), _refs_in(schema)
     while waiting:

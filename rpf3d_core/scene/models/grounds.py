@@ -8,8 +8,8 @@ from rpf3d_core.scene.models.spec import Confirmed, ModelSpec, parameter
 class RollingSpec(ModelSpec):
     """A sphere that rolls against the material's rolling friction.
 
-    2/7 of the work of gravity becomes rotational energy. A rock has no spin before it begins to roll. It then keeps its
-    whole speed, so it may rise to 7/5 of the height that its kinetic energy before rolling allows.
+    2/7 of the work of gravity becomes rotational energy. A rock has no spin before it begins to roll, and keeps its
+    whole speed when it begins. So it may rise to 7/5 of the height that its kinetic energy before rolling allows.
     """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rolling:Rolling"

@@ -20,7 +20,7 @@ this project; UNCONFIRMED: general knowledge, which the user must check.
 
 
 class ModelSpec(StrictModel):
-    """The parameters of one model or effect. The class of its physics has fields of the same names.
+    """The parameters of one model or effect. Without a BUILDER, the class of its physics has fields of the same names.
 
     PHYSICS : module and class of the physics parameters, for which the rules are registered
     MATERIAL_KEYS : optional keys of a material that the model requires
@@ -78,7 +78,8 @@ def parameter(
 ) -> Any:  # fmt: skip
     """Return a field of a `ModelSpec`: a value with its unit, bounds, source, and how well the source is confirmed.
 
-    default : `...` for a required parameter
+    default : `...` for a required parameter; description : valid values and meaning in words
+    bounds : limits of a number by pydantic's names, such as gt and le
     """
     facts: dict[str, Any] = {"unit": unit, "source": source, "confirmed": confirmed}
     return Field(default, description=description, json_schema_extra=facts, **bounds)

@@ -27,7 +27,7 @@ JOULE_PER_KJ = 1000.0
 class _Straight(NamedTuple):
     """A straight section of a barrier, between two corners of its line.
 
-    ends : (2, 2) m, in plan, local frame; barrier : number of its barrier
+    ends : (2, 2) m, in plan, local frame; barrier : number of the barrier
     key, given : for messages: the key in the scene, and the whole line (P, 2 or 3) in the coordinates of the scene
     """
 
@@ -40,9 +40,9 @@ class _Straight(NamedTuple):
 class _BarrierPart(NamedTuple):
     """One part of a barrier, on one facet.
 
-    foot : (2, 3) m, the ends of its foot, local frame; facet : number of the facet below it
+    foot : (2, 3) m, the ends of the part's foot, local frame; facet : number of the facet below the part
     line : number of the straight section between two corners that contains this part, counted over all barriers
-    barrier : number of its barrier
+    barrier : number of the barrier
     """
 
     foot: FloatArray
@@ -157,9 +157,12 @@ def _in_one_place(sections: Sequence[_Straight], slack: float) -> Iterator[_Stra
 
 
 def _nearly_on(lines: FloatArray, section: FloatArray, slack: float) -> NDArray[np.bool_]:
-    """Return for each line (N,) whether a section lies along it, with both of its ends within the slack of the line.
+    """Return for each line (N,) True if a section nearly lies on it, so that the section overlaps the line in length.
 
-    lines : (N, 2, 2) m, ends of the lines in plan; section : (2, 2) m, ends of the section; slack : m
+    Both ends of the section are then at most `slack` from the line, which is extended beyond its ends.
+
+    lines : (N, 2, 2) m, ends of the lines in plan; section : (2, 2) m, ends of the section
+    slack : m, as in `_in_one_place`
     """
     way = lines[:, 1] - lines[:, 0]
     length = np.maximum(np.hypot(way[:, 0], way[:, 1]), np.finfo(float).tiny)

@@ -27,7 +27,10 @@ def drag_layer(spec: DragLayerSpec, scene: Scene, terrain: Terrain) -> DragLayer
 
 
 def _edges_of(spec: DragLayerSpec, scene: Scene, terrain: Terrain) -> FloatArray:
-    """Return the edges (E, 4) m of the outlines of the layer: start and end; overlapping polygons are united."""
+    """Return the edges (E, 4) m of the layer's outlines in plan, local frame: x and y of the start, then of the end.
+
+    Overlapping polygons are united. Errors are as in `drag_layer`.
+    """
     polygons: Path = spec.polygons  # type: ignore[assignment]  # the caller has checked that there are some
     rings = outlines_on(terrain, polygons, f"{scene.path}: `effects.drag_layer.polygons`")
     return np.concatenate([np.concatenate([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings])

@@ -84,7 +84,7 @@ def forest_of(spec: ForestSpec, scene: Scene, terrain: Terrain) -> Forest:
 def forest_as_obstacles(name: str, spec: ForestSpec, forest: Forest) -> Obstacles:
     """Return the trees of a scene for pictures and recordings: stems (T, 4) m with foot and diameter.
 
-    All trees have one name.
+    All trees have the same name, the name of the effect.
     """
     stems = forest.stems
     feet = np.stack([stems.x, stems.y, stems.z, 2.0 * stems.radius], axis=1)
@@ -92,12 +92,12 @@ def forest_as_obstacles(name: str, spec: ForestSpec, forest: Forest) -> Obstacle
 
 
 def _largest_radius(scene: Scene) -> float:
-    """Return the radius (m) of the largest rock of the scene as a sphere, for the distance at which it meets stems."""
+    """Return the radius (m) of the scene's largest rock as a sphere, to find the cells where rocks can meet a stem."""
     return 0.5 * float(diameter_of(mass_range(rock_of_scene(scene))[1], scene.rock.density))
 
 
 def _written(spec: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
-    """Return the trees of the scene's tree file."""
+    """Return the trees of the scene's tree file; raise an InputError if the file or a tree in it is refused."""
     key = f"{scene.path}: `effects.forest.file`"
     try:
         trees = read_trees(spec.file, terrain.frame.up)  # type: ignore[arg-type]
@@ -188,7 +188,10 @@ def _number(spec: ForestSpec, scene: Scene, area: float) -> int:
 
 
 def _outline(spec: ForestSpec, scene: Scene, terrain: Terrain) -> Any:
-    """Return the polygons in which trees are drawn, in the plan coordinates of the input."""
+    """Return the polygons in which trees are drawn, in the plan coordinates of the input.
+
+    Raise an InputError if the file is damaged, or if the polygons lie off the terrain.
+    """
     key = f"{scene.path}: `effects.forest.within`"
     try:
         polygons = read_polygons(spec.within)  # type: ignore[arg-type]

@@ -18,7 +18,7 @@ WYLLIE = "rpf3d_core.kinetics.rebounds.wyllie:Wyllie"
 
 
 def mass_scaled(spec: MassScaledSpec, scene: Scene, terrain: Terrain) -> Any:
-    """Return the rebound model `mass_scaled`; if the scene gives no K, its R_n does not depend on the speed."""
+    """Return the rebound model `mass_scaled`; if the scene gives no K, R_n does not depend on the speed."""
     return spec.physics()(spec.C, math.inf if spec.K is None else spec.K)
 
 
