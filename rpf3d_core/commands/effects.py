@@ -41,8 +41,8 @@ def _print_list(listed: "list[CatalogueEntry]") -> None:
         table.add_row(f"{entry.kind}: {entry.name}", escape(entry.summary), entry.confirmed, *_cost(entry))
     screen.print(table)
     screen.print(
-        "time and runout: against constant rebound and sliding alone, on the demo pit; `rpf3d effects NAME` lists "
-        "its parameters. Models of your own: docs/howto/own-models.md",
+        "time and runout: against the default models (`coulomb_limited`, `sliding`), on a wall of a synthetic pit; "
+        "`rpf3d effects NAME` lists its parameters. Models of your own: docs/howto/own-models.md",
         soft_wrap=True,
     )
 
@@ -52,7 +52,7 @@ def _print_one(entry: "CatalogueEntry") -> None:
     screen.print(f"{entry.kind}: {entry.name}", style="bold")
     screen.print(entry.summary, soft_wrap=True, markup=False)
     time, runout = _cost(entry)
-    ratios = f"; on the demo pit time {time}, runout {runout}" if time else ""
+    ratios = f"; on a wall of a synthetic pit time {time}, runout {runout}" if time else ""
     screen.print(f"Source: {entry.source} ({entry.confirmed}){ratios}", soft_wrap=True, markup=False)
     table = Table("parameter", "value", "default", "source", "confirmed", box=None, padding=GAP, pad_edge=False)
     for each in entry.parameters:
