@@ -7,8 +7,10 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
+from geometry_msgs.msg import PolygonStamped
 from live_peer import ON_THE_SLOPE, cloud, long_ramp, polygon, poses, with_alerts
 
+from rpf3d_ros.interface.qos import LATCHED
 from rpf3d_ros.messages.health import ERROR, OK
 
 BESIDE = ((50.0, 2.0), (58.0, 2.0), (58.0, 8.0), (50.0, 8.0))
@@ -78,3 +80,27 @@ def test_a_radar_that_is_connected_and_was_never_heard_is_named_in_a_fault_until
     before = len(mine.alerts)
     speak_until(mine, lambda: said_since(mine, before, "normal"), "normal, for it has spoken", cloud_too=True)
     speak_until(mine, lambda: inputs().level[0] == OK, "the diagnostics to be OK", cloud_too=True)
+
+
+def test_a_latched_area_from_before_the_start_is_a_fault_that_names_its_topic_until_it_is_published_again(stage):
+    """The scene of the site has an area, so that the live area of a pattern is not known to be missing."""
+    given = with_alerts(stage.folder, oldest=OLDEST)
+    outline = ", ".join(f"[{x}, {y}]" for x, y in BESIDE)
+    scene = stage.folder / "scene.yaml"
+    scene.write_text(f"areas_of_interest: [{{name: berm, polygons: [[{outline}]]}}]\n")
+    given["site_file"].write_text(given["site_file"].read_text() + "  berm: {restrict: {reach_probability: 0.1}}\n")
+    peer = stage.live_peer()
+    peer.node.destroy_publisher(peer.publishers["areas/polygon"])
+    peer.publishers["areas/polygon"] = peer.node.create_publisher(PolygonStamped, "areas/polygon", LATCHED)
+    peer.send("areas/polygon", polygon(BESIDE, peer.now()))
+    stage.node("simulator_node", **given, scene=scene)
+    peer.wait_for_simulator()
+    peer.wait_for_sentence("active")
+    peer.send("terrain/points", cloud(long_ramp(), peer.now()))
+    mute = f"areas/polygon has had a publisher (/mine) for more than {OLDEST} s, but no valid message"
+    speak_until(peer, lambda: said_since(peer, 0, mute), "the fault of the mute topic", cloud_too=True)
+    assert next(s for array in peer.alerts for s in array.status if mute in s.message).message.startswith("fault: ")
+    assert peer.alarms[-1]
+    before = len(peer.alerts)
+    peer.send("areas/polygon", polygon(BESIDE, peer.now()))
+    speak_until(peer, lambda: said_since(peer, before, "normal"), "normal after the new message", cloud_too=True)
