@@ -109,8 +109,8 @@ MUTE_SENSOR = "check the sensor; a sensor that sees nothing must publish empty m
 """What to do about a mute topic of sources."""
 
 MUTE_AREA = (
-    "publish the area again, because the node receives no message from before its activation (an empty message if there "
-    "is no area)"
+    "publish the area again, because the node receives no message from before its activation (an empty message if "
+    "there is no area)"
 )
 """What to do about a mute topic of areas."""
 

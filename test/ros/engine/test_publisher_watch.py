@@ -171,7 +171,7 @@ def test_the_fault_of_a_mute_topic_of_areas_says_what_to_publish():
     dispatch = SeenPublisher("/dispatch", POSES, LATCHED)
     assert mute(areas, 0.0, dispatch, topic="areas/equipment") == []
     (sentence,) = mute(areas, 31.0, dispatch, topic="areas/equipment")
-    assert sentence.startswith("areas/equipment has had a publisher (/dispatch) for more than 30 s, but no valid message")
+    assert sentence.startswith("areas/equipment has had a publisher (/dispatch) for more than 30 s, but no valid")
     assert "publish the area again" in sentence and "an empty message if there is no area" in sentence
 
 

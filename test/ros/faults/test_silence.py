@@ -87,7 +87,8 @@ def test_a_radar_that_is_connected_and_was_never_heard_is_named_in_a_fault_until
 
 def test_a_latched_area_from_before_the_start_is_a_fault_that_names_its_topic_until_it_is_published_again(stage):
     given = with_alerts(stage.folder, oldest=OLDEST)
-    given["site_file"].write_text(given["site_file"].read_text() + "  equipment*: {restrict: {reach_probability: 0.1}}\n")
+    with given["site_file"].open("a") as site:
+        site.write("  equipment*: {restrict: {reach_probability: 0.1}}\n")
     peer = stage.live_peer()
     peer.node.destroy_publisher(peer.publishers["areas/equipment"])
     peer.publishers["areas/equipment"] = peer.node.create_publisher(PoseArray, "areas/equipment", LATCHED)
