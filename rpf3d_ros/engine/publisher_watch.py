@@ -4,7 +4,8 @@
   this only in the log.
 - Two publishers of one topic contradict each other, or report different walls.
 - A sensor that is connected and has never published a message does not watch its wall, although no message is wrong or
-  old.
+  old. A publisher of areas that sent its outline before the node was active never sends the outline again, although
+  the node needs it.
 """
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
@@ -104,20 +105,31 @@ class Connection(NamedTuple):
     last: float
 
 
-class MuteSensors:
-    """Finds topics of sources that have a publisher, but no accepted message since the node subscribed to the topic.
+MUTE_SENSOR = "check the sensor; a sensor that sees nothing must publish empty messages"
+"""What to do about a mute topic of sources."""
+
+MUTE_AREA = (
+    "publish the area again, because the node receives no message from before its activation (an empty message if "
+    "there is no area)"
+)
+"""What to do about a mute topic of areas."""
+
+
+class MuteTopics:
+    """Finds topics that have a publisher, but no accepted message since the node subscribed to the topic.
 
     longest_s : time (s) for which a publisher may be connected without a message; infinite for no limit
+    remedy : what to do about a mute topic, for the sentence of the fault
     """
 
-    def __init__(self, topics: Iterable[WatchedTopic], longest_s: float) -> None:
-        self._topics, self._longest = tuple(topics), longest_s
+    def __init__(self, topics: Iterable[WatchedTopic], longest_s: float, remedy: str) -> None:
+        self._topics, self._longest, self._remedy = tuple(topics), longest_s, remedy
         self._understood: set[str] = set()
         self._connected: dict[str, Connection] = {}
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of the topics of sources that are checked."""
+        """The names of the topics that are checked."""
         return tuple(topic.name for topic in self._topics)
 
     def understood(self, topic: str) -> None:
@@ -136,7 +148,7 @@ class MuteSensors:
         for name, publishers in there.items():
             self._note(name, bool(publishers), at)
         return [
-            PublisherFinding(name, _mute(name, there[name], self._longest), True)
+            PublisherFinding(name, f"{_mute(name, there[name], self._longest)}: {self._remedy}", True)
             for name, each in self._connected.items()
             if name not in self._understood and each.last - each.since > self._longest
         ]
@@ -157,7 +169,7 @@ def fitting_of(topic: WatchedTopic, seen: Iterable[SeenPublisher]) -> list[SeenP
 def sentences_by_topic(findings: Iterable[PublisherFinding], topics: Iterable[str]) -> dict[str, str]:
     """Return the faults of each topic, by topic, as one sentence; "" for a topic without a fault.
 
-    findings : from `PublisherWatch` or `MuteSensors`; warnings are skipped
+    findings : from `PublisherWatch` or `MuteTopics`; warnings are skipped
     """
     sentences: dict[str, str] = dict.fromkeys(topics, "")
     for finding in findings:
@@ -188,6 +200,6 @@ def _several(topic: WatchedTopic, seen: Sequence[SeenPublisher]) -> str:
 def _mute(name: str, seen: Sequence[SeenPublisher], longest_s: float) -> str:
     nodes = ", ".join(sorted(each.node for each in seen)) or "which has ended"
     return (
-        f"{name} has had a publisher ({nodes}) for more than {longest_s:g} s, but no valid message has "
-        f"ever been received: check the sensor; a sensor that sees nothing must publish empty messages"
+        f"{name} has had a publisher ({nodes}) for more than {longest_s:g} s, but no valid message has been "
+        "received since the node was activated"
     )

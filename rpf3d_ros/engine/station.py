@@ -153,11 +153,12 @@ class Station:
 
     def _areas_before(self) -> list[str]:
         """Return the topics that had an area before the start, and whose areas have limits in the present site file."""
-        watched = self._watched_area_topics()
+        watched = self.watched_area_topics
         return [topic for topic in self._memory.get("areas", ()) if topic in watched]
 
-    def _watched_area_topics(self) -> list[str]:
-        """Return the topics of areas that have limits in the site file."""
+    @property
+    def watched_area_topics(self) -> list[str]:
+        """The topics of areas that have limits in the site file, under their names or a pattern."""
         thresholds = self._configuration.thresholds
         if thresholds is None:
             return []
@@ -223,7 +224,7 @@ class Station:
 
     def _demand_anew(self) -> None:
         """Report faults that last until all areas and, if there are patches, the whole terrain are published again."""
-        self._areas.interrupted(self._watched_area_topics())
+        self._areas.interrupted(self.watched_area_topics)
         if self.terrain.has_patches:
             self.terrain.refuse("patch", time.time_ns(), stamp_ns=self._outlets.now() or None)
             self._report_terrain()

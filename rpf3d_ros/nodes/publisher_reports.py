@@ -7,7 +7,9 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from rpf3d_ros.engine.publisher_watch import (
-    MuteSensors,
+    MUTE_AREA,
+    MUTE_SENSOR,
+    MuteTopics,
     PublisherFinding,
     PublisherWatch,
     SeenPublisher,
@@ -66,7 +68,12 @@ class PublisherReports:
         self._watched = watched_topics(inputs, parameters.sensors)
         self._watch = PublisherWatch(self._watched, parameters.publisher_overlap)
         sensors = (topic for topic in self._watched if topic.group == SENSORS)
-        self._mute = MuteSensors(sensors, station.sources_max_age_s)
+        areas = (topic for topic in self._watched if topic.name in station.watched_area_topics)
+        self._mute = (
+            MuteTopics(sensors, station.sources_max_age_s, MUTE_SENSOR),
+            MuteTopics(areas, station.sources_max_age_s, MUTE_AREA),
+        )
+        self._may_be_mute = [name for each in self._mute for name in each.names]
         self._look_at = 0.0
 
     def look_soon(self) -> None:
@@ -80,16 +87,17 @@ class PublisherReports:
             return
         self._look_at = now + LOOK
         seen = {topic.name: self.of(topic.name) for topic in self._watched}
-        wrong, mute = self._watch.findings(seen, now), self._mute.findings(seen, now)
+        wrong, mute = self._watch.findings(seen, now), [one for each in self._mute for one in each.findings(seen, now)]
         for topic, sentence in sentences_by_topic(wrong, seen).items():
             self._station.report_fault(f"publishers: {topic}", sentence)
-        for topic, sentence in sentences_by_topic(mute, self._mute.names).items():
+        for topic, sentence in sentences_by_topic(mute, self._may_be_mute).items():
             self._station.report_fault(f"mute: {topic}", sentence)
         self._report([*wrong, *mute], seen)
 
     def understood(self, topic: str) -> None:
         """Note that a message of a topic was accepted; the fault of a mute topic then ends at the next check."""
-        self._mute.understood(topic)
+        for each in self._mute:
+            each.understood(topic)
 
     def _report(self, findings: Sequence[PublisherFinding], seen: Mapping[str, Sequence[SeenPublisher]]) -> None:
         """Report all findings in the diagnostics, with the number of publishers of each topic."""

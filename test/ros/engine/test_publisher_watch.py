@@ -8,7 +8,9 @@ from rclpy.qos import qos_profile_sensor_data
 
 from rpf3d_ros.engine.clock_watch import ClockWatch
 from rpf3d_ros.engine.publisher_watch import (
-    MuteSensors,
+    MUTE_AREA,
+    MUTE_SENSOR,
+    MuteTopics,
     PublisherWatch,
     SeenPublisher,
     WatchedTopic,
@@ -106,7 +108,7 @@ LONGEST = 30.0
 
 @pytest.fixture
 def sensors():
-    return MuteSensors(TOPICS[:2], LONGEST)
+    return MuteTopics(TOPICS[:2], LONGEST, MUTE_SENSOR)
 
 
 def mute(sensors, at, *publishers, topic="sources"):
@@ -160,8 +162,17 @@ def test_of_two_publishers_of_a_topic_one_that_is_heard_hides_the_mute_one(senso
 
 
 def test_without_an_age_of_sources_no_sensor_is_mute():
-    sensors = MuteSensors(TOPICS[:2], float("inf"))
+    sensors = MuteTopics(TOPICS[:2], float("inf"), MUTE_SENSOR)
     assert [mute(sensors, at, RADAR) for at in (0.0, 1e9)] == [[], []]
+
+
+def test_the_fault_of_a_mute_topic_of_areas_says_what_to_publish():
+    areas = MuteTopics([WatchedTopic("areas/equipment", POSES, EVENTS)], LONGEST, MUTE_AREA)
+    dispatch = SeenPublisher("/dispatch", POSES, LATCHED)
+    assert mute(areas, 0.0, dispatch, topic="areas/equipment") == []
+    (sentence,) = mute(areas, 31.0, dispatch, topic="areas/equipment")
+    assert sentence.startswith("areas/equipment has had a publisher (/dispatch) for more than 30 s, but no valid")
+    assert "publish the area again" in sentence and "an empty message if there is no area" in sentence
 
 
 def test_a_clock_stands_still_where_it_shows_the_same_time_for_too_long():

@@ -7,12 +7,17 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
+from geometry_msgs.msg import PoseArray
 from live_peer import ON_THE_SLOPE, cloud, long_ramp, polygon, poses, with_alerts
 
+from rpf3d_ros.interface.qos import LATCHED
 from rpf3d_ros.messages.health import ERROR, OK
 
 BESIDE = ((50.0, 2.0), (58.0, 2.0), (58.0, 8.0), (50.0, 8.0))
 """Corners (m) of an area that no rock reaches."""
+
+MACHINE = (54.0, 5.0, 0.0)
+"""Place (m) of a machine in this area."""
 
 OLDEST = 4
 """Age (s) from which on sources are stale."""
@@ -78,3 +83,25 @@ def test_a_radar_that_is_connected_and_was_never_heard_is_named_in_a_fault_until
     before = len(mine.alerts)
     speak_until(mine, lambda: said_since(mine, before, "normal"), "normal, for it has spoken", cloud_too=True)
     speak_until(mine, lambda: inputs().level[0] == OK, "the diagnostics to be OK", cloud_too=True)
+
+
+def test_a_latched_area_from_before_the_start_is_a_fault_that_names_its_topic_until_it_is_published_again(stage):
+    given = with_alerts(stage.folder, oldest=OLDEST)
+    with given["site_file"].open("a") as site:
+        site.write("  equipment*: {restrict: {reach_probability: 0.1}}\n")
+    peer = stage.live_peer()
+    peer.node.destroy_publisher(peer.publishers["areas/equipment"])
+    peer.publishers["areas/equipment"] = peer.node.create_publisher(PoseArray, "areas/equipment", LATCHED)
+    peer.send("areas/equipment", poses([MACHINE], peer.now()))
+    stage.node("simulator_node", **given)
+    peer.wait_for_simulator()
+    peer.wait_for_sentence("active")
+    peer.send("terrain/points", cloud(long_ramp(), peer.now()))
+    peer.send("areas/polygon", polygon(BESIDE, peer.now()))
+    mute = f"areas/equipment has had a publisher (/mine) for more than {OLDEST} s, but no valid message"
+    speak_until(peer, lambda: said_since(peer, 0, mute), "the fault of the mute topic", cloud_too=True)
+    assert next(s for array in peer.alerts for s in array.status if mute in s.message).message.startswith("fault: ")
+    assert peer.alarms[-1]
+    before = len(peer.alerts)
+    peer.send("areas/equipment", poses([], peer.now()))
+    speak_until(peer, lambda: said_since(peer, before, "normal"), "normal after the new message", cloud_too=True)
