@@ -205,7 +205,10 @@ class ClusterSets:
         )
 
     def _share(self) -> Interval:
-        """Return the predictive intervals (-) of the share of rocks that reach each area; 0 to 1 if unknown."""
+        """Return the predictive intervals (-) of the share of rocks that reach each area; 0 to 1 if unknown.
+
+        Each interval contains the sampling interval of all rocks on their simulated paths.
+        """
         flown, totals = self._areas[0].reached, self._totals()
         low, high = predictive_shares(self._areas[-1].reached, totals)
         # An unknown interval (NaN) becomes 0 to 1, because NaN would compare as below every limit.

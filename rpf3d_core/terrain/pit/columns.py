@@ -95,6 +95,7 @@ class Points(NamedTuple):
     """One group of points, such as the wall or the floor, to be joined to columns; all arrays are (M, N).
 
     There are M points in each of N columns.
+
     offset : m, from the floor outline; height : m, above the floor
     row : index of the row of the wall, -1 off the wall; ramp : turn of the ramp, from 0, -1 off the ramp
     key : sorting key of the point within its column; valid : false for points that are left out
