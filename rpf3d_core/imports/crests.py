@@ -137,7 +137,7 @@ def _fall(image: HeightImage, points: FloatArray, lowest: float) -> float:
     Rocks may reach ground if the straight line from the crest to this ground is steeper than ENERGY_LINE (30 degrees),
     and if no ground in between stops the rocks. The result is the median over RAYS (12) places along the crest.
 
-    lowest : height (m) of the lowest ground of the terrain
+    image : heights of the whole terrain; lowest : height (m) of the lowest ground of the terrain
     """
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1))])
     at = (np.arange(RAYS) + 0.5) / RAYS * along[-1]

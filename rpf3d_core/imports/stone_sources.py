@@ -21,7 +21,7 @@ NEIGHBOURS = {
 }  # fmt: skip
 """The eight neighbours of a cell, with steps (cells) to the east and north.
 
-A rock starts towards the neighbour with the steepest fall; of equally steep neighbours, towards the first one here.
+A rock starts towards the neighbour with the steepest fall; of equally steep neighbours, the first is taken.
 """
 
 MOST_LINES = 5_000_000

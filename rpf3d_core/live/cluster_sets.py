@@ -137,7 +137,7 @@ class ClusterSets:
     def __init__(self, sets: LiveSets, tallies: Tallies, places: Tallies | None, engine: Engine) -> None:
         """Create the counts of all parameter sets, empty.
 
-        tallies : counts of the cluster
+        tallies : counts of the cluster; engine : finds the ground at displaced places
         places : empty counts of displaced paths from `tallies_of_displaced`, None without displacements. All clusters
             of an answer use the same `places`, but each cluster has its own counts of areas
         """

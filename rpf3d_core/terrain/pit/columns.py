@@ -176,7 +176,7 @@ def taper(rows: Rows, crossing: RampTurn, width: FloatArray) -> FloatArray:
     then f w wide, and the berm at the crest of the face (1 - f) w. Along the climbing ramp, the lower berm widens and
     the upper berm narrows.
 
-    width : (N,) m, bench width in each column
+    crossing : the turn of the ramp that cuts the bench faces; width : (N,) m, bench width in each column
     """
     kind = rows.kind[:, None]
     cut = crossing.exists & (rows.face[:, None] == crossing.face) & (kind != BENCH)
