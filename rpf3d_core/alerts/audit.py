@@ -216,7 +216,10 @@ class _AuditState:
         self.sites[str(content.get("digest"))] = site_of(text)
 
     def _decision(self, place: str, content: dict[str, Any]) -> None:
-        """Repeat a logged decision from its logged inputs, and compare the result with the logged alert."""
+        """Repeat a logged decision from its logged inputs, and compare the result with the logged alert.
+
+        place : file and line, for messages; content : of the line, from `content_of`
+        """
         self.audit.decisions += 1
         version = str(content.get("version"))
         if version not in self.audit.versions:
@@ -257,7 +260,10 @@ class _AuditState:
         return _without(again, lacking)
 
     def _continues(self, place: str, decision: Decision, content: dict[str, Any]) -> None:
-        """Check that a decision continues from the previous decision in the log, so that no decision is missing."""
+        """Check that a decision continues from the previous decision in the log, so that no decision is missing.
+
+        place, content : as in `_decision`; decision : the decision in this line
+        """
         if lost := content.get("lost"):
             self.blame(f"{place}: {lost} decisions before this line could not be written, so they are not in the log")
         elif self.audit.decisions == 1 and self.is_part:

@@ -133,7 +133,7 @@ def _too_small(
     Without a valid previous decision, the whole answer is a fault: one sentence. With a valid previous decision, there
     is a sentence for each area on which this decision cannot be kept (`undecided`).
 
-    worst : for each area, by name, the answer's finding with the highest level
+    worst : for each area, by name, the answer's finding with the highest level; now_ns : time of the decision (ns)
     """
     new, stands = undecided(previous, worst, thresholds, now_ns), _stands(previous, now_ns)
     if stands and not new:
@@ -159,6 +159,7 @@ def _held(
     """Return the held level after this decision: it rises at once, and falls only by a valid acknowledgement.
 
     evident : the level that the evidence gives by itself; findings : level and reason for each area
+    now_ns : time of the decision (ns)
     void : why the acknowledgement has no effect, "" if it has an effect or there is none
     """
     sentences = tuple(finding.sentence for finding in findings if finding.level == evident and evident > Level.NORMAL)
@@ -182,6 +183,7 @@ def _why_void(
 
     previous : the previous decision; evident : the level that the evidence gives by itself
     trusted : True if the evidence is believed and enough rocks flew; is_worse : True if the evidence got worse
+    now_ns : time of the decision (ns)
     """
     if previous is None or previous.held == Level.NORMAL:
         return "no level above normal is held, so there is nothing to lower"
@@ -202,6 +204,8 @@ def _newest(previous: Alert | None, evidence: Evidence | None, thresholds: Thres
     """Return the time (ns) of the newest answer of this and all earlier decisions; None if there was no answer.
 
     An answer from the future is ignored. If the clock was set back, answers of earlier decisions are ignored.
+
+    now_ns : time of the decision (ns)
     """
     before = None if previous is None or went_back(previous, now_ns) else previous.evidence_at_ns
     if evidence is None or evidence.at_ns > now_ns + ns_of(thresholds.evidence.clock_tolerance_s):

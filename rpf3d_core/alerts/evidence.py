@@ -48,7 +48,8 @@ class AreaEvidence(NamedTuple):
         of all sets if fewer than 39 sets have a p95; never below `pooled_energy`
     energy_sets : number of parameter sets with enough rocks in the area for a p95 energy
     first_arrival_low_s : s, shortest first arrival of all parameter sets, never above `first_arrival_s`
-    energy_high and first_arrival_low_s are None if `predictive_high` is None, and if no rock reached the area
+    energy_high and first_arrival_low_s are None if `predictive_high` is None, and if no rock reached the area, not even
+        on a path displaced by the misfit
     origins : the cluster of sources that gave each figure; None if no rock flew
     outline : digest of the outline within which the rocks were counted; "" if that is not known
     outlined_ns : time (ns) since when the present outline of the area is watched; 0 if that is not known

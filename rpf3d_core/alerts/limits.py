@@ -243,8 +243,8 @@ def _of(area: AreaEvidence, terms: EvidenceSpec) -> str:
 def energies_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
     """Return the energies (J) to compare with a limit: the energy of all rocks, and its upper end over parameter sets.
 
-    Empty if no rock reached the area. The upper end is left out if the site compares sampling intervals. The energy of
-    all rocks is always compared, so that a wrong upper end hides no danger.
+    Empty if no rock reached the area, not even on a path displaced by the misfit. The upper end is left out if the site
+    compares sampling intervals. The energy of all rocks is always compared, so that a wrong upper end hides no danger.
 
     terms : the site's rules for evidence
     """
@@ -254,8 +254,8 @@ def energies_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
 def arrivals_of(area: AreaEvidence, terms: EvidenceSpec) -> tuple[float, ...]:
     """Return the first arrivals (s) to compare with a limit: of all rocks, and of the fastest parameter set.
 
-    Empty if no rock reached the area. The arrival of the fastest set is left out if the site compares sampling
-    intervals.
+    Empty if no rock reached the area, not even on a path displaced by the misfit. The arrival of the fastest set is
+    left out if the site compares sampling intervals.
 
     terms : the site's rules for evidence
     """

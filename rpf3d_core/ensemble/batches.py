@@ -180,6 +180,7 @@ def _flown_by(
     """Fly the batches on several threads; yield the records to keep of each batch, in the order of the batches.
 
     A new group starts as soon as fewer than `at_hand` batches are flying or waiting, until `stop` returns True.
+
     workers : number of threads; groups : yields the batches of each group, as rows (N,) of the releases
     """
     running: deque[Future[list[Written]]] = deque()
@@ -262,10 +263,11 @@ def _look_at(crew: Crew, flown: Batch) -> Written:
     """Pass a flown batch to `crew.watch`, collect its broken rocks, and return copies of the records to keep.
 
     The batch is also completed in place. With a watch, the final results get the largest heights. With recorded paths,
-    they get the largest energies if rocks spin, and times of fragments count from the release of the whole rock.
+    the final results of spinning rocks get the largest energies, and times of fragments count from the release of the
+    whole rock.
 
-    The records must be copied, because the next rocks overwrite the memory. The path of a failed rock is not kept: it
-    may contain invalid numbers, and such a path cannot be drawn.
+    The records must be copied, because the next rocks overwrite the memory. The path of a failed rock is not kept: the
+    path may contain invalid numbers, and then cannot be drawn.
     """
     if crew.keep.record and crew.releases.piece[flown.rows].any():
         count_from_release(flown, crew.releases.t[flown.rows])

@@ -32,6 +32,7 @@ def rocks_of_round(sources: Sequence[Source], total: int, number: int) -> list[r
     The rocks of the round are shared out in proportion to the sources' own numbers of rocks. The rocks of a source are
     spread evenly over its points. If there are too few rocks for all sources or points, each round uses other sources
     or points. No rock flies in two rounds.
+
     total : number of rocks of a round, over all sources; number : number of the round, from 0
     """
     counts, most = _counts(sources, total, number)
@@ -86,6 +87,7 @@ def _counts(sources: Sequence[Source], total: int, number: int) -> tuple[list[in
 
     If there are too few rocks for all sources, the rocks are spaced evenly along the list of sources (systematic
     sampling), and each round begins at another place of the list.
+
     total : number of rocks of a round; number : number of the round, from 0
     """
     rocks = [source.rocks for source in sources]

@@ -73,6 +73,7 @@ def dealt(releases: Releases, workers: int, largest: int, smallest: int = SMALLE
 
     The multiples of `_golden_step`, modulo the number of rocks, contain each row once. A group is a run of consecutive
     multiples; the rows of any such run are spread evenly over all rows.
+
     workers : number of threads
     largest, smallest : limits for the number of rocks of a batch; only the last batch of a group may be smaller
     """

@@ -27,6 +27,7 @@ def choose_engine(name: str, rocks: int, compiled: bool, sized: bool = False) ->
     """Return the name of the engine to use: `name` itself or, for `auto`, the engine that finishes first.
 
     Both engines give the same result.
+
     rocks : number of rocks to fly; compiled : True if numba is installed
     sized : True if rocks touch the ground as spheres or bodies, not as points
     """

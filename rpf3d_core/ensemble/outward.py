@@ -14,14 +14,17 @@ NEAREST: Side = 0
 HIGH: Side = 1
 """Rounding sides: LOW (down) for the lower end of an interval, HIGH (up) for the upper end, NEAREST for a value."""
 EXACT = 1e-7
-"""Largest relative difference (-) between a number and a rounded number at which both count as equal.
+"""Largest relative difference (-) between a number and a rounded number up to which both count as equal.
 
 The rounding error of 32-bit numbers is 6e-8.
 """
 FROM = 99.9
 """Length (m) from which `short_length` has no decimal."""
 TINY = 1e-9
-"""Largest difference, in units of the last printed digit, at which a number near 0 counts as a rounded number."""
+"""Largest difference from a rounded number, in units of the last printed digit, up to which both count as equal.
+
+This limit replaces EXACT for numbers near 0.
+"""
 
 
 def fixed(value: float, decimals: int, side: Side = NEAREST, sign: bool = False) -> str:
@@ -37,6 +40,7 @@ def three_figures(value: float, side: Side = NEAREST) -> str:
     """Return a number as text with three significant digits, such as 0.0299 or 2,460.
 
     Only numbers below 0.0001 or from 10^12 on have an exponent, such as 1.2e-05.
+
     side : rounding, LOW (down), NEAREST or HIGH (up)
     """
     if side != NEAREST and value and math.isfinite(value):

@@ -112,6 +112,7 @@ def positions_at(paths: Paths, row: int, times: FloatArray, gravity: float = STA
     """Return the positions (T, 3) m of one rock at given times (T,) s, as for an animation.
 
     Times before the release give the release position; times after the end give the end position.
+
     row : row of the rock in `Deposits`; gravity : m/s^2
 
     Raises
@@ -129,6 +130,7 @@ def poses_at(
     """Return positions (T, 3) m and orientations (T, 4) w, x, y, z of one rock with a shape at ascending times (T,) s.
 
     Times before the release give the pose at the release; times after the end give the pose at the end.
+
     row, gravity : as in `positions_at`; moments : (R, 3) as in `sample_paths`
 
     Raises
@@ -145,6 +147,7 @@ def _segments_at(paths: Paths, row: int, times: FloatArray) -> tuple[IntArray, F
 
     A path segment is given as the row in `Paths` of the event that begins the segment. A time before the release is
     replaced by the time of the release, and a time after the end by the time of the end.
+
     row : row of the rock in `Deposits`
 
     Raises
@@ -226,6 +229,7 @@ def _steps_of_pieces(paths: Paths, pieces: IntArray, step: float) -> IntArray:
 
     The number follows from an upper bound of the length. A rock in flight is fastest at one end of the segment, so the
     length is at most the larger of both speeds times the duration.
+
     pieces : (P,) row in `Paths` of the event that begins each segment; step : m, largest distance between drawn points
     """
     speed = np.maximum(np.linalg.norm(paths.v[pieces], axis=1), np.linalg.norm(paths.v_end[pieces], axis=1))
@@ -236,6 +240,7 @@ def _ends_with_a_jump(paths: Paths, pieces: IntArray) -> IntArray:
     """Return how many additional points (P,) must be drawn at the end of each path segment: 1 or 0.
 
     The result is 1 if the velocity jumps at the end of the segment, else 0.
+
     pieces : (P,) row in `Paths` of the event that begins each segment
     """
     jumps = np.any(paths.v_end[pieces] != paths.v[_next_event(paths, pieces)], axis=1)
@@ -259,6 +264,7 @@ def _hermite(
     """Return positions (S, 3) m on the curves drawn for settling and sliding, and the drawn velocities (S, 3) m/s.
 
     A curve is cubic; the drawn velocity changes linearly in time.
+
     start, end : x (S, 3) m and v (S, 3) m/s at both ends; s : (S,) share of the duration; duration : (S,) s
     """
     (x0, v0), (x1, v1) = start, end

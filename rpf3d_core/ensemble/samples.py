@@ -82,6 +82,7 @@ class Sample:
         Each end of the interval is a value of the sample. An end is None if the sample has too few values: the upper
         end for a high percentile, the lower end for a low percentile. A value lies in the interval if the share of
         smaller values in the sample agrees with `wanted` by the score test, the test behind Wilson's interval.
+
         wanted : the percentile, in percent
 
         Sources

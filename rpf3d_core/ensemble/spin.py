@@ -22,6 +22,7 @@ def largest_energies(batch: Batch, mass: FloatArray, radius: FloatArray) -> Floa
     """Return the largest rotational and the largest total energy (N, 2) J of each of N rocks on its whole path.
 
     Both maxima are at the ends of path segments: in flight the spin is constant, on a slide w^2 is convex in time.
+
     mass : (N,) kg; radius : (N,) m
     """
     owner = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))

@@ -24,7 +24,7 @@ def newcombe_interval(a: int, n_a: int, b: int, n_b: int) -> tuple[float, float]
     Sources
     -------
     Newcombe 1998, Stat. Med. 17:873-890, method 10: the hybrid of two Wilson score intervals, without continuity
-    correction. Unlike the usual interval, it is valid near 0 and 1 and for very different totals.
+    correction. Unlike the usual interval, this interval is valid for shares near 0 and 1 and for very different totals.
     """
     p, q = a / n_a, b / n_b
     (low_p, high_p), (low_q, high_q) = wilson_interval(a, n_a), wilson_interval(b, n_b)

@@ -38,7 +38,10 @@ def lost_precision(path: Path, surface: FileMesh, unit: float = 1.0) -> str | No
 
 
 def _steps(surface: FileMesh) -> FloatArray:
-    """Return the step (3,) of single precision at each axis' largest coordinate, in the file's unit; 0 without loss."""
+    """Return the step of single precision at the largest coordinate of each axis (3,), in the unit of the file.
+
+    The step is 0 for an axis whose coordinates are in double precision, and were never rounded to single precision.
+    """
     largest = np.array([max(abs(float(c.min())), abs(float(c.max()))) for c in surface.points.T])
     step = np.spacing(largest.astype(np.float32)).astype(float)
     if surface.points.dtype == np.float32:

@@ -70,9 +70,14 @@ def read_binary_stl(path: Path) -> FileMesh:
 
 
 def ascii_stl_corners(path: Path, count: int) -> FloatArray:
-    """Return the corners (3 count, 3) m of an ASCII STL that was already checked, with all digits of the text.
+    """Return the corners (count, 3) m of an ASCII STL that was already checked, with all digits of the text.
 
-    count : number of facets
+    count : number of corners, three for each facet
+
+    Raises
+    ------
+    TerrainError
+        A coordinate is not a number, or the `vertex` lines do not have `count` corners.
     """
     try:
         corners = _numbers_of_vertices(path)

@@ -85,7 +85,10 @@ def refuse_wrong_indices(path: Path, corners: NDArray[Any], points: int) -> None
 
 
 def _used_only(surface: FileMesh, triangles: NDArray[np.int32]) -> FileMesh:
-    """Return the mesh without unused points; the remaining points keep their order and are numbered again."""
+    """Return the mesh without unused points; the remaining points keep their order and are numbered again.
+
+    triangles : (F, 3) the triangles of `surface`
+    """
     used = np.zeros(len(surface.points), bool)
     used[triangles] = True
     if used.all():

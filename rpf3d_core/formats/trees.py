@@ -44,7 +44,7 @@ class Tree(NamedTuple):
 
 
 def read_trees(path: Path, up: Up) -> list[Tree]:
-    """Return the trees of a file, at least one.
+    """Return the trees of a file, at least one; up : the input axis that points up.
 
     Raises
     ------
@@ -62,7 +62,11 @@ def read_trees(path: Path, up: Up) -> list[Tree]:
 
 
 def _columns(path: Path, header: Row, up: Up) -> dict[str, int]:
-    """Return the column of each property of a tree, found by the names in a header."""
+    """Return the index of the column of each property of a tree, found by the names in a header.
+
+    An optional property without a column is left out. Raise an InputError if a required property has no column, or any
+    property has several.
+    """
     names = [UNIT.sub("", cell.lower()) for cell in header.cells]
     plan = ("x", "y") if up == "z" else ("x", "z")
     known = {
@@ -106,6 +110,8 @@ def _tree(path: Path, row: Row, columns: dict[str, int]) -> Tree:
 
 def _number(path: Path, row: Row, columns: dict[str, int], what: str) -> float | None:
     """Return the number in one cell of a tree file; None if the cell is optional and empty.
+
+    columns : index of the column of each property; what : the wanted property, such as "dbh"
 
     Raises
     ------

@@ -65,7 +65,10 @@ def read_vtk(path: Path) -> FileMesh:
 
 
 def read_here(path: Path) -> Arrays:
-    """Return the polygons of a .vtp or .vtk file, read in this process: `points` (N, 3) m and `triangles` (F, 3)."""
+    """Return the polygons of a .vtp or .vtk file, read in this process: `points` (N, 3) m and `triangles` (F, 3).
+
+    A file without polygons gives no points and no array `triangles`.
+    """
     reader = vtkXMLPolyDataReader() if path.suffix.lower() == ".vtp" else vtkPolyDataReader()
     surface = _surface(path, _output(path, reader))
     arrays = {"points": surface.points, "triangles": surface.triangles}

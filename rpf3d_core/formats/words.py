@@ -20,5 +20,5 @@ def whole_degrees(angle: float) -> str:
 
 
 def scene_name(path: Path) -> str:
-    """Return the name of a scene for titles: that of its file without suffix, or that of the folder of a scene.yaml."""
+    """Return the name of a scene for titles: the name of its file without suffix, or of the folder of a scene.yaml."""
     return path.resolve().parent.name or path.stem if path.stem == USUAL else path.stem

@@ -127,7 +127,7 @@ class _Reading:
         return values
 
     def _count(self) -> None:
-        """Count one more value that an alias repeats; refuse the alias if too many values are repeated."""
+        """Count a value that an alias repeats, and refuse the alias above MOST_REPEATED; do nothing outside aliases."""
         if self.alias is None:
             return
         self.repeated += 1
@@ -226,7 +226,7 @@ def yaml_text(values: Any) -> str:
 
 
 def key_name(path: KeyPath) -> str:
-    """Return the place of a value in a YAML file as users write it: `sources[0].velocity`."""
+    """Return the place of a value in a YAML file, such as `sources[0].velocity`; "scene" for the root."""
     name = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)
     return name.removeprefix(".") or "scene"
 

@@ -29,7 +29,10 @@ SEARCHED = 3.0
 STRAY = 1.0
 """Largest distance (m) of a point of the brow from the median of five neighbours; beyond it, the point is noise."""
 BEHIND = 5
-"""Number of steps FINE from the brow back to a place that must have ground: the edge of a survey is not a crest."""
+"""Number of steps of FINE (m) from the brow back to a place that must have ground.
+
+Without this condition, the edge of a survey could count as a crest.
+"""
 HIGHEST = 40.0
 """Largest distance (m) in plan from the border of a face at which the foot of the face is searched."""
 FINE, PIXEL = 0.1, 0.2
@@ -46,7 +49,7 @@ Sources
 Jaboyedoff & Labiouse 2011, Nat. Hazards Earth Syst. Sci. 11, 819: energy lines of rockfalls have 27 to 37 degrees.
 """
 LONG = 50.0
-"""Smallest length (m) of the first crest; a shorter crest may be a gap of a road or noise of the survey."""
+"""Smallest length (m) of the first crest; a shorter crest may be a gap in a road, or noise of the survey."""
 STOPPING = 1.0
 """Height (m) of ground above the line of ENERGY_LINE from which the ground stops rocks, such as a wide road."""
 LOW = 0.1
@@ -134,7 +137,7 @@ def _fall(image: HeightImage, points: FloatArray, lowest: float) -> float:
     Rocks may reach ground if the straight line from the crest to this ground is steeper than ENERGY_LINE (30 degrees),
     and if no ground in between stops the rocks. The result is the median over RAYS (12) places along the crest.
 
-    lowest : height (m) of the lowest ground of the terrain
+    image : heights of the whole terrain; lowest : height (m) of the lowest ground of the terrain
     """
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1))])
     at = (np.arange(RAYS) + 0.5) / RAYS * along[-1]

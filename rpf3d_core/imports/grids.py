@@ -25,8 +25,8 @@ DEM = "dem"
 class Grids:
     """The input grids of an import, all on the same cells: H rows from north to south and W columns.
 
-    files : path of each grid; keys: names of the grids in the program that wrote them (Rockyfor3D, STONE), such as dem
-    values : numbers (H, W) of each grid in the unit of the grid, NaN for missing values
+    files : path of each grid, by the name that the grid has in Rockyfor3D or STONE, such as dem
+    values : numbers (H, W) of each grid, by the same name, in the unit of the grid; NaN for missing values
     transform : from column and row, counted from the outer corner of the first cell, to x and y (m)
     """
 
@@ -97,6 +97,8 @@ def require(folder: Path, found: Mapping[str, Path], names: Sequence[str], progr
 
 def read_grids(files: Mapping[str, Path]) -> Grids:
     """Read the input grids of an import, and check that all have the cells of the elevation grid `dem`.
+
+    files : path of each grid, by name; `dem` is required
 
     Raises
     ------

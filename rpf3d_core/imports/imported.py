@@ -53,6 +53,8 @@ class ImportedScene(NamedTuple):
 def write_imported(out: Path, made: ImportedScene) -> Imported:
     """Write the scene folder of an import, then read the new scene to check that it is valid.
 
+    out : the new folder; made : its content
+
     Raises
     ------
     InputError

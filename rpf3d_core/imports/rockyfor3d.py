@@ -181,7 +181,7 @@ def _left(blocks: Blocks) -> list[str]:
 
 
 def _left_trees(forest: ImportedForest | None, extra: list[Path]) -> list[str]:
-    """Return sentences for the user on trees and nets that are not imported."""
+    """Return sentences for the user on trees and nets that are not imported; extra : the files that are only copied."""
     left = []
     if forest is not None:
         means = "how the forest differs from cell to cell: the scene has its means over the wooded cells"

@@ -19,9 +19,9 @@ NEIGHBOURS = {
     "north": (0, 1), "north_east": (1, 1), "east": (1, 0), "south_east": (1, -1),
     "south": (0, -1), "south_west": (-1, -1), "west": (-1, 0), "north_west": (-1, 1),
 }  # fmt: skip
-"""The eight neighbours of a cell, with steps (cells) to the east and north; rocks start towards one of them.
+"""The eight neighbours of a cell, with steps (cells) to the east and north.
 
-They start towards the neighbour with the steepest fall; of equally steep neighbours, towards the first.
+A rock starts towards the neighbour with the steepest fall; of equally steep neighbours, the first is taken.
 """
 
 MOST_LINES = 5_000_000
@@ -107,6 +107,7 @@ def steepest_neighbour(grids: Grids) -> tuple[NDArray[np.int64], FloatArray]:
 
     A neighbour is an index in NEIGHBOURS: 0 is north, and the others follow clockwise. The gradient is positive
     downhill, and negative if all neighbours are higher.
+
     If the cell or all its neighbours have no height, the gradient is -inf, and the index has no meaning.
     """
     heights = grids.values["dem"]

@@ -20,15 +20,15 @@ class RigidBody(NamedTuple):
 
     @property
     def asks_rock(self) -> bool:
-        """True: a body needs the size of its rock."""
+        """Always True, because the motion of a body depends on the size of its rock."""
         return True
 
     @property
     def bodies(self) -> bool:
-        """True: rocks are bodies with a shape."""
+        """Always True, because rocks with this model are bodies with a shape."""
         return True
 
     @property
     def spins(self) -> bool:
-        """True: bodies spin."""
+        """Always True, because bodies spin."""
         return True

@@ -296,7 +296,7 @@ def _evidence(
 
     The evidence includes the share of the area without terrain, and the digest of the outline of the area.
 
-    digests : for each area, the digest of its outline
+    outlines : rings of all areas of interest, local frame; digests : for each area, the digest of its outline
     """
     names = tuple(outlines)
     areas, unfinished = worst_evidence(clusters, names) if clusters else (untouched(names), 0)

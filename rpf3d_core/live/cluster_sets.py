@@ -137,7 +137,7 @@ class ClusterSets:
     def __init__(self, sets: LiveSets, tallies: Tallies, places: Tallies | None, engine: Engine) -> None:
         """Create the counts of all parameter sets, empty.
 
-        tallies : counts of the cluster
+        tallies : counts of the cluster; engine : finds the ground at displaced places
         places : empty counts of displaced paths from `tallies_of_displaced`, None without displacements. All clusters
             of an answer use the same `places`, but each cluster has its own counts of areas
         """
@@ -205,7 +205,10 @@ class ClusterSets:
         )
 
     def _share(self) -> Interval:
-        """Return the predictive intervals (-) of the share of rocks that reach each area; 0 to 1 if unknown."""
+        """Return the predictive intervals (-) of the share of rocks that reach each area; 0 to 1 if unknown.
+
+        Each interval contains the sampling interval of all rocks on their simulated paths.
+        """
         flown, totals = self._areas[0].reached, self._totals()
         low, high = predictive_shares(self._areas[-1].reached, totals)
         # An unknown interval (NaN) becomes 0 to 1, because NaN would compare as below every limit.

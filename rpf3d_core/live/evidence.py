@@ -127,16 +127,13 @@ def _ends_over_sets(results: list[AreaEvidence]) -> dict[str, Any]:
 
 
 def _energy_high(area: AreaEvidence) -> float:
-    """Return the upper end (J) of the energy in an area, at least `pooled_energy`; -1 if no rock reached the area."""
+    """Return the larger of `pooled_energy` and `energy_high` (J) of an area; -1 if both are None."""
     ends = [end for end in (area.pooled_energy, area.energy_high) if end is not None]
     return max(ends, default=-1.0)
 
 
 def _arrival_low(area: AreaEvidence) -> float:
-    """Return the lower end (s) of the first arrival, at most `first_arrival_s`; infinite if no rock reached the area.
-
-    With parameter sets, this is the arrival of the fastest set.
-    """
+    """Return the smaller of `first_arrival_s` and `first_arrival_low_s` (s) of an area; infinite if both are None."""
     ends = [end for end in (area.first_arrival_s, area.first_arrival_low_s) if end is not None]
     return min(ends, default=math.inf)
 
@@ -160,7 +157,8 @@ def _left_high_of(results: list[AreaEvidence], predictive_high: float | None) ->
 
     `left_high` is the upper end (-) of the share of rocks that reach an area, if every rock that left the terrain and
     may have reached the area had reached it.
-    None if no result is from parameter sets, or if a result from parameter sets lacks the value.
+
+    None if `predictive_high` is None, or if a result from parameter sets lacks `left_high`.
     """
     ends = [area.left_high for area in results if area.sets]
     known = [end for end in ends if end is not None]

@@ -50,6 +50,7 @@ def with_patch(
 
     Raises TerrainError, with nothing changed, if the patch makes the terrain too wide for its contact tolerance.
 
+    facets, locator : facets and search structure of the terrain; change : the changes of the patch
     room : the memory of the terrain; share : runs functions in parallel
     """
     low, high = _box(facets, change, room.memory.longer("marks", len(facets.zone)), share)

@@ -57,8 +57,9 @@ def change_of(
 ) -> PatchChange | None:
     """Return the changes that a patch will make to the terrain; None if the patch replaces the whole terrain.
 
-    patch : mesh in the terrain's local frame
+    patch : mesh in the terrain's local frame; facets, locator : facets and search structure of the terrain
     marks : (F,) all STAYS before the call; the function sets GOES for each facet that the patch removes
+
     Raises TerrainError if the patch does not touch the terrain, folds over itself in plan, or cannot be joined to it.
     """
     slack, corners = REACH * facets.tolerance, _corners(patch.vertices, patch.triangles)

@@ -104,7 +104,8 @@ def live_scene(values: Mapping[str, Any]) -> Scene:
     Raises
     ------
     SceneError
-        A value is refused (one line for each refused value), or other parameters are given in addition to `scene`.
+        A value is refused (one line for each refused value), the scene file is refused or sets a shape of a body or the
+        size of a single source, or other parameters are given in addition to `scene`.
     """
     given = {name: value for name, value in values.items() if name != SCENE}
     if values.get(SCENE):
@@ -168,7 +169,10 @@ def _no_parameter(name: str, known: Iterable[str]) -> str:
 
 
 def _written(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values with dotted names such as `rock.diameter` nested as in a scene file, with placeholders added."""
+    """Return values with dotted names such as `rock.diameter` nested as in a scene file, with placeholders added.
+
+    Raise a SceneError if a parameter belongs to an effect that another parameter sets to false.
+    """
     scene: dict[str, Any] = {key: _copied(value) for key, value in STAND_INS.items()}
     naming = {field.key for field in live_parameters() if field.names} if given else set()
     for name in sorted(given, key=lambda key: key not in naming):  # models and effects before their parameters

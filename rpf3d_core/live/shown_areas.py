@@ -35,7 +35,7 @@ def _laid_on(ring: FloatArray, cells: TerrainCells, raster: Raster) -> FloatArra
     The points of the line are the corners of the outline, and points between them at distances of about a cell; on a
     long outline, the distances are larger (MOST_STEPS). The line is empty if it crosses no cell with known height.
 
-    ring : (P, 2) m, corners of the outline, local frame
+    ring : (P, 2) m, corners of the outline, local frame; cells, raster : as in `shown_areas`
     """
     corners = np.vstack([ring, ring[:1]])
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])

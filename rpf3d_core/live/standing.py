@@ -58,7 +58,7 @@ class Surveyed(Protocol):
 
     @property
     def digest(self) -> str:
-        """Digest (SHA-256) of all surveys of the terrain, which identifies it in logs."""
+        """Digest (SHA-256, hex) of all surveys of the terrain, which identifies the terrain in logs."""
 
     @property
     def whole_ns(self) -> int:

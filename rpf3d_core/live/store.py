@@ -66,7 +66,10 @@ class StoredSurveys(NamedTuple):
 
     @property
     def patch_stamps_ns(self) -> tuple[int, ...]:
-        """The stamp (ns) of each patch, in the order of `patches_ns`; of patches that were stored whole, the last."""
+        """The stamp (ns) of each patch, in the order of `patches_ns`.
+
+        Patches that were stored as one whole terrain all have the stamp of the last of these patches.
+        """
         first, *patches = self.pieces
         return (*[first.stamp_ns] * first.patches, *(patch.stamp_ns for patch in patches))
 

@@ -1,4 +1,6 @@
-"""Read the shape of a rock from the mesh of a scanned block: STL, OBJ, PLY, VTP or legacy VTK, in metres.
+"""Read the shape of a rock from the mesh of a scanned block, such as an STL, OBJ, PLY or VTP file, in metres.
+
+All formats in `formats.meshes.MESH_READERS` are read. A unit that the file states is ignored.
 
 The rock takes the shape of the convex hull of a few corners of the mesh, because contact with the ground costs time for
 each corner. The findings report every way in which the hull differs from the file. Facets that pass through each other

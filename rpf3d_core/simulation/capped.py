@@ -1,4 +1,4 @@
-"""Build an engine over a whole terrain, with caps over its gaps, and with its separate parts (pieces) if they overlap.
+"""Build an engine over a whole terrain: with caps over gaps, and with the parts (pieces) that may cross each other.
 
 Facets that share vertices belong to one piece, such as a slope; a muck pile from a file of its own is another piece.
 """
@@ -28,6 +28,7 @@ def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> En
     """Return a new engine for a terrain, with its search structure built and all gaps of the terrain closed by caps.
 
     name : of the engine, "reference" or "compiled"; facets : facets of the terrain, if the caller has them already
+
     Raises ValueError for an unknown name, or for "compiled" without numba.
     """
     facets = facets or facets_of(terrain)
@@ -37,7 +38,7 @@ def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> En
 def piece_numbers(terrain: Terrain) -> PieceNumbers | None:
     """Return the number of the separate part (piece) of the terrain that each facet belongs to.
 
-    The result is None if no two parts can pass through each other, as in nearly all terrains.
+    The result is None if no two parts can cross (pass through each other), as in nearly all terrains.
     """
     pieces = pieces_that_cross(terrain)
     return pieces if pieces.overlap else None

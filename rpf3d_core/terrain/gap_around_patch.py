@@ -26,9 +26,10 @@ AROUND = 4.0
 The four points are the corners of a rectangle that contains all edges of the ring.
 """
 SURE = 4e-16
-"""Largest rounding error of the orientation of three points, a difference of two products, over the sum of their sizes.
+"""Largest relative rounding error (-) of the orientation of three points.
 
-The bound is (3 + 16 eps) eps with eps = 2^-53 (Shewchuk 1997, Discrete Comput Geom 18:305).
+The orientation is a difference of two products; the error is divided by the sum of their absolute values. The bound is
+(3 + 16 eps) eps with eps = 2^-53 (Shewchuk 1997, Discrete Comput Geom 18:305).
 """
 TURNS = 64
 """Number of attempts to swap diagonals, per crossed diagonal, after which a given edge counts as impossible."""

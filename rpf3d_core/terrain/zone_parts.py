@@ -22,7 +22,7 @@ A layer can contain the pit's floor and rim, so that each berm is a small share 
 
 
 class Merged(NamedTuple):
-    """The surfaces of a zone that count with a part although their mean heights differ by more than LOWEST (m).
+    """The surfaces of a zone whose mean heights differ from the mean height of their part by more than LOWEST (3 m).
 
     surfaces : number of surfaces; area : m^2, of all of them; largest : m^2, of the largest; farthest : m, the largest
         difference from the mean height of the part
@@ -40,7 +40,7 @@ class ZoneParts(NamedTuple):
     zone : name of the zone
     part : (Z,) number of the part, from 0, of each facet of the zone, in the order of the terrain's facets
     heights : (P,) m, local frame, mean height of each part without the surfaces that only join the part
-    merged : the surfaces at other heights that count with a part; None if there are none
+    merged : the surfaces at another height than their part; None if there are none
     """
 
     zone: str
@@ -62,7 +62,7 @@ def parts_by_height(terrain: Terrain, edges: Edges) -> list[ZoneParts]:
     """Return the parts of each zone that consists of surfaces at different heights; other zones are left out.
 
     A surface is a set of facets of one zone that are connected by edges. The surfaces of a zone are sorted by mean
-    height. Neighbours in this order that differ by less than LOWEST (m) are one part, because a berm interrupted by a
+    height. Neighbours in this order that differ by less than LOWEST (3 m) are one part, because a berm interrupted by a
     ramp or a spill is one bench. A surface of less than the share SMALLEST of the zone's area joins the part that is
     nearest in height, if it is smaller than LEAST_AREA (m^2) or lies within the heights of a surface with a larger
     share, such as a fragment of a face or a ramp.
@@ -111,6 +111,7 @@ def _surfaces(number: IntArray, area: FloatArray, corners: FloatArray) -> _Surfa
 
     `low` and `high` are heights of corners. They leave out the lowest and the highest facets, up to the share SMALLEST
     of the surface's area each.
+
     number : each of the numbers 0 to S - 1 is in use
     """
     areas = np.bincount(number, area).astype(float)
@@ -137,7 +138,7 @@ def _lowest(number: IntArray, area: FloatArray, height: FloatArray) -> FloatArra
 
 
 def _are_parts(found: _Surfaces) -> NDArray[np.bool_]:
-    """Return flags (S,): true for the surfaces that do not only join the part that is nearest in height."""
+    """Return flags (S,): true for the surfaces that form parts; each other surface joins the part nearest in height."""
     large = found.areas >= max(SMALLEST * float(found.areas.sum()), np.finfo(float).tiny)
     small = ~large & (found.areas >= LEAST_AREA)
     for low, high in zip(found.low[large].tolist(), found.high[large].tolist(), strict=True):

@@ -229,7 +229,7 @@ def _whole(values: FloatArray) -> Ids:
 def _layers(drawing: Drawing, entity: Ids) -> tuple[NDArray[np.int32], tuple[str, ...]]:
     """Return the zone (T,) of each triangle, an index into the zone names, and these names: the layers in file order.
 
-    entity : (T,) entity of each triangle
+    entity : (T,) number of the entity that each triangle belongs to
     """
     entities, inverse = np.unique(entity, return_inverse=True)
     names = drawing.layer_names(entities)
@@ -239,11 +239,11 @@ def _layers(drawing: Drawing, entity: Ids) -> tuple[NDArray[np.int32], tuple[str
 
 
 def _closed_polylines(path: Path, drawing: Drawing, entity: Ids) -> list[str]:
-    """Return a list with a remark on closed 3D polylines that are ground, because they can be outlines of areas.
+    """Return a list with a remark that closed 3D polylines were read as ground, although they may outline areas.
 
-    The list is empty without such polylines, or if the file has no other ground, so that its terrain consists of them.
+    The list is empty if the file has no such polylines, or if its terrain consists of such polylines only.
 
-    entity : (T,) entity of each triangle
+    entity : (T,) number of the entity that each triangle belongs to
     """
     heads = np.intersect1d(drawing.numbers_of("POLYLINE"), entity)
     flags = _whole(drawing.table(heads, (70,))[:, 0])

@@ -104,6 +104,7 @@ def _block_pairs(path: Path, lines: Any, first: int, texts: dict[bytes, int]) ->
     """Return the group codes (P,) and values (P,) in a block of lines, without codes that rpf3d does not use.
 
     A value that is a text is returned as its number in `texts`; new texts are added there.
+
     first : number of the first line, from 1, for messages
     """
     every = pc.ascii_trim_whitespace(lines.take(pa.array(np.arange(0, len(lines), 2, dtype=np.int32))))
@@ -119,7 +120,7 @@ def _block_pairs(path: Path, lines: Any, first: int, texts: dict[bytes, int]) ->
 
 
 def _converted(path: Path, words: Any, first: int, pair: Any, kind: Any, must: str) -> NDArray[Any]:
-    """Return words of a block of lines as numbers (N,); raise a TerrainError for the first word that is no number.
+    """Return words of a block of lines as numbers (N,); raise a TerrainError for the first wrong word.
 
     words : (N,) arrow array of texts; kind : arrow type of the numbers
     first : number of the block's first line, from 1; must : what a word must be, for the message

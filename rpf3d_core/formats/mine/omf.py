@@ -83,6 +83,7 @@ def _surface(
 ) -> tuple[FloatArray, NDArray[np.int64]]:
     """Return the points (V, 3) m and triangles (F, 3) of one surface, which is a mesh or a grid of heights.
 
+    data : bytes of the file; registry : elements of the file by identifier; element : the surface
     origin : (3,) m, of the project
     """
     geometry = registry[element["geometry"]]
@@ -103,6 +104,9 @@ def _grid(
 
     The points are in rows along the axis u, one row after another along the axis v. A height is an offset along the
     vector product of u and v.
+
+    data, registry : as in `_surface`; geometry : element that describes the grid
+    origin : (3,) m, sum of the origins of the project and of the surface
     """
     u, v = (np.array(geometry[f"axis_{axis}"], dtype=float) for axis in "uv")
     along = [np.concatenate([[0.0], np.cumsum(np.array(geometry[f"tensor_{axis}"], dtype=float))]) for axis in "uv"]
@@ -118,7 +122,8 @@ def _grid(
 def _array(path: Path, data: bytes, holder: Element, kind: str, columns: int) -> NDArray[Any]:
     """Return an array of the file as rows (N, columns).
 
-    holder : the element that states the place of the array; kind : type of its numbers, such as "<f8"
+    data : bytes of the file; holder : element that states the place of the array
+    kind : type of its numbers, such as "<f8"
     """
     place = holder["array"]
     begin, length = int(place["start"]), int(place["length"])

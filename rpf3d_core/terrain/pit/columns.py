@@ -95,6 +95,7 @@ class Points(NamedTuple):
     """One group of points, such as the wall or the floor, to be joined to columns; all arrays are (M, N).
 
     There are M points in each of N columns.
+
     offset : m, from the floor outline; height : m, above the floor
     row : index of the row of the wall, -1 off the wall; ramp : turn of the ramp, from 0, -1 off the ramp
     key : sorting key of the point within its column; valid : false for points that are left out
@@ -175,7 +176,7 @@ def taper(rows: Rows, crossing: RampTurn, width: FloatArray) -> FloatArray:
     then f w wide, and the berm at the crest of the face (1 - f) w. Along the climbing ramp, the lower berm widens and
     the upper berm narrows.
 
-    width : (N,) m, bench width in each column
+    crossing : the turn of the ramp that cuts the bench faces; width : (N,) m, bench width in each column
     """
     kind = rows.kind[:, None]
     cut = crossing.exists & (rows.face[:, None] == crossing.face) & (kind != BENCH)

@@ -66,6 +66,7 @@ def bench_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, f
 
     The rows at the edges are the crest of this face and the toe of the next face; `face_rows` returns them. A row is
     (kind, face, height, berms, coordinate), as in `Rows`.
+
     edge : m, wanted distance between rows; face : number of the face, 1 is the lowest
     """
     parts = max(1, int(np.ceil(float(design.width.mean()) / edge - 0.25)))
