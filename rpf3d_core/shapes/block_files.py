@@ -1,6 +1,6 @@
-"""Read the shape of a rock from the mesh of a scanned block, such as an STL, OBJ, PLY or VTP file, in metres.
+"""Read the shape of a rock from the mesh of a scanned block, such as an STL, OBJ, PLY or VTP file.
 
-All formats in `formats.meshes.MESH_READERS` are read. A unit that the file states is ignored.
+All formats in `formats.meshes.MESH_READERS` are read. A file that states no unit is in metres.
 
 The rock takes the shape of the convex hull of a few corners of the mesh, because contact with the ground costs time for
 each corner. The findings report every way in which the hull differs from the file. Facets that pass through each other
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.meshes import MESH_READERS
 from rpf3d_core.formats.surface import FileMesh, usable
+from rpf3d_core.formats.units import LENGTHS
 from rpf3d_core.shapes.directions import fibonacci_sphere
 from rpf3d_core.shapes.polyhedron import SAME_PLACE, Polyhedron, hull_volume, polyhedron_of, volume_and_centre
 from rpf3d_core.terrain.frame import FloatArray
@@ -63,13 +64,14 @@ def read_block(path: Path, corners: int) -> tuple[Polyhedron, tuple[str, ...]]:
     """
     if not FEWEST_CORNERS <= corners <= MOST_CORNERS:
         raise InputError(f"{path}: {corners} corners are asked for; choose {FEWEST_CORNERS} to {MOST_CORNERS}")
-    solid = _solid(path, _mesh(path))
+    mesh, stated = _in_metres(_mesh(path))
+    solid = _solid(path, mesh)
     try:
         whole = hull_volume(solid.vertices)
         polyhedron = polyhedron_of(_outermost(solid.vertices, corners), path.stem)
     except InputError as fault:
         raise InputError(f"{path}: {fault}") from fault
-    return polyhedron, (*_mesh_findings(solid, whole), *_hull_findings(polyhedron, corners, whole))
+    return polyhedron, (*stated, *_mesh_findings(solid, whole), *_hull_findings(polyhedron, corners, whole))
 
 
 def _mesh(path: Path) -> FileMesh:
@@ -85,6 +87,15 @@ def _mesh(path: Path) -> FileMesh:
     if len(mesh.points) == 0 or (mesh.triangles is not None and len(mesh.triangles) == 0):
         raise InputError(f"{path}: holds no facets; a rock needs a closed surface of triangles")
     return usable(path, mesh)
+
+
+def _in_metres(mesh: FileMesh) -> tuple[FileMesh, tuple[str, ...]]:
+    """Return a mesh in metres, and a finding if its file states another unit; () if not."""
+    if mesh.unit is None:
+        return mesh, ()
+    name, metres = LENGTHS[mesh.unit]
+    points = np.asarray(mesh.points, dtype=np.float64) * metres
+    return mesh._replace(points=points, unit=None), (f"the file states that it is in {name}; converted to metres",)
 
 
 def _solid(path: Path, mesh: FileMesh) -> Solid:

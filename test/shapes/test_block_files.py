@@ -74,6 +74,18 @@ def test_every_format_gives_the_same_block(tmp_path):
         assert np.array_equal(body.corners, expected.corners)
 
 
+@pytest.mark.parametrize(("unit", "per_metre"), [(6, 1.0), (4, 1000.0), (2, 1.0 / 0.3048)])
+def test_a_file_that_states_its_unit_gives_the_block_in_metres(tmp_path, unit, per_metre):
+    ezdxf = pytest.importorskip("ezdxf", reason="ezdxf is not installed; install the extra `mine`")
+    drawing = ezdxf.new(units=unit)
+    for facet in CUBE * per_metre:
+        drawing.modelspace().add_3dface(facet)
+    drawing.saveas(tmp_path / "block.dxf")
+    body, findings = read_block(tmp_path / "block.dxf", 100)
+    assert body.volume == pytest.approx(1.0, rel=1e-12)
+    assert any("converted to metres" in finding for finding in findings) == (per_metre != 1.0)
+
+
 def test_a_block_at_survey_coordinates_is_the_same_block(tmp_path):
     near, far = tmp_path / "near.stl", tmp_path / "far.stl"
     near.write_text(ascii_stl(round_block(60)), encoding="ascii")
