@@ -104,7 +104,7 @@ class MassScaledSpec(ModelSpec):
     CONFIRMED: ClassVar[Confirmed] = "UNCONFIRMED"
 
     C: Number = parameter(
-        1000.0, "a number above 0 (kg), the mass at which R_n is halved", "kg",
+        1000.0, "a number above 0 (kg), the mass at which R_n is halved; the formula is unconfirmed", "kg",
         "a public implementation of RocFall's option", "CC", gt=0,
     )  # fmt: skip
     K: Number | None = parameter(

@@ -101,7 +101,7 @@ def test_a_latched_area_from_before_the_start_is_a_fault_that_names_its_topic_un
     mute = f"areas/equipment has had a publisher (/mine) for more than {OLDEST} s, but no valid message"
     speak_until(peer, lambda: said_since(peer, 0, mute), "the fault of the mute topic", cloud_too=True)
     assert next(s for array in peer.alerts for s in array.status if mute in s.message).message.startswith("fault: ")
-    assert peer.alarms[-1]
+    speak_until(peer, lambda: peer.alarms[-1], "the alarm of the fault", cloud_too=True)
     before = len(peer.alerts)
     peer.send("areas/equipment", poses([], peer.now()))
     speak_until(peer, lambda: said_since(peer, before, "normal"), "normal after the new message", cloud_too=True)
