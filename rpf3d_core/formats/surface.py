@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.errors import TerrainError
+from rpf3d_core.formats.units import LENGTHS, METRE
 
 MOST_TRIANGLES = (2**31 - 1) // 3
 """Largest number of facets of a terrain, because facets, vertices and facet sides are numbered with 32 bits."""
@@ -46,6 +47,16 @@ def facet_count(surface: FileMesh) -> int:
 
 FAR_AWAY = "coordinates are metres"
 """Advice in the error about points that are too far from the origin, if the user cannot give a unit."""
+
+
+def in_metres(surface: FileMesh, unit: str | None) -> FileMesh:
+    """Return a surface with its points in metres; the field `unit` stays that of the file.
+
+    unit : unit of the points, a key of `units.LENGTHS`; None for metres
+    """
+    if unit is None or unit == METRE:
+        return surface
+    return surface._replace(points=surface.points.astype(float) * LENGTHS[unit][1])
 
 
 def usable(path: Path, surface: FileMesh, metres: float = 1.0, remedy: str = FAR_AWAY) -> FileMesh:

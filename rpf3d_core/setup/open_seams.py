@@ -11,6 +11,7 @@ import shapely
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.outward import three_figures
+from rpf3d_core.setup.hanging_rims import rim_sides
 from rpf3d_core.terrain.facets import CRACK, Terrain, tolerance_of
 from rpf3d_core.terrain.mesh.edges import Edges
 
@@ -53,13 +54,12 @@ def seams_of(terrain: Terrain, edges: Edges) -> tuple[IntArray, FloatArray, bool
 
     edges : of the terrain's facets
     """
-    rim = np.flatnonzero(edges.uses == 1)
-    sampled = len(rim) > MOST_SIDES
-    on_rim = np.unique(np.concatenate([edges.low[rim], edges.high[rim]])).astype(np.int64)
+    low, high, third = rim_sides(terrain.triangles, edges)
+    sampled = len(low) > MOST_SIDES
+    on_rim = np.unique(np.concatenate([low, high]))
     if sampled:
-        rim = rim[np.linspace(0, len(rim) - 1, MOST_SIDES).astype(int)]
-    low, high = edges.low[rim].astype(np.int64), edges.high[rim].astype(np.int64)
-    third = terrain.triangles[edges.facet[edges.start[rim]]].astype(np.int64).sum(axis=1) - low - high
+        some = np.linspace(0, len(low) - 1, MOST_SIDES).astype(int)
+        low, high, third = low[some], high[some], third[some]
     ends = terrain.vertices[np.stack([low, high], axis=1)]
     lines = shapely.linestrings(ends[:, :, :2])
     points = shapely.points(terrain.vertices[on_rim, :2])

@@ -12,7 +12,7 @@ from rpf3d_core.formats.meshes import EXPORTS, MESH_READERS
 from rpf3d_core.formats.polygons import read_polygons
 from rpf3d_core.formats.precision import lost_precision
 from rpf3d_core.formats.reference_system import system_in_metres
-from rpf3d_core.formats.surface import FileMesh, facet_count, usable
+from rpf3d_core.formats.surface import FileMesh, facet_count, in_metres, usable
 from rpf3d_core.formats.units import LENGTHS, METRE
 from rpf3d_core.formats.whole_file import read_whole
 from rpf3d_core.scene.model import Scene
@@ -131,7 +131,7 @@ def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...], tuple[str,
             raise TerrainError(f"{file.path}: the heights of a grid are z, so it cannot be read with `up: {spec.up}`")
     surfaces = [read_surface(file.path, file.unit) for file in files]
     remarks = tuple(remark for file, surface in zip(files, surfaces, strict=True) for remark in _remarks(file, surface))
-    surfaces = [_in_metres(file, surface) for file, surface in zip(files, surfaces, strict=True)]
+    surfaces = [in_metres(surface, file.unit) for file, surface in zip(files, surfaces, strict=True)]
     zone, zones = _zones(files, surfaces)
     points, frame = _local_points([surface.points for surface in surfaces], spec.up)
     corners, facets = _corners(surfaces), [facet_count(surface) for surface in surfaces]
@@ -146,7 +146,7 @@ def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...], tuple[str,
 
 def surfaces_in_metres(spec: TerrainSpec) -> list[FileMesh]:
     """Return the points and triangles of all terrain files in metres; errors are as in `read_surface`."""
-    return [_in_metres(file, read_surface(file.path, file.unit)) for file in spec.files or ()]
+    return [in_metres(read_surface(file.path, file.unit), file.unit) for file in spec.files or ()]
 
 
 def _remarks(file: TerrainFile, surface: FileMesh) -> Iterator[str]:
@@ -161,13 +161,6 @@ def _remarks(file: TerrainFile, surface: FileMesh) -> Iterator[str]:
             f"so compare the extents: if it is in {name}, give the file `unit: {surface.unit}` (`rpf3d new`: --unit "
             f"{surface.unit})"
         )
-
-
-def _in_metres(file: TerrainFile, surface: FileMesh) -> FileMesh:
-    """Return the surface of a file with its points in metres, by the unit that the scene gives."""
-    if file.unit in (None, METRE):
-        return surface
-    return surface._replace(points=surface.points.astype(float) * LENGTHS[file.unit][1])
 
 
 def _zones(files: Sequence[TerrainFile], surfaces: list[FileMesh]) -> tuple[IntArray, tuple[str, ...]]:

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.meshes import MESH_READERS
-from rpf3d_core.formats.surface import FileMesh, usable
-from rpf3d_core.formats.units import LENGTHS
+from rpf3d_core.formats.surface import FileMesh, in_metres, usable
+from rpf3d_core.formats.units import LENGTHS, METRE
 from rpf3d_core.shapes.directions import fibonacci_sphere
 from rpf3d_core.shapes.polyhedron import SAME_PLACE, Polyhedron, hull_volume, polyhedron_of, volume_and_centre
 from rpf3d_core.terrain.frame import FloatArray
@@ -64,14 +64,15 @@ def read_block(path: Path, corners: int) -> tuple[Polyhedron, tuple[str, ...]]:
     """
     if not FEWEST_CORNERS <= corners <= MOST_CORNERS:
         raise InputError(f"{path}: {corners} corners are asked for; choose {FEWEST_CORNERS} to {MOST_CORNERS}")
-    mesh, stated = _in_metres(_mesh(path))
-    solid = _solid(path, mesh)
+    mesh = _mesh(path)
+    solid = _solid(path, in_metres(mesh, mesh.unit))
     try:
         whole = hull_volume(solid.vertices)
         polyhedron = polyhedron_of(_outermost(solid.vertices, corners), path.stem)
     except InputError as fault:
         raise InputError(f"{path}: {fault}") from fault
-    return polyhedron, (*stated, *_mesh_findings(solid, whole), *_hull_findings(polyhedron, corners, whole))
+    findings = (*_unit_findings(mesh), *_mesh_findings(solid, whole), *_hull_findings(polyhedron, corners, whole))
+    return polyhedron, findings
 
 
 def _mesh(path: Path) -> FileMesh:
@@ -86,16 +87,13 @@ def _mesh(path: Path) -> FileMesh:
     mesh = reader(path)
     if len(mesh.points) == 0 or (mesh.triangles is not None and len(mesh.triangles) == 0):
         raise InputError(f"{path}: holds no facets; a rock needs a closed surface of triangles")
-    return usable(path, mesh)
+    return usable(path, mesh, LENGTHS[mesh.unit or METRE][1])
 
 
-def _in_metres(mesh: FileMesh) -> tuple[FileMesh, tuple[str, ...]]:
-    """Return a mesh in metres, and a finding if its file states another unit; () if not."""
-    if mesh.unit is None:
-        return mesh, ()
-    name, metres = LENGTHS[mesh.unit]
-    points = np.asarray(mesh.points, dtype=np.float64) * metres
-    return mesh._replace(points=points, unit=None), (f"the file states that it is in {name}; converted to metres",)
+def _unit_findings(mesh: FileMesh) -> Iterator[str]:
+    """Yield a finding if the file of a mesh states a unit other than metres."""
+    if mesh.unit is not None:
+        yield f"the file states that it is in {LENGTHS[mesh.unit][0]}; converted to metres"
 
 
 def _solid(path: Path, mesh: FileMesh) -> Solid:
