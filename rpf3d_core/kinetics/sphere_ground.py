@@ -91,9 +91,8 @@ def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Sur
         a, turn = _skidding(scale(1.0 / pull, g_t), n, g_t, friction, radius)
         t = _turning_time(v, a, radius)
         return RollingSegment(v=v, a=a, turn=turn, t=t, rolls=False, stops=False, turns=t < math.inf)
-    resistance = min(surface.mu_r * push, _most_resistance(v, g_t, friction))
     holds = min(surface.mu_r * push, friction) >= HOLDS * pull
-    return _rolls(v, g_t, resistance, max(surface.stop_speed, CREEP) if holds else 0.0, radius)
+    return _rolls(v, g_t, surface.mu_r * push, friction, max(surface.stop_speed, CREEP) if holds else 0.0, radius)
 
 
 @kernel
@@ -186,18 +185,20 @@ def _rolling(v: Vec, g_t: Vec, resistance: float, direction: Vec, lowest: float)
 
 
 @kernel
-def _rolls(v: Vec, g_t: Vec, resistance: float, lowest: float, radius: float) -> RollingSegment:
+def _rolls(v: Vec, g_t: Vec, rolling: float, friction: float, lowest: float, radius: float) -> RollingSegment:
     """Return the segment on which a sphere rolls, until it has slowed down or its velocity has turned by TURN.
 
     TURN is 3.6 degrees. Where gravity turns the velocity, the resistance turns it back within the time in which the
     resistance alone would stop the sphere. A segment is not longer than this time: otherwise the resistance at its
     middle would push the sphere to the wrong side.
 
-    resistance : rolling resistance (m/s^2); it may be larger for a sphere that moves uphill than for a sphere at rest
+    rolling : rolling resistance without the limit by friction, mu_r N (m/s^2)
+    friction : largest deceleration by friction, mu N (m/s^2)
     lowest : speed (m/s) at which the sphere stops for good; 0 if the ground cannot hold the sphere at rest
     v, g_t, radius : as in `rolling_piece`
     """
     speed, pull, holds = norm(v), norm(g_t), lowest > 0.0
+    resistance = min(rolling, _most_resistance(v, g_t, friction))
     if holds and speed <= lowest * (1.0 + ROLLS):
         return RollingSegment(v=v, a=ZERO, turn=ZERO, t=0.0, rolls=True, stops=True, turns=False)
     if resistance == 0.0:
@@ -210,6 +211,7 @@ def _rolls(v: Vec, g_t: Vec, resistance: float, lowest: float, radius: float) ->
         turned = min(TURN * speed / across, speed / ((1.0 - STICKS) * resistance))
     if speed <= CRAWL and turned < math.inf and not holds:
         v, speed, turned = ZERO, 0.0, math.inf
+        resistance = min(rolling, _most_resistance(ZERO, g_t, friction))  # less than for a sphere that moves uphill
     direction = scale(1.0 / speed, v) if speed > 0.0 else scale(1.0 / pull, g_t)
     a, slow = _rolling(v, g_t, resistance, direction, lowest)
     if turned < slow:

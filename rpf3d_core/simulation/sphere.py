@@ -57,7 +57,7 @@ from rpf3d_core.simulation.sustained import (
 from rpf3d_core.terrain.facet_geometry import PARALLEL, REACH
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, ZERO, Motion, Vec
-from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
+from rpf3d_core.vectors import add, along, cross, dot, norm, scale, subtract, without
 
 BENDS = 1e-4
 """Length of a ground segment, divided by the radius (-), above which a segment that only bends is no new contact.
@@ -306,7 +306,9 @@ def _follow_piece(
         v_end, w = pivoted(v_end, turned, n, n_end, radius)
     if rolls and held.contacts == 2:
         w = rolling_spin(v_end, dot(turned, n), n, radius)
-    end = Motion(t=motion.t + t, x=x, v=v_end, w=w if t > 0.0 else _spin_when_blocked(w, n, touch.n))
+    if touch.t == 0.0:
+        v_end, w = _when_blocked(physics, v_end, w, n, touch.n)
+    end = Motion(t=motion.t + t, x=x, v=v_end, w=w)
     bends = (piece.turns or span.curved) and touch.t > t and length > BENDS * radius
     late = t >= left
     over = PreviousContact(facet=held.first.facet, other=-1, side=1.0, resting=True, before=-1)
@@ -329,18 +331,31 @@ def _follow_piece(
 
 
 @kernel
-def _spin_when_blocked(w: Vec, n: Vec, m: Vec) -> Vec:
-    """Return the spin (3,) rad/s of a sphere that friction presses against other ground, before it moves on.
+def _when_blocked(physics: Physics, v: Vec, w: Vec, n: Vec, m: Vec) -> tuple[Vec, Vec]:
+    """Return velocity (3,) m/s and spin (3,) rad/s of a sphere that other ground blocks at the start of a segment.
 
-    The part of the spin about the line along both contacts drives the sphere into the other ground. There the sphere
-    would rub until this part is lost; here it is lost at once, and the sphere keeps the spin of rolling along the line.
-    The result is zero if both normals are parallel.
+    - If the sphere moves into the other ground, the search for contacts at rest has missed this ground: the sphere
+      rolls over a border with a kink of less than about 1e-5 rad. A slight impact there takes the speed into the
+      ground. The spin is unchanged.
+    - Otherwise friction presses the sphere against the other ground. The part of the spin about the line along both
+      contacts drives the sphere there. The sphere would rub until this part is lost; here it is lost at once, and the
+      sphere keeps the spin of rolling along the line. The velocity is along the line, except for a part that is too
+      small to count as an approach (GRAZING). This part is lost, too: if the slip is small, even such a part turns the
+      slip, and so friction, into the other ground again, and the sphere would stay here without end.
 
-    w : (3,) rad/s, spin before; n, m : (3,) unit normals of the ground under the sphere and of the other ground
+    v : (3,) m/s, velocity before; w : (3,) rad/s, spin before
+    n, m : (3,) unit normals of the ground under the sphere and of the other ground; if they are parallel, the spin of a
+        sphere that friction presses becomes zero
     """
+    into = -dot(v, m)
+    if into > GRAZING * norm(v):
+        return (along(v, m) if is_slight(physics, m, into, WALL) else v), w
     line = cross(n, m)
     sine = norm(line)
-    return without(w, scale(1.0 / sine, line)) if sine > PARALLEL else ZERO
+    if sine <= PARALLEL:
+        return v, ZERO
+    line = scale(1.0 / sine, line)
+    return scale(dot(v, line), line), without(w, line)
 
 
 @kernel

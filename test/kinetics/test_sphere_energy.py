@@ -53,6 +53,26 @@ def test_rolling_friction_stops_a_sphere_at_any_small_angle_to_the_dip(engine, d
 
 
 @BOTH
+@pytest.mark.parametrize("degrees", [5.0, 12.0, 25.0])
+@pytest.mark.parametrize("mu", [0.18, 0.25])
+def test_a_sphere_that_turns_on_a_steep_slope_goes_down_it(engine, mu, degrees):
+    """Friction does not hold the sphere: it comes down with g sin - mu g cos, also if it first moved uphill.
+
+    degrees : angle of the velocity to straight uphill; at the turn, the resistance is lower than on the way up
+    """
+    fall, angle, ends = 0.3, math.radians(degrees), 3.0
+    slope = math.atan(fall)
+    uphill, strike = np.array([-math.cos(slope), 0.0, math.sin(slope)]), np.array([0.0, 1.0, 0.0])
+    x, v = on_the_slope(50.0, 50.0, fall), 0.06 * (math.cos(angle) * uphill + math.sin(angle) * strike)
+    physics = spheres(Surface(0.3, 0.8, mu, 0.05, 0.6), max_time=ends)
+    flights, batch = watched(engine, rough_grid(1, 100.0, fall, 0.0), physics, x, v)
+    assert np.diff(energies(batch)).max() < 1e-9, "J/kg"
+    down = G * (math.sin(slope) - mu * math.cos(slope)) * ends
+    assert np.linalg.norm(flights.paths.v_end[-1]) == pytest.approx(down, rel=0.03)
+    assert flights.paths.v_end[-1, 2] < 0.0
+
+
+@BOTH
 @pytest.mark.parametrize("speed", [1.0, 3.0, 10.0])
 def test_a_sphere_that_tips_over_an_edge_while_it_rolls_along_it_gains_no_energy(engine, speed):
     """The spin about the normal grows while the speed along the edge falls, as for a ball on a cylinder of radius 0."""

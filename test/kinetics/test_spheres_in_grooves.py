@@ -17,13 +17,14 @@ G, RADIUS, FALL = 9.81, 0.5, 0.05
 """Gravity (m/s2), radius (m), and fall of the ditch per metre along it (-)."""
 
 
-def ditch(rise=0.02, fall=FALL):
-    """Return a ditch along x, 60 m long, between a bench face of 70 degrees (y < 0) and a berm (y > 0).
+def ditch(rise=0.02, fall=FALL, face=70.0):
+    """Return a ditch along x, 60 m long, between a bench face (y < 0) and a berm (y > 0).
 
     rise : rise of the berm away from the ditch (-); fall : fall of the ditch per metre along it (-)
+    face : angle of the bench face (degrees)
     """
     x, y = np.meshgrid(np.arange(0.0, 60.1, 2.0), [-4.0, 0.0, 4.0], indexing="ij")
-    z = np.where(y < 0.0, -y * math.tan(math.radians(70.0)), rise * y) - fall * x
+    z = np.where(y < 0.0, -y * math.tan(math.radians(face)), rise * y) - fall * x
     return terrain_of(np.stack([x, y, z], -1).reshape(-1, 3), grid_triangles(x.shape[0], 3))
 
 
@@ -61,6 +62,27 @@ def test_friction_alone_does_not_hold_a_sphere_at_a_wall(mu_r):
     ground = Surface(0.0, 0.8, 1.58, 0.05, mu_r)
     ends = roll(over, spheres(ground, max_time=60.0), RADIUS, x, (3.0, -0.3, -1.2)).deposits
     assert (ends.outcome == (Outcome.LEFT_TERRAIN if mu_r <= 0.4 else Outcome.STOPPED)).all()
+
+
+@pytest.mark.parametrize("face", [70.0, 75.0, 80.0, 85.0])
+@pytest.mark.parametrize(("fall", "mu", "mu_r"), [(0.28, 0.577, 0.2), (0.4, 1.0, 0.2), (0.4, 0.2, 0.03)])
+def test_a_sphere_rolls_along_a_ditch_with_a_level_floor(face, fall, mu, mu_r):
+    """The floor alone carries the sphere; friction presses it against the face only until its spin is that of rolling.
+
+    Then it rolls as down a slope, where friction suffices: a = 5/7 g (sin - mu_r cos).
+    """
+    over, rng = engine_over("compiled", ditch(rise=0.0, fall=fall, face=face)), np.random.default_rng(20261201)
+    x = above(over, np.full(200, 3.0), rng.uniform(0.3, 1.5, 200), 1.1 * RADIUS + 1e-3)
+    v = np.column_stack([rng.uniform(0.0, 3.0, 200), rng.uniform(-2.0, 0.0, 200), np.zeros(200)])
+    flights = roll(over, spheres(Surface(0.3, 0.0, mu, 0.05, mu_r), max_time=20.0), RADIUS, x, v)
+    assert (flights.deposits.outcome == Outcome.LEFT_TERRAIN).all()
+    slope, paths = math.atan(fall), flights.paths
+    a = 5.0 / 7.0 * G * (math.sin(slope) - mu_r * math.cos(slope))
+    for rock in range(0, 200, 20):
+        mine = np.flatnonzero((paths.row == rock) & (abs(paths.x[:, 0] - 40.0) < 12.0))
+        first, last = np.linalg.norm(paths.v[mine[[0, -1]]], axis=1)
+        way = np.linalg.norm(paths.x[mine[-1]] - paths.x[mine[0]])
+        assert last * last - first * first == pytest.approx(2.0 * a * way, rel=5e-3)
 
 
 @pytest.mark.parametrize("kink", [0.05, 0.5, 2.0])
