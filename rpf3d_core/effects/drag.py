@@ -27,7 +27,7 @@ class Drag(NamedTuple):
 
     coefficient : C_d (-); density : kg/m3, of the air
     accuracy : m, largest position error after a flight of `air_step.FLIGHT` seconds
-    gravity : m/s2, used only for the accuracy
+    gravity : m/s^2, used only for the accuracy
     """
 
     coefficient: float

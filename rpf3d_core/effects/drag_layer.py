@@ -36,7 +36,7 @@ class DragLayer(NamedTuple):
 
     coefficient : c, kg/s, of the braking force c v; height : m, top of the layer above the ground
     accuracy : m, largest position error after a flight of `air_step.FLIGHT` seconds wholly inside or outside the layer
-    gravity : m/s2, used only for the accuracy
+    gravity : m/s^2, used only for the accuracy
     edges : (E, 4) x, y, x, y m, edges of the layer's outlines, holes included; with E = 0 the layer is everywhere
     """
 
@@ -57,14 +57,14 @@ def terminal_speed(coefficient: float, mass: float, gravity: float) -> float:
 
     `rpf3d check` and `rpf3d run` warn if this speed is too low.
 
-    coefficient : c > 0, kg/s; mass : m, kg; gravity : g, m/s2
+    coefficient : c > 0, kg/s; mass : m, kg; gravity : g, m/s^2
     """
     return mass * gravity / coefficient
 
 
 @asks_height.rule(DragLayer)
 def always(layer: DragLayer) -> bool:
-    """Return True: the rules need the rock's height above the ground, to decide if the rock is inside the layer."""
+    """Return True (hook `asks_height`): only the height above the ground shows if a rock is inside the layer."""
     return True
 
 

@@ -117,6 +117,8 @@ def through_the_scar(
 ) -> Motion:  # fmt: skip
     """Return the motion of a rock after it has ploughed a scar into soft ground: soil drag and friction have slowed it.
 
+    A rock that does not move into the ground is unchanged.
+
     motion : at first contact; n : unit normal of the ground; zone : number of the zone; surface : not used
     """
     into = -dot(motion.v, n)

@@ -133,7 +133,7 @@ def _sorted_rows(rows: IntArray) -> IntArray:
 
 
 def _stacked(arrays: Sequence[Any]) -> Any:
-    """Return arrays of impacts or of path segments joined into one array, along the first axis.
+    """Return arrays with the records of rocks joined into one array, along the first axis.
 
     Empty arrays are skipped, because they may lack the columns of spin or shape. If all are empty, the result is empty.
     """

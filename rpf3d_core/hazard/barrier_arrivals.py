@@ -317,9 +317,9 @@ def _is_caught_before(barriers: Barriers, k: int, rock: PassingRock, t: float, i
 
 @kernel
 def _is_known(crossed: Crossed, number: int, b: int, t: float, instant: float) -> bool:
-    """True if a crossing of barrier b at the time t (s) was found before; times within `instant` (s) count as equal.
+    """Return True if a crossing of barrier b at the time t (s) was found before.
 
-    number : crossings found on the current path segment so far
+    number : crossings found on the current path segment so far; times within `instant` (s) count as equal
     """
     known = abs(t - crossed.last[b]) <= instant
     for n in range(number):

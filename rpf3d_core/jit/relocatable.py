@@ -23,7 +23,7 @@ class ByModule(UserProvidedCacheLocator):
     """
 
     def __init__(self, py_func: Any, py_file: str) -> None:
-        """Choose the folder of a function; the arguments are those of numba's own class."""
+        """Choose the cache folder of the function `py_func`, which is defined in the file `py_file`."""
         super().__init__(py_func, py_file)  # type: ignore[no-untyped-call]
         config: Any = numba.config
         self._cache_path = str(Path(config.CACHE_DIR) / f"{py_func.__module__}-numba-{numba.__version__}")

@@ -49,7 +49,7 @@ class PfeifferBowen(NamedTuple):
 def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a sphere after an impact by CRSP's equations (Pfeiffer & Bowen 1989): the sphere then rolls.
 
-    n : (3,) unit normal that the rock feels, with v . n <= 0
+    n : (3,) unit normal of the ground, which may be tilted for rough ground, with v . n <= 0
     """
     radius = rock.rock.radius  # type: ignore[union-attr]  # asks_rock
     v_n, v_t = -dot(motion.v, n), along(motion.v, n)

@@ -26,7 +26,10 @@ class VelocityScaled(NamedTuple):
 
 @kernel
 def halved(x: float) -> float:
-    """Return the factor 1 / (1 + x^2) that reduces a restitution coefficient: 1/2 at x = 1."""
+    """Return the factor 1 / (1 + x^2) that reduces R_n.
+
+    x : speed into the ground or mass of the rock, divided by the value at which R_n is halved (-)
+    """
     return 1.0 / (1.0 + x * x)
 
 
