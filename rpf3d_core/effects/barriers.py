@@ -30,7 +30,7 @@ CAUGHT = int(Outcome.CAUGHT)
 BELOW = 1e-3
 """Largest depth (m) of a rock below the foot of a panel at which the rock still meets the panel.
 
-It is above 0, because the chord of a curved slide, which replaces the true path, may be below the ground.
+The depth is above 0, because the chord of a curved slide, which replaces the true path, may be below the ground.
 """
 CORNER = 1e-6
 """Largest distance (m) from a corner of a barrier at which a rock that breaks through one side passes both sides."""

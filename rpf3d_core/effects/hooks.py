@@ -189,7 +189,9 @@ def air_of_all(chain: Chain, motion: Motion, height: float, t: float, rock: Rock
     """Return the motion of a rock after all effects of the chain have acted on it in the air for t seconds.
 
     The first effect acts for half of the time before the other effects, and for half after them, so that the result
-    is accurate to second order in t (Strang). height : as in `in_air`
+    is accurate to second order in t (Strang).
+
+    height : as in `in_air`
     """
     before = in_air(chain.head, motion, height, 0.5 * t, rock)
     between = in_air(chain.tail, before, height, t, rock)

@@ -16,7 +16,7 @@ from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.terrain.frame import FloatArray
 
 CELLS_PER_OBSTACLE = 2.0
-"""Largest number of cells of a grid, divided by its number of obstacles (-), which limits the memory."""
+"""Approximate largest number of cells of a grid per obstacle (-), which limits the memory."""
 FEWEST_CELLS = 16
 """Number of cells that a grid may always have, even with few obstacles."""
 SLOWEST = 1e-9

@@ -24,7 +24,7 @@ Simplifications: Leine's slip s decays in flight by exp(-beta t); with beta from
 after 0.02 s. Here s starts at 0 in each impact, and there is no parameter beta. Leine's rocks have corners, so friction
 makes them rotate; here friction only brakes. Bounces below `smallest_bounce` are summed up without scars, and rocks in
 sustained contact make no scars. The speed into the ground is measured along the normal; Lu et al. use the vertical
-speed, which is equal to it on level ground.
+speed, which is the same on level ground.
 """
 
 import math

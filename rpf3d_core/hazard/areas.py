@@ -96,7 +96,7 @@ def walk_areas(areas: Areas, visits: Visits, track: Track, mass: float) -> None:
 def _visit_area(areas: Areas, visits: Visits, track: Track, mass: float, a: int) -> None:
     """Record that a rock is in area number a during each part of its track inside this area.
 
-    The crossings with the outlines divide the track into parts. A part lies inside if its middle does.
+    The crossings with the outlines divide the track into parts. A part lies inside the area if its middle lies inside.
 
     mass : of the rock, kg
     """

@@ -19,7 +19,7 @@ class ByModule(UserProvidedCacheLocator):
     """The place of the code compiled from a module of the package: a folder with the name of the module.
 
     Modules outside the package keep numba's own place, because modules of different projects may have the same name.
-    Each version of numba has its own folder, so that two of them never replace each other's code.
+    Each version of numba has a separate folder, so that two versions never replace each other's code.
     """
 
     def __init__(self, py_func: Any, py_file: str) -> None:
@@ -30,7 +30,7 @@ class ByModule(UserProvidedCacheLocator):
 
     @classmethod
     def from_function(cls, py_func: Any, py_file: str) -> "ByModule | None":
-        """Return the place of a function of the package; None for any other function, or without a writable folder."""
+        """Return the place of a function of the package; None for other functions, or if the folder is not writable."""
         if not py_func.__module__.startswith(PACKAGE):
             return None
         found: ByModule | None = super().from_function(py_func, py_file)  # type: ignore[no-untyped-call]

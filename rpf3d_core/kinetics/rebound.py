@@ -137,7 +137,9 @@ def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -
 def endless(motion: Motion) -> RemainingBounces:
     """Return `RemainingBounces` with `ends` False: the bounces never die out, or their sum is unknown.
 
-    The caller then computes each bounce as a flight. motion : just after an impact
+    The caller then computes each bounce as a flight.
+
+    motion : just after an impact
     """
     return RemainingBounces(along=ZERO, down=ZERO, v=motion.v, t=0.0, ends=False)
 
@@ -157,6 +159,8 @@ def no_sum(
 ) -> RemainingBounces:
     """Return `RemainingBounces` without any bounce, for a rebound model whose bounces have no sum in closed form.
 
-    The rock stays on the ground and keeps its speed along the ground. n : (3,) normal of the ground; gravity : not used
+    The rock stays on the ground and keeps its speed along the ground.
+
+    n : (3,) normal of the ground; gravity : not used
     """
     return at_once(motion, n)

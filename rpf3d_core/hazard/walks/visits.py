@@ -205,6 +205,9 @@ def note_track_energy(energy2: Any, k: int, track: Track, low: float, high: floa
 
 @kernel
 def note_count(visits: Visits, k: int, which: int) -> None:
-    """Count one more impact or deposit in the cell of visit k; do nothing if k is -1. which : IMPACTS or DEPOSITS."""
+    """Count one more impact or deposit in the cell of visit k; do nothing if k is -1.
+
+    which : IMPACTS or DEPOSITS
+    """
     if k >= 0:
         visits.counts[k, which] += 1

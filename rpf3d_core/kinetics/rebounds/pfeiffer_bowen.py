@@ -78,7 +78,9 @@ def friction(R_t: float, x: float) -> float:
 def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
     """Return CRSP's scaling factor F = R_t / ((v_n / (B R_n))^2 + 1) (-), computed without dividing by R_n.
 
-    F is R_t at v_n = 0, and else 0 at R_n = 0. v_n : speed into the ground (m/s); B : reference speed (m/s)
+    F is R_t at v_n = 0, and else 0 at R_n = 0.
+
+    v_n : speed into the ground (m/s); B : reference speed (m/s)
     """
     reach = B * R_n
     below = v_n * v_n + reach * reach

@@ -27,7 +27,9 @@ class VHalf(NamedTuple):
 def half_at_v_half(model: VHalf, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a lumped mass after an impact, with the material's R_t, and R_n from the rock's speed.
 
-    Energy never rises. n : (3,) unit normal of the ground
+    Energy never rises.
+
+    n : (3,) unit normal of the ground
     """
     return lumped(model.speed / (abs(dot(motion.v, n)) + model.speed), surface.R_t, motion, n)
 

@@ -35,9 +35,11 @@ def halved(x: float) -> float:
 
 @rebound.rule(VelocityScaled)
 def velocity_scaled(model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion of a lumped mass after an impact, with R_n scaled by its speed into the ground.
+    """Return the motion of a lumped mass after an impact, with R_n scaled by the rock's speed into the ground.
 
-    Energy never rises. n : (3,) unit normal of the ground
+    Energy never rises.
+
+    n : (3,) unit normal of the ground
     """
     return lumped(surface.R_n * halved(dot(motion.v, n) / model.K), surface.R_t, motion, n)
 
