@@ -144,10 +144,10 @@ def _outwards(facets: Facets, f: int, x: Vec) -> Vec:
 
 @kernel
 def _look_inside(body: Body, room: Room, motion: BodyMotion, k: int, outwards: Vec) -> None:
-    """Write the gap of nearby facet k, which the body overlaps, into `room.planes`.
+    """Write the gap and the plane of nearby facet k, which the body overlaps, into `room.planes`.
 
     The gap is minus the depth (m) of the body behind the last plane that separated the body from the facet. If there is
-    no such plane yet, the facet's normal defines the plane, and the gap is 0.
+    no such plane yet, the plane has the facet's normal and touches the body, and the gap is 0.
 
     k : index of the facet in `room.facets`; outwards : (3,) normal of the facet, in the body's axes
     """
