@@ -40,7 +40,7 @@ class Separation(NamedTuple):
     """The nearest points of a body and a triangle, in the body's axes.
 
     distance : m, 0 if body and triangle overlap
-    normal : unit vector (3,) from the triangle towards the body; if they overlap, the direction of the first guess
+    normal : unit vector (3,) from the triangle towards the body; if they overlap, the direction of the given guess
     on_facet : nearest point (3,) m of the triangle
     on_body : nearest point (3,) m of the body
     overlap : true if no plane separates body and triangle; both points are then only some points near the overlap
@@ -148,8 +148,8 @@ def separation(corners: Any, first: int, last: int, size: float, facet: Facet, g
     guess : (3,), of any length above 0: a guess of the direction from the triangle towards the body
 
     The distance is exact to 1e-9 of the body's size for gaps from 1e-6 m. A gap below 1e-7 m between nearly parallel
-    edges may count as an overlap. A good guess saves time.
-    The guess changes the distance only by rounding. If body and triangle overlap, the resulting normal is the guess.
+    edges may count as an overlap. A good guess saves time. The guess changes the distance only by rounding. If body and
+    triangle overlap, the resulting normal is the guess.
     """
     row = lowest(corners, first, last, guess)
     now = begun(corner_at(corners, row, size), row, facet)

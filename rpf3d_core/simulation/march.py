@@ -134,8 +134,8 @@ def fly_on(physics: Physics, locator: Any, state: State, rock: RockContext, reco
     """Return the state of a rock after its next parabola.
 
     The parabola ends at a contact, an obstacle, a gap or the boundary of the terrain, at max_time or, if an effect acts
-    in the air, after one time step. If the rock has fallen through the ground, the result is the state before the
-    parabola, with outcome FELL_THROUGH.
+    in the air, after its planned duration. If the rock has fallen through the ground, the result is the state before
+    the parabola, with outcome FELL_THROUGH.
     """
     rock_now, gravity = rock_at(rock, state), physics.settings.gravity
     flown = next_parabola(physics, locator, state, rock_now)

@@ -1,8 +1,8 @@
 """The record of impacts and paths, written during the flight into arrays of a fixed size.
 
-If the arrays are full, the rest of the rock's path is not recorded; the rock flies again later, when there is room. A
-record without rows is never written. One compiled loop covers both cases: two loops, with and without writing, would
-double the compilation time and save less than 1 % of the time of a flight.
+If the arrays are full, the rest of the rock's path is not recorded; the rock flies again later, when there is room.
+Nothing is written into a record without rows. One compiled loop covers both cases: two loops, with and without writing,
+would double the compilation time and save less than 1 % of the time of a flight.
 """
 
 from typing import Any, NamedTuple
@@ -155,6 +155,8 @@ def note_impact(record: Record, tally: RockTally, before: Motion, after: Motion,
 @kernel
 def note_piece(record: Record, tally: RockTally, start: Motion, v_end: Vec, mode: int) -> None:
     """Write the rock's next path segment into the record if there is room.
+
+    If rocks spin, the spin at the start is written for both ends; `note_piece_spins` can replace both.
 
     tally : the rock's running totals, which select the row; start : motion at the start; v_end : velocity at the end
     mode : number of a `Mode`
