@@ -88,8 +88,8 @@ UNSTOPPED = tuple(outcome for outcome in Outcome if outcome not in (*DEPOSITED, 
 class Mode(IntEnum):
     """Kind of motion of a rock between two events of its path; each row of a path stores this number.
 
-    FLIGHT : free flight; SETTLING : the last small bounces, summed up; SLIDING : sliding or rolling;
-    for a body, a step in contact with the ground
+    FLIGHT : free flight; SETTLING : the last small bounces, summed up
+    SLIDING : sliding or rolling; for a body with a shape, a time step in contact with the ground
     END : no motion; the row marks the end of the path
     """
 

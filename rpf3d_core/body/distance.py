@@ -27,7 +27,7 @@ TOUCHING = 1e-14
 """Distance, as a share (-) of the largest difference between corners, below which rounding hides the normal."""
 
 STALLS = 4
-"""Number of rounds after which the search ends, if none of them finds a shorter difference v of body and triangle.
+"""Largest number of rounds that may find no shorter difference v of body and triangle; one more ends the search.
 
 Some such rounds are allowed because, on nearly parallel edges, the next vertex may still shorten v.
 """

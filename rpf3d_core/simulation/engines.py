@@ -168,6 +168,7 @@ class Compiled:
         """Fly rocks `begin` to R - 1 of the R rocks in `starts`, and write their flights into the logbook.
 
         models : of the scene; materials : surface properties of the zones; settings : gravity, limits and seed
+
         Returns the number of the first rock whose path did not fit into the record; R if all paths fitted.
         """
         physics = _physics(models, self, materials, settings)
@@ -302,7 +303,11 @@ def precompile_flights(engine: Engine, models: Models, materials: Any, settings:
 
 
 def is_precompiled(models: Models) -> bool:
-    """Return True if the disk cache has the compiled flight loop for the models, so that it need not be compiled."""
+    """Return True if the disk cache has the compiled flight loop for the models, so that it need not be compiled.
+
+    Only the classes of the rebound model and of the ground model are compared, for bodies only the class of the rebound
+    model. So the result may be True although the loop must still be compiled, for example for other effects.
+    """
     if bodies_of(models):
         from rpf3d_core.simulation.bodies.fly import follow_each
 
