@@ -66,8 +66,10 @@ def _height(corners: Any, row: int, n: Vec) -> float:
 def lowest(corners: Any, first: int, last: int, n: Vec) -> int:
     """Return the row, from `first` to `last` - 1, of the corner with the smallest scalar product with n (3,).
 
-    corners : (N, 3). Of equal corners, the first row counts. Two searches run in parallel in one loop, each over every
-    second corner, so that neither waits for the comparison of the other.
+    corners : (N, 3); if several corners have the smallest product, the first row counts
+
+    Two searches run in parallel in one loop, each over every second corner, so that neither waits for the comparison of
+    the other.
     """
     least, row, other_least, other = math.inf, first, math.inf, first
     for i in range(first, last - 1, 2):

@@ -182,6 +182,7 @@ def _cut(
     """Write the kept triangles of each square with four points, for the rows of squares from `begin` to `end` - 1.
 
     A triangle is kept if no side in plan is longer than `longest` (m).
+
     number : (H, W) vertex number of each point, -1 for a missing point; vertices : (V, 3) m
     turned : true to make the triangles face the other side
     first : (H,) for each row of squares, the number of triangles in all earlier rows

@@ -138,7 +138,7 @@ def _seen(areas: FloatArray) -> Vec:
 
 
 def _extent(terrain: Terrain) -> tuple[Vec, Vec]:
-    """Return two opposite corners of the terrain's bounding box, lowest and highest, in the input's coordinates."""
+    """Return two opposite corners of the terrain's bounding box, lowest and highest (m, in the input's coordinates)."""
     local = [[column.min() for column in terrain.vertices.T], [column.max() for column in terrain.vertices.T]]
     corners = terrain.frame.points_to_input(local)
     (x, y, z), (u, v, w) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
