@@ -21,7 +21,7 @@ from rpf3d_core.values import Motion, Vec
 AGAIN = 1.5
 """Planned duration of a repeated flight segment, divided by the duration of the first flight (-).
 
-It is above 1, because the repeated flight may take a little longer than the first flight.
+The ratio is above 1, because the repeated flight may take a little longer than the first flight.
 """
 
 
