@@ -33,7 +33,10 @@ def velocity(arc: Arc, t: float) -> Vec:
 
 @kernel
 def advance(motion: Motion, gravity: float, t: float) -> Motion:
-    """Return the motion of a rock after t more seconds of free flight; the spin does not change. gravity : m/s^2"""
+    """Return the motion of a rock after t more seconds of free flight; the spin does not change.
+
+    gravity : m/s^2
+    """
     arc = Arc(motion.x, motion.v, gravity)
     return Motion(motion.t + t, position(arc, t), velocity(arc, t), motion.w)
 
