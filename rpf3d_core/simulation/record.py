@@ -113,7 +113,8 @@ def record_from(record: Record, first: Any, i: int) -> Record:
 def close_rock(record: Record, tally: RockTally, first: Any, i: int) -> bool:
     """Set the first rows of rock i + 1 in `first`; return False if the path of rock i did not fit into the record.
 
-    A path has one row for each segment, and one more row for its end.
+    A path has one row for each segment, and one more row for its end. If the record has no rows (`writes`), nothing is
+    set and the result is True.
 
     tally : totals of rock i at its end; first : as in `Logbook`
     """

@@ -74,9 +74,9 @@ def grid_mesh(
 
 
 def origin_of(boxes: FloatArray) -> tuple[float, float, float]:
-    """Return the origin of the local frame (m): the middle of all boxes (N, 2, 3) m together, in whole metres.
+    """Return the origin of the local frame (m): the middle of the box around all boxes, in whole metres.
 
-    Each box is the lowest and the highest corner of some of the points.
+    boxes : (N, 2, 3) m, the lowest and the highest corner of each box; each box is around some of the points
 
     Raises TerrainError if a box is not finite.
     """

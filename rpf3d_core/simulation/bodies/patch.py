@@ -120,7 +120,7 @@ def _spanning(polygon: Any, count: int, n: Vec) -> int:
     """Move the corners of a polygon that become contacts to its first rows; return their number, at most MOST.
 
     Up to MOST corners all become contacts. Of more corners, these are selected: the corner with the smallest gap, the
-    corner farthest from it, and on each side of the line through both the corner that is farthest from this line.
+    corner farthest from this corner, and on each side of the line through both the corner farthest from this line.
 
     polygon : (POLYGON, 4), of which `count` rows are used; n : (3,) normal of the contact
     """
