@@ -33,7 +33,10 @@ def velocity(arc: Arc, t: float) -> Vec:
 
 @kernel
 def advance(motion: Motion, gravity: float, t: float) -> Motion:
-    """Return the motion of a rock after t more seconds of free flight; the spin does not change."""
+    """Return the motion of a rock after t more seconds of free flight; the spin does not change.
+
+    gravity : m/s^2
+    """
     arc = Arc(motion.x, motion.v, gravity)
     return Motion(motion.t + t, position(arc, t), velocity(arc, t), motion.w)
 
@@ -87,7 +90,7 @@ def gravity_along(n: Vec, gravity: float) -> Vec:
 def fall_time(z_speed: float, height: float, gravity: float) -> float:
     """Return the time (s) after which a flying rock is a given height below its start.
 
-    z_speed : m/s, vertical speed at the start, positive upwards; height : m, at least 0
+    z_speed : m/s, vertical speed at the start, positive upwards; height : m, at least 0; gravity : m/s^2
     """
     root = math.sqrt(z_speed * z_speed + 2.0 * gravity * height)
     if z_speed > 0.0:

@@ -34,7 +34,7 @@ class Rock(NamedTuple):
 
 
 class Outcome(IntEnum):
-    """How the flight of a rock ended; every rock has exactly one outcome."""
+    """How the flight of a rock ended; every rock has exactly one outcome, explained in `OUTCOME_SENTENCES`."""
 
     STOPPED = 0
     LEFT_TERRAIN = 1
@@ -88,7 +88,8 @@ UNSTOPPED = tuple(outcome for outcome in Outcome if outcome not in (*DEPOSITED, 
 class Mode(IntEnum):
     """Kind of motion of a rock between two events of its path; each row of a path stores this number.
 
-    SETTLING : the last small bounces, summed up; SLIDING : sliding or rolling
+    FLIGHT : free flight; SETTLING : the last small bounces, summed up
+    SLIDING : sliding or rolling; for a body with a shape, a time step in contact with the ground
     END : no motion; the row marks the end of the path
     """
 

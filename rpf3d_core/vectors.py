@@ -1,4 +1,7 @@
-"""Compute with vectors (x, y, z) as tuples of floats; Python and compiled code round in the same order."""
+"""Compute with vectors (x, y, z) as tuples of floats, in a fixed order of operations.
+
+So Python and compiled code give the same rounding.
+"""
 
 import math
 

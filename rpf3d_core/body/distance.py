@@ -27,7 +27,7 @@ TOUCHING = 1e-14
 """Distance, as a share (-) of the largest difference between corners, below which rounding hides the normal."""
 
 STALLS = 4
-"""Number of rounds after which the search ends, if none of them finds a shorter difference v of body and triangle.
+"""Largest number of rounds that may find no shorter difference v of body and triangle; one more ends the search.
 
 Some such rounds are allowed because, on nearly parallel edges, the next vertex may still shorten v.
 """
@@ -40,7 +40,7 @@ class Separation(NamedTuple):
     """The nearest points of a body and a triangle, in the body's axes.
 
     distance : m, 0 if body and triangle overlap
-    normal : unit vector (3,) from the triangle towards the body; if they overlap, the direction of the first guess
+    normal : unit vector (3,) from the triangle towards the body; if they overlap, the direction of the given guess
     on_facet : nearest point (3,) m of the triangle
     on_body : nearest point (3,) m of the body
     overlap : true if no plane separates body and triangle; both points are then only some points near the overlap
@@ -66,8 +66,10 @@ def _height(corners: Any, row: int, n: Vec) -> float:
 def lowest(corners: Any, first: int, last: int, n: Vec) -> int:
     """Return the row, from `first` to `last` - 1, of the corner with the smallest scalar product with n (3,).
 
-    corners : (N, 3). Of equal corners, the first row counts. Two searches run in parallel in one loop, each over every
-    second corner, so that neither waits for the comparison of the other.
+    corners : (N, 3); if several corners have the smallest product, the first row counts
+
+    Two searches run in parallel in one loop, each over every second corner, so that neither waits for the comparison of
+    the other.
     """
     least, row, other_least, other = math.inf, first, math.inf, first
     for i in range(first, last - 1, 2):
@@ -148,8 +150,8 @@ def separation(corners: Any, first: int, last: int, size: float, facet: Facet, g
     guess : (3,), of any length above 0: a guess of the direction from the triangle towards the body
 
     The distance is exact to 1e-9 of the body's size for gaps from 1e-6 m. A gap below 1e-7 m between nearly parallel
-    edges may count as an overlap. A good guess saves time.
-    The guess changes the distance only by rounding. If body and triangle overlap, the resulting normal is the guess.
+    edges may count as an overlap. A good guess saves time. The guess changes the distance only by rounding. If body and
+    triangle overlap, the resulting normal is the guess.
     """
     row = lowest(corners, first, last, guess)
     now = begun(corner_at(corners, row, size), row, facet)

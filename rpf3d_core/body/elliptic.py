@@ -10,20 +10,19 @@ from rpf3d_core.jit.dispatch import kernel, routine
 from rpf3d_core.values import Vec
 
 SPREAD = 6e-3
-"""Spread of Carlson's arguments about their mean (-) below which the series of R_F is exact to rounding."""
+"""Relative distance of Carlson's arguments from their mean (-) below which the series of R_F is exact to rounding."""
 
 EQUAL = 1e-9
-"""Difference of two numbers, or half of it, as a share of their size, below which the next mean is exact to rounding.
-"""
+"""Relative difference of two numbers (-), or half of it, below which their next mean is exact to rounding."""
 
 MOST_MEANS = 12
 """Largest number of steps of the arithmetic-geometric mean; seven are enough down to m1 = 1e-32."""
 
 MOST_HALVINGS = 40
-"""Largest number of duplications in R_F; twenty are enough for arguments from 1e-300 to 1."""
+"""Largest number of duplication steps for R_F; twenty are enough for arguments from 1e-300 to 1."""
 
 TAYLOR = 0.5
-"""Number below which sinh is summed as a series, because the difference of two exponentials loses digits."""
+"""Value of |x| below which sinh(x) is summed as a series, because the difference of two exponentials loses digits."""
 
 LOG2_E = 1.4426950408889634
 LN2_HIGH, LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10

@@ -73,7 +73,7 @@ def _fastest_to_goal(rows: Any, count: int, velocity: Velocity) -> tuple[float, 
 
 @routine
 def sustained(points: Any, rows: Any, count: int, moments: Vec, velocity: Velocity, within: float) -> Velocity:
-    """Return a body's velocity in sustained contact: no contact approaches the ground, relative to its goal velocity.
+    """Return a body's velocity in sustained contact: no contact approaches the ground relative to its goal velocity.
 
     The velocity is the result of `inelastic`; the parameters are as in `inelastic`. If the sweeps do not converge,
     the contacts that still approach are then solved one by one. If the sweeps diverge, as they can for a body that
@@ -99,7 +99,7 @@ def sustained(points: Any, rows: Any, count: int, moments: Vec, velocity: Veloci
 
 @kernel
 def _size(velocity: Velocity, moments: Vec) -> float:
-    """Return the speed (m/s) at which a body without spin has the same kinetic energy as this motion.
+    """Return the speed (m/s) at which a body without spin has the given motion's kinetic energy.
 
     moments : (3,) principal moments of inertia over mass (m2)
     """

@@ -10,10 +10,10 @@ from rpf3d_core.values import ZERO, Vec
 STEPS = 60
 """Largest number of steps of the search for the sliding impulse; about three are usual."""
 CLOSE, NEARLY = 1e-15, 1e-9
-"""Relative distance (-) of the sliding impulse from the friction cone at which the search ends, and at which one more
-step is enough.
+"""Relative distances (-) of the sliding impulse from the friction cone at which the search ends.
 
-The steps converge quadratically: after one step from an error of NEARLY, only rounding remains.
+At CLOSE, the search ends at once; at NEARLY, the search ends after one more step. The steps converge quadratically:
+after one step from an error of NEARLY, only rounding remains.
 """
 
 

@@ -1,7 +1,7 @@
 """Arithmetic with unit quaternions (w, x, y, z), which describe the orientation of a body.
 
-A quaternion turns vectors from the body's axes into the axes of space. Python and compiled code round in the same
-order.
+A quaternion turns vectors from the body's axes into the axes of space. The order of operations is fixed, so Python and
+compiled code give the same rounding.
 """
 
 import math

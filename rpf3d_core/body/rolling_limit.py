@@ -15,7 +15,8 @@ CLOSE = 1e-15
 def rolling_impulse(w: Vec, moments: Vec, limit: float) -> Vec:
     """Return the angular impulse (m2/s, per unit of mass) that rolling resistance gives a body, in the body's axes.
 
-    w : spin without this impulse (rad/s); moments : principal moments (m2); limit : largest length of the impulse
+    w : spin without this impulse (rad/s); moments : principal moments (m2)
+    limit : largest length of the impulse (m2/s)
 
     If the limit allows it, the impulse M stops the spin. Else its length is the limit, and it points against the
     remaining spin: M_i = -w_i I_i / (1 + k I_i), with the moments I_i and a k > 0 such that |M| is the limit. 1 / |M|

@@ -57,7 +57,7 @@ SPLITTER = 134217729.0
 class Axes(NamedTuple):
     """The relabelled axes of a body: its principal axes in another order and direction.
 
-    They are chosen so that the spin circles about the third axis, and the spin's third component is above 0.
+    The spin circles about the third axis, and the spin's component along this axis is above 0.
 
     moments : principal moments of the relabelled axes
     low : true if the third axis is the axis of the least moment, false if it is the axis of the largest moment
@@ -191,7 +191,8 @@ def product(a: float, b: float) -> tuple[float, float]:
 def term_of(moment: float, gap: tuple[float, float], w: float) -> tuple[float, float]:
     """Return the product of moment, gap and w^2 with twice the digits: the rounded value and a correction.
 
-    gap : a difference of moments, as its rounded value and a correction
+    moment : a principal moment; gap : a difference of moments, as its rounded value and a correction
+    w : component of the spin (rad/s)
     """
     s, s_rest = product(w, w)
     p, p_rest = product(moment, s)

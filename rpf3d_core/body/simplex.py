@@ -122,7 +122,6 @@ def in_solid(a: Vertex, old: Simplex, apart: bool) -> Simplex:
     triangle, but not the triangle `old` itself, which cannot be nearest.
 
     a : the new vertex; old : the present simplex, of three vertices
-
     apart : true if body and facet are known to be apart, so that the origin cannot lie inside the tetrahedron
     """
     b, c, d = old.a, old.b, old.c

@@ -3,7 +3,7 @@
 The squared distance of a parabola from a line or a point is a quartic in time. The second derivative is a quadratic.
 Between the roots of the second derivative the first derivative is monotone, and between the roots of the first
 derivative the quartic is monotone. So every root has its own bracket, and the search misses no root. The search uses
-only basic arithmetic and square roots, so every machine finds the same bits.
+only basic arithmetic and square roots, so the result is the same to the last bit on every machine.
 """
 
 import math

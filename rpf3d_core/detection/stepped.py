@@ -31,8 +31,8 @@ class Stepped(NamedTuple):
     threshold : m, the distance to a facet below which the rock is in contact
     look : m, the radius within which facets are searched
     every_step : True to test each step, as the thesis does; False to test only steps that could be a contact: at a
-        distance D from the closest facet, a rock must first move by D minus the threshold. Both settings give the same
-        bits; only the computing time differs.
+        distance D from the closest facet, a rock must first move by D minus the threshold. Both settings find the
+        same contacts, to the last bit; only the computing time differs.
     """
 
     locator: Any

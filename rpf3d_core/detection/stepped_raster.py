@@ -59,7 +59,7 @@ def first_contact_below_cells(
 
 @kernel
 def facet_over(method: SteppedRaster, x: float, y: float) -> int:
-    """Return the facet below the point x, y (m) in plan; -1 outside the raster or over a hole."""
+    """Return the facet of the raster at the point x, y (m) in plan; -1 outside the raster or in a hole."""
     u, v = (x - method.x) / method.cell, (y - method.y) / method.cell
     if not (0.0 <= u < method.nx and 0.0 <= v < method.ny):
         return -1

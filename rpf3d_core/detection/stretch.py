@@ -79,7 +79,7 @@ def _beside(facets: Facets, f: int, stretch: Stretch, slack: float) -> bool:
 
 @kernel
 def _left_of(v: Vec, p: Vec, corner: Vec) -> float:
-    """Return how far a corner lies to the left of the line through p along v in plan, times the speed (m^2/s)."""
+    """Return how far a corner lies to the left of the line through p along v, times the speed, both in plan (m^2/s)."""
     return v[0] * (corner[1] - p[1]) - v[1] * (corner[0] - p[0])
 
 

@@ -1,7 +1,7 @@
 """Find where a rock on the ground meets another piece of terrain: a slide itself follows the facets of one piece only.
 
-A terrain may consist of several pieces that pass through each other, such as a slope and a muck pile in a file of its
-own. Facets that share vertices belong to one piece. A flight meets the facets of all pieces. The search of this file
+A terrain may consist of several pieces that pass through each other, such as a slope and a muck pile in a separate
+file. Facets that share vertices belong to one piece. A flight meets the facets of all pieces. The search of this file
 looks for facets of other pieces along the straight line between both ends of a ground segment. An engine for a terrain
 whose pieces cannot pass through each other has None in place of pieces, and compiles nothing of this file.
 

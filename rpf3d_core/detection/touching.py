@@ -158,9 +158,9 @@ def _on_face(quest: Against, facets: Facets, f: int, p: Vec) -> bool:
 
 @kernel
 def _rim_of(facets: Facets, f: int, p: Vec) -> Vec:
-    """Return the direction (3,) unit of the edge of facet f on which point p (m) lies; zero if p is a corner.
+    """Return the unit vector (3,) along the edge of facet f on which point p (m) lies; zero if p is a corner.
 
-    Near a corner, p lies within tolerance of two edges; the nearer edge counts.
+    Near a corner, p may lie on two edges within tolerance; the nearer edge counts.
     """
     for k in range(3):
         begin = corner(facets, f, k)
@@ -177,7 +177,7 @@ def _rim_of(facets: Facets, f: int, p: Vec) -> Vec:
 
 @kernel
 def _along_at_end(facets: Facets, f: int, p: Vec, gap: Vec, v: Vec, along: Vec) -> Vec:
-    """Return the direction (3,) unit of the edge that carries a sphere near a corner; zero if the corner carries it.
+    """Return the unit vector (3,) along the edge that carries a sphere near a corner; zero if the corner carries it.
 
     p : m, the point of facet f that the sphere touches; gap : (3,) m, from p to the centre
     v : (3,) m/s, velocity; along : (3,) unit, from `_rim_of`; if `along` is not zero, the result is `along`

@@ -30,10 +30,10 @@ CAUGHT = int(Outcome.CAUGHT)
 BELOW = 1e-3
 """Largest depth (m) of a rock below the foot of a panel at which the rock still meets the panel.
 
-It is above 0, because the chord of a curved slide, which replaces the true path, may be below the ground.
+The depth is above 0, because the chord of a curved slide, which replaces the true path, may be below the ground.
 """
 CORNER = 1e-6
-"""Distance (m) from a corner of a barrier: a rock that breaks through one side there has passed the other side, too."""
+"""Largest distance (m) from a corner of a barrier at which a rock that breaks through one side passes both sides."""
 
 
 class Panel(NamedTuple):
@@ -90,7 +90,8 @@ class Barriers(NamedTuple):
 class PanelCrossing(NamedTuple):
     """Where an arc crosses the vertical plane of a panel segment.
 
-    t : s along the arc, inf if never; height : m, of the rock's centre above the foot of the panel
+    t : s since the start of the arc, inf for no crossing
+    height : m, of the rock's centre above the foot of the panel; 0 for no crossing
     """
 
     t: float
@@ -99,9 +100,10 @@ class PanelCrossing(NamedTuple):
 
 @kernel
 def crossing_of(panel: Panel, slack: float, k: int, arc: Arc, until: float) -> PanelCrossing:
-    """Return where an arc crosses the plane of panel segment k, between the times 0 and `until` (s).
+    """Return where an arc crosses panel segment k in plan, between the times 0 and `until` (s), at any height.
 
-    A point within `slack` (m) of the plane counts as on the plane, so that no crossing is missed between two arcs.
+    A point within `slack` (m) of the segment's plane counts as on the plane, so that no crossing is missed between two
+    arcs.
     """
     x, y, dx, dy = panel.x[k], panel.y[k], panel.dx[k], panel.dy[k]
     length2 = dx * dx + dy * dy
@@ -149,7 +151,7 @@ def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: floa
 
 @kernel
 def _is_past(barriers: Barriers, k: int, t: float, passed: int, arc: Arc) -> bool:
-    """Return True if a rock has already passed panel segment k, so that its crossing at t (s) does not count.
+    """Return True if a rock has already passed panel segment k, so that the crossing at t (s) does not count.
 
     passed : index of the segment that the rock met last; below 0 for none
     """

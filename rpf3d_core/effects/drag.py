@@ -16,7 +16,7 @@ from rpf3d_core.values import Motion, Rock
 from rpf3d_core.vectors import norm, scale
 
 MOST_BRAKED = 0.5
-"""Approximate largest share (-) of its speed that a rock may lose in one time step.
+"""Approximate largest share (-) of a rock's speed that the air may take in one time step.
 
 The error bound comes from a series that is valid only for a small share.
 """
@@ -27,7 +27,7 @@ class Drag(NamedTuple):
 
     coefficient : C_d (-); density : kg/m3, of the air
     accuracy : m, largest position error after a flight of `air_step.FLIGHT` seconds
-    gravity : m/s2, used only for the accuracy
+    gravity : m/s^2, used only for the accuracy
     """
 
     coefficient: float
@@ -51,7 +51,9 @@ def drag_per_metre(drag: Drag, rock: Rock) -> float:
 def braked_by_air(drag: Drag, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
     """Return the motion of a rock that drag alone has braked for t seconds: the exact solution v / (1 + k |v| t).
 
-    k is the drag per metre (`drag_per_metre`). height : not used by this effect
+    k is the drag per metre (`drag_per_metre`).
+
+    height : not used by this effect
     """
     k = drag_per_metre(drag, rock.rock)  # type: ignore[arg-type]  # asks_rock: the rock is never None
     return Motion(t=motion.t, x=motion.x, v=scale(1.0 / (1.0 + k * norm(motion.v) * t), motion.v), w=motion.w)

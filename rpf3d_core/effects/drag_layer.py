@@ -4,7 +4,7 @@ The layer reaches from the ground up to a height that the scene gives (`height`,
 inside given outlines, or the whole terrain.
 
 Source: Leine et al. 2014 (Multibody Syst. Dyn. 32:241), equations 10 and 11. RAMMS' classes, c = 250, 500 and 750 kg/s
-for open, medium and dense forest, and its height of 30 m are unconfirmed. As in the source, c is the same for all
+for open, medium and dense forest, and RAMMS' height of 30 m are unconfirmed. As in the source, c is the same for all
 rocks, so the layer brakes light rocks more: their terminal velocity is m g / c. `rpf3d check` and `rpf3d run` warn if
 this speed is below 1 m/s for the lightest rock (`setup/warnings.py`). The layer contains no single trees (for trees see
 `forest`). The layer brakes flights only, not sliding or rolling rocks, and not bounces that are summed up. With a
@@ -25,7 +25,7 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import norm, scale
 
 MOST_BRAKED = 0.5
-"""Approximate largest share (-) of its speed that a rock may lose in one time step.
+"""Approximate largest share (-) of a rock's speed that the layer may take in one time step.
 
 The error bound comes from a series that is valid only for a small share.
 """
@@ -36,7 +36,7 @@ class DragLayer(NamedTuple):
 
     coefficient : c, kg/s, of the braking force c v; height : m, top of the layer above the ground
     accuracy : m, largest position error after a flight of `air_step.FLIGHT` seconds wholly inside or outside the layer
-    gravity : m/s2, used only for the accuracy
+    gravity : m/s^2, used only for the accuracy
     edges : (E, 4) x, y, x, y m, edges of the layer's outlines, holes included; with E = 0 the layer is everywhere
     """
 
@@ -57,14 +57,14 @@ def terminal_speed(coefficient: float, mass: float, gravity: float) -> float:
 
     `rpf3d check` and `rpf3d run` warn if this speed is too low.
 
-    coefficient : c > 0, kg/s; mass : m, kg; gravity : g, m/s2
+    coefficient : c > 0, kg/s; mass : m, kg; gravity : g, m/s^2
     """
     return mass * gravity / coefficient
 
 
 @asks_height.rule(DragLayer)
 def always(layer: DragLayer) -> bool:
-    """Return True: the rules need the rock's height above the ground, to decide if the rock is inside the layer."""
+    """Return True (hook `asks_height`): only the height above the ground shows if a rock is inside the layer."""
     return True
 
 
@@ -84,8 +84,8 @@ def braked_by_the_layer(layer: DragLayer, motion: Motion, height: float, t: floa
 def stands_at(edges: Any, x: Vec) -> bool:
     """Return True if the layer covers the point x in plan; edges : as in `DragLayer`.
 
-    Without edges, the layer covers every point. Else it covers x if a ray from x to the east crosses an odd number of
-    edges.
+    Without edges, the layer covers every point. Otherwise the layer covers x if a ray from x to the east crosses an odd
+    number of edges.
     """
     inside = len(edges) == 0
     for e in range(len(edges)):

@@ -27,7 +27,7 @@ from rpf3d_core.jit.dispatch import kernel
 LOGS = tuple(math.log(k) for k in range(2, 12))
 """Logarithms of k = 2 to 11, for the terms of a zeta function that are added one by one."""
 LAST = 12.0
-"""First term of a zeta function that is not added one by one.
+"""Number k of the first term of a zeta function that is not added one by one.
 
 The Euler-Maclaurin formula gives the sum from this term on, with a relative error below 1e-14.
 """
@@ -87,7 +87,7 @@ def log_surface(excess: float) -> float:
 def cascade_of(created: float) -> Cascade:
     """Return the size law of the fragments of a rock, from the surface that the impact creates.
 
-    created : A_new / A_0 (-), new surface / surface of the rock
+    created : A_new / A_0 (-), new surface / surface of the rock; at 0, the largest fragment is almost the whole rock
     """
     excess = _excess_of(created)
     return Cascade(1.5 * (1.0 + excess), 1.0 / (1.0 + zeta_less_one(0.5 + 1.5 * excess)))
@@ -97,7 +97,7 @@ def cascade_of(created: float) -> Cascade:
 def _excess_of(created: float) -> float:
     """Return t = 2 p / 3 - 1, with p the exponent of the size law that satisfies the balance of surfaces.
 
-    created : A_new / A_0 (-), surface created by the impact / surface of the rock
+    created : A_new / A_0 (-), surface created by the impact / surface of the rock; the result is MOST (60) at 0
 
     The search is by false position (Illinois) between a lower and an upper bound of t. The bounds follow from
     1 / t < zeta(1 + t) < 1 + 1 / t, zeta(p)^(2/3) < 1.9, and zeta(1 + t) - 1 < 1.5 * 2^-t for t > 1.
@@ -145,7 +145,7 @@ def share_at(cascade: Cascade, rank: int) -> float:
 
 @kernel
 def count_from(cascade: Cascade, least: float) -> int:
-    """Return the number of fragments that have at least a given share of the rock's volume, so that they are simulated.
+    """Return the number of fragments that are large enough to be simulated.
 
     least : the smallest share (-) of a fragment to simulate, > 0
     """

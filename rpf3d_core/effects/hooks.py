@@ -18,7 +18,7 @@ from rpf3d_core.values import MOVING, Motion, Vec
 
 
 class Chain(NamedTuple):
-    """The effects of a scene as a linked list: one effect (`head`) and the rest (`tail`), None after the last."""
+    """The effects of a scene as a linked list: an effect (`head`), and the effects after it (`tail`, None if none)."""
 
     head: Any
     tail: Any
@@ -111,7 +111,9 @@ def ground_of_all(chain: Chain, zone: int, surface: Surface, motion: Motion, n: 
 
 @model_function
 def breaks(effect: object, before: Motion, after: Motion, n: Vec, rock: RockContext) -> bool:
-    """Return True if an impact breaks the rock: a hook for the effect `fragmentation` alone, which makes the fragments.
+    """Return True if an impact breaks the rock: a hook for the effect `fragmentation` alone.
+
+    Fragments are made with the parameters of this effect.
 
     before, after : motion just before and just after the impact; n : (3,) normal of the ground
     """
@@ -187,7 +189,9 @@ def air_of_all(chain: Chain, motion: Motion, height: float, t: float, rock: Rock
     """Return the motion of a rock after all effects of the chain have acted on it in the air for t seconds.
 
     The first effect acts for half of the time before the other effects, and for half after them, so that the result
-    is accurate to second order in t (Strang). height : as in `in_air`
+    is accurate to second order in t (Strang).
+
+    height : as in `in_air`
     """
     before = in_air(chain.head, motion, height, 0.5 * t, rock)
     between = in_air(chain.tail, before, height, t, rock)
@@ -252,6 +256,7 @@ def at_obstacle(effect: object, motion: Motion, number: int, met: int, rock: Roc
 
     A rule changes nothing if the obstacle belongs to another effect.
 
+    motion : at the meeting; number : of the obstacle in the scene
     met : number of meetings of the rock with obstacles so far, which selects random numbers
     """
 
@@ -266,7 +271,7 @@ def past_it(effect: object, motion: Motion, number: int, met: int, rock: RockCon
 def by_its_effect(chain: Chain, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
     """Return the result for a rock that meets an obstacle, from the effect to which this obstacle belongs.
 
-    chain : the effects; number : of the obstacle; met : as in `at_obstacle`
+    chain : the effects; motion, number, met : as in `at_obstacle`
     """
     one = at_obstacle(chain.head, motion, number, met, rock)
     if one.outcome != MOVING:

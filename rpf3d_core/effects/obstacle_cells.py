@@ -16,7 +16,7 @@ from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.terrain.frame import FloatArray
 
 CELLS_PER_OBSTACLE = 2.0
-"""Largest number of cells of a grid, divided by its number of obstacles (-), which limits the memory."""
+"""Approximate largest number of cells of a grid per obstacle (-), which limits the memory."""
 FEWEST_CELLS = 16
 """Number of cells that a grid may always have, even with few obstacles."""
 SLOWEST = 1e-9
@@ -41,7 +41,7 @@ class ObstacleCells(NamedTuple):
 
 
 def cells_of(low: FloatArray, high: FloatArray) -> ObstacleCells:
-    """Return N >= 0 obstacles, sorted into the cells of a grid in plan.
+    """Return the grid in plan that contains N obstacles, N >= 0, sorted into its cells.
 
     low, high : (N, 2) m, corners of the box of each obstacle in plan
     """
@@ -100,8 +100,8 @@ def first_in_cells(
 ) -> Meeting:  # fmt: skip
     """Return the first obstacle of one kind that a rock on an arc meets up to the time `until` (s), or NO_MEETING.
 
-    `Meeting.number` is the index within this kind. Meetings within `instant` (s) count as simultaneous; of these, the
-    meeting with the smallest index is returned.
+    `Meeting.number` is the index of the obstacle within this kind. Meetings within `instant` (s) count as simultaneous;
+    of these, the meeting with the smallest index is returned.
 
     obstacles : all obstacles of the kind, with the cells in which they lie
     passed : index of the obstacle of this kind that the rock met last; below 0 for none

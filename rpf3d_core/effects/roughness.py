@@ -1,4 +1,4 @@
-"""Rough ground: each impact uses its own normal, which is tilted at random from the normal of the facet.
+"""Rough ground: for each impact, the normal of the facet is tilted at random.
 
 There are two laws; a scene uses one of them.
 

@@ -24,7 +24,7 @@ Simplifications: Leine's slip s decays in flight by exp(-beta t); with beta from
 after 0.02 s. Here s starts at 0 in each impact, and there is no parameter beta. Leine's rocks have corners, so friction
 makes them rotate; here friction only brakes. Bounces below `smallest_bounce` are summed up without scars, and rocks in
 sustained contact make no scars. The speed into the ground is measured along the normal; Lu et al. use the vertical
-speed, which is equal to it on level ground.
+speed, which is the same on level ground.
 """
 
 import math
@@ -116,6 +116,8 @@ def through_the_scar(
     scarring: Scarring, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext
 ) -> Motion:  # fmt: skip
     """Return the motion of a rock after it has ploughed a scar into soft ground: soil drag and friction have slowed it.
+
+    A rock that does not move into the ground is unchanged.
 
     motion : at first contact; n : unit normal of the ground; zone : number of the zone; surface : not used
     """

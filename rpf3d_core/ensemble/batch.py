@@ -22,7 +22,8 @@ class Written:
     rows : (N,) row of each rock in the releases
     impacts : (I, 9) impacts, facets : (I,) facet of each impact; columns as in `simulation.record.Record`
     pieces : (S, 10) path segments, modes : (S,) mode of each path segment; columns as in `simulation.record.Record`
-    Impacts and pieces have two more columns if rocks spin. Rocks with a shape add 3 columns to impacts, 8 to pieces.
+    Impacts and pieces have two more columns if rocks spin. For rocks with a shape, which always spin, 3 further columns
+    follow in impacts, 8 in pieces.
     first : (N + 1, 2) the first row of each rock in impacts and in pieces; at the end, the numbers of rows I and S
     """
 
@@ -133,7 +134,7 @@ def _sorted_rows(rows: IntArray) -> IntArray:
 
 
 def _stacked(arrays: Sequence[Any]) -> Any:
-    """Return arrays of impacts or of path segments joined into one array, along the first axis.
+    """Return arrays with the records of rocks joined into one array, along the first axis.
 
     Empty arrays are skipped, because they may lack the columns of spin or shape. If all are empty, the result is empty.
     """

@@ -46,7 +46,7 @@ class Deposits:
     ground_speed : m/s when the rock first enters sustained contact; NaN without sustained contact
     mass : kg; piece : number of a fragment within its rock, from 1; 0 for the rock itself; zeros by default
     max_rotational_energy, max_total_energy : J, total is translation plus rotation; NaN if rocks spin but no path was
-        recorded; by default, rocks do not spin
+        recorded; by default rocks do not spin: 0 and `max_energy`
     pose, lift, why, shape : only of rocks with a shape, None for points and spheres
         pose : (R, 4) final orientation w, x, y, z; lift : m, by which the rock was lifted off the ground at the release
         why : reason why the rock stopped (`simulation.bodies.rest.Stop`), -1 if it did not stop

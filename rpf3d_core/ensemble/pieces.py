@@ -60,6 +60,7 @@ class Breaking:
         """Yield the fragments of broken rocks, in parts: the releases of a part, and its mass of dust in DUST_UNITS.
 
         Dust is the fragments that are too small to fly. The parent of a fragment is the rock or fragment that broke.
+        Each call makes one generation; the last allowed generation changes `flight`, so that nothing breaks again.
         Each part contains about PIECES fragments, of any number of parents, in the order of the parents.
         releases : releases among which the parents are; broken : the parents, with their state when they broke
         """
@@ -183,7 +184,7 @@ def _make_all(effect: Fragmentation, seed: int, which: Any, key: Any, parents: A
     """Write the velocities v (P, 3) m/s of P fragments, and the share (P,) of the parent's mass in each fragment.
 
     which : two arrays: (P,) number of the parent, from 0, and (P,) rank by size among its fragments, from 1
-    key : two arrays (P,), (P,) that select the random numbers of each fragment
+    key : two arrays (P,) that select the random numbers: source + SOURCES * fragment number, and rock number
     parents : three arrays for N parents: size laws (N, 2) as in `_sized`, velocities (N, 3) m/s and normals (N, 3)
     """
     parent, rank = which
@@ -201,7 +202,7 @@ def _make_all(effect: Fragmentation, seed: int, which: Any, key: Any, parents: A
 
 @kernel
 def thrown(effect: Fragmentation, v: Vec, n: Vec, tilt: float, turn: float) -> Vec:
-    """Return the velocity (m/s) of a fragment of a rock that broke at an impact.
+    """Return the velocity (3,) m/s of a fragment of a rock that broke at an impact.
 
     The speed is |v| times `effect.speed_kept`. The directions of fragments are spread evenly over a cone about v. A
     direction whose angle to the ground is below `effect.least_angle` is raised to this angle.

@@ -13,7 +13,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 LEAST_AROUND = 2.0
-"""Least distance from a release to the four vertical lines searched around it, in crack widths.
+"""Least distance from a release to the four vertical lines searched around it, in crack widths (`Facets.crack`).
 
 The edge band of a facet is at most one crack width wide.
 """
@@ -99,9 +99,10 @@ def _all_in_the_ground(found: FloatArray, backs: NDArray[np.bool_]) -> bool:
 
 
 def _closest_shows_its_back(engine: Engine, x: FloatArray, radius: float) -> bool:
-    """Return True if a point x (3,) m lies behind its closest facet, by more than an edge band and within `radius` (m).
+    """Return True if a point x (3,) m lies behind its closest facet, deeper than LEAST_AROUND crack widths.
 
     Only a closest point inside the facet counts: at an edge, the side of one facet does not show where the ground is.
+    radius : m, facets farther away are not searched
     """
     place = (float(x[0]), float(x[1]), float(x[2]))
     distance, facet = closest_facet(engine.locator, engine.facets, place, float(radius))

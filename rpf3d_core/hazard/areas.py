@@ -53,9 +53,9 @@ def _edges(ring: FloatArray) -> FloatArray:
 
 @kernel
 def contains_point(areas: Areas, a: int, x: Vec) -> bool:
-    """True if point x (m) lies inside area number a in plan; a hole is outside the area.
+    """Return True if point x (m) lies inside area number a in plan; a hole is outside the area.
 
-    The point is inside if a line eastwards from it crosses an odd number of edges.
+    The point is inside if a line from the point to the east crosses an odd number of edges.
     """
     inside = False
     for e in range(areas.first[a], areas.first[a + 1]):
@@ -96,7 +96,7 @@ def walk_areas(areas: Areas, visits: Visits, track: Track, mass: float) -> None:
 def _visit_area(areas: Areas, visits: Visits, track: Track, mass: float, a: int) -> None:
     """Record that a rock is in area number a during each part of its track inside this area.
 
-    The crossings with the outlines divide the track into parts. A part lies inside if its middle does.
+    The crossings with the outlines divide the track into parts. A part lies inside the area if its middle lies inside.
 
     mass : of the rock, kg
     """

@@ -138,7 +138,7 @@ def find_arrivals(barriers: Barriers, flown: FlownRocks, crossed: Crossed, found
 
 @kernel
 def _passing_rock(barriers: Barriers, flown: FlownRocks, r: int) -> PassingRock:
-    """Return the rock in row r of a batch, with the place where a panel caught the rock."""
+    """Return the rock in row r of a batch; its `caught` is -1 if no panel caught the rock."""
     caught, t, x = -1, 0.0, (0.0, 0.0, 0.0)
     if flown.counts[r, 0] == CAUGHT and flown.first[r + 1, 0] > flown.first[r, 0]:
         q = flown.first[r + 1, 0] - 1
@@ -308,7 +308,7 @@ def _is_caught_before(barriers: Barriers, k: int, rock: PassingRock, t: float, i
     If segments are at the same place, a rock meets them in the order of their indices (`effects.barriers.first_panel`),
     so a rock that a segment caught does not arrive at the segments with larger indices there.
 
-    instant : s, in which the rock moves by the slack; times within it count as the same place
+    instant : time (s) in which the rock moves by the slack; crossings within this time count as at the same place
     """
     if rock.caught < 0 or k <= rock.caught or t < rock.t - instant:
         return False
@@ -317,9 +317,9 @@ def _is_caught_before(barriers: Barriers, k: int, rock: PassingRock, t: float, i
 
 @kernel
 def _is_known(crossed: Crossed, number: int, b: int, t: float, instant: float) -> bool:
-    """True if a crossing of barrier b at the time t (s) was found before; times within `instant` (s) count as equal.
+    """Return True if a crossing of barrier b at the time t (s) was found before.
 
-    number : crossings found on the current path segment so far
+    number : crossings found on the current path segment so far; times within `instant` (s) count as equal
     """
     known = abs(t - crossed.last[b]) <= instant
     for n in range(number):

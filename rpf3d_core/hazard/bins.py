@@ -28,8 +28,8 @@ MANTISSA = 2**52 - 1
 SPEED_OCTAVES, HEIGHT_OCTAVES = 12, 17
 """Range of the bins of speed and of height, in octaves below the largest value.
 
-In a pit 1 km deep, speeds from 0.06 m/s and heights from 8 mm up have bins of their own; smaller values share the
-lowest bin.
+In a pit 1 km deep, speeds from 0.06 m/s and heights from 8 mm up have separate bins; smaller values share the lowest
+bin.
 """
 MOST_MASS_OCTAVES = 20
 """Largest range of masses that bins of energy cover, in octaves: a million to one.
@@ -77,7 +77,7 @@ def scales_of(
 
     drop : largest fall of a rock below its release (m); gravity : m/s^2; fastest : largest speed of release (m/s)
     lightest, heaviest : bounds of the rocks' masses (kg)
-    per_octave : bins per octave; spins : True if energies include rotation, so that speeds need bins of their own
+    per_octave : bins per octave; spins : True if energies include rotation, so that speeds need separate bins
     """
     height = _power_of_two(drop + fastest * fastest / (2.0 * gravity))
     speed = _power_of_two(math.sqrt(fastest * fastest + 2.0 * gravity * height))

@@ -18,6 +18,8 @@ class Carries:
     """The overflows (carries) of one-byte bins (S, B): the places of the bins, and how often each bin passed 255.
 
     The place of a bin is its row (slot) times B plus its column.
+
+    bins : B; places, counts : (N,) places of bins that have overflowed, ascending, and number of their overflows
     """
 
     def __init__(self, bins: int, places: Places | None = None, counts: Places | None = None) -> None:
@@ -34,7 +36,7 @@ class Carries:
         return self._room
 
     def take(self, carried: int) -> None:
-        """Count the first `carried` places that a loop has written to the array from `room_for`."""
+        """Count overflows, whose places are the first `carried` elements of the array from `room_for`."""
         if carried:
             self._waiting.append(self._room[:carried].copy())
             if sum(map(len, self._waiting)) > WAITING:

@@ -35,7 +35,7 @@ def layers_of(tally: CellTally) -> Layers:
 
 
 def without_passages(layers: Layers) -> Layers:
-    """Return map values of zones or areas with passages set to 0: a passage of a facet is not a passage of a zone."""
+    """Return map values of zones or areas with all passages set to 0: only map cells and facets have passages."""
     return replace(layers, passages=np.zeros_like(layers.passages))
 
 

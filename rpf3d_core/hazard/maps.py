@@ -48,7 +48,7 @@ class Layers:
     count : C, the number of all cells; cell : number of each cell, from 0 to C - 1, ascending
     rocks : distinct rocks that passed over the cell, touched it or stopped in it, at least 1
     passages : number of times that a rock entered the cell, or was released there
-    impacts : contacts with restitution; deposits : rocks that stopped there, or that a barrier caught there
+    impacts : number of impacts on the ground; deposits : rocks that stopped there, or that a barrier caught there
     first_arrival : s, shortest time from the release of a rock to its arrival
     energy : J, translational, plus rotational if rocks spin; speed : m/s; height : m, vertical, above the terrain
         straight below
@@ -103,8 +103,7 @@ class HazardMaps:
     cells : values of the C = nx ny squares of the raster; facets : values of the F facets, which rocks pass over in
         plan or touch
     zones : values of the Z zones, each with all its facets; areas : values of the areas of interest, in the order of
-        `area_names`
-    Not counted, and so 0 : passages of zones and areas, heights of areas
+        `area_names`. Passages of zones and areas, and heights of areas, are not counted: they are 0
     barriers : `hazard.barriers.BarrierFigures` of each barrier, if the scene has barriers
     spins : True if rocks spin; energies then include rotation
     lost : number of rocks lost to holes of the terrain; each might have reached any cell or area

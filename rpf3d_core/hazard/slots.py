@@ -116,6 +116,8 @@ def number_cells(slot: Any, cells: Any, used: int, fresh: Any) -> int:
 def fold_visits(table: SlotTable, visits: Visits, used: int, ahead: Ahead, full: Any) -> int:
     """Add visits (rocks in cells) to the counts of their cells; return the number of bins that overflowed.
 
+    Each visited cell must have a slot.
+
     used : number of visits to add; full : receives the place of each bin that overflowed, its flat index in
         `Slots.bins`. A bin is one byte: at 256 it starts again at 0.
     ahead : working memory

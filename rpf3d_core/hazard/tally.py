@@ -48,6 +48,8 @@ class CellTally:
 
     If the counts of the reached cells need more than `limit` bytes, bins are merged in pairs, but at most MOST_MERGES
     times. The merging depends only on the cells that rocks reached, not on the order of the rocks.
+
+    cells : C; scales : bins of energy, speed and height
     compiled : False for so few rocks that plain Python finishes before the loop is compiled
     ways : True to count the lengths of paths inside cells
     """

@@ -138,6 +138,7 @@ def source_digest(module: str) -> str:
 
 @lru_cache
 def _digest(root: Path, file: str) -> str:
+    """Return the digest of `source_digest`; root : folder of the package; file : path in the folder, without suffix."""
     digest, package = hashlib.sha256(), _package(root)
     for name in sorted(package.kernel_sources(file)):
         digest.update(name.encode() + package.texts[name].encode())
@@ -146,6 +147,7 @@ def _digest(root: Path, file: str) -> str:
 
 @lru_cache(maxsize=1)
 def _package(root: Path) -> "PackageSources":
+    """Return the source files of the package in the folder `root`."""
     return PackageSources(
         {path.relative_to(root).with_suffix("").as_posix(): path.read_text("utf-8") for path in root.rglob("*.py")}
     )

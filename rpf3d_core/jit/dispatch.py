@@ -57,10 +57,10 @@ class ModelFunction(Protocol):
         """Return a decorator that registers a function as the rule for a class."""
 
     def otherwise(self, function: F) -> F:
-        """Register a function as the rule for all classes without a rule of their own."""
+        """Register a function as the rule for all classes for which no rule is registered."""
 
     def has_rule(self, cls: type) -> bool:
-        """Return True if a class has a rule of its own."""
+        """Return True if a rule is registered for this class; the rule of `otherwise` does not count."""
 
 
 def kernel(function: F) -> F:
@@ -108,8 +108,8 @@ def model_function(stub: Callable[..., Any]) -> ModelFunction:
     """Turn a stub `f(model, *args)` into a function that calls the rule for the class of `model`.
 
     `@f.rule(Model)` registers the rule of a class; the class must be a NamedTuple of numbers if the rule must compile.
-    `@f.otherwise` registers the rule of all classes without a rule of their own, including the class of None: if a
-    scene names no model, the model is None, and no other rule is compiled.
+    `@f.otherwise` registers the rule of all other classes, including the class of None: if a scene names no model, the
+    model is None, and no other rule is compiled.
 
     Raises
     ------
@@ -151,14 +151,14 @@ def model_function(stub: Callable[..., Any]) -> ModelFunction:
 
 
 OTHERWISE = "otherwise"
-"""Key of the rule for all classes without a rule of their own, among the rules of a model function."""
+"""Key, among the rules of a model function, of the rule for all classes for which no rule is registered."""
 
 
 def _class_of(kind: Any) -> type:
     """Return the Python class that belongs to a numba type; the class selects the rule of a model function.
 
-    Only NamedTuples and None have such a class. For another type the result is the class of the numba type, which has
-    no rule of its own.
+    Only NamedTuples and None have such a class. For another type the result is the class of the numba type, for which
+    no rule is registered.
 
     kind : numba type of the first argument of the model function
     """

@@ -16,7 +16,7 @@ def collect_less_often() -> None:
     """Make this process look for garbage rarely, and not when the process ends.
 
     Call this function only in a program, because a library must not change the garbage collection of other programs.
-    A run of ten rocks then takes a tenth of a second less to import, and half a second less to end.
+    In a run of ten rocks, this saves a tenth of a second during imports, and half a second at the end of the process.
     """
     gc.set_threshold(OBJECTS, YOUNG, MIDDLE)
     atexit.register(gc.freeze)

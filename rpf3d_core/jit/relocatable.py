@@ -19,18 +19,18 @@ class ByModule(UserProvidedCacheLocator):
     """The place of the code compiled from a module of the package: a folder with the name of the module.
 
     Modules outside the package keep numba's own place, because modules of different projects may have the same name.
-    Each version of numba has its own folder, so that two of them never replace each other's code.
+    Each version of numba has a separate folder, so that two versions never replace each other's code.
     """
 
     def __init__(self, py_func: Any, py_file: str) -> None:
-        """Choose the folder of a function; the arguments are those of numba's own class."""
+        """Choose the cache folder of the function `py_func`, which is defined in the file `py_file`."""
         super().__init__(py_func, py_file)  # type: ignore[no-untyped-call]
         config: Any = numba.config
         self._cache_path = str(Path(config.CACHE_DIR) / f"{py_func.__module__}-numba-{numba.__version__}")
 
     @classmethod
     def from_function(cls, py_func: Any, py_file: str) -> "ByModule | None":
-        """Return the place of a function of the package; None for any other function, or without a writable folder."""
+        """Return the place of a function of the package; None for other functions, or if the folder is not writable."""
         if not py_func.__module__.startswith(PACKAGE):
             return None
         found: ByModule | None = super().from_function(py_func, py_file)  # type: ignore[no-untyped-call]

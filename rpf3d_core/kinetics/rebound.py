@@ -19,7 +19,7 @@ LEVEL = 1e-9
 """Ratio (-) of the speed off a facet to the whole speed, up to which a rock without restitution stays on the facet.
 
 Without restitution, this ratio is about 1e-16: a rounding error of either sign, which must not decide about a bounce.
-Larger ratios come from a tilted normal that the rebound felt.
+Larger ratios occur after a rebound with a tilted normal.
 """
 
 
@@ -62,7 +62,7 @@ def rest_of_bounces(
     One rule per rebound model.
 
     model : parameters of the rebound model; surface : coefficients of the ground
-    motion : just after an impact on a plane of normal n (3,); gravity : m/s2, above 0
+    motion : just after an impact on a plane of normal n (3,); gravity : m/s^2, above 0
     """
 
 
@@ -104,7 +104,10 @@ def constant_rest(
 def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -> RemainingBounces:
     """Return the sum of all remaining bounces on a plane for constant R_n = r and R_t = q: a geometric series.
 
-    motion : just after an impact on a plane of normal n (3,); gravity : m/s2, above 0
+    For R_n >= 1 the result has `ends` False. For 0 < R_n < 1 and R_t < 1, a rock that leaves the plane has lost all its
+    speed after the last bounce.
+
+    motion : just after an impact on a plane of normal n (3,); gravity : m/s^2, above 0
 
     Bounce k takes the time T_k = T_0 R_n^k and starts with the velocity u_k along the facet. With g_t the gravity along
     the facet, u_{k+1} = R_t (u_k + g_t T_k). The displacement by all bounces is
@@ -134,7 +137,9 @@ def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -
 def endless(motion: Motion) -> RemainingBounces:
     """Return `RemainingBounces` with `ends` False: the bounces never die out, or their sum is unknown.
 
-    The caller then computes each bounce as a flight. motion : just after an impact
+    The caller then computes each bounce as a flight.
+
+    motion : just after an impact
     """
     return RemainingBounces(along=ZERO, down=ZERO, v=motion.v, t=0.0, ends=False)
 
@@ -154,6 +159,8 @@ def no_sum(
 ) -> RemainingBounces:
     """Return `RemainingBounces` without any bounce, for a rebound model whose bounces have no sum in closed form.
 
-    The rock stays on the ground and keeps its speed along the ground. n : (3,) normal of the ground; gravity : not used
+    The rock stays on the ground and keeps its speed along the ground.
+
+    n : (3,) normal of the ground; gravity : not used
     """
     return at_once(motion, n)

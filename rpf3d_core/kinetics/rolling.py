@@ -48,9 +48,9 @@ def rolling_in_gully(
 ) -> Law:
     """Return the law of motion of a rock that rolls in a gully.
 
-    The resistance of each facet is its rolling friction times its normal force; friction k is A times their sum.
-    The share A of gravity that accelerates the rock is the same as on a facet. This is a simplification: in a groove, A
-    would be smaller.
+    The resistance of each facet is its rolling friction times its normal force; k is A times the sum of both.
+    The share A = 5/7 of gravity that accelerates the rock is the same as on a facet. This is a simplification: in a
+    groove, A would be smaller.
 
     first, second, pushes, gravity : as in `ground.law_in_gully`
     """

@@ -52,7 +52,7 @@ class Impulses(NamedTuple):
 def impulses_of(u: Vec, s: Vec, friction: float, moment: float) -> Impulses:
     """Return the friction impulse and the rolling moment that the ground gives a sphere in an impact.
 
-    These impulses dissipate the most energy.
+    Of all impulses within the limits `friction` and `moment`, these impulses dissipate the most energy.
 
     u, s : (3,) m/s along the ground, velocity of the centre and surface velocity due to spin
     friction, moment : mu P and mu_r P (m/s), the largest size of each impulse

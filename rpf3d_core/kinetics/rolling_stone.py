@@ -38,7 +38,9 @@ def stone_in_gully(
 ) -> Law:
     """Return STONE's law of motion in a gully, with the mean friction of two facets, weighted by their normal forces.
 
-    STONE itself has no gullies. first, second, pushes : as in `ground.law_in_gully`; gravity : g, m/s^2, above 0
+    STONE itself has no gullies.
+
+    first, second, pushes : as in `ground.law_in_gully`; gravity : g, m/s^2, above 0
     """
     return Law(
         share=1.0,

@@ -33,7 +33,7 @@ SLIGHT = 5e-4
 FARTHEST = 1e40
 """Value of the parameter y after which a path crosses no more edges.
 
-At m = 1, where a path grows slowest with y, it is 1e20 m long at this value.
+At m = 1, where a path grows slowest with y, the path is 1e20 m long at this value.
 """
 LARGEST_EXPONENT = 700.0
 """Largest argument of exp that is used; a larger one overflows: Python raises an error, compiled code gives inf."""

@@ -26,7 +26,7 @@ class TerrainCells(NamedTuple):
 
 
 def cells_over(terrain: Terrain, raster: Raster) -> TerrainCells:
-    """Return where the cells of a map lie over ground, and how high the ground is there."""
+    """Return where the cells of a map lie over ground, and how high the ground is there; raster : cells of the map."""
     covered = np.zeros(raster.nx * raster.ny, dtype=np.bool_)
     height = np.full(raster.nx * raster.ny, np.nan, dtype=np.float32)
     cover(terrain.vertices, terrain.triangles, raster, covered, height)
@@ -38,6 +38,7 @@ def cells_after(
 ) -> TerrainCells:
     """Return the cells of a map after a part of the terrain changed; only the cells over this part are computed again.
 
+    terrain : after the change; raster : cells of the map
     low, high : corners in plan (m, local frame) of the box in which the terrain changed
     before : the cells before the change, which the function does not change; locator : search structure over the facets
     """
@@ -75,7 +76,7 @@ def cover(vertices: Any, triangles: Any, raster: Raster, covered: Any, height: A
     In all cells to be computed, `covered` must be False and `height` NaN before the call. Each facet is compared with
     all cells in the facet's box in plan.
 
-    vertices : (V, 3) m, local frame; triangles : (F, 3) indices into vertices
+    vertices : (V, 3) m, local frame; triangles : (F, 3) indices into vertices; raster : cells of the map
     """
     x, y, cell, nx, ny = raster.x, raster.y, raster.cell, raster.nx, raster.ny
     for f in range(len(triangles)):

@@ -12,7 +12,7 @@ class DrawnBodySurface(NamedTuple):
     """The ground of a zone for rocks with a shape, with a distribution for each coefficient.
 
     restitution : (-) within [0, 1]; friction, rolling_resistance : (-) >= 0; stop_speed : m/s
-    per_impact : True for a new draw after each impact, False for one draw per rock
+    per_impact : True for a new draw for each impact, False for one draw per rock
     """
 
     restitution: Distribution
@@ -32,7 +32,7 @@ class DrawnBodyMaterials(NamedTuple):
 
     kind : (Z, 4) kind of the distribution of each coefficient, in the order of `DrawnBodySurface.coefficients`
     numbers : (Z, 4, 6) the fields of `Distribution` after `kind`, in their order; stop_speed : (Z,) m/s
-    per_impact : (Z,) 1 for a new draw after each impact, 0 for one draw per rock
+    per_impact : (Z,) 1 for a new draw for each impact, 0 for one draw per rock
     """
 
     kind: Any

@@ -109,7 +109,7 @@ def truncated_weibull(shape: float, scale: float, low: float, high: float) -> Di
     """Return the Weibull distribution P(< x) = 1 - exp(-(x/scale)^shape), truncated to two bounds.
 
     shape, scale > 0, 0 <= low < high. With shape 1 it is an exponential distribution, with shape 2 a Rayleigh
-    distribution. Rosin and Rammler 1933 used this law for ground coal; it is used for the sizes of blocks.
+    distribution. Rosin and Rammler 1933 used this law for ground coal; today the law is also used for block sizes.
     """
     first, last = (_weibull(bound, shape, scale) for bound in (low, high))
     return Distribution(

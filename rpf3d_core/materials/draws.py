@@ -42,7 +42,7 @@ class Drawn(Protocol):
 
     @property
     def per_impact(self) -> bool:
-        """True for a new draw after each impact, False for one draw per rock."""
+        """True for a new draw for each impact, False for one draw per rock."""
 
 
 class DrawnSurface(NamedTuple):
@@ -50,7 +50,7 @@ class DrawnSurface(NamedTuple):
 
     R_n, R_t : normal and tangential restitution, distributions (-) within [0, 1]
     friction_angle : distribution, degrees, within [0, 90); rolling_friction : distribution (-), >= 0
-    stop_speed : m/s; per_impact : True for a new draw at each impact, False for one draw per rock
+    stop_speed : m/s; per_impact : True for a new draw for each impact, False for one draw per rock
     """
 
     R_n: Distribution
@@ -71,7 +71,7 @@ class DrawnMaterials(NamedTuple):
 
     kind : (Z, 4) kind of the distribution of each coefficient: R_n, R_t, friction angle, rolling friction
     numbers : (Z, 4, 6) the fields of `Distribution` after `kind`, in their order
-    stop_speed : (Z,) m/s; per_impact : (Z,) 1 for a new draw at each impact, 0 for one draw per rock
+    stop_speed : (Z,) m/s; per_impact : (Z,) 1 for a new draw for each impact, 0 for one draw per rock
     """
 
     kind: Any

@@ -1,6 +1,6 @@
 """The data of a rock that a model may need in addition to its motion, for one rock and as columns for many rocks.
 
-Data that no model of a scene needs are None; they are neither filled nor compiled.
+Data that no model of a scene needs are None; code that would use these data is not compiled.
 """
 
 from typing import Any, NamedTuple

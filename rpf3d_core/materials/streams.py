@@ -33,7 +33,7 @@ ZONES = 256
 
 
 class Purpose(IntEnum):
-    """The purpose for which a random number is drawn; each purpose has its own stream of numbers.
+    """The purpose for which a random number is drawn; each purpose has a separate stream of numbers.
 
     Values are never reused or reordered.
     """

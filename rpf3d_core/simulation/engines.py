@@ -25,10 +25,19 @@ from rpf3d_core.terrain.facets import Facets, Terrain, facets_of, plain
 from rpf3d_core.values import ZERO, Motion
 
 FINAL_COLUMNS = ("t", "x", "y", "z", "path", "max_speed", "max_height", "ground_speed")
-"""Columns with the results of a rock at the end of its flight; max_height is NaN until the path is evaluated."""
+"""Columns with the results of a rock at the end of its flight.
+
+t : s; x, y, z : m, place of the end; path : m, length of the path; max_speed : m/s
+max_height : m above the ground, NaN until the path is evaluated
+ground_speed : m/s, speed at the beginning of the first sustained contact; NaN if there was none
+"""
 SPIN_FINALS = ("max_rotational_energy", "max_total_energy")
 """Additional result columns (J) for rocks that spin, computed from the recorded paths; NaN without a recorded path."""
 COUNT_COLUMNS = ("outcome", "facet", "impacts", "pieces")
+"""Columns with integers for each rock: outcome, facet of the last contact, numbers of impacts and path segments.
+
+The facet is -1 if the rock touched no facet.
+"""
 BODY_FINALS, BODY_COUNTS = ("q_w", "q_x", "q_y", "q_z", "lift"), ("why",)
 """Additional columns of results and of counts for bodies with a shape.
 
@@ -159,6 +168,7 @@ class Compiled:
         """Fly rocks `begin` to R - 1 of the R rocks in `starts`, and write their flights into the logbook.
 
         models : of the scene; materials : surface properties of the zones; settings : gravity, limits and seed
+
         Returns the number of the first rock whose path did not fit into the record; R if all paths fitted.
         """
         physics = _physics(models, self, materials, settings)
@@ -293,7 +303,11 @@ def precompile_flights(engine: Engine, models: Models, materials: Any, settings:
 
 
 def is_precompiled(models: Models) -> bool:
-    """Return True if the disk cache has the compiled flight loop for the models, so that it need not be compiled."""
+    """Return True if the disk cache has the compiled flight loop for the models, so that it need not be compiled.
+
+    Only the classes of the rebound model and of the ground model are compared, for bodies only the class of the rebound
+    model. So the result may be True although the loop must still be compiled, for example for other effects.
+    """
     if bodies_of(models):
         from rpf3d_core.simulation.bodies.fly import follow_each
 

@@ -36,7 +36,8 @@ def land_point(contact: Contact, physics: Physics, state: State, rock: RockConte
     """Return the state of a lumped mass after a contact with the ground: sliding, or after a rebound.
 
     A rock that was sliding, or is released on the ground, slides if the facet or a gully carries it (`held_by`). Any
-    other rock rebounds. If an effect breaks the rock, the outcome of the state is FRAGMENTED.
+    other rock rebounds, and then flies or stays on the facet (`settle`). If an effect breaks the rock, the outcome of
+    the state is FRAGMENTED.
     """
     facets = physics.facets
     n = scale(contact.side, stored_normal(facets, contact.facet))

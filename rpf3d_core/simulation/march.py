@@ -117,7 +117,7 @@ def next_event(physics: Physics, locator: Any, state: State, rock: RockContext, 
 
 @kernel
 def checked(before: State, after: State) -> State:
-    """Return the state `after` an event if its numbers are finite; else the state `before` it, with outcome FAILED.
+    """Return `after`, the state after an event, if its numbers are finite; else `before`, with the outcome FAILED.
 
     The rows that a failed event has written into the record are overwritten later, by the row for the end of the path
     and by the next rocks.
@@ -134,8 +134,8 @@ def fly_on(physics: Physics, locator: Any, state: State, rock: RockContext, reco
     """Return the state of a rock after its next parabola.
 
     The parabola ends at a contact, an obstacle, a gap or the boundary of the terrain, at max_time or, if an effect acts
-    in the air, after one time step. If the rock has fallen through the ground, the result is the state before the
-    parabola, with outcome FELL_THROUGH.
+    in the air, after its planned duration. If the rock has fallen through the ground, the result is the state before
+    the parabola, with outcome FELL_THROUGH.
     """
     rock_now, gravity = rock_at(rock, state), physics.settings.gravity
     flown = next_parabola(physics, locator, state, rock_now)
@@ -168,7 +168,8 @@ def fly_on(physics: Physics, locator: Any, state: State, rock: RockContext, reco
 def hovers(max_impacts: int, tally: RockTally) -> bool:
     """Return True if a rock has used the largest allowed number of flight segments in the air, so its flight must end.
 
-    This number is the larger of max_impacts and STRETCHES (10,000). Two path segments per contact do not count.
+    The largest number is max_impacts or STRETCHES (10,000), whichever is larger. The rock's number of flight segments
+    in the air is its number of path segments minus two for each contact.
 
     A light rock in a strong drag layer sinks by centimetres per second, in segments of a millisecond. Computing such a
     flight down to the ground would take too long.

@@ -21,7 +21,7 @@ from rpf3d_core.values import Motion, Vec
 AGAIN = 1.5
 """Planned duration of a repeated flight segment, divided by the duration of the first flight (-).
 
-It is above 1, because the repeated flight may take a little longer than the first flight.
+The ratio is above 1, because the repeated flight may take a little longer than the first flight.
 """
 
 
@@ -47,7 +47,7 @@ class FlightSegment(NamedTuple):
 
 @kernel
 def next_parabola(physics: Physics, locator: Any, state: State, rock: RockContext) -> FlightSegment:
-    """Return the parabola that a rock flies next, up to its first contact, obstacle or gap.
+    """Return the parabola that a rock flies next, up to its first contact, obstacle or gap, or up to a time limit.
 
     Before the parabola, air drag acts for half of the segment's planned duration. If the flight ends in the first half
     of the segment, the drag has acted for longer than the flight lasts. Correcting this would add energy to the rock.

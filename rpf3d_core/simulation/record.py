@@ -1,8 +1,8 @@
 """The record of impacts and paths, written during the flight into arrays of a fixed size.
 
-If the arrays are full, the rest of the rock's path is not recorded; the rock flies again later, when there is room. A
-record without rows is never written. One compiled loop covers both cases: two loops, with and without writing, would
-double the compilation time and save less than 1 % of the time of a flight.
+If the arrays are full, the rest of the rock's path is not recorded; the rock flies again later, when there is room.
+Nothing is written into a record without rows. One compiled loop covers both cases: two loops, with and without writing,
+would double the compilation time and save less than 1 % of the time of a flight.
 """
 
 from typing import Any, NamedTuple
@@ -113,7 +113,8 @@ def record_from(record: Record, first: Any, i: int) -> Record:
 def close_rock(record: Record, tally: RockTally, first: Any, i: int) -> bool:
     """Set the first rows of rock i + 1 in `first`; return False if the path of rock i did not fit into the record.
 
-    A path has one row for each segment, and one more row for its end.
+    A path has one row for each segment, and one more row for its end. If the record has no rows (`writes`), nothing is
+    set and the result is True.
 
     tally : totals of rock i at its end; first : as in `Logbook`
     """
@@ -155,6 +156,8 @@ def note_impact(record: Record, tally: RockTally, before: Motion, after: Motion,
 @kernel
 def note_piece(record: Record, tally: RockTally, start: Motion, v_end: Vec, mode: int) -> None:
     """Write the rock's next path segment into the record if there is room.
+
+    If rocks spin, the spin at the start is written for both ends; `note_piece_spins` can replace both.
 
     tally : the rock's running totals, which select the row; start : motion at the start; v_end : velocity at the end
     mode : number of a `Mode`

@@ -59,7 +59,7 @@ def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Re
     Smaller bounces are summed up if all these conditions hold:
 
     - The sum of the bounces is known, and the bounces end before max_time.
-    - The bounces stay on the facet, with no obstacle next to them, and meet no other separate part of the terrain.
+    - The bounces stay on the facet, with no obstacle near them, and meet no other separate part of the terrain.
 
     If a condition fails, the rock flies on. There is one exception: if the bounces rise by less than SETTLED times
     smallest_bounce, they are left out, and the rock stays on the facet where it is. If the ground properties are drawn

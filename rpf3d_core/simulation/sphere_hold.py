@@ -21,7 +21,7 @@ TRIES = 8
 LEADING = 5e-10
 """Share of a vector that counts as rounding error (-), in the search for the contacts that carry a sphere.
 
-It is half of GRAZING. So this search finds all contacts that the search along the path of the sphere finds at time 0.
+The share is half of GRAZING. So this search finds all contacts that the search along the sphere's path finds at time 0.
 """
 
 

@@ -83,7 +83,7 @@ def normal_between(n: Vec, n_end: Vec, share: float) -> Vec:
 def length_between(v: Vec, v_end: Vec, t: float) -> float:
     """Return the length (m) of a ground segment of t seconds, from the velocities v at its start and v_end at its end.
 
-    Simpson's rule is exact for a straight segment.
+    The length follows from Simpson's rule, which is exact for a straight segment.
     """
     middle = norm(scale(0.5, add(v, v_end)))
     return t * (norm(v) + 4.0 * middle + norm(v_end)) / 6.0

@@ -172,7 +172,7 @@ def area_vector(a: Vec, b: Vec, c: Vec) -> Vec:
 
 @kernel
 def _unit_normal(area: Vec) -> Vec:
-    """Return the unit normal of a triangle from its normal `area` (3,) m^2; zero if the triangle has no area."""
+    """Return the unit normal of a triangle from `area_vector` (3,) m^2; zero if the triangle has no area."""
     length = norm(area)
     if length > 0.0:
         return area[0] / length, area[1] / length, area[2] / length

@@ -74,7 +74,9 @@ def grid_mesh(
 
 
 def origin_of(boxes: FloatArray) -> tuple[float, float, float]:
-    """Return the origin of the local frame (m): the middle of boxes (N, 2, 3) around the points, in whole metres.
+    """Return the origin of the local frame (m): the middle of the box around all boxes, in whole metres.
+
+    boxes : (N, 2, 3) m, the lowest and the highest corner of each box; each box is around some of the points
 
     Raises TerrainError if a box is not finite.
     """
@@ -180,6 +182,7 @@ def _cut(
     """Write the kept triangles of each square with four points, for the rows of squares from `begin` to `end` - 1.
 
     A triangle is kept if no side in plan is longer than `longest` (m).
+
     number : (H, W) vertex number of each point, -1 for a missing point; vertices : (V, 3) m
     turned : true to make the triangles face the other side
     first : (H,) for each row of squares, the number of triangles in all earlier rows

@@ -47,9 +47,10 @@ NO_CROSSING = FacetCrossing(f=NOWHERE, k=0, al=0.0, cl=0.0, ar=0.0, cr=0.0)
 
 
 class Cursor(NamedTuple):
-    """The map cell below a track at one time of the track.
+    """A map cell that lies below a track, and when the track leaves the cell.
 
-    i, j : column and row of the cell; leave_i, leave_j : times (s) at which the track leaves this column and this row
+    i, j : column and row of the cell
+    leave_i, leave_j : times (s since the start of the track) at which the track leaves this column and this row
     visit : index of the rock's visit to the cell, -1 for none
     """
 
@@ -137,7 +138,8 @@ def _crossing_beyond(ground: WalkedTerrain, arc: Arc, passed: FacetCrossing) -> 
     """Return how the line of a track crosses the next facet, which shares the exit of the last facet (`passed`).
 
     Returns NO_CROSSING if no single next facet exists, or if other facets lie above or below this facet.
-    In the code, f is the next facet, and m is its side at the exit: it runs from the exit's left to its right corner.
+    In the code, f is the next facet, and m is the side of f at the exit: side m runs from the left to the right corner
+    of the exit.
     """
     f, m = facet_beyond(ground.sheet, ground.locator, ground.facets, passed.f, passed.k)
     if f == NOTHING or not is_alone(ground.sheet, ground.locator, ground.facets, f):
@@ -192,6 +194,7 @@ def _next_cursor(raster: Raster, squares: Visits, track: Track, cursor: Cursor) 
 
 @kernel
 def _cursor(raster: Raster, squares: Visits, track: Track, i: int, j: int, pace_x: float, pace_y: float) -> Cursor:
+    """Return the `Cursor` at the map cell in column i and row j; pace_x, pace_y : s/m along x and y, from `pace_of`."""
     x = track.arc.x
     leave_i = leaving_time(i, raster.nx, raster.x, raster.cell, x[0], pace_x)
     leave_j = leaving_time(j, raster.ny, raster.y, raster.cell, x[1], pace_y)

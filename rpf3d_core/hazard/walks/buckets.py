@@ -102,7 +102,10 @@ def _sorted_cuts(spans: Spans, used: int) -> int:
 
 @kernel
 def _overlapping(spans: Spans, used: int, slack: float) -> bool:
-    """True if the track is over two facets at once for more than `slack` (s); used : number of facets in `spans`."""
+    """Return True if a track is over two facets of `spans` at once for more than `slack` (s).
+
+    used : number of facets in `spans`
+    """
     for s in range(used):
         for r in range(s):
             if min(spans.times[s, 1], spans.times[r, 1]) - max(spans.times[s, 0], spans.times[r, 0]) > slack:
@@ -114,8 +117,7 @@ def _overlapping(spans: Spans, used: int, slack: float) -> bool:
 def _visit_span(walk: Walk, f: int, low: float, high: float, height: float) -> None:
     """Record a visit to facet f, and its zone, between two times of a track (s), and the height in map cells.
 
-    height : largest height (m) above facet f between the two times
-    low, high : the two times
+    low, high : the two times; height : largest height (m) above facet f between the two times
     """
     visit_facet(walk, f, low, high, height)
     _note_heights(walk.ground, walk.scratch.squares, walk.track, f, low, high, height)
@@ -154,9 +156,9 @@ def _note_heights(
 ) -> None:
     """Record the rock's largest height above facet f in each map cell that its track crosses from `low` to `high` (s).
 
-    most : the largest of these heights (m), which is already known
+    Only cells that the rock has visited are changed.
 
-    If the track crosses only one cell, `most` is recorded.
+    most : the largest of these heights (m), which is already known; it is recorded if the track crosses only one cell
     """
     raster, x, v = ground.raster, track.arc.x, track.arc.v
     i = square_at(x[0] + v[0] * low, raster.x, raster.cell, raster.nx)

@@ -67,7 +67,7 @@ def crossing(a: float, across_a: float, b: float, across_b: float) -> float:
 
 @kernel
 def _holds(facets: Facets, f: int, x: Vec) -> bool:
-    """True if a point x (m) lies over facet f in plan; points over the sides of the facet count."""
+    """Return True if a point x (3,) m lies over facet f in plan; points over the sides of the facet count."""
     side = math.copysign(1.0, stored_normal(facets, f)[2])
     for k in range(3):
         a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)

@@ -96,9 +96,9 @@ def facet_beyond(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int, k
 
 @kernel
 def is_alone(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int) -> bool:
-    """True if no other facet lies above or below any part of facet f, so that a path can be followed without search.
+    """Return True if no other facet lies above or below any part of facet f: a path needs no search there.
 
-    False if this is not certain.
+    The result is False if this is not certain.
     """
     if sheet.alone[f] == UNKNOWN:
         sheet.alone[f] = YES if _lies_in_clear_buckets(sheet, locator, facets, f) else NO
@@ -107,7 +107,7 @@ def is_alone(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int) -> bo
 
 @kernel
 def _lies_in_clear_buckets(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int) -> bool:
-    """True if exactly one facet lies over each place of all buckets (search squares) under the box of facet f."""
+    """Return True if exactly one facet lies over each place of all buckets under the box of facet f."""
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     i0 = cell_index(min(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)
     i1 = cell_index(max(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)
@@ -125,9 +125,9 @@ def _lies_in_clear_buckets(sheet: Sheet, locator: BucketLocator, facets: Facets,
 
 @kernel
 def _is_clear(sheet: Sheet, locator: BucketLocator, facets: Facets, i: int, j: int) -> bool:
-    """True if the bucket in column i and row j is clear: exactly one facet lies over each place of the bucket.
+    """Return True if the bucket in column i and row j is clear: exactly one facet lies over each place of it.
 
-    False if this is not certain, for example for a bucket with more than CROWDED (64) facets.
+    The result is False if this is not certain, for example for a bucket with more than CROWDED (64) facets.
     """
     bucket = j * locator.nx + i
     x, y = locator.x + (i + MIDDLE[0]) * locator.cell, locator.y + (j + MIDDLE[1]) * locator.cell
@@ -189,4 +189,5 @@ def _found_beyond(locator: BucketLocator, facets: Facets, f: int, k: int) -> int
 
 @kernel
 def _same(p: Vec, q: Vec) -> bool:
+    """Return True if two points have exactly the same coordinates."""
     return p[0] == q[0] and p[1] == q[1] and p[2] == q[2]

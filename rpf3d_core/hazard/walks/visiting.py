@@ -73,7 +73,7 @@ def _next_rock(scratch: Scratch) -> None:
 
 @kernel
 def _fits(scratch: Scratch) -> bool:
-    """True if `scratch` had room for all visits of the current rock; if not, all visits of this rock are removed."""
+    """Return True if `scratch` had room for all visits of the current rock; otherwise remove all of its visits."""
     full = scratch.squares.state[FULL] + scratch.facets.state[FULL]
     if full + scratch.zones.state[FULL] + scratch.areas.state[FULL] == 0:
         return True
@@ -86,7 +86,7 @@ def _fits(scratch: Scratch) -> bool:
 
 @kernel
 def _of_pieces(spins: Any) -> Any:
-    """Return the argument `spins` of `tracks.track_of` for flown rocks; None if rocks do not spin.
+    """Return twice the rotational energy per mass (S, 2), m^2/s^2, at both ends of path segments; None without spin.
 
     spins : `ensemble.spin.Spins` of the flown rocks; None if rocks do not spin
     """

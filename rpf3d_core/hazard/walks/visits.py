@@ -124,8 +124,8 @@ def note_stay(visits: Visits, k: int, begin: float, end: float, speed2: float) -
 
     speed2 : largest squared speed of the rock in this time (m^2/s^2)
 
-    A stay that begins when the last stay ended belongs to the same passage, even after a bounce. Does nothing if k is
-    -1, which means that there was no room for the visit.
+    A stay that begins when the last stay ended belongs to the same passage, even after a bounce. The function does
+    nothing if k is -1, which means that there was no room for the visit.
     """
     if k < 0:
         return
@@ -147,6 +147,8 @@ def _begin_energy(energy2: Any, k: int) -> None:
 @kernel
 def note_energy2(energy2: Any, k: int, value: float) -> None:
     """Record a kinetic energy of the rock in the cell of visit k, if it is the largest there so far.
+
+    The function does nothing if k is -1.
 
     energy2 : (N,) largest value of each visit so far (J/kg); None if rocks do not spin: the call then does nothing
     value : twice the kinetic energy per unit of mass (J/kg)
@@ -171,7 +173,7 @@ def energy2_of(energy2: Any, visits: Visits, k: int) -> float:
 
 @kernel
 def note_height(visits: Visits, k: int, height: float) -> None:
-    """Record a height (m) of the rock above the ground in the cell of visit k, if it is the largest there so far."""
+    """Record a height (m) of the rock above ground in visit k, if it is the largest so far; do nothing if k is -1."""
     if k >= 0 and height > visits.most[k, HEIGHT]:
         visits.most[k, HEIGHT] = height
 
@@ -203,6 +205,9 @@ def note_track_energy(energy2: Any, k: int, track: Track, low: float, high: floa
 
 @kernel
 def note_count(visits: Visits, k: int, which: int) -> None:
-    """Count one more impact or deposit in the cell of visit k; which : IMPACTS or DEPOSITS."""
+    """Count one more impact or deposit in the cell of visit k; do nothing if k is -1.
+
+    which : IMPACTS or DEPOSITS
+    """
     if k >= 0:
         visits.counts[k, which] += 1

@@ -71,8 +71,7 @@ def with_more_room(scratch: Scratch) -> Scratch:
 def visit_facet(walk: Walk, f: int, low: float, high: float, height: float) -> None:
     """Record a visit to facet f, and its zone, between two times of the track (s).
 
-    height : largest height of the rock above the facet, m
-    low, high : the two times
+    low, high : the two times; height : largest height of the rock above the facet, m
     """
     track, facets, zones = walk.track, walk.scratch.facets, walk.scratch.zones
     speed2, t, until = top_speed2(track, low, high), time_at(track, low), time_at(track, high)

@@ -77,6 +77,8 @@ def note_length(way: Any, k: int, square: Square, track: Track, begin: float, le
 def _inside(begin: float, leave: float, low: float, side: float, x: float, v: float) -> tuple[float, float]:
     """Return the part of a time interval (s) in which a moving coordinate lies between low and low + side (m).
 
+    The result is the begin and the end of the part (s); the end is not after the begin if there is no such part.
+
     x : coordinate at time 0, m; v : its speed, m/s
     begin, leave : ends of the time interval; low, side : m, begin and width of the range of the coordinate
     """

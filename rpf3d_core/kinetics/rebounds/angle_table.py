@@ -35,7 +35,9 @@ class AngleTable(NamedTuple):
 def by_angle(model: AngleTable, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a lumped mass after an impact with R_n and R_t of the table.
 
-    R_n and R_t of the material are not used. n : (3,) unit normal of the ground
+    R_n and R_t of the material are not used.
+
+    n : (3,) unit normal of the ground
     """
     R_n, R_t = restitution_at(model, impact_angle(motion, n))
     return no_faster(R_n, R_t, motion, n)

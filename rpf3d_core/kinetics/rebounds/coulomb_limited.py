@@ -118,7 +118,9 @@ def coulomb_limited_rest(
     Bounces are added one by one until a closed form is valid for the rest. The error of the velocity is below 1e-10 of
     the largest speed, the error of the displacement below 1e-10 of this speed times the total time. If no closed form
     is valid after MOST_BOUNCES (2000) bounces, which is possible for R_n above 0.986, the result has `ends` False: each
-    bounce is computed as a flight. gravity : m/s^2, above 0
+    bounce is computed as a flight.
+
+    gravity : m/s^2, above 0
     """
     r, q = surface.R_n, surface.R_t
     if r >= 1.0:

@@ -1,9 +1,9 @@
 """Rebound with a normal restitution that falls with the mass of the rock.
 
 v_n' = -R_n v_n / ((1 + (m / C)^2) (1 + (v_n / K)^2)), m the mass of the rock, v_n its velocity into the ground, and
-C = 1000 kg (as in the public program pyrockfall). K is a speed; without scaling by speed, K is infinite. RocFall offers
-to scale R_n by mass and by speed (its help pages), but its formula is not published. It is UNCONFIRMED that RocFall's
-formula is the formula above.
+C = 1000 kg (as in the public program pyrockfall). K is a speed; without scaling by speed, K is infinite. RocFall can
+scale R_n by mass and by speed (RocFall's help pages), but the formula is not published. It is UNCONFIRMED that
+RocFall's formula is the formula above.
 """
 
 from typing import NamedTuple
@@ -44,7 +44,9 @@ def mass_scaled_rest(
 ) -> RemainingBounces:
     """Return the sum of all remaining bounces on a plane of normal n (3,), with R_n scaled by mass but not by speed.
 
-    `velocity_scaled_rest` states the error that the missing scaling by speed causes. gravity : m/s^2, above 0
+    `velocity_scaled_rest` states the error that the missing scaling by speed causes.
+
+    gravity : m/s^2, above 0
     """
     R_n = surface.R_n * halved(rock.rock.mass / model.C)  # type: ignore[union-attr]  # asks_rock
     return sum_of_bounces(R_n, surface.R_t, motion, n, gravity)

@@ -49,7 +49,7 @@ class PfeifferBowen(NamedTuple):
 def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a sphere after an impact by CRSP's equations (Pfeiffer & Bowen 1989): the sphere then rolls.
 
-    n : (3,) unit normal that the rock feels, with v . n <= 0
+    n : (3,) unit normal of the ground, which may be tilted for rough ground, with v . n <= 0
     """
     radius = rock.rock.radius  # type: ignore[union-attr]  # asks_rock
     v_n, v_t = -dot(motion.v, n), along(motion.v, n)
@@ -78,7 +78,9 @@ def friction(R_t: float, x: float) -> float:
 def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
     """Return CRSP's scaling factor F = R_t / ((v_n / (B R_n))^2 + 1) (-), computed without dividing by R_n.
 
-    F is R_t at v_n = 0, and else 0 at R_n = 0. v_n : speed into the ground (m/s); B : reference speed (m/s)
+    F is R_t at v_n = 0, and else 0 at R_n = 0.
+
+    v_n : speed into the ground (m/s); B : reference speed (m/s)
     """
     reach = B * R_n
     below = v_n * v_n + reach * reach

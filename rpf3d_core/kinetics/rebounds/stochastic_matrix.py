@@ -81,7 +81,7 @@ def _nine_normals(key: RockKey, number: int) -> Nine:
 
 @kernel
 def _normal(key: RockKey, k: int, number: int) -> float:
-    """Return the k-th (0 to 8) of the nine normal numbers of impact `number`; each k has its own random stream."""
+    """Return the k-th (0 to 8) of the nine normal numbers of impact `number`; each k has a separate random stream."""
     return standard_normal(uniform_at(key.seed, key.source, key.rock, STREAM + k * ZONES, number))
 
 
@@ -89,7 +89,7 @@ def _normal(key: RockKey, k: int, number: int) -> float:
 def _row(model: StochasticMatrix, i: int, z: Nine, before: Vec) -> float:
     """Return component i (0 to 2) of the state (v_t, v_n, R w), m/s, after an impact.
 
-    It is row i of the drawn matrix times the state `before`.
+    This component is row i of the drawn matrix times the state `before`.
 
     z : the nine normal numbers of the impact; before : the state before the impact (m/s)
     """
@@ -106,7 +106,7 @@ def _row(model: StochasticMatrix, i: int, z: Nine, before: Vec) -> float:
 def _mean_row(model: StochasticMatrix, i: int, before: Vec) -> float:
     """Return component i (0 to 2) of the mean state (v_t, v_n, R w), m/s, after an impact.
 
-    It is row i of the mean matrix times the state `before` the impact (m/s).
+    This component is row i of the mean matrix times the state `before` the impact (m/s).
     """
     total = 0.0
     for j in range(3):

@@ -27,7 +27,9 @@ class VHalf(NamedTuple):
 def half_at_v_half(model: VHalf, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a lumped mass after an impact, with the material's R_t, and R_n from the rock's speed.
 
-    Energy never rises. n : (3,) unit normal of the ground
+    Energy never rises.
+
+    n : (3,) unit normal of the ground
     """
     return lumped(model.speed / (abs(dot(motion.v, n)) + model.speed), surface.R_t, motion, n)
 
@@ -45,7 +47,7 @@ def v_half_rest(
     If R_t < 1, the bounces that are left out have a finite length. With
         T_0       time of the first of these bounces (s)
         v_0, u_0  speed off the ground and velocity along the ground at the start of this bounce (m/s)
-        g_n, g_t  gravity normal to the ground and along the ground (m/s2)
+        g_n, g_t  gravity normal to the ground and along the ground (m/s^2)
     the length is at most u_0 T_0 / (1 - R_t) along u_0, and
     g_t (1/2 + R_t / (1 - R_t)) (T_0^2 + 4 v_half v_0 / g_n^2) down the slope.
     """

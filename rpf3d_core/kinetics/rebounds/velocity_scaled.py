@@ -26,15 +26,20 @@ class VelocityScaled(NamedTuple):
 
 @kernel
 def halved(x: float) -> float:
-    """Return the factor 1 / (1 + x^2) that reduces a restitution coefficient: 1/2 at x = 1."""
+    """Return the factor 1 / (1 + x^2) that reduces R_n.
+
+    x : speed into the ground or mass of the rock, divided by the value at which R_n is halved (-)
+    """
     return 1.0 / (1.0 + x * x)
 
 
 @rebound.rule(VelocityScaled)
 def velocity_scaled(model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
-    """Return the motion of a lumped mass after an impact, with R_n scaled by its speed into the ground.
+    """Return the motion of a lumped mass after an impact, with R_n scaled by the rock's speed into the ground.
 
-    Energy never rises. n : (3,) unit normal of the ground
+    Energy never rises.
+
+    n : (3,) unit normal of the ground
     """
     return lumped(surface.R_n * halved(dot(motion.v, n) / model.K), surface.R_t, motion, n)
 

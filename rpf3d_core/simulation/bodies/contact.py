@@ -108,7 +108,7 @@ def hits(room: Room, count: int, motion: BodyMotion, h: float, gravity: float) -
 
     An impact is faster than SLOW plus the speed that gravity adds in a step.
 
-    count : number of contacts in `room.points`; h : length of the last step (s); gravity : m/s^2
+    count : number of contacts in `room.points`; h : length of the next step (s), as in `Ride`; gravity : m/s^2
     """
     velocity = body_velocity(motion)
     worst, which = -SLOW - gravity * h, -1
@@ -123,7 +123,7 @@ def hits(room: Room, count: int, motion: BodyMotion, h: float, gravity: float) -
 def held_up(body: Body, room: Room, count: int, motion: BodyMotion, h: float, gravity: float) -> BodyMotion:
     """Return the motion of a body just before an impact, after the last impulses of the contacts that carry it.
 
-    count : number of contacts in `room.points`; h : length of the last step (s); gravity : m/s^2
+    count : number of contacts in `room.points`; h : length of the next step (s), as in `Ride`; gravity : m/s^2
 
     At the end of a step, a contact that carries the body moves towards the ground, with half of the velocity that its
     free acceleration adds in the step. The impulse that stops this contact belongs to the step, not to the impact. If

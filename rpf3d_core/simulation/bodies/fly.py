@@ -55,8 +55,8 @@ def follow_each(
     """Fly bodies from number `begin` on; return the number of the body that ended the loop, and a flag.
 
     The loop ends at the first body whose path does not fit into the record (flag True) or whose nearby facets do not
-    fit into the working memory `room` (flag False). If all bodies have flown, the loop returns their
-    total number and True.
+    fit into the working memory `room` (flag False). If all bodies have flown, the loop returns their total number
+    and True.
     """
     x, v, finals, counts = launches.x, launches.v, logbook.finals, logbook.counts
     for i in range(begin, len(finals)):

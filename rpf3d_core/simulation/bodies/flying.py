@@ -166,7 +166,7 @@ def _with_flight(tally: RockTally, arc: Arc, t: float, after: BodyMotion, tolera
     """Return the running totals after a flight of t seconds; they are unchanged if t is 0.
 
     arc : path of the centre; after : motion at the end
-    tolerance : m, length up to which a flight counts as a path segment without progress
+    tolerance : m; a flight longer than this sets the number of path segments without progress to 0
     """
     if not t > 0.0:
         return tally

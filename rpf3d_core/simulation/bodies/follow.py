@@ -176,7 +176,7 @@ def _cut_short(
 
 @kernel
 def _checked(before: Ride, after: Ride) -> Ride:
-    """Return the state `after` an event if its numbers are finite; else the state `before` it, with outcome FAILED."""
+    """Return `after`, the state after an event, if its numbers are finite; else `before`, with the outcome FAILED."""
     motion = after.motion
     total = motion.t + after.tally.path + after.tally.speed2
     for k in range(3):

@@ -18,7 +18,7 @@ def motion_of(motion: BodyMotion) -> Motion:
 def note_segment(
     record: Record, tally: RockTally, body: Body, start: BodyMotion, end: BodyMotion, mode: int
 ) -> None:  # fmt: skip
-    """Write the body's next path segment into the record.
+    """Write the body's next path segment into the record if there is room.
 
     start, end : motion at both ends; mode : number of a `Mode`; tally : running totals, which select the record's row
     """
@@ -37,7 +37,7 @@ def note_segment(
 def note_blow(
     record: Record, tally: RockTally, body: Body, before: BodyMotion, after: BodyMotion, contact: tuple[int, int, Vec]
 ) -> None:  # fmt: skip
-    """Write the body's next impact, or its next meeting with an obstacle, into the record.
+    """Write the body's next impact, or its next meeting with an obstacle, into the record if there is room.
 
     before, after : motion just before and just after; tally : running totals, which select the record's row
     contact : three values. The number of the facet that the body approached fastest, or `FIRST_OBSTACLE` minus the

@@ -75,9 +75,9 @@ def contact_polygon(body: Body, room: Room, facet: tuple[Vec, Vec, Vec], m: Vec,
     """Write the polygon in which a face of the body covers a facet into `room.polygon`; return its number of corners.
 
     Body and facet are seen along the normal of the contact. A row of the polygon has a corner (m), in the body's axes,
-    and its gap (m). At most MOST corners are kept, as `_spanning` selects them. The result is 0 if the facet, or every
-    face of the body, is inclined by more than 60 degrees to the plane of the contact (FACING), or if no corner has a
-    gap of at most `band`.
+    and its gap (m) along this normal. At most MOST corners are kept, as `_spanning` selects them. The result is 0 if
+    the facet, or every face of the body, is inclined by more than 60 degrees to the plane of the contact (FACING), or
+    if no corner has a gap of at most `band`.
 
     facet : the facet's corners (m); m : its normal towards the body; n : normal of the contact; all in the body's axes
     band : largest gap (m) of a corner of the polygon; corners with a larger gap are omitted
@@ -120,7 +120,7 @@ def _spanning(polygon: Any, count: int, n: Vec) -> int:
     """Move the corners of a polygon that become contacts to its first rows; return their number, at most MOST.
 
     Up to MOST corners all become contacts. Of more corners, these are selected: the corner with the smallest gap, the
-    corner farthest from it, and on each side of the line through both the corner that is farthest from this line.
+    corner farthest from this corner, and on each side of the line through both the corner farthest from this line.
 
     polygon : (POLYGON, 4), of which `count` rows are used; n : (3,) normal of the contact
     """

@@ -48,8 +48,9 @@ def _at(motion: BodyMotion, z: float) -> BodyMotion:
 def _is_clear(body: Body, room: Room, locator: Any, facets: Facets, motion: BodyMotion, moved: float) -> int:
     """Return YES if a body may be released with this motion: no facet is nearer than CLEAR skins; else NO.
 
-    Returns CROWDED if the facets nearby do not fit into the working memory. moved : value for the column MARK of
-    `room.planes`
+    Returns CROWDED if the facets nearby do not fit into the working memory.
+
+    moved : value for the column MARK of `room.planes`
     """
     if not gather(room, locator, facets, motion.x, NEAR * body.reach):
         return CROWDED

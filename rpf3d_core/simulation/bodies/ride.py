@@ -71,7 +71,7 @@ def after_flight(ride: Ride, motion: BodyMotion, moved: float, tally: RockTally,
 
 @kernel
 def in_contact(ride: Ride, motion: BodyMotion, count: int, tally: RockTally, passed: int) -> Ride:
-    """Return the state of a body after a flight or an impact, with `count` contacts with the ground; 0 if it flies.
+    """Return the state of a body after a flight or an impact, with `count` contacts (0 in flight).
 
     ride : state before; motion, tally, passed : values after, as in `Ride`
     """

@@ -12,7 +12,8 @@ from rpf3d_core.terrain.facets import Facets
 def set_slip_friction(model: Any, facets: Facets, points: Any, count: int, slipped: Any) -> None:
     """Write the present friction of all contacts on ground with slip friction into `points`.
 
-    model : `SlipFriction`, or None if no ground has slip friction; slipped : slip of the body (m), as in `Ride`
+    model : `SlipFriction`, or None if no ground has slip friction, so that nothing is written
+    slipped : slip of the body (m), as in `Ride`
     points : (K, CONTACT_COLUMNS) contacts, of which `count` are used
     """
     if model is None:

@@ -2,9 +2,9 @@
 
 The gap is the distance (m) between body and facet; it is negative if they overlap.
 
-While the body stays on its side of such a plane, it does not touch the facet. This is true for every kind of contact:
-corners on facets, edges on edges, and corners of the terrain under faces of the body, on walls and overhangs, too. So
-no kind of contact needs a search of its own.
+While the body stays on its side of such a plane, the body does not touch the facet. This is true for every kind of
+contact: corners on facets, edges on edges, and corners of the terrain under faces of the body, on walls and overhangs,
+too. So no kind of contact needs a separate search.
 """
 
 import math
@@ -144,10 +144,10 @@ def _outwards(facets: Facets, f: int, x: Vec) -> Vec:
 
 @kernel
 def _look_inside(body: Body, room: Room, motion: BodyMotion, k: int, outwards: Vec) -> None:
-    """Write the gap of nearby facet k, which the body overlaps, into `room.planes`.
+    """Write the gap and the plane of nearby facet k, which the body overlaps, into `room.planes`.
 
     The gap is minus the depth (m) of the body behind the last plane that separated the body from the facet. If there is
-    no such plane yet, the facet's normal defines the plane, and the gap is 0.
+    no such plane yet, the plane has the facet's normal and touches the body, and the gap is 0.
 
     k : index of the facet in `room.facets`; outwards : (3,) normal of the facet, in the body's axes
     """
@@ -171,9 +171,9 @@ def _look_inside(body: Body, room: Room, motion: BodyMotion, k: int, outwards: V
 def clear_of(
     body: Body, room: Room, flight: Flight, motion: BodyMotion, k: int, bounds: tuple[float, float]
 ) -> float:  # fmt: skip
-    """Return a time (s) for which the body surely stays more than a distance away from the separating plane of facet k.
+    """Return a time (s) for which the body certainly stays more than a distance away from facet k's separating plane.
 
-    k : index of the facet in `room.facets`
+    k : index of the facet in `room.facets`; flight : free flight of the body
     motion : motion of the body when the facet was examined last; the time counts from this motion
     bounds : the distance (m), and the time (s) of interest: the result is inf if the body stays away for longer
     """

@@ -100,7 +100,8 @@ def mark_covered(body: Body, room: Room, facets: Facets, motion: BodyMotion) -> 
 def list_contacts(body: Body, room: Room, points: Any, physics: Physics, motion: BodyMotion, rock: RockContext) -> int:
     """Write the contacts with all touched and covered facets into `points`; return their number.
 
-    points : (K, CONTACT_COLUMNS); physics : the ground; rock : the rock's data, for varying ground properties
+    points : (K, CONTACT_COLUMNS); physics : has the facets and their ground properties
+    rock : the rock's data, on which varying ground properties depend
     """
     facets, count = physics.facets, 0
     for k in range(room.count[0]):

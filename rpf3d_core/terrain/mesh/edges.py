@@ -107,7 +107,8 @@ def _write_side_keys(triangles: Any, vertices: int, reach: int, keys: Any) -> No
 def _cut_into_edges(keys: Any, side: Any, reach: int, facets: int, edges: Edges) -> int:
     """Write the edges of a mesh and their uses into `edges`, from the sorted keys of the sides; return the edge count.
 
-    keys : (3 F,) sorted keys of the sides of facets (`_write_side_keys`); side : (3 F,) the side of each key
+    keys : (3 F,) sorted keys of the sides of facets (`_write_side_keys`); side : (3 F,) the index of each key
+        before sorting, which is k F + f for side k of facet f
     facets : number of facets; edges : arrays with space for one edge per use
     reach : number of bits for the difference of the two vertex numbers of a side, as in `_write_side_keys`
     """

@@ -30,11 +30,11 @@ class FaultReport:
         outer edge of the component. Rings that touch at a vertex count as one ring
     non_manifold_edges : number of edges that belong to three facets or more
     zero_area_facets, duplicate_facets : counts; these facets are kept, so facet numbers are those of the files
-    flipped_facets : facets that were turned over to face the free side
-    one_sided_pieces : components with only one side, left unchanged
+    flipped_facets : number of facets that were turned over to face the free side
+    one_sided_pieces : number of components with only one side, which stay unchanged
     low, high : corners of the bounding box in the input's own coordinates
     steepest_deg : the largest angle of a facet from the horizontal; a facet above 90 overhangs
-    median_edge : median length of an edge
+    median_edge : median length of the edges
     remarks : sentences on data that were left out or assumed when the files were read
     seen : sums of the facets' areas as seen along x, along y, and from above (along z, which points up)
     """
@@ -138,7 +138,7 @@ def _seen(areas: FloatArray) -> Vec:
 
 
 def _extent(terrain: Terrain) -> tuple[Vec, Vec]:
-    """Return two opposite corners of the terrain's bounding box, lowest and highest, in the input's coordinates."""
+    """Return two opposite corners of the terrain's bounding box, lowest and highest (m, in the input's coordinates)."""
     local = [[column.min() for column in terrain.vertices.T], [column.max() for column in terrain.vertices.T]]
     corners = terrain.frame.points_to_input(local)
     (x, y, z), (u, v, w) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()

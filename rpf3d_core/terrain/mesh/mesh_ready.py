@@ -40,7 +40,8 @@ def ready_mesh(
 
     zone : name of the only zone; weld_tolerance : m, vertices at most this far apart become one vertex
     memory : allocates the arrays; share : runs the work in parallel
-    must_face_up : True to refuse a mesh of which more facets face down than up, instead of turning the facets over
+    must_face_up : True to refuse a mesh with a TerrainError if more facets face down than up; False to turn the facets
+        over
     """
     if len(triangles) == 0:
         raise TerrainError("the terrain has no triangles; it needs at least one")

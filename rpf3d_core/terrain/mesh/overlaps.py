@@ -1,4 +1,4 @@
-"""Find pieces of a terrain that may pass through each other, such as a slope and a muck pile in a file of its own.
+"""Find pieces of a terrain that may pass through each other, such as a slope and a muck pile in a separate file.
 
 Facets with a vertex in common belong to one piece. If pieces overlap, a rock that slides over one piece may meet
 another piece. So each ground segment needs a search (`detection.terrain_pieces`), which is left out for terrains
