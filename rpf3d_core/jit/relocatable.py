@@ -39,5 +39,4 @@ class ByModule(UserProvidedCacheLocator):
 
 if not isinstance(getattr(CacheImpl, "_locator_classes", None), list):
     raise ImportError(f"numba's {CacheImpl.__name__} has no list of places any more")
-if ByModule not in CacheImpl._locator_classes:
-    CacheImpl._locator_classes.insert(0, ByModule)
+CacheImpl._locator_classes.insert(0, ByModule)

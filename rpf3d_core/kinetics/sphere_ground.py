@@ -143,7 +143,9 @@ def _skidding(direction: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
 def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) -> RollingSegment:
     """Return the segment on which a sphere skids, until its slip is zero, or its slip or velocity has turned by TURN.
 
-    TURN is 3.6 degrees. The segment also ends if the velocity becomes zero.
+    TURN is 3.6 degrees. The segment also ends if the velocity becomes zero. Where gravity turns the slip, friction
+    turns the slip back within the time in which friction alone would stop it. A segment is not longer than this time:
+    otherwise friction at its middle would push the sphere to the wrong side.
 
     friction : deceleration by friction, mu N (m/s^2)
     v, slip, n, g_t, radius : as in `rolling_piece`
@@ -153,7 +155,9 @@ def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
     across = norm(without(g_t, direction))
     braking = 3.5 * friction - dot(g_t, direction)
     gone = slips / braking if braking > 0.0 else math.inf
-    turned = TURN * slips / across if across > STRAIGHT * (norm(g_t) + friction) else math.inf
+    turned = math.inf
+    if across > STRAIGHT * (norm(g_t) + friction):
+        turned = min(TURN * slips / across, slips / (3.5 * friction)) if friction > 0.0 else TURN * slips / across
     if turned < gone:
         ahead = add(slip, scale(0.5 * turned, add(g_t, scale(-3.5 * friction, direction))))
         direction = scale(1.0 / norm(ahead), ahead)

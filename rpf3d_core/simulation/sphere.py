@@ -69,6 +69,8 @@ SAME = math.cos(2.0 * CURVE)
 
 If the angle is larger, the normal at the end is that of other ground near the sphere, and is not used.
 """
+UNSURE = 1e-6
+"""Ratio (-) of slip to speed below which rounding may turn the direction of the slip by GRAZING or more."""
 VANISHED = 1e-30
 """Speed (m/s) up to which a sphere on the ground counts as at rest.
 
@@ -307,7 +309,7 @@ def _follow_piece(
     if rolls and held.contacts == 2:
         w = rolling_spin(v_end, dot(turned, n), n, radius)
     if touch.t == 0.0:
-        v_end, w = _when_blocked(physics, v_end, w, n, touch.n)
+        v_end, w = _when_blocked(physics, Motion(t=motion.t, x=x, v=v_end, w=w), n, touch.n, radius)
     end = Motion(t=motion.t + t, x=x, v=v_end, w=w)
     bends = (piece.turns or span.curved) and touch.t > t and length > BENDS * radius
     late = t >= left
@@ -331,7 +333,7 @@ def _follow_piece(
 
 
 @kernel
-def _when_blocked(physics: Physics, v: Vec, w: Vec, n: Vec, m: Vec) -> tuple[Vec, Vec]:
+def _when_blocked(physics: Physics, motion: Motion, n: Vec, m: Vec, radius: float) -> tuple[Vec, Vec]:
     """Return velocity (3,) m/s and spin (3,) rad/s of a sphere that other ground blocks at the start of a segment.
 
     - If the sphere moves into the other ground, the search for contacts at rest has missed this ground: the sphere
@@ -340,13 +342,14 @@ def _when_blocked(physics: Physics, v: Vec, w: Vec, n: Vec, m: Vec) -> tuple[Vec
     - Otherwise friction presses the sphere against the other ground. The part of the spin about the line along both
       contacts drives the sphere there. The sphere would rub until this part is lost; here it is lost at once, and the
       sphere keeps the spin of rolling along the line. The velocity is along the line, except for a part that is too
-      small to count as an approach (GRAZING). This part is lost, too: if the slip is small, even such a part turns the
-      slip, and so friction, into the other ground again, and the sphere would stay here without end.
+      small to count as an approach (GRAZING). This part is lost, too, and so is a slip that is almost zero (UNSURE):
+      both would turn friction into the other ground again, and the sphere would stay here without end.
 
-    v : (3,) m/s, velocity before; w : (3,) rad/s, spin before
+    motion : just before; radius : of the sphere, m
     n, m : (3,) unit normals of the ground under the sphere and of the other ground; if they are parallel, the spin of a
         sphere that friction presses becomes zero
     """
+    v, w = motion.v, motion.w
     into = -dot(v, m)
     if into > GRAZING * norm(v):
         return (along(v, m) if is_slight(physics, m, into, WALL) else v), w
@@ -355,7 +358,11 @@ def _when_blocked(physics: Physics, v: Vec, w: Vec, n: Vec, m: Vec) -> tuple[Vec
     if sine <= PARALLEL:
         return v, ZERO
     line = scale(1.0 / sine, line)
-    return scale(dot(v, line), line), without(w, line)
+    freed = Motion(t=motion.t, x=motion.x, v=scale(dot(v, line), line), w=without(w, line))
+    slip = slip_of(freed.v, freed.w, n, radius)
+    if norm(slip) <= UNSURE * norm(freed.v):
+        freed = kicked(freed, n, radius, STICKS * norm(slip), slip)
+    return freed.v, freed.w
 
 
 @kernel

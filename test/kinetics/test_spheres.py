@@ -386,3 +386,15 @@ def test_a_ball_that_loses_nothing_bounces_as_high_as_it_fell(engine):
     flights = roll(over, spheres(ground(1.0), model, max_impacts=20), 0.5, (1.0, 2.0, 3.5))
     assert flights.deposits.outcome[0] == Outcome.MAX_IMPACTS
     assert flights.impacts.t[1] - flights.impacts.t[0] == pytest.approx(2.0 * math.sqrt(6.0 / G), rel=1e-9)
+
+
+@pytest.mark.parametrize("across", [1e-3, 0.03, 0.5])
+@pytest.mark.parametrize("slip", [0.05, 0.2, 5.0])
+def test_friction_pushes_a_skidding_sphere_at_most_as_far_across_as_gravity(slip, across):
+    """Friction along the slip lets 6/7 of the gravity across act in the mean, or more; it never turns the push round."""
+    down, mu, push = np.array([4.887, across, 0.0]), 0.1763, 8.506
+    piece = sphere_ground.rolling_piece(
+        (9.0, 0.0, 0.0), (slip, 0.0, 0.0), (0.0, 0.0, 1.0), tuple(down), push, ground(mu=mu, mu_r=0.2), 1.5
+    )
+    assert 0.5 * across < piece.a[1] <= across
+    assert piece.a[0] == pytest.approx(down[0] - mu * push, rel=3e-3)
