@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.terrain.facets import CRACK, Terrain, tolerance_of
+from rpf3d_core.terrain.facets import CRACK, Terrain, contact_tolerance
 from rpf3d_core.terrain.mesh.close_seams import close_seams, may_be_closed
 from rpf3d_core.terrain.mesh.edges import Edges, edges_of
 from rpf3d_core.terrain.mesh.near_rim import WIDEST, Near, near_rim
@@ -71,8 +71,9 @@ def with_closed_seams(terrain: Terrain, edges: Edges) -> ClosedTerrain:
     pairs = near_rim(terrain.vertices, rim, searched)
     crack, found = _seams_among(pairs, terrain)
     if sampled or not len(found.gap):
-        return ClosedTerrain(terrain, edges, np.empty(0, np.int64), _seams_left(found, None, sampled))
+        return ClosedTerrain(terrain, edges, np.empty(0, np.int64), _seams_left(found.of(_is_seam(found)), None, sampled))
     closed = close_seams(terrain.vertices, terrain.triangles, rim, pairs, crack)
+    found = found.of(_is_seam(found) | _is_among(found, closed.refused, len(terrain.vertices)))
     if not len(closed.parent):
         return ClosedTerrain(terrain, edges, closed.parent, _seams_left(found, None, sampled))
     zone = np.concatenate([terrain.zone, terrain.zone[closed.parent]])
@@ -90,8 +91,17 @@ def _seams_among(pairs: Near, terrain: Terrain) -> tuple[float, Near]:
     pairs : all vertices close to sides of the rim
     """
     narrow = pairs.of(_is_seam(pairs) | may_be_closed(pairs))
-    crack = CRACK * tolerance_of(terrain) if len(narrow.gap) else 0.0
+    crack = _crack_of(terrain) if len(narrow.gap) else 0.0
     return crack, narrow.of(narrow.gap > crack)
+
+
+def _crack_of(terrain: Terrain) -> float:
+    """Return the width (m) up to which gaps of a terrain are ignored: that of `facets_of`, without its arrays."""
+    used = np.zeros(len(terrain.vertices), bool)
+    used[terrain.triangles] = True
+    corners = terrain.vertices[used]
+    low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+    return CRACK * contact_tolerance(low, high, terrain.frame.origin)
 
 
 def _is_seam(pairs: Near) -> NDArray[np.bool_]:
@@ -106,13 +116,16 @@ def _still_open(found: Near, closed: Near, edges: Edges, vertices: int) -> Near:
     """
     rim, on_rim = edges.uses == 1, np.zeros(vertices, bool)
     on_rim[edges.low[rim]], on_rim[edges.high[rim]] = True, True
-    is_closed = np.isin(found.side * vertices + found.vertex, closed.side * vertices + closed.vertex)
-    return found.of(on_rim[found.vertex] & ~is_closed)
+    return found.of(on_rim[found.vertex] & ~_is_among(found, closed, vertices))
+
+
+def _is_among(pairs: Near, others: Near, vertices: int) -> NDArray[np.bool_]:
+    """Return flags (N,): true for pairs that are also among other pairs; vertices : number of vertices."""
+    return np.isin(pairs.side * vertices + pairs.vertex, others.side * vertices + others.vertex)
 
 
 def _seams_left(left: Near, closed: Near | None, sampled: bool) -> Seams:
     """Return what was closed and what is still open; closed : None if nothing was closed."""
-    left = left.of(_is_seam(left))
     return Seams(
         closed=0 if closed is None else np.unique(closed.vertex).size,
         widest=0.0 if closed is None else float(closed.gap.max(initial=0.0)),

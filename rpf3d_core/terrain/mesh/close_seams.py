@@ -14,7 +14,7 @@ from rpf3d_core.terrain.facets import unit_normals
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.mesh.facet_parts import Parts, Triangles, cut_facets
 from rpf3d_core.terrain.mesh.matched_sides import Flags, closing_pairs, farthest
-from rpf3d_core.terrain.mesh.near_rim import Near
+from rpf3d_core.terrain.mesh.near_rim import Near, joined_pairs
 from rpf3d_core.terrain.mesh.rim import Numbers, Rim
 
 WIDEST_CLOSED = 0.02
@@ -47,11 +47,13 @@ class ClosedSeams(NamedTuple):
     parent : (N,) the facet of each part that follows
     closed : the pairs of a vertex and a side that now runs through it, without pairs within a crack; the side is a
         side of the rim before closing
+    refused : the pairs that would close a seam, but would turn or flatten a part of the facet too much
     """
 
     triangles: Triangles
     parent: Numbers
     closed: Near
+    refused: Near
 
 
 def close_seams(vertices: FloatArray, triangles: Triangles, rim: Rim, pairs: Near, crack: float) -> ClosedSeams:
@@ -67,6 +69,7 @@ def close_seams(vertices: FloatArray, triangles: Triangles, rim: Rim, pairs: Nea
     """
     pairs = pairs.of(may_be_closed(pairs))
     pairs = _once_a_facet(pairs, rim, len(vertices))
+    refused = []
     while True:
         pairs = closing_pairs(pairs, rim, len(vertices))
         cut = pairs.of(_on_open_sides(pairs, rim, crack))
@@ -74,8 +77,15 @@ def close_seams(vertices: FloatArray, triangles: Triangles, rim: Rim, pairs: Nea
         damaged = _damaged_parts(vertices, triangles, parts)
         if not len(damaged):
             break
-        pairs = pairs.of(~_that_damage(pairs, rim, parts, damaged, crack))
-    return ClosedSeams(triangles=parts.triangles, parent=parts.parent, closed=cut.of(cut.gap > crack))
+        out = _that_damage(pairs, rim, parts, damaged, crack)
+        refused.append(pairs.of(out & (pairs.gap > crack)))
+        pairs = pairs.of(~out)
+    return ClosedSeams(
+        triangles=parts.triangles,
+        parent=parts.parent,
+        closed=cut.of(cut.gap > crack),
+        refused=joined_pairs([cut.of(cut.gap < 0.0), *refused]),
+    )
 
 
 def may_be_closed(pairs: Near) -> Flags:

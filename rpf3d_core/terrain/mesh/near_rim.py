@@ -1,5 +1,6 @@
 """Find the vertices of a mesh's rim that lie close to a side of the rim, between the ends of the side."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +37,17 @@ class Near(NamedTuple):
             share=self.share[which],
             length=self.length[which],
         )
+
+
+def joined_pairs(parts: Sequence[Near]) -> Near:
+    """Return the pairs of several records as one record, in this order; parts : at least one record."""
+    return Near(
+        vertex=np.concatenate([part.vertex for part in parts]),
+        side=np.concatenate([part.side for part in parts]),
+        gap=np.concatenate([part.gap for part in parts]),
+        share=np.concatenate([part.share for part in parts]),
+        length=np.concatenate([part.length for part in parts]),
+    )
 
 
 def near_rim(vertices: FloatArray, rim: Rim, searched: Numbers | None = None) -> Near:
