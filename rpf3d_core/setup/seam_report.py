@@ -21,9 +21,12 @@ class ClosedSeamsReport(FaultReport):
 
     def describe(self) -> list[str]:
         """Return the report as lines of text, the last on the closed seams."""
-        widest = three_figures(1000.0 * self.widest_closed_seam)
-        closed = f"{self.closed_seams:,} (up to {widest} mm wide; {self.added_facets:,} facets added)"
-        return [*super().describe(), f"closed seams        {closed}"]
+        return [*super().describe(), f"closed seams        {self.in_words()}"]
+
+    def in_words(self) -> str:
+        """Return the number of closed seams, the widest, and the number of added facets as text."""
+        widest, added = three_figures(1000.0 * self.widest_closed_seam), self.added_facets
+        return f"{self.closed_seams:,} (up to {widest} mm wide; {added:,} {'facet' if added == 1 else 'facets'} added)"
 
 
 def with_seams(report: FaultReport, closed: int, added: int, widest: float) -> FaultReport:

@@ -15,7 +15,7 @@ from rpf3d_core.terrain.facets import CRACK, Terrain, contact_tolerance
 from rpf3d_core.terrain.mesh.close_seams import close_seams, may_be_closed
 from rpf3d_core.terrain.mesh.edges import Edges, edges_of
 from rpf3d_core.terrain.mesh.near_rim import WIDEST, Near, near_rim
-from rpf3d_core.terrain.mesh.rim import rim_of
+from rpf3d_core.terrain.mesh.rim import Rim, rim_of
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -71,7 +71,8 @@ def with_closed_seams(terrain: Terrain, edges: Edges) -> ClosedTerrain:
     pairs = near_rim(terrain.vertices, rim, searched)
     crack, found = _seams_among(pairs, terrain)
     if sampled or not len(found.gap):
-        return ClosedTerrain(terrain, edges, np.empty(0, np.int64), _seams_left(found.of(_is_seam(found)), None, sampled))
+        found = found.of(_is_seam(found))
+        return ClosedTerrain(terrain, edges, np.empty(0, np.int64), _seams_left(found, None, sampled))
     closed = close_seams(terrain.vertices, terrain.triangles, rim, pairs, crack)
     found = found.of(_is_seam(found) | _is_among(found, closed.refused, len(terrain.vertices)))
     if not len(closed.parent):
@@ -81,6 +82,21 @@ def with_closed_seams(terrain: Terrain, edges: Edges) -> ClosedTerrain:
     left = _still_open(found, closed.closed, edges, len(terrain.vertices))
     ready = replace(terrain, triangles=closed.triangles, zone=zone)
     return ClosedTerrain(ready, edges, closed.parent, _seams_left(left, closed.closed, sampled))
+
+
+def may_have_seams(sides: FloatArray) -> bool:
+    """Return True if the rim of a terrain has a vertex close to a side, so that seams may have to be closed.
+
+    A vertex within a crack counts, too, so the answer may be True for a terrain without seams.
+
+    sides : (S, 3, 3) m, the sides of the rim: begin, end and third corner of the facet
+    """
+    if not 0 < len(sides) <= MOST_SIDES:
+        return False
+    places, number = np.unique(sides.reshape(-1, 3), axis=0, return_inverse=True)
+    begin, end, third = number.reshape(-1, 3).astype(np.int64).T
+    pairs = near_rim(places, Rim(begin=begin, end=end, third=third, facet=np.arange(len(sides))))
+    return bool(may_be_closed(pairs).any())
 
 
 def _seams_among(pairs: Near, terrain: Terrain) -> tuple[float, Near]:

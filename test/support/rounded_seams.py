@@ -57,9 +57,7 @@ def rounded(terrain: Terrain, decimals: int, origin: tuple[float, float, float] 
     a, b, c = triangles.T
     whole = (a != b) & (b != c) & (c != a)
     local = places - np.array(origin)
-    return replace(
-        terrain, vertices=local, triangles=triangles[whole], zone=terrain.zone[whole], frame=Frame(origin)
-    )
+    return replace(terrain, vertices=local, triangles=triangles[whole], zone=terrain.zone[whole], frame=Frame(origin))
 
 
 def sides_of(triangles: np.ndarray) -> Counter:
