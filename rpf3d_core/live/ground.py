@@ -6,6 +6,9 @@ terrain from before the patch must not be used afterwards.
 
 Two parts of a terrain that share no vertex, called pieces in the code, can pass through each other only in a mesh
 survey. Grids and clouds have one height at each place in plan, and a patch removes all facets in its footprint.
+
+Only a mesh survey can have open seams; narrow ones are closed before the search structure is built. A patch is joined
+to the terrain at the vertices of both, so it adds no T-junction.
 """
 
 import time
@@ -24,6 +27,7 @@ from rpf3d_core.detection.footprint import STAYS
 from rpf3d_core.detection.terrain_pieces import PieceNumbers
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.jit.memory import Share, Threads, halves
+from rpf3d_core.live.closed_mesh import closed_mesh
 from rpf3d_core.live.digests import digest_of
 from rpf3d_core.live.patched_arrays import IndexedTerrain, with_patch
 from rpf3d_core.live.patching import PatchChange, change_of
@@ -32,6 +36,7 @@ from rpf3d_core.live.reused_memory import Room, Rooms
 from rpf3d_core.live.survey import MOST_POINTS, CloudSurvey, GridSurvey, MeshSurvey, Survey, check_points, points_of
 from rpf3d_core.simulation.capped import APART, caps_within, pieces_that_cross
 from rpf3d_core.simulation.engines import Compiled, Engine, Reference
+from rpf3d_core.terrain.closed_seams import may_have_seams
 from rpf3d_core.terrain.cloud import cloud_mesh
 from rpf3d_core.terrain.facets import Facets, Terrain, contact_tolerance, facets_from, lay_out, unit_normals
 from rpf3d_core.terrain.frame import FloatArray, Frame
@@ -60,12 +65,13 @@ class Changed(NamedTuple):
 
 
 class Origin(NamedTuple):
-    """The surveys that a terrain was made from; digests and stamps (ns) as in `LiveTerrain`."""
+    """The surveys that a terrain was made from; digests, stamps (ns) and closed seams as in `LiveTerrain`."""
 
     digest: str
     whole_digest: str
     stamp_ns: int
     whole_ns: int
+    closed_seams: int = 0
 
 
 class Border(NamedTuple):
@@ -98,6 +104,7 @@ class LiveTerrain:
     pieces : for each facet the number of its part of the mesh (parts share no vertex), and whether two parts can pass
         through each other; never None, so that flights are compiled once
     changed : where the last patch changed the terrain; None if the terrain was built from a whole survey
+    closed_seams : number of vertices at which seams of the whole survey were closed
     """
 
     terrain: Terrain
@@ -114,6 +121,7 @@ class LiveTerrain:
     border: Border
     pieces: PieceNumbers
     changed: Changed | None = None
+    closed_seams: int = 0
 
 
 class Workshop:
@@ -163,13 +171,18 @@ class Workshop:
         hashed = self._aside.submit(lambda: digest or digest_of(survey))
         with self._rooms.free_one() as room:
             room.begin()
-            terrain = self._terrain(self._mesh(survey, room), room)
+            mesh, closed = self._mesh(survey, room), 0
+            sides = border_of(mesh.vertices, mesh.triangles, room.memory)
+            if isinstance(survey, MeshSurvey) and may_have_seams(sides):
+                mesh, closed = closed_mesh(mesh, room.memory)
+                sides = border_of(mesh.vertices, mesh.triangles, room.memory)
+            terrain = self._terrain(mesh, room)
             facets = _laid_out(terrain, room, self._share)
             check_heights(terrain, facets.corners, facets.normals, self._tallest)
             if isinstance(survey, GridSurvey):
                 check_no_fold(terrain, facets.normals, survey.points)
             locator = bucket_locator(facets, room.memory, self._share)
-            border = _border(border_of(terrain.vertices, terrain.triangles, room.memory), facets.tolerance)
+            border = _border(sides, facets.tolerance)
             indexed = IndexedTerrain(terrain=terrain, facets=facets, locator=locator)
             pieces = pieces_that_cross(terrain) if isinstance(survey, MeshSurvey) else APART
             known = hashed.result()
@@ -178,6 +191,7 @@ class Workshop:
                 whole_digest=known if whole_digest is None else whole_digest,
                 stamp_ns=stamp_ns,
                 whole_ns=stamp_ns if whole_ns is None else whole_ns,
+                closed_seams=closed,
             )
             return self._ground(indexed, room, border, pieces, origin)
 
@@ -224,7 +238,9 @@ class Workshop:
         indexed = with_patch(ground.terrain, ground.facets, ground.locator, change, ground.room, self._share)
         changed = Changed(block=change.block, low=change.low, high=change.high)
         pieces = pieces_that_cross(indexed.terrain) if ground.pieces.overlap else APART
-        origin = Origin(digest, ground.whole_digest, stamp_ns=stamp_ns, whole_ns=ground.whole_ns)
+        origin = Origin(
+            digest, ground.whole_digest, stamp_ns=stamp_ns, whole_ns=ground.whole_ns, closed_seams=ground.closed_seams
+        )
         return self._ground(indexed, ground.room, border, pieces, origin, changed)
 
     def _ground(
@@ -248,6 +264,7 @@ class Workshop:
             border=border,
             pieces=pieces,
             changed=changed,
+            closed_seams=origin.closed_seams,
         )
         room.used_by(ground, terrain, engine)
         return ground

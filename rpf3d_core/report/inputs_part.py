@@ -100,7 +100,9 @@ def _terrain(spec: dict[str, Any], facts: dict[str, Any]) -> str:
     files = ", ".join(file["path"] for file in spec["files"] or ()) or _made(spec)
     berms = "".join(f"; berm {berm['name']} {given(berm['height'])} m high" for berm in spec["berms"])
     holes = facts["faults"].get("holes", 0)
-    return f"{files}: {facts['triangles']:,} triangles, {holes:,} {'hole' if holes == 1 else 'holes'}{berms}"
+    closed = facts["faults"].get("closed_seams", 0)
+    seams = f", {closed:,} {'seam' if closed == 1 else 'seams'} closed" if closed else ""
+    return f"{files}: {facts['triangles']:,} triangles, {holes:,} {'hole' if holes == 1 else 'holes'}{seams}{berms}"
 
 
 def _made(spec: dict[str, Any]) -> str:

@@ -10,10 +10,10 @@ from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.simulation.engines import Compiled, Engine, Reference
 from rpf3d_core.terrain.facets import Terrain, facets_of
-from rpf3d_core.terrain.mesh.edges import Edges, edges_of
+from rpf3d_core.terrain.mesh.edges import edges_of
+from rpf3d_core.terrain.mesh.rim import rim_of
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 LEAST_HEIGHT = 0.1
 """Smallest height (m) of a rim over other ground that is reported; overlapping surveys differ by some centimetres."""
@@ -48,8 +48,8 @@ def hanging_rim(terrain: Terrain, engine: Engine) -> HangingRim | None:
     A long rim is searched with the compiled engine. Without numba, only a sample of its sides is searched, and
     `length` is an estimate.
     """
-    sides_of_rim = rim_sides(terrain.triangles, edges_of(terrain.triangles, len(terrain.vertices)))
-    begin, end, third = (terrain.vertices[corner] for corner in sides_of_rim)
+    rim = rim_of(terrain.triangles, edges_of(terrain.triangles, len(terrain.vertices)))
+    begin, end, third = (terrain.vertices[corner] for corner in (rim.begin, rim.end, rim.third))
     if not len(begin):
         return None
     sides = len(begin)
@@ -93,17 +93,6 @@ def hanging_rims(terrain: Terrain, engine: Engine) -> Iterator[str]:
             f"m at ({where}): rocks can fly under the terrain there and hit it from behind; extend "
             "that piece of terrain into the ground, or remove it if it is a second survey of the same ground"
         )
-
-
-def rim_sides(triangles: NDArray[np.int32], edges: Edges) -> tuple[IntArray, IntArray, IntArray]:
-    """Return both ends (S,), (S,) of each side of the rim, and the third corner (S,) of its facet, as vertex numbers.
-
-    triangles : (F, 3); edges : of these triangles
-    """
-    rim = edges.uses == 1
-    low, high = edges.low[rim].astype(np.int64), edges.high[rim].astype(np.int64)
-    third = triangles[edges.facet[edges.start[rim]]].astype(np.int64).sum(axis=1) - low - high
-    return low, high, third
 
 
 def _outwards(begin: FloatArray, end: FloatArray, third: FloatArray) -> FloatArray:

@@ -20,14 +20,16 @@ from rpf3d_core.scene.terrain import TerrainFile, TerrainSpec
 from rpf3d_core.setup.berms import berm_warnings, with_berms, with_zones_of_berms
 from rpf3d_core.setup.open_seams import open_seams
 from rpf3d_core.setup.overlapping_files import duplicate_warnings, overlap_warnings, shared_window
+from rpf3d_core.setup.seam_report import with_seams
 from rpf3d_core.setup.split_zones import split_zones
 from rpf3d_core.terrain.benches.slope import benches_terrain
+from rpf3d_core.terrain.closed_seams import ClosedTerrain, with_closed_seams
 from rpf3d_core.terrain.facets import IntArray, Terrain
 from rpf3d_core.terrain.frame import FloatArray, Frame, Up
 from rpf3d_core.terrain.mesh.edges import Index, edges_of
 from rpf3d_core.terrain.mesh.faults import FaultReport, fault_report
 from rpf3d_core.terrain.mesh.welding import weld
-from rpf3d_core.terrain.mesh.winding import repair_winding
+from rpf3d_core.terrain.mesh.winding import Winding, repair_winding
 from rpf3d_core.terrain.mesh.zero_area import NO_AREA_AT_ALL
 from rpf3d_core.terrain.pit.synthetic import pit_terrain
 from rpf3d_core.terrain.zones import centroids_in_plan, covered, with_zone
@@ -46,7 +48,8 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
     made instead. All facets keep their order, faulty facets included, so facet numbers in the run equal facet numbers
     in the files. Then berms are added: the first part of each facet that a berm cuts keeps the number, and the other
     parts follow after all facets. Then zones drawn as polygons are assigned: later polygons replace earlier polygons,
-    but a berm stays a separate zone. Last, the zones in `terrain.split` are split by height.
+    but a berm stays a separate zone. Then narrow open seams are closed (`terrain.mesh.close_seams`); cut facets keep
+    their numbers as with berms. Last, the zones in `terrain.split` are split by height.
 
     Raises
     ------
@@ -61,12 +64,28 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
     edges = edges_of(raw.triangles, len(raw.vertices))
     winding = repair_winding(raw.vertices, raw.triangles, edges)
     terrain = with_zones_of_berms(_with_drawn_zones(replace(raw, triangles=winding.triangles), scene), raw, scene)
+    closed = with_closed_seams(terrain, edges)
+    terrain, edges, _, seams = closed
+    if seams.closed:
+        winding = _winding_after(closed, winding)
+        terrain = replace(terrain, triangles=winding.triangles)
     terrain, notes = split_zones(terrain, scene, edges)
     report = fault_report(terrain, winding, edges, files)
-    report = replace(report, remarks=(*remarks, *duplicate_warnings(report), *open_seams(terrain, edges), *notes))
+    report = replace(report, remarks=(*remarks, *duplicate_warnings(report), *open_seams(terrain, seams), *notes))
+    report = with_seams(report, seams.closed, len(closed.parent), seams.widest)
     if report.zero_area_facets == report.triangles:
         raise TerrainError(f"{', '.join(str(file.path) for file in scene.terrain.files or ())}: {NO_AREA_AT_ALL}")
     return terrain, report
+
+
+def _winding_after(closed: ClosedTerrain, before: Winding) -> Winding:
+    """Return the winding of a terrain whose seams were closed: components of the mesh may have become one component.
+
+    before : winding of the terrain before its seams were closed; facets that were turned over then still count
+    """
+    after = repair_winding(closed.terrain.vertices, closed.terrain.triangles, closed.edges)
+    flipped = np.concatenate([before.flipped, before.flipped[closed.parent]])
+    return after._replace(flipped=flipped ^ after.flipped)
 
 
 def read_surface(path: Path, unit: str | None = None) -> FileMesh:
