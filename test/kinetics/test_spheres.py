@@ -391,7 +391,7 @@ def test_a_ball_that_loses_nothing_bounces_as_high_as_it_fell(engine):
 @pytest.mark.parametrize("across", [1e-3, 0.03, 0.5])
 @pytest.mark.parametrize("slip", [0.05, 0.2, 5.0])
 def test_friction_pushes_a_skidding_sphere_at_most_as_far_across_as_gravity(slip, across):
-    """Friction along the slip lets 6/7 of the gravity across act in the mean, or more; it never turns the push round."""
+    """Over the whole segment, most of the gravity across is left: friction never turns its direction round."""
     down, mu, push = np.array([4.887, across, 0.0]), 0.1763, 8.506
     piece = sphere_ground.rolling_piece(
         (9.0, 0.0, 0.0), (slip, 0.0, 0.0), (0.0, 0.0, 1.0), tuple(down), push, ground(mu=mu, mu_r=0.2), 1.5
