@@ -140,6 +140,10 @@ A terrain has exactly one of the keys `files`, `pit` and `benches`. Files are me
 programs, or clouds of points: [all formats](formats.md). Heights of a grid are at the centres of cells; NODATA is a
 hole. Maps have the reference system `crs`; a terrain file that states another one is refused.
 
+A gap up to 20 mm wide between a vertex and the edge of another facet, as from rounding, is
+[closed](../explanation/never-below.md#how-does-rpf3d-close-open-seams): the facet is cut, its first part keeps the
+number of the facet, and the other parts follow after all facets. `rpf3d check` states how many gaps were closed.
+
 A surface in a zone of `split` becomes a zone if it is at least 2 % of the zone's area. A surface of at least 100 m2
 does so, too, unless its mean height is less than 3 m from the heights of a surface with a larger share. Surfaces whose
 mean heights differ by less than 3 m are one zone, and all other surfaces join the zone nearest in height. A note states

@@ -416,6 +416,7 @@ class Station:
         values = {
             "triangles": str(len(ground.terrain.triangles)), "digest": ground.digest,
             "stamp": f"{ground.stamp_ns / SECOND:.3f}", "age_s": f"{age:.0f}",
+            **({"closed_seams": str(ground.closed_seams)} if ground.closed_seams else {}),
         }  # fmt: skip
         self._outlets.health.set("terrain", OK, what, values)
         self._report_terrain()

@@ -205,6 +205,25 @@ def test_a_second_survey_of_the_same_ground_is_not_joined(offset):
     assert closed(both).terrain is both
 
 
+@pytest.mark.parametrize("step", [0.002, 0.01, -0.015])
+def test_a_step_between_two_surfaces_stays_open(step):
+    """On a slope, the vertices of each surface lie near the sides of the other one, but no side fits another one."""
+    ground = rough_grid(4, 20.0, 0.0, 2.0)
+    left = ground.vertices[ground.triangles].mean(axis=1)[:, 0] < 10.0
+    upper = without_facets(ground, *np.flatnonzero(left))
+    raised = replace(upper, vertices=upper.vertices + np.array([0.0, 0.0, step]))
+    both = joined(without_facets(ground, *np.flatnonzero(~left)), raised)
+    assert closed(both).terrain is both
+
+
+def test_a_strip_whose_whole_rim_lies_inside_a_side_is_joined():
+    corners = [(0, 0, 0), (0, 30, 0), (-9, 15, 0), (0.001, 8, 0), (0, 12, 0.001), (-0.001, 16, 0), (9, 12, 0)]
+    found = closed(terrain_of(corners, [(0, 1, 2), (3, 6, 4), (4, 6, 5)]))
+    assert found.seams.closed == 3
+    uses = sides_of(found.terrain.triangles)
+    assert (uses[3, 4], uses[4, 5]) == (2, 2)
+
+
 def test_surfaces_that_cross_are_not_joined():
     level = rough_grid(4, 20.0, 0.0, 0.0)
     steep = rough_grid(6, 30.0, 0.8, 0.0)

@@ -108,10 +108,10 @@ def test_vertices_that_no_facet_has_are_left_out(tmp_path):
 
 def test_the_weld_distance_is_the_scenes(tmp_path):
     apart = CORNERS.copy()
-    apart[30:, :, 2] += 0.05  # wider than the seams that are closed without this key
+    apart[30:, :, 2] += 0.01
     path = write_binary_stl(tmp_path / "m.stl", apart)
     assert read_terrain(scene_of(path))[1].pieces == 2
-    assert read_terrain(scene_of(path, weld=0.1))[1].pieces == 1
+    assert read_terrain(scene_of(path, weld=0.02))[1].pieces == 1
 
 
 def test_zones_drawn_as_polygons_come_on_top_and_later_ones_win(tmp_path):

@@ -2,7 +2,9 @@
 
 A side that runs through vertices is cut into parts. A part closes a seam if exactly one other part of the rim has the
 same two vertices, in the opposite direction: the facets on both sides of the seam then share this part. A part in the
-same direction belongs to a facet on the same side, such as a second survey of the same ground.
+same direction belongs to a facet on the same side, such as a second survey of the same ground. If two surfaces with a
+step between them have no common vertex, parts from a vertex of one surface to a vertex of the other fit each other, but
+close the step only here and there; such parts do not count.
 """
 
 from typing import NamedTuple
@@ -10,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.terrain.mesh.components import components
 from rpf3d_core.terrain.mesh.near_rim import Near
 from rpf3d_core.terrain.mesh.rim import Numbers, Rim
 
@@ -20,11 +23,14 @@ class CutSides(NamedTuple):
     """The sides of the rim, cut at vertices.
 
     begin, end : (S + N,) vertices of each part; the parts of a side are consecutive
+    first, last : (S + N,) flags: true for the first and for the last part of a side
     before : (N,) the part that ends at the vertex of each pair; the next part begins at this vertex
     """
 
     begin: Numbers
     end: Numbers
+    first: Flags
+    last: Flags
     before: Numbers
 
 
@@ -37,7 +43,7 @@ def closing_pairs(pairs: Near, rim: Rim, vertices: int) -> Near:
     """
     while len(pairs.vertex):
         parts = cut_sides(pairs, rim)
-        closes = _is_matched(parts, vertices)
+        closes = _closes(parts, vertices)
         idle = ~(closes[parts.before] | closes[parts.before + 1])
         if not idle.any():
             break
@@ -57,7 +63,9 @@ def cut_sides(pairs: Near, rim: Rim) -> CutSides:
     begin, end = np.empty(sides + count, np.int64), np.empty(sides + count, np.int64)
     begin[last - cuts], end[last] = rim.begin, rim.end
     begin[before + 1], end[before] = pairs.vertex, pairs.vertex
-    return CutSides(begin=begin, end=end, before=before)
+    is_first, is_last = np.zeros(sides + count, bool), np.zeros(sides + count, bool)
+    is_first[last - cuts], is_last[last] = True, True
+    return CutSides(begin=begin, end=end, first=is_first, last=is_last, before=before)
 
 
 def farthest(group: Numbers, gap: NDArray[np.float64], some: Flags) -> Flags:
@@ -74,12 +82,36 @@ def farthest(group: Numbers, gap: NDArray[np.float64], some: Flags) -> Flags:
     return found
 
 
-def _is_matched(parts: CutSides, vertices: int) -> Flags:
-    """Return flags (N,): true for parts with exactly one opposite part, and no other part in the same direction.
+def _closes(parts: CutSides, vertices: int) -> Flags:
+    """Return flags (N,): true for parts that close a seam.
+
+    Such a part has an opposite part, and each of its ends was an end of one of both sides before they were cut. At
+    least one part in its chain of such parts is a whole side on one side of the seam, or begins at a vertex that both
+    sides had before they were cut.
 
     parts : the cut sides of the rim; vertices : number of vertices
     """
-    key, opposite = parts.begin * vertices + parts.end, parts.end * vertices + parts.begin
-    known, which, count = np.unique(key, return_inverse=True, return_counts=True)
-    place = np.minimum(np.searchsorted(known, opposite), len(known) - 1)
-    return np.asarray((known[place] == opposite) & (count[place] == 1) & (count[which] == 1))
+    matched, opposite = _opposites(parts, vertices)
+    first, last = parts.first, parts.last
+    matched &= (first | last[opposite]) & (last | first[opposite])
+    firm = matched & ((first & last) | (first & last[opposite]) | (last & first[opposite]))
+    firm |= matched & firm[opposite]
+    ends = parts.begin[matched].astype(np.int32), parts.end[matched].astype(np.int32)
+    chain = components(vertices, *ends)
+    is_firm = np.zeros(vertices, bool)
+    is_firm[chain[parts.begin[firm]]] = True
+    return np.asarray(matched & is_firm[chain[parts.begin]])
+
+
+def _opposites(parts: CutSides, vertices: int) -> tuple[Flags, Numbers]:
+    """Return flags (N,) of parts with exactly one opposite part and no other part in the same direction, and this part.
+
+    The opposite part (N,) of a part without the flag has no meaning.
+
+    parts : the cut sides of the rim; vertices : number of vertices
+    """
+    key, reverse = parts.begin * vertices + parts.end, parts.end * vertices + parts.begin
+    known, row, which, count = np.unique(key, return_index=True, return_inverse=True, return_counts=True)
+    place = np.minimum(np.searchsorted(known, reverse), len(known) - 1)
+    matched = (known[place] == reverse) & (count[place] == 1) & (count[which] == 1)
+    return matched, row[place]
