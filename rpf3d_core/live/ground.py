@@ -175,6 +175,7 @@ class Workshop:
             sides = border_of(mesh.vertices, mesh.triangles, room.memory)
             if isinstance(survey, MeshSurvey) and may_have_seams(sides):
                 mesh, closed = closed_mesh(mesh, room.memory)
+            if closed:
                 sides = border_of(mesh.vertices, mesh.triangles, room.memory)
             terrain = self._terrain(mesh, room)
             facets = _laid_out(terrain, room, self._share)

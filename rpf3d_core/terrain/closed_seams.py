@@ -12,18 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.terrain.facets import CRACK, Terrain, contact_tolerance
+from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.mesh.close_seams import close_seams, may_be_closed
 from rpf3d_core.terrain.mesh.edges import Edges, edges_of
 from rpf3d_core.terrain.mesh.near_rim import WIDEST, Near, near_rim
-from rpf3d_core.terrain.mesh.rim import Rim, rim_of
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from rpf3d_core.terrain.mesh.rim import Numbers, Rim, rim_of
 
 RELATIVE = 0.01
 """Largest width of an open seam, as a share of the length of the side; a fine mesh has none across its facets."""
 MOST_SIDES = 1_000_000
-"""Largest number of sides of the rim with which seams are closed; a longer rim is only searched, for the warning."""
+"""Largest number of sides of the rim for which seams are closed; along a longer rim, seams are only counted."""
 SAMPLED = 200_000
 """Number of sides that are searched of a longer rim; they are evenly spread."""
 
@@ -38,7 +36,7 @@ class Seams(NamedTuple):
 
     closed: int
     widest: float
-    vertex: IntArray
+    vertex: Numbers
     gap: FloatArray
     sampled: bool
 
@@ -53,7 +51,7 @@ class ClosedTerrain(NamedTuple):
 
     terrain: Terrain
     edges: Edges
-    parent: IntArray
+    parent: Numbers
     seams: Seams
 
 

@@ -30,7 +30,7 @@ MOST_TURNED = 0.5
 
 A vertex that was rounded to 1 mm turns a part by tens of degrees if it lies some millimetres from a corner.
 """
-UPRIGHT = 0.02
+MAY_LEAN = 0.02
 """Largest change (-) of the vertical component of a unit normal that may change its sign.
 
 A facet within about 1 degree of upright may lean to either side after rounding. On other facets, a part that faces down
@@ -69,7 +69,7 @@ def close_seams(vertices: FloatArray, triangles: Triangles, rim: Rim, pairs: Nea
     """
     pairs = pairs.of(may_be_closed(pairs))
     pairs = _once_a_facet(pairs, rim, len(vertices))
-    refused = []
+    refused = pairs.of(np.zeros(0, np.int64))
     while True:
         pairs = closing_pairs(pairs, rim, len(vertices))
         cut = pairs.of(_on_open_sides(pairs, rim, crack))
@@ -78,13 +78,13 @@ def close_seams(vertices: FloatArray, triangles: Triangles, rim: Rim, pairs: Nea
         if not len(damaged):
             break
         out = _that_damage(pairs, rim, parts, damaged, crack)
-        refused.append(pairs.of(out & (pairs.gap > crack)))
+        refused = joined_pairs([refused, pairs.of(out & (pairs.gap > crack))])
         pairs = pairs.of(~out)
     return ClosedSeams(
         triangles=parts.triangles,
         parent=parts.parent,
         closed=cut.of(cut.gap > crack),
-        refused=joined_pairs([cut.of(cut.gap < 0.0), *refused]),
+        refused=refused,
     )
 
 
@@ -122,7 +122,7 @@ def _damaged_parts(vertices: FloatArray, triangles: Triangles, parts: Parts) -> 
     made, facets = parts.triangles[rows], triangles[_facet_of(rows, parts, count)]
     new, old = unit_normals(vertices, made), unit_normals(vertices, facets)
     turned = (new * old).sum(axis=1) < MOST_TURNED
-    over = (new[:, 2] * old[:, 2] < 0.0) & (np.abs(new[:, 2] - old[:, 2]) > UPRIGHT)
+    over = (new[:, 2] * old[:, 2] < 0.0) & (np.abs(new[:, 2] - old[:, 2]) > MAY_LEAN)
     return np.asarray(rows[turned | over | _is_needle(vertices, made)])
 
 
