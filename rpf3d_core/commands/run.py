@@ -86,7 +86,6 @@ def _chosen(
 def _print_run(result: "Run", times: str) -> None:
     """Print the summary of a run on the screen: results, warnings and wall times; times : from `run_times.words_of`."""
     from rpf3d_core.results.notes import warnings_of_run
-    from rpf3d_core.setup.seam_report import ClosedSeamsReport
 
     totals, flights = result.totals, result.flights
     _print_outcomes(result)
@@ -101,8 +100,8 @@ def _print_run(result: "Run", times: str) -> None:
     screen.print(f"{rocks}, {totals.impacts:,} impacts, {flights.engine} engine: {times}", soft_wrap=True)
     if result.scene.method.stepping is not None:
         screen.print(f"method {result.scene.method.describe()}; `method: events` is exact", soft_wrap=True)
-    if isinstance(result.faults, ClosedSeamsReport):
-        screen.print(f"closed seams of the terrain: {result.faults.in_words()}", soft_wrap=True)
+    if result.faults.closed_seams:
+        screen.print(f"closed seams of the terrain: {result.faults.seams_in_words()}", soft_wrap=True)
     _print_convergence(result)
 
 

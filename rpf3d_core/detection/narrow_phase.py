@@ -291,11 +291,11 @@ def _edge_band(facets: Facets, arc: Arc, n: Vec, t: float, approach: float) -> f
 
     A contact at t = 0 may be NEAR tolerances away from the facet, along its plane as well as along its normal. A rock
     meets an upright wall when it is NEAR tolerances behind the plane (`_time_from_near`). In a sharp corner of two
-    walls, the rock is then farther beyond the edges of both. So the edge band of a vertical wall (n_z = 0) is as wide
+    walls, the rock is then farther beyond the edges of both. So the edge band of a vertical wall (UPRIGHT) is as wide
     as a crack, for a contact at t = 0 and for a rock that moves along the wall.
     """
     near = t == 0.0 or approach * approach <= GRAZING * GRAZING * dot(arc.v, arc.v)
-    if near and n[2] == 0.0:
+    if near and abs(n[2]) <= UPRIGHT:
         return facets.crack
     return NEAR * facets.tolerance if t == 0.0 else facets.tolerance
 

@@ -58,7 +58,7 @@ PER_METRE = Quantity(
     elsewhere=0,
 )
 PASSAGES = Quantity(name="passages", unit="1", meaning="times a rock entered, or was released here", elsewhere=0)
-IMPACTS = Quantity(name="impacts", unit="1", meaning="contacts with restitution", elsewhere=0)
+IMPACTS = Quantity(name="impacts", unit="1", meaning="impacts on the ground", elsewhere=0)
 DEPOSITS = Quantity(name="deposits", unit="1", meaning="rocks that stopped here", elsewhere=0)
 ARRIVAL = Quantity(name="first_arrival_s", unit="s", meaning="time from its release until the fastest rock came")
 ENERGY = Quantity(name="energy_j", unit="J", meaning="kinetic energy, as `HazardMaps.energy_kind`")

@@ -157,7 +157,7 @@ def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
     gone = slips / braking if braking > 0.0 else math.inf
     turned = math.inf
     if across > STRAIGHT * (norm(g_t) + friction):
-        turned = min(TURN * slips / across, slips / (3.5 * friction)) if friction > 0.0 else TURN * slips / across
+        turned = slips / max(across / TURN, 3.5 * friction)
     if turned < gone:
         ahead = add(slip, scale(0.5 * turned, add(g_t, scale(-3.5 * friction, direction))))
         direction = scale(1.0 / norm(ahead), ahead)

@@ -20,7 +20,6 @@ from rpf3d_core.scene.terrain import TerrainFile, TerrainSpec
 from rpf3d_core.setup.berms import berm_warnings, with_berms, with_zones_of_berms
 from rpf3d_core.setup.open_seams import open_seams
 from rpf3d_core.setup.overlapping_files import duplicate_warnings, overlap_warnings, shared_window
-from rpf3d_core.setup.seam_report import with_seams
 from rpf3d_core.setup.split_zones import split_zones
 from rpf3d_core.terrain.benches.slope import benches_terrain
 from rpf3d_core.terrain.closed_seams import ClosedTerrain, with_closed_seams
@@ -71,8 +70,13 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
         terrain = replace(terrain, triangles=winding.triangles)
     terrain, notes = split_zones(terrain, scene, edges)
     report = fault_report(terrain, winding, edges, files)
-    report = replace(report, remarks=(*remarks, *duplicate_warnings(report), *open_seams(terrain, seams), *notes))
-    report = with_seams(report, seams.closed, len(closed.parent), seams.widest)
+    report = replace(
+        report,
+        remarks=(*remarks, *duplicate_warnings(report), *open_seams(terrain, seams), *notes),
+        closed_seams=seams.closed,
+        added_facets=len(closed.parent),
+        widest_closed_seam=seams.widest,
+    )
     if report.zero_area_facets == report.triangles:
         raise TerrainError(f"{', '.join(str(file.path) for file in scene.terrain.files or ())}: {NO_AREA_AT_ALL}")
     return terrain, report

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.terrain.facets import CRACK, Terrain, contact_tolerance
+from rpf3d_core.terrain.facets import CRACK, Terrain, tolerance_of
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.mesh.close_seams import close_seams, may_be_closed
 from rpf3d_core.terrain.mesh.edges import Edges, edges_of
@@ -105,17 +105,8 @@ def _seams_among(pairs: Near, terrain: Terrain) -> tuple[float, Near]:
     pairs : all vertices close to sides of the rim
     """
     narrow = pairs.of(_is_seam(pairs) | may_be_closed(pairs))
-    crack = _crack_of(terrain) if len(narrow.gap) else 0.0
+    crack = CRACK * tolerance_of(terrain) if len(narrow.gap) else 0.0
     return crack, narrow.of(narrow.gap > crack)
-
-
-def _crack_of(terrain: Terrain) -> float:
-    """Return the width (m) up to which gaps of a terrain are ignored: that of `facets_of`, without its arrays."""
-    used = np.zeros(len(terrain.vertices), bool)
-    used[terrain.triangles] = True
-    corners = terrain.vertices[used]
-    low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
-    return CRACK * contact_tolerance(low, high, terrain.frame.origin)
 
 
 def _is_seam(pairs: Near) -> NDArray[np.bool_]:

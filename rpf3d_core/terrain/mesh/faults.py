@@ -37,6 +37,9 @@ class FaultReport:
     median_edge : median length of the edges
     remarks : sentences on data that were left out or assumed when the files were read
     seen : sums of the facets' areas as seen along x, along y, and from above (along z, which points up)
+    closed_seams : number of vertices at which seams were closed (`closed_seams`); the counts above are those afterwards
+    added_facets : number of parts of facets that closing added after all facets
+    widest_closed_seam : largest distance between such a vertex and the side that now runs through it
     """
 
     files: tuple[str, ...]
@@ -59,6 +62,9 @@ class FaultReport:
     median_edge: float
     remarks: tuple[str, ...] = ()
     seen: Vec = (0.0, 0.0, 0.0)
+    closed_seams: int = 0
+    added_facets: int = 0
+    widest_closed_seam: float = 0.0
 
     def describe(self) -> list[str]:
         """Return the report as lines of text."""
@@ -76,7 +82,13 @@ class FaultReport:
             f"zero-area facets    {self.zero_area_facets:,}",
             f"duplicate facets    {self.duplicate_facets:,}",
             f"flipped facets      {self.flipped_facets:,}",
+            *([f"closed seams        {self.seams_in_words()}"] if self.closed_seams else []),
         ]
+
+    def seams_in_words(self) -> str:
+        """Return the number of closed seams, the widest, and the number of added facets as text."""
+        added = f"{self.added_facets:,} {'facet' if self.added_facets == 1 else 'facets'} added"
+        return f"{self.closed_seams:,} (up to {1000.0 * self.widest_closed_seam:.3g} mm wide; {added})"
 
 
 def _folded(area_by_zone: dict[str, float]) -> dict[str, float]:
