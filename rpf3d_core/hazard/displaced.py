@@ -23,6 +23,7 @@ from rpf3d_core.ensemble.statistics import PERCENTILES
 from rpf3d_core.ensemble.stream import Sink
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.set_places import PlaceCounts, PlaceTally
+from rpf3d_core.hazard.set_sources import SourceSets, source_set_tally
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.hazard.walks.over_facet import VERTICAL
@@ -39,6 +40,7 @@ class DisplacedFigures:
     """The counts and the runout of S parameter sets with displaced paths.
 
     moves : (S, 2) m, displacement of each set in plan; zones, areas : counts of each set in the zones and in the areas
+    sources : counts of each set for each source; None if the scene has one source
     runout : (S, P) m, the P percentiles `ensemble.statistics.PERCENTILES` over the deposits of each set; NaN for a set
         without deposits
     """
@@ -47,6 +49,7 @@ class DisplacedFigures:
     zones: PlaceCounts
     areas: PlaceCounts
     runout: FloatArray
+    sources: SourceSets | None = None
 
 
 class DisplacedTally:
@@ -61,6 +64,7 @@ class DisplacedTally:
         self._tallies = tallies_of_places(tallies)
         self._zones = PlaceTally(self._tallies.zones, len(moves))
         self._areas = PlaceTally(self._tallies.inside, len(moves))
+        self._sources = source_set_tally(self._tallies.sources, len(moves))
         self._runout = [Sample() for _ in moves]
 
     def watch_of(self, number: int, watch: Watch) -> Watch:
@@ -92,15 +96,32 @@ class DisplacedTally:
         """Add to set `number` all rocks counted since the previous call of `end`, whatever set that call was for."""
         self._zones.end(number)
         self._areas.end(number)
+        if self._sources is not None:
+            self._sources.end(number)
 
-    def figures(self, zones: PlaceCounts) -> DisplacedFigures:
-        """Return the results of all sets so far; zones : counts of the same rocks, with paths as simulated."""
+    def figures(self, zones: PlaceCounts, sources: SourceSets | None) -> DisplacedFigures:
+        """Return the results of all sets so far.
+
+        zones, sources : counts of the same rocks, with paths as simulated
+        """
+        known = zones_in_plan(self._engine.facets, len(zones.reached[0]))
         return DisplacedFigures(
             moves=self._moves,
-            zones=_in_plan(self._zones.counts(), zones, zones_in_plan(self._engine.facets, len(zones.reached[0]))),
+            zones=_in_plan(self._zones.counts(), zones, known),
             areas=self._areas.counts(),
             runout=percentiles_of(self._runout),
+            sources=None if self._sources is None or sources is None else self._in_plan(sources, known),
         )
+
+    def _in_plan(self, sources: SourceSets, known: NDArray[np.bool_]) -> SourceSets:
+        """Return the counts for each source, from the displaced paths in each zone that has an area in plan.
+
+        sources : counts with paths as simulated; known : (Z,) flag of each zone with an area in plan
+        """
+        assert self._sources is not None
+        moved = self._sources.counts()
+        zones = _in_plan(moved.zones, sources.zones, np.tile(known, sources.rocks.shape[1]))
+        return moved._replace(zones=zones)
 
 
 def displaced_batch(batch: Batch, move: FloatArray, engine: Engine) -> Batch:
@@ -201,6 +222,7 @@ def tallies_of_places(tallies: Tallies) -> Tallies:
         tallies, ground=tallies.ground._replace(raster=raster), squares=_empty(tallies.squares, 1, 0.0),
         facets=_empty(tallies.facets, len(tallies.facets.slot), 0.0), zones=zones, inside=inside,
         idle=queue.SimpleQueue(), barriers=None,
+        sources=None if tallies.sources is None else tallies.sources.emptied(),
     )  # fmt: skip
 
 

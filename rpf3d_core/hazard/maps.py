@@ -109,6 +109,7 @@ class HazardMaps:
     lost : number of rocks lost to holes of the terrain; each might have reached any cell or area
     sets : `hazard.sets.SetFigures` of the parameter sets, if the scene has unknowns
     reach_band : `hazard.sets.ReachBand`, the predictive intervals of reach probability, if there are parameter sets
+    sources : `hazard.source_tallies.SourceMaps`, the values of zones and areas for each source, if there are several
     """
 
     flown: int
@@ -123,6 +124,7 @@ class HazardMaps:
     lost: int = 0
     sets: Any = None
     reach_band: Any = None
+    sources: Any = None
 
     @property
     def energy_kind(self) -> str:

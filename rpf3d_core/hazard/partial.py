@@ -7,6 +7,7 @@ parts have the same bits as one run of all rocks (`hazard.tally`).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -89,10 +90,40 @@ def add_packed(tallies: Tallies, part: Sequence[PackedTally]) -> None:
         path lengths.
     """
     for tally, other in zip(_four(tallies), part, strict=True):
-        theirs = (other.cells, other.scales, other.limit, other.found.ways is not None)
-        if theirs != (len(tally.slot), tally.scales, tally.limit, tally.ways):
-            raise ValueError("a part of another ensemble cannot be counted in: its cells, scales or memory differ")
-        tally.add(unpacked(other))
+        _add(tally, other)
+
+
+def _add(tally: CellTally, other: PackedTally) -> None:
+    """Add packed counts to a tally; the errors are those of `add_packed`."""
+    theirs = (other.cells, other.scales, other.limit, other.found.ways is not None)
+    if theirs != (len(tally.slot), tally.scales, tally.limit, tally.ways):
+        raise ValueError("a part of another ensemble cannot be counted in: its cells, scales or memory differ")
+    tally.add(unpacked(other))
+
+
+class PackedSources(NamedTuple):
+    """The counts of zones and areas for each source in small form; flown, lost : as in `SourceTallies`."""
+
+    zones: PackedTally
+    inside: PackedTally
+    flown: IntArray
+    lost: IntArray
+
+
+def packed_sources(tallies: Tallies) -> PackedSources | None:
+    """Return the counts for each source of a part of an ensemble in small form; None if they were not counted."""
+    if (found := tallies.sources) is None:
+        return None
+    return PackedSources(packed(found.zones), packed(found.inside), found.flown, found.lost)
+
+
+def add_packed_sources(tallies: Tallies, part: PackedSources | None) -> None:
+    """Add the counts for each source of a part to those of the same ensemble; the errors are those of `add_packed`."""
+    if (found := tallies.sources) is None or part is None:
+        return
+    _add(found.zones, part.zones)
+    _add(found.inside, part.inside)
+    found.note_counts(part.flown, part.lost)
 
 
 def _four(tallies: Tallies) -> tuple[CellTally, CellTally, CellTally, CellTally]:

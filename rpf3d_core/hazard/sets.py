@@ -6,7 +6,7 @@ the rocks of the set have flown, minus the counts before. So no separate counts 
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.hazard.displaced import DisplacedFigures, DisplacedTally, moved_cells, percentiles_of
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.set_places import PlaceCounts, PlaceTally, less
+from rpf3d_core.hazard.set_sources import SourceSets, source_set_tally
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.walks.cache_lines import LINE_ROCKS
 from rpf3d_core.unknowns.parameter_sets import ParameterSets
@@ -67,6 +68,7 @@ class SetFigures:
     cells : for each set, the map cells that its rocks reached, and how many rocks reached each cell
     displaced : results of the same rocks with paths displaced by the error of the model; None if this error is unknown
     barriers : predictive intervals at each barrier, `hazard.set_barriers.Bands`; empty without barriers
+    sources : counts of each set for each source; None if the scene has one source
     """
 
     sets: ParameterSets
@@ -78,6 +80,20 @@ class SetFigures:
     cells: tuple[Reached, ...]
     displaced: DisplacedFigures | None = None
     barriers: tuple[Any, ...] = ()
+    sources: SourceSets | None = None
+
+    def of_source(self, number: int) -> "SetFigures":
+        """Return the results of the sets in zones and areas for the rocks of one source; number : of the source.
+
+        Outcomes, percentiles and map cells are still those of all sources.
+        """
+        assert self.sources is not None
+        rocks, zones, areas = self.sources.of_source(number)
+        displaced = None
+        if self.displaced is not None and self.displaced.sources is not None:
+            _, *places = self.displaced.sources.of_source(number)
+            displaced = replace(self.displaced, zones=places[0], areas=places[1], sources=None)
+        return replace(self, rocks=rocks, zones=zones, areas=areas, displaced=displaced, sources=None)
 
     @property
     def flown(self) -> int:
@@ -237,6 +253,7 @@ class SetTally:
         self._zones = PlaceTally(tallies.zones, len(sets))
         self._areas = PlaceTally(tallies.inside, len(sets))
         self._barriers = None if tallies.barriers is None else _barrier_sets(tallies.barriers, len(sets))
+        self._sources = source_set_tally(tallies.sources, len(sets))
         self._cells = [np.zeros(0, dtype=np.uint32) for _ in range(len(sets))]
         self._before = np.zeros(0, dtype=np.uint32)
 
@@ -265,6 +282,8 @@ class SetTally:
         self._before = after
         self._zones.end(number)
         self._areas.end(number)
+        if self._sources is not None:
+            self._sources.end(number)
         if self._displaced is not None:
             self._displaced.end(number)
 
@@ -274,6 +293,7 @@ class SetTally:
         reached = [(np.flatnonzero(counts), counts) for counts in self._cells]
         zones = self._zones.counts()
         rocks = np.array([float(totals.rocks) for totals in self._totals])
+        sources = None if self._sources is None else self._sources.counts()
         return SetFigures(
             sets=self._sets,
             rocks=rocks,
@@ -282,8 +302,9 @@ class SetTally:
             areas=self._areas.counts(),
             percentiles={name: self._percentiles(name) for name in SAMPLES},
             cells=tuple((order[slots].astype(np.int64), counts[slots]) for slots, counts in reached),
-            displaced=None if self._displaced is None else self._displaced.figures(zones),
+            displaced=None if self._displaced is None else self._displaced.figures(zones, sources),
             barriers=() if self._barriers is None else self._barriers.bands(rocks),
+            sources=sources,
         )
 
     def _percentiles(self, name: str) -> FloatArray:

@@ -6,13 +6,14 @@ on the maps, not on the number of rocks.
 
 import math
 import queue
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from rpf3d_core.ensemble.batch import NOTHING, Batch
-from rpf3d_core.ensemble.flights import FloatArray
+from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.spin import spins_squared
 from rpf3d_core.hazard.areas import Areas
@@ -20,6 +21,7 @@ from rpf3d_core.hazard.bins import Binning
 from rpf3d_core.hazard.flown import FlownRocks, flown_rocks
 from rpf3d_core.hazard.layers import layers_of, without_passages
 from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.hazard.source_tallies import SourceTallies, source_tallies
 from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.hazard.walks.ground import WalkedTerrain, plain_ground
 from rpf3d_core.hazard.walks.visiting import visit_all
@@ -42,6 +44,7 @@ class Tallies:
     squares, facets, zones, inside : tallies of map cells, facets, zones and areas of interest
     compiled : True to use compiled loops; idle : working memory that no thread uses at present
     spins : True if energies include rotation; barriers : counts at barriers, None if the scene has none
+    sources : counts of zones and areas for each source, None if they are not counted
     """
 
     ground: WalkedTerrain
@@ -55,15 +58,19 @@ class Tallies:
     idle: "queue.SimpleQueue[Scratch]"
     spins: bool = False  # True if energies include rotation
     barriers: Any = None  # a `hazard.barriers.BarrierTally` if the scene names barriers
+    sources: SourceTallies | None = None
 
     def __call__(self, batch: Batch, releases: Releases) -> FloatArray:
         """Count the N rocks of a batch into all maps; return their largest heights above the terrain (N,) m."""
         heights, begin = np.zeros(len(batch.finals)), 0
         scratch = self._scratch()
         flown = self._flown(batch, releases.mass[batch.rows], releases.radius[batch.rows])
+        source = releases.source[batch.rows]
+        if self.sources is not None:
+            self.sources.note_flown(batch, source)
         while begin < len(heights):
             end = self._visit(scratch, flown, begin, heights)
-            self._fold(scratch)
+            self._fold(scratch, source)
             if end == begin:
                 scratch = with_more_room(scratch)
             begin = end
@@ -75,7 +82,7 @@ class Tallies:
     def precompile(self) -> None:
         """Compile the loops that count rocks, before the first rock flies."""
         scratch, nothing = self._scratch(), np.empty(0)
-        self._fold(scratch)
+        self._fold(scratch, np.empty(0, dtype=np.int64))
         self._visit(scratch, self._flown(NOTHING, nothing, nothing), 0, nothing)
         self.idle.put(scratch)
 
@@ -93,6 +100,8 @@ class Tallies:
             mine.add(theirs)
         if self.barriers is not None:
             self.barriers.join(other.barriers.counted)
+        if self.sources is not None and other.sources is not None:
+            self.sources.add(other.sources)
 
     def after(self, ground: WalkedTerrain) -> "Tallies":
         """Return tallies for a terrain whose facets have changed; they use the memory of these tallies again.
@@ -116,8 +125,9 @@ class Tallies:
         zones, inside = without_passages(zones), without_passages(inside)
         barriers = () if self.barriers is None else self.barriers.figures
         return HazardMaps(
-            flown, self.ground.raster, squares, facets, zones, inside, area_names, barriers, spins=self.spins, lost=lost
-        )
+            flown, self.ground.raster, squares, facets, zones, inside, area_names, barriers, spins=self.spins,
+            lost=lost, sources=None if self.sources is None else self.sources.maps(),
+        )  # fmt: skip
 
     def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
         """Return hazard maps that have values of zones and areas only, for checks of convergence: faster than `maps`.
@@ -139,12 +149,15 @@ class Tallies:
             return self.idle.get_nowait()
         except queue.Empty:
             squares, facets, zones, areas = (
-                empty_visits(len(tally.slot), ROOM, tally.ways, self.spins) for tally in self._tallies
+                empty_visits(len(tally.slot), ROOM, tally.ways, self.spins, tally in (self.zones, self.inside))
+                for tally in self._tallies
             )
             return Scratch(squares=squares, facets=facets, zones=zones, areas=areas, spans=empty_spans())
 
-    def _fold(self, scratch: Scratch) -> None:
-        """Add all collected visits of a thread to the counts."""
+    def _fold(self, scratch: Scratch, source: IntArray) -> None:
+        """Add all collected visits of a thread to the counts; source : (N,) number of each rock's source."""
+        if self.sources is not None:
+            self.sources.fold(scratch.zones, scratch.areas, source)
         kinds = (scratch.squares, scratch.facets, scratch.zones, scratch.areas)
         for tally, visits in zip(self._tallies, kinds, strict=True):
             tally.fold(visits)
@@ -179,6 +192,16 @@ def with_ways(tallies: Tallies) -> Tallies:
     tallies : empty counts; the tallies of facets, zones and areas are used unchanged
     """
     return replace(tallies, squares=tallies.squares.with_ways())
+
+
+def with_sources(tallies: Tallies, names: Sequence[str]) -> Tallies:
+    """Return tallies that also count zones and areas for each source, if there are at least two sources.
+
+    tallies : empty counts; names : of the sources, in the order of the numbers in `Releases.source`
+    """
+    if len(names) < 2:
+        return tallies
+    return replace(tallies, sources=source_tallies(names, tallies.zones, tallies.inside, tallies.squares.scales))
 
 
 def tallies_over(

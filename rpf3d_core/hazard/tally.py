@@ -99,14 +99,14 @@ class CellTally:
             self._take_in(visits.cell[:used])
             full = self.carries.room_for(3 * used)
             fold = fold_visits if self.compiled else fold_visits.py_func  # type: ignore[attr-defined]
-            carried = fold(self._table, visits, used, self._ahead, full)
+            carried = fold(self._table, visits._replace(rock=None), used, self._ahead, full)
             self.carries.take(carried)
         visits.state[:] = 0
 
     def loop(self, visits: Visits) -> Call:
         """Return the compiled loop of `fold` with arguments that add no visits, so that it can be compiled early."""
         full = self.carries.room_for(0)
-        return fold_visits, (self._table, visits, 0, self._ahead, full)
+        return fold_visits, (self._table, visits._replace(rock=None), 0, self._ahead, full)
 
     @property
     def _table(self) -> SlotTable:

@@ -19,7 +19,7 @@ from rpf3d_core.ensemble.joined import joined
 from rpf3d_core.ensemble.stream import Stream, blocks_of, shown_of
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.errors import InputError
-from rpf3d_core.hazard.partial import PackedTally, add_packed, packed_tallies
+from rpf3d_core.hazard.partial import PackedTally, add_packed, add_packed_sources, packed_sources, packed_tallies
 from rpf3d_core.results.earlier_results import read_summary
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.painting import Painting
@@ -51,6 +51,7 @@ class RunPart:
     digest : digest of the scene and of the files that the worker read
     totals, tallies, barriers : results of all rocks of the part
     flights : flights of only those rocks that are kept for pictures
+    sources : `hazard.partial.PackedSources`, the counts for each source; None if the scene has one source
     """
 
     digest: str
@@ -58,6 +59,7 @@ class RunPart:
     tallies: tuple[PackedTally, ...]
     flights: Flights
     barriers: tuple[Any, ...] = ()
+    sources: Any = None
 
 
 class Finished(NamedTuple):
@@ -168,7 +170,7 @@ def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, path
     barriers = () if tallies.barriers is None else tallies.barriers.counted
     return RunPart(
         digest=digest, totals=replace(totals, position=None), tallies=packed_tallies(tallies), flights=flights,
-        barriers=barriers,
+        barriers=barriers, sources=packed_sources(tallies),
     )  # fmt: skip
 
 
@@ -185,6 +187,7 @@ def merged(prepared: Prepared, parts: Sequence[RunPart]) -> Run:
     tallies, totals = empty_tallies(prepared), empty_totals(prepared)
     for part in parts:
         add_packed(tallies, part.tallies)
+        add_packed_sources(tallies, part.sources)
         totals.join(part.totals)
         if tallies.barriers is not None:
             tallies.barriers.join(part.barriers)

@@ -21,7 +21,7 @@ from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Binning, Scales
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import check_memory, raster_over
-from rpf3d_core.hazard.tallies import Tallies, tallies_over, with_ways
+from rpf3d_core.hazard.tallies import Tallies, tallies_over, with_sources, with_ways
 from rpf3d_core.hazard.tally import BYTES_PER_CELL
 from rpf3d_core.hazard.walks.ground import ground_over
 from rpf3d_core.jit.dispatch import HAS_NUMBA
@@ -334,6 +334,7 @@ def empty_tallies(prepared: Prepared) -> Tallies:
     tallies = tallies_over(ground, areas_of(prepared.outlines), zones, scene.gravity, binning, compiled)
     tallies = with_ways(tallies) if asks_ways(scene.hazard) else tallies
     tallies = replace(tallies, spins=spins_of(prepared.flight.models))
+    tallies = with_sources(tallies, [source.name for source in prepared.sources])
     return replace(tallies, barriers=empty_barriers(scene, prepared.flight, compiled))
 
 

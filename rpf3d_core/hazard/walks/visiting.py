@@ -44,7 +44,7 @@ def visit_all(
     """
     counts, impacts, first = flown.counts, flown.impacts, flown.first
     for r in range(begin, len(heights)):
-        _next_rock(scratch)
+        _next_rock(scratch, r)
         if counts[r, 0] == FAILED:
             heights[r] = math.nan  # a failed rock is in no map
             continue
@@ -63,12 +63,12 @@ def visit_all(
 
 
 @kernel
-def _next_rock(scratch: Scratch) -> None:
-    """Begin the visits of a new rock to all kinds of cells."""
-    next_rock(scratch.squares)
-    next_rock(scratch.facets)
-    next_rock(scratch.zones)
-    next_rock(scratch.areas)
+def _next_rock(scratch: Scratch, r: int) -> None:
+    """Begin the visits of a new rock, in row r of its batch, to all kinds of cells."""
+    next_rock(scratch.squares, r)
+    next_rock(scratch.facets, r)
+    next_rock(scratch.zones, r)
+    next_rock(scratch.areas, r)
 
 
 @kernel

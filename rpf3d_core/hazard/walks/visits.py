@@ -19,8 +19,12 @@ SPEED2, HEIGHT = 0, 1
 """Columns of `Visits.most`: largest squared speed and largest height."""
 PASSAGES, IMPACTS, DEPOSITS = 0, 1, 2
 """Columns of `Visits.counts`: passages, impacts and deposits."""
-USED, OF_ROCK, FULL = 0, 1, 2
-"""Entries of `Visits.state`: number of visits, first visit of the current rock, and a flag for no more room."""
+USED, OF_ROCK, FULL, ROW = 0, 1, 2, 3
+"""Entries of `Visits.state`.
+
+They are the number of visits, the first visit of the current rock, a flag for no more room, and the row of the current
+rock in its batch.
+"""
 JOINED = 1e-9
 """Largest time (s) between two stays in a cell that count as one stay.
 
@@ -40,7 +44,8 @@ class Visits(NamedTuple):
     way : (N,) length of the rock's path in plan inside the cell, in cell widths; None if no map needs it
     energy2 : (N,) twice the rock's largest kinetic energy in the cell, J/kg; None if rocks do not spin, because the
         squared speed is then enough
-    state : (3,) number of visits, first visit of the current rock, 1 if room has run out
+    state : (4,) number of visits, first visit of the current rock, 1 if room has run out, row of the current rock
+    rock : (N,) row of the rock in its batch; None if nothing is counted for each source
     """
 
     mark: Any
@@ -52,12 +57,14 @@ class Visits(NamedTuple):
     state: Any
     way: Any = None
     energy2: Any = None
+    rock: Any = None
 
 
-def empty_visits(cells: int, room: int, ways: bool = False, spins: bool = False) -> Visits:
+def empty_visits(cells: int, room: int, ways: bool = False, spins: bool = False, rocks: bool = False) -> Visits:
     """Return empty memory for `room` visits to `cells` cells.
 
     ways : True to record the lengths of paths; spins : True if energies include rotation
+    rocks : True to record which rock each visit belongs to
     """
     return Visits(
         mark=np.zeros(cells, dtype=np.int32),
@@ -66,16 +73,20 @@ def empty_visits(cells: int, room: int, ways: bool = False, spins: bool = False)
         most=np.empty((room, 2)),
         counts=np.empty((room, 3), dtype=np.int32),
         mass=np.empty(room),
-        state=np.zeros(3, dtype=np.int64),
+        state=np.zeros(4, dtype=np.int64),
         way=np.empty(room) if ways else None,
         energy2=np.empty(room) if spins else None,
+        rock=np.empty(room, dtype=np.int64) if rocks else None,
     )
 
 
 @kernel
-def next_rock(visits: Visits) -> None:
-    """Begin the visits of a new rock: all visits that are added from now on belong to this rock."""
-    visits.state[OF_ROCK] = visits.state[USED]
+def next_rock(visits: Visits, r: int) -> None:
+    """Begin the visits of a new rock: all visits that are added from now on belong to this rock.
+
+    r : row of the rock in its batch
+    """
+    visits.state[OF_ROCK], visits.state[ROW] = visits.state[USED], r
 
 
 @kernel
@@ -115,6 +126,7 @@ def visit(visits: Visits, cell: int, t: float, mass: float) -> int:
     visits.counts[k, PASSAGES], visits.counts[k, IMPACTS], visits.counts[k, DEPOSITS] = 0, 0, 0
     begin_length(visits.way, k)
     _begin_energy(visits.energy2, k)
+    _note_rock(visits.rock, k, visits.state[ROW])
     return k
 
 
@@ -134,6 +146,17 @@ def note_stay(visits: Visits, k: int, begin: float, end: float, speed2: float) -
     visits.times[k, FIRST] = min(visits.times[k, FIRST], begin)
     visits.times[k, UNTIL] = max(visits.times[k, UNTIL], end)
     visits.most[k, SPEED2] = max(visits.most[k, SPEED2], speed2)
+
+
+@kernel
+def _note_rock(rock: Any, k: int, r: int) -> None:
+    """Record that visit number k belongs to the rock in row r of its batch; do nothing if rock is None.
+
+    rock : as in `Visits`
+    """
+    if rock is None:
+        return
+    rock[k] = r
 
 
 @kernel

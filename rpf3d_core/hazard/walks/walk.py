@@ -61,7 +61,13 @@ def empty_spans() -> Spans:
 def with_more_room(scratch: Scratch) -> Scratch:
     """Return empty working memory for twice as many visits as `scratch`, because the visits of one rock did not fit."""
     squares, facets, zones, areas = (
-        empty_visits(len(visits.mark), 2 * len(visits.cell), visits.way is not None, visits.energy2 is not None)
+        empty_visits(
+            len(visits.mark),
+            2 * len(visits.cell),
+            visits.way is not None,
+            visits.energy2 is not None,
+            visits.rock is not None,
+        )
         for visits in (scratch.squares, scratch.facets, scratch.zones, scratch.areas)
     )
     return Scratch(squares=squares, facets=facets, zones=zones, areas=areas, spans=scratch.spans)

@@ -1,0 +1,137 @@
+"""Count the rocks of each source separately in zones and areas of interest.
+
+Shares over the rocks of all sources depend on how many rocks each source has: many rocks of a harmless source hide the
+rocks of a dangerous one. So the places are counted for each source, too. All P places of the first source come first,
+then all places of the second source, and so on: place p of source s is number s P + p.
+"""
+
+import math
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.ensemble.batch import Batch
+from rpf3d_core.ensemble.flights import IntArray
+from rpf3d_core.hazard.bins import Scales
+from rpf3d_core.hazard.layers import layers_of, without_passages
+from rpf3d_core.hazard.maps import CellStatistics, Layers
+from rpf3d_core.hazard.tally import CellTally
+from rpf3d_core.hazard.walks.visits import USED, Visits
+from rpf3d_core.values import Outcome
+
+MEMORY = 64e6
+"""Bytes above which the places of one kind get coarse bins, as map cells have; p95 energies are then less exact."""
+
+
+class SourceMaps(NamedTuple):
+    """The values of zones and areas for each of S sources, with Z zones and A areas.
+
+    names : of the sources; flown, lost : (S,) rocks flown from each source, and lost to holes
+    zones, areas : values of S Z zones, and of S A areas
+    """
+
+    names: tuple[str, ...]
+    flown: IntArray
+    lost: IntArray
+    zones: Layers
+    areas: Layers
+
+
+@dataclass(frozen=True, eq=False)
+class SourceTallies:
+    """The counts (tallies) of zones and areas for each of S sources.
+
+    names : of the sources; zones, inside : tallies of S Z zones, and of S A areas
+    flown, lost : (S,) rocks flown from each source, and lost to holes
+    """
+
+    names: tuple[str, ...]
+    zones: CellTally
+    inside: CellTally
+    flown: IntArray
+    lost: IntArray
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def note_flown(self, batch: Batch, source: IntArray) -> None:
+        """Count the N rocks of a batch; source : (N,) number of each rock's source. Any thread may call this method."""
+        lost = batch.counts[:, 0] == Outcome.LOST_TO_HOLE
+        with self._lock:
+            np.add.at(self.flown, source, 1)
+            np.add.at(self.lost, source[lost], 1)
+
+    def fold(self, zones: Visits, areas: Visits, source: IntArray) -> None:
+        """Add visits to zones and areas to the counts of their sources; the visits do not change.
+
+        source : (N,) number of the source of each rock of the batch
+        """
+        for tally, visits in ((self.zones, zones), (self.inside, areas)):
+            used = int(visits.state[USED])
+            places = len(tally.slot) // len(self.names)
+            cell = source[visits.rock[:used]] * places + visits.cell[:used]
+            tally.fold(visits._replace(cell=cell.astype(np.int32), state=visits.state.copy(), rock=None))
+
+    def add(self, other: "SourceTallies") -> None:
+        """Add the counts of another part of the same ensemble."""
+        self.zones.add(other.zones)
+        self.inside.add(other.inside)
+        self.note_counts(other.flown, other.lost)
+
+    def note_counts(self, flown: IntArray, lost: IntArray) -> None:
+        """Add numbers (S,) of rocks of each source of another part: rocks flown, and rocks lost to holes."""
+        with self._lock:
+            self.flown[:] += flown
+            self.lost[:] += lost
+
+    def emptied(self) -> "SourceTallies":
+        """Return empty counts of the same sources and places."""
+        zones, inside = (_empty(tally, len(tally.slot), tally.scales) for tally in (self.zones, self.inside))
+        return SourceTallies(self.names, zones, inside, np.zeros_like(self.flown), np.zeros_like(self.lost))
+
+    def maps(self) -> SourceMaps:
+        """Return the values of zones and areas for each source; the counts may then go on."""
+        zones, areas = (without_passages(layers_of(tally)) for tally in (self.zones, self.inside))
+        return SourceMaps(self.names, self.flown.copy(), self.lost.copy(), zones, areas)
+
+
+def source_tallies(names: Sequence[str], zones: CellTally, inside: CellTally, coarse: Scales) -> SourceTallies:
+    """Return empty counts of zones and areas for each of S sources.
+
+    names : of the sources; zones, inside : tallies of the Z zones and A areas, whose bins are used if memory allows
+    coarse : bins for too many places
+    """
+
+    def of_each(tally: CellTally) -> CellTally:
+        cells = len(names) * len(tally.slot)
+        fits = cells * sum(tally.scales.bins) <= MEMORY
+        return _empty(tally, cells, tally.scales if fits else coarse)
+
+    none = np.zeros(len(names), dtype=np.int64)
+    return SourceTallies(tuple(names), of_each(zones), of_each(inside), flown=none, lost=none.copy())
+
+
+def _empty(tally: CellTally, cells: int, scales: Scales) -> CellTally:
+    """Return an empty tally whose bins are never merged: `set_places` compares bins of different times."""
+    return CellTally(cells, scales, math.inf, tally.compiled)
+
+
+def part_of(layers: Layers, number: int, sources: int) -> Layers:
+    """Return the values of the places of one source.
+
+    layers : values of the places of all sources; number : of the source; sources : how many sources there are
+    """
+    count = layers.count // sources
+    first, last = np.searchsorted(layers.cell, [number * count, (number + 1) * count]).tolist()
+    some = slice(first, last)
+    changed: dict[str, Any] = {name: getattr(layers, name)[some] for name in _ARRAYS}
+    changed["cell"] = changed["cell"] - number * count
+    for name in ("energy", "speed", "height"):
+        spread = vars(getattr(layers, name))
+        changed[name] = CellStatistics(**{key: values[some] for key, values in spread.items()})
+    return replace(layers, count=count, **changed)
+
+
+_ARRAYS = ("cell", "rocks", "passages", "impacts", "deposits", "first_arrival")
+"""Arrays of `Layers` with one value for each reached place."""
