@@ -120,9 +120,10 @@ def _print_outcomes(run: "Run") -> None:
 
 def _print_benches(run: "Run") -> None:
     """Print the bench table: the shares of rocks that reached each zone and area of interest, and stopped there."""
-    from rpf3d_core.hazard.benches import bench_table, left_out, notes_below, text_header, text_rows
+    from rpf3d_core.hazard.benches import left_out, notes_below, text_header, text_rows
+    from rpf3d_core.hazard.each_source import shown_benches
 
-    benches = bench_table(run.terrain, run.maps)
+    benches = shown_benches(run.terrain, run.maps)
     table = Table(*text_header(benches), box=None, padding=GAP, pad_edge=False)
     rows = list(text_rows(benches))
     for row in rows:
@@ -130,7 +131,8 @@ def _print_benches(run: "Run") -> None:
     if table.row_count:
         screen.print(table)
         if more := left_out(benches):
-            screen.print(f"{more} more in hazard/benches.csv", style="dim", highlight=False)
+            file = "benches" if run.maps.sources is None else "sources"
+            screen.print(f"{more} more in hazard/{file}.csv", style="dim", highlight=False)
         screen.print(";\n".join(notes_below(run.maps, rows)), style="dim", highlight=False)
 
 

@@ -23,14 +23,26 @@ AT_MOST = "at most"
 The column is printed only if rocks were lost to holes of the terrain.
 """
 
-TEXT_NOTE = "shares of all rocks (retained: of the rocks that reached the place) with 95 % intervals"
+SOURCE = "source"
+"""Header of the column with the source of a row; the column is printed only for a scene with several sources."""
+
+ALL_SOURCES = "all"
+"""Text in the column SOURCE of a row that counts the rocks of all sources together."""
+
+OF_SOURCES = (
+    "each row is of the source that sends the largest share of its rocks there (largest lower end of the sampling "
+    f"interval), or of `{ALL_SOURCES}` sources together if that is larger; every source is in hazard/sources.csv"
+)
+"""Note under the printed table of a scene with several sources."""
+
+TEXT_NOTE = "shares of {rocks} (retained: of the rocks that reached the place) with 95 % intervals"
 """Note under the printed table that explains its columns."""
 
 OPEN = "intervals are of the number of rocks alone; ground and model leave more open"
 """Note under the printed table on uncertainties that its intervals do not include."""
 
 OF_SETS = (
-    "shares of all rocks (retained: of the rocks that reached the place) and p95 energies, each with the 95 % "
+    "shares of {rocks} (retained: of the rocks that reached the place) and p95 energies, each with the 95 % "
     "predictive interval over {sets} parameter sets, which includes the unknowns of the scene, and then the sampling "
     "interval of the number of rocks"
 )
@@ -73,6 +85,8 @@ class Bench(NamedTuple):
     reached_at_most : share of all rocks flown if every lost rock had also reached the place; None if no rock was lost
     energy_sampling, energy_predictive : 95 % intervals (J) of energy_p95, with None for an unknown end; None without
         parameter sets
+    source : the source whose rocks alone are counted, or ALL_SOURCES; None in the table of all rocks. The shares "of
+        all rocks flown" are then shares of the rocks of this source
     """
 
     kind: str
@@ -85,6 +99,7 @@ class Bench(NamedTuple):
     reached_at_most: dict[str, Any] | None = None
     energy_sampling: list[float | None] | None = None
     energy_predictive: list[float | None] | None = None
+    source: str | None = None
 
 
 def bench_table(terrain: Terrain, maps: HazardMaps) -> list[Bench]:
@@ -138,13 +153,17 @@ def _known(low: float, high: float) -> list[float | None]:
 
 def notes_of(maps: HazardMaps) -> tuple[str, str]:
     """Return the notes under the printed table: on its columns, and on uncertainties that its intervals omit."""
-    return (TEXT_NOTE, OPEN) if maps.sets is None else (OF_SETS.format(sets=maps.sets.flown), STILL_OPEN)
+    rocks = "all rocks" if maps.sources is None else "the rocks of the row's source"
+    if maps.sets is None:
+        return TEXT_NOTE.format(rocks=rocks), OPEN
+    return OF_SETS.format(rocks=rocks, sets=maps.sets.flown), STILL_OPEN
 
 
 def notes_below(maps: HazardMaps, rows: Sequence[Sequence[str]]) -> list[str]:
     """Return all notes below the printed table; rows : from `text_rows`."""
     caught = [CAUGHT_COUNT] if any(barrier.caught for barrier in maps.barriers) else []
-    return [*notes_of(maps), *caught, *notes_on_unknown(rows)]
+    of_sources = [] if maps.sources is None else [OF_SOURCES]
+    return [*notes_of(maps), *of_sources, *caught, *notes_on_unknown(rows)]
 
 
 def notes_on_unknown(rows: Iterable[Sequence[str]]) -> list[str]:
@@ -201,8 +220,10 @@ def _lost_section(bench: Bench) -> dict[str, Any]:
 
 
 def text_header(benches: Sequence[Bench]) -> tuple[str, ...]:
-    """Return the header of the printed table, with the column AT_MOST if rocks were lost to holes."""
-    return TEXT_HEADER if not _any_lost(benches) else (*TEXT_HEADER[:2], AT_MOST, *TEXT_HEADER[2:])
+    """Return the header of the printed table: with SOURCE if rows have sources, with AT_MOST if rocks were lost."""
+    source = (SOURCE,) if any(bench.source is not None for bench in benches) else ()
+    most = (AT_MOST,) if _any_lost(benches) else ()
+    return (*TEXT_HEADER[:1], *source, *TEXT_HEADER[1:2], *most, *TEXT_HEADER[2:])
 
 
 def _any_lost(benches: Sequence[Bench]) -> bool:
@@ -210,13 +231,14 @@ def _any_lost(benches: Sequence[Bench]) -> bool:
 
 
 def text_rows(benches: Sequence[Bench]) -> list[tuple[str, ...]]:
-    """Return the rows of the printed table: the SHOWN zones that most rocks reached, then all areas of interest.
+    """Return the rows of the printed table: the SHOWN zones with the largest shares reached, then all areas.
 
-    Zones are in descending order of rocks. An area that no rock reached also has a row, because the user asked for the
-    area, and its interval is a result.
+    Zones are in descending order of the shares. An area that no rock reached also has a row, because the user asked for
+    the area, and its interval is a result.
     """
     areas = [bench for bench in benches if bench.kind == AREA]
-    return [_text_row(bench) for bench in (*_reached_zones(benches)[:SHOWN], *areas)]
+    lost = _any_lost(benches)
+    return [_text_row(bench, lost) for bench in (*_reached_zones(benches)[:SHOWN], *areas)]
 
 
 def left_out(benches: Sequence[Bench]) -> int:
@@ -225,9 +247,9 @@ def left_out(benches: Sequence[Bench]) -> int:
 
 
 def _reached_zones(benches: Sequence[Bench]) -> list[Bench]:
-    """Return the zones that rocks reached, in descending order of rocks."""
+    """Return the zones that rocks reached, in descending order of the shares reached."""
     zones = [bench for bench in benches if bench.kind == ZONE and bench.reached["rocks"]]
-    return sorted(zones, key=lambda bench: -bench.reached["rocks"])
+    return sorted(zones, key=lambda bench: -bench.reached["share"])
 
 
 def _benches(kind: str, names: Sequence[str], layers: Layers, maps: HazardMaps) -> Iterator[Bench]:
@@ -263,11 +285,16 @@ def _bench(kind: str, name: str, reached: int, stopped: int, energy: float, flow
     )
 
 
-def _text_row(bench: Bench) -> tuple[str, ...]:
+def _text_row(bench: Bench, lost: bool) -> tuple[str, ...]:
+    """Return a row of the printed table; lost : True if the table has the column AT_MOST.
+
+    If no rock of the row's source was lost, the share in this column is the share reached.
+    """
     name = bench.name if bench.kind == ZONE else f"{bench.name} (area)"
-    most = () if bench.reached_at_most is None else (bench.reached_at_most,)
+    source = () if bench.source is None else (bench.source,)
+    most = (bench.reached_at_most or bench.reached,) if lost else ()
     shares = (share_text(share) for share in (bench.reached, *most, bench.stopped, bench.retained))
-    return (name, *shares, _energy_text(bench))
+    return (name, *source, *shares, _energy_text(bench))
 
 
 def _energy_text(bench: Bench) -> str:

@@ -1,10 +1,10 @@
-"""The hazard maps of one source, and the source that is worst for a zone or area of interest."""
+"""The bench table of each source, and the source that is worst for each zone or area of interest."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from rpf3d_core.hazard.benches import Bench, bench_table
+from rpf3d_core.hazard.benches import ALL_SOURCES, AREA, Bench, bench_table, share_text
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.source_tallies import part_of
 from rpf3d_core.terrain.facets import Terrain
@@ -19,16 +19,6 @@ class SourceBenches(NamedTuple):
     name: str
     rocks: int
     benches: list[Bench]
-
-
-class Worst(NamedTuple):
-    """The source from which the largest share of rocks reaches a zone or area.
-
-    source : its name; bench : its row of the bench table
-    """
-
-    source: str
-    bench: Bench
 
 
 def maps_of_source(maps: HazardMaps, number: int) -> HazardMaps:
@@ -63,19 +53,65 @@ def _each_source(terrain: Terrain, maps: HazardMaps) -> Iterator[SourceBenches]:
             yield SourceBenches(name=name, rocks=rocks, benches=bench_table(terrain, maps_of_source(maps, number)))
 
 
-def worst_sources(of_sources: list[SourceBenches]) -> list[Worst]:
-    """Return for each row of the bench table the source that sends the largest share of its rocks there.
+def shown_benches(terrain: Terrain, maps: HazardMaps) -> list[Bench]:
+    """Return the bench table for readers: for each place, the row of the source that is worst there.
 
-    Of two sources with equal shares, the source with fewer rocks counts, because its upper end is higher.
-
-    of_sources : from `benches_of_sources`; [] gives []
+    The worst source has the largest lower end of the sampling interval of the share reached, so that one rock of a
+    small source does not decide. Where this lower end is larger for all rocks together, the row is that of all rocks
+    (ALL_SOURCES). For a scene with one source, the table is `bench_table`.
     """
-    rows = zip(*(each.benches for each in of_sources), strict=True)
-    return [_worst_of(of_sources, list(row)) for row in rows]
+    everything = bench_table(terrain, maps)
+    if maps.sources is None:
+        return everything
+    named = [(ALL_SOURCES, everything), *((each.name, each.benches) for each in benches_of_sources(terrain, maps))]
+    tables = [[bench._replace(source=name) for bench in benches] for name, benches in named]
+    return [max(row, key=surely_reached) for row in zip(*tables, strict=True)]
 
 
-def _worst_of(of_sources: list[SourceBenches], row: list[Bench]) -> Worst:
-    """Return the worst source for a place; row : the row of the bench table of each source."""
-    ranked = [(bench.reached["share"], -each.rocks) for each, bench in zip(of_sources, row, strict=True)]
-    number = ranked.index(max(ranked))
-    return Worst(source=of_sources[number].name, bench=row[number])
+def surely_reached(bench: Bench) -> float:
+    """Return the lower end (-) of the sampling interval of the share of rocks that reach a place."""
+    return float(sampling_of(bench)[0])
+
+
+def hidden_by_other_sources(shown: Sequence[Bench], everything: Sequence[Bench]) -> Bench | None:
+    """Return the row with the source whose share is hidden most by the rocks of other sources; None if none is.
+
+    A share is hidden if its sampling interval lies above that of all rocks together. Areas come before zones, because
+    the user asked for them.
+
+    shown : from `shown_benches`; everything : from `bench_table`, in the same order
+    """
+    gaps = [
+        (bench.kind == AREA, surely_reached(bench) - float(sampling_of(together)[1]), number)
+        for number, (bench, together) in enumerate(zip(shown, everything, strict=True))
+        if surely_reached(bench) > sampling_of(together)[1]
+    ]
+    return shown[max(gaps)[2]] if gaps else None
+
+
+def sampling_of(bench: Bench) -> Sequence[float]:
+    """Return the sampling interval [low, high] (-) of the share of rocks that reach a place."""
+    interval: Sequence[float] = bench.reached.get("sampling", bench.reached["interval_95"])
+    return interval
+
+
+def from_source(bench: Bench) -> str:
+    """Return the source of a row of `shown_benches` as text for a sentence, such as ` from crest`; "" for all rocks."""
+    return "" if bench.source in (None, ALL_SOURCES) else f" from {bench.source}"
+
+
+def hidden_in_words(terrain: Terrain, maps: HazardMaps) -> str:
+    """Return a warning that the rocks of other sources hide a share of one source; "" if this is not so."""
+    if maps.sources is None:
+        return ""
+    everything = bench_table(terrain, maps)
+    worst = hidden_by_other_sources(shown_benches(terrain, maps), everything)
+    if worst is None:
+        return ""
+    together = next(each for each in everything if (each.kind, each.name) == (worst.kind, worst.name))
+    return (
+        f"of the rocks from {worst.source}, {share_text(worst.reached)} reach {worst.name}; of the rocks of all "
+        f"{len(maps.sources.names)} sources together, {share_text(together.reached)}. Hazard maps, outcomes, barriers, "
+        "fences and distances count all rocks together, so they depend on how many rocks each source has: run a "
+        "dangerous source alone for its own maps, and see hazard/sources.csv"
+    )

@@ -58,6 +58,11 @@ IF_LOST_CAME = (
     f" Column `{AT_MOST}`: the share, with its sampling interval, if every rock lost to a hole had also reached the "
     "zone."
 )
+OF_WORST = (
+    "A row with a source counts the rocks of this source only: the source whose share is largest for certain. All "
+    "other figures count the rocks of all sources together, and depend on how many rocks each source has."
+)
+"""Note under the main figures of a scene with several sources."""
 ENERGY = "hazard/energy_p95.png"
 PICTURES = (
     (("map.png", "Map: paths, releases and ends of rocks."),),
@@ -180,19 +185,20 @@ def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
     some = "" if len(beyond.rows) == beyond.of else f" ({len(beyond.rows):,} of {beyond.of:,} have a face below)"
     rows = [[f"distance beyond the toe of the first face that holds 90 % of the rocks{some}",
              *figure_cells(held_beyond(beyond, run.sets, DESIGN), metres)]]  # fmt: skip
-    for name, area in run.summary["areas_of_interest"].items():
+    for name, area in _worst(run, "areas_of_interest").items():
         rows.append([f"rocks that reach the area {name}", *share_cells(area["reached"])])
         if most := area.get("reached_at_most"):
             rows.append([f"{AT_MOST}: rocks that reach the area {name} or were lost to holes", *share_cells(most)])
     for name, found in run.summary.get("barriers", {}).items():
         rows += [[f"{words} {name}, of the rocks that reached it", *share_cells(found[did])]
                  for did, words in AT_BARRIERS.items()]  # fmt: skip
-    retained = {name: bench for name, bench in run.summary["benches"].items() if bench["reached"]["rocks"]}
+    retained = {name: bench for name, bench in _worst(run, "benches").items() if bench["reached"]["rocks"]}
     order = sorted(retained, key=lambda name: [-retained[name][did]["rocks"] for did in ("stopped", "reached")])
     holding = order[: max(MOST_ROWS - len(rows), FEWEST_BENCHES)]
     rows += [[f"retained by {name}, of the rocks that reached it", *share_cells(bench["retained"])]
              for name, bench in retained.items() if name in holding]  # fmt: skip
     note = NO_PREDICTIVE if run.inputs["ground"] == ASSUMED else BOTH
+    note = f"{note} {OF_WORST}" if "sources" in run.summary else note
     left = len(retained) - len(holding)
     sentence = f"These zones are those in which most rocks stopped; {left} more are in the table of retention below."
     more = [Text(sentence)] if left else []
@@ -200,6 +206,20 @@ def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
         Heading("The answer"), Table(("", *THREE), rows), *more, *_not_reached(run), *_further_faces(beyond),
         Text(note, quiet=True),
     ]  # fmt: skip
+
+
+def _worst(run: RunFiles, kind: str) -> dict[str, dict[str, Any]]:
+    """Return the sections of all zones or areas, each with the figures of its worst source, by name for the reader.
+
+    Where a source is worse than all rocks together, the name states this source.
+
+    kind : key in summary.json, `benches` for zones or `areas_of_interest`
+    """
+    places = {}
+    for name, place in run.summary[kind].items():
+        worst = place.get("worst_source")
+        places[f"{name}, from {worst['source']}" if worst else name] = worst or place
+    return places
 
 
 def _not_reached(run: RunFiles) -> list[Element]:
@@ -305,18 +325,23 @@ def _trimmed(path: Path) -> bytes:
 
 def _benches(run: RunFiles) -> Iterator[Element]:
     """Yield the tables of the shares of rocks that reach each zone and area, or stop there, and of the p95 energies."""
-    places = {name: bench for name, bench in run.summary["benches"].items() if bench["reached"]["rocks"]}
-    places |= {f"{name} (area)": area for name, area in run.summary["areas_of_interest"].items()}
+    places = {name: bench for name, bench in _worst(run, "benches").items() if bench["reached"]["rocks"]}
+    places |= {f"{name} (area)": area for name, area in _worst(run, "areas_of_interest").items()}
     yield Heading("Retention of each bench")
     lost = any(place.get("reached_at_most") for place in places.values())
     yield Table(("zone", "reached", *THREE[1:], *([AT_MOST] if lost else [])), [
-        [name, *share_cells(place["reached"]), *([share_text(place["reached_at_most"])] if lost else [])]
+        [
+            name,
+            *share_cells(place["reached"]),
+            *([share_text(place.get("reached_at_most") or place["reached"])] if lost else []),
+        ]
         for name, place in places.items()
     ])  # fmt: skip
     yield Table(("zone", "retained", *THREE[1:]), [
         [name, *share_cells(place["retained"])] for name, place in places.items()
     ])  # fmt: skip
-    yield Text("Reached: share of all rocks. Retained: share of the rocks that reached the zone and stopped there. "
+    whose = "of all rocks" if "sources" not in run.summary else "of the rocks of the named source, or of all rocks"
+    yield Text(f"Reached: share {whose}. Retained: share of the rocks that reached the zone and stopped there. "
                "A zone is one row, however many surfaces it has: `terrain.split` makes a zone of each. Zones that no "
                f"rock reached are left out.{IF_LOST_CAME if lost else ''}{_caught(run)}", quiet=True)  # fmt: skip
     yield Table(("zone", "p95 energy", *THREE[1:]), [

@@ -3,8 +3,9 @@
 from pathlib import Path
 
 from rpf3d_core.hazard.benches import bench_table
+from rpf3d_core.hazard.each_source import benches_of_sources
 from rpf3d_core.hazard.maps import HazardMaps
-from rpf3d_core.results.hazard_files.benches_csv import write_benches
+from rpf3d_core.results.hazard_files.benches_csv import write_benches, write_sources
 from rpf3d_core.results.hazard_files.geotiffs import write_hazard_rasters
 from rpf3d_core.results.hazard_files.zones_geojson import write_hazard_zones
 from rpf3d_core.scene.hazard import HazardSpec
@@ -28,6 +29,8 @@ def write_hazard(folder: Path, terrain: Terrain, maps: HazardMaps, spec: HazardS
     write_hazard_rasters(folder, terrain, maps, crs)
     write_hazard_zones(folder / "zones.geojson", terrain, maps, spec, crs)
     write_benches(folder / "benches.csv", bench_table(terrain, maps))
+    if maps.sources is not None:
+        write_sources(folder / "sources.csv", benches_of_sources(terrain, maps))
     if maps.barriers:
         from rpf3d_core.results.hazard_files.barriers_report import write_barriers
 

@@ -16,8 +16,9 @@ from rpf3d_core.ensemble.bodies import WHY_STOPPED
 from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.ensemble.statistics import PERCENTILES, share_of
 from rpf3d_core.ensemble.totals import Totals
-from rpf3d_core.hazard.benches import bench_table, benches_section, lost_in_words, with_predictive
+from rpf3d_core.hazard.benches import ALL_SOURCES, ZONE, bench_table, benches_section, lost_in_words, with_predictive
 from rpf3d_core.hazard.convergence import convergence_section
+from rpf3d_core.hazard.each_source import shown_benches
 from rpf3d_core.hazard.maps import HazardMaps, reach_probability
 from rpf3d_core.hazard.passages import passage_per_metre
 from rpf3d_core.results.findings import Run, sentence_of
@@ -46,7 +47,7 @@ def summary(findings: Run) -> dict[str, Any]:
         The file of the observed end points is damaged, or the file of a shape has been removed or damaged.
     """
     scene, terrain, totals = findings.scene, findings.terrain, findings.totals
-    benches = benches_section(bench_table(terrain, findings.maps))
+    benches = _benches(terrain, findings.maps)
     facts = {
         "program": "rpf3d",
         "versions": versions(),
@@ -65,6 +66,7 @@ def summary(findings: Run) -> dict[str, Any]:
         "stopped_in_zones": {zone: bench["stopped"] for zone, bench in benches["zones"].items()},
         "areas_of_interest": benches["areas_of_interest"],
         "benches": benches["zones"],
+        **_sources(findings.maps),
         "hazard": {
             **_hazard(findings.maps),
             **_reach(findings.maps),
@@ -84,6 +86,31 @@ def summary(findings: Run) -> dict[str, Any]:
     if scene.observed is not None:
         facts["observed"] = compare(scene.observed, terrain.frame, totals.stops)
     return dict(plain(facts))
+
+
+def _benches(terrain: Terrain, maps: HazardMaps) -> dict[str, Any]:
+    """Return the bench table for summary.json; with several sources, also the worst source of each place.
+
+    `worst_source` has the figures of the worst source alone; it is null where the share of all rocks is larger.
+    """
+    sections = benches_section(bench_table(terrain, maps))
+    if maps.sources is None:
+        return sections
+    flown = dict(zip(maps.sources.names, maps.sources.flown.tolist(), strict=True))
+    for bench in shown_benches(terrain, maps):
+        kind = "zones" if bench.kind == ZONE else "areas_of_interest"
+        figures = benches_section([bench])[kind][bench.name]
+        worst = {"source": bench.source, "rocks": flown.get(bench.source), **figures}
+        sections[kind][bench.name]["worst_source"] = None if bench.source == ALL_SOURCES else worst
+    return sections
+
+
+def _sources(maps: HazardMaps) -> dict[str, Any]:
+    """Return the numbers of rocks flown from each source, and lost to holes; {} for a scene with one source."""
+    if (found := maps.sources) is None:
+        return {}
+    counts = zip(found.names, found.flown.tolist(), found.lost.tolist(), strict=True)
+    return {"sources": [{"name": name, "rocks": rocks, "lost_to_holes": lost} for name, rocks, lost in counts]}
 
 
 def versions() -> dict[str, str | None]:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from rpf3d_core.hazard.benches import Bench
+from rpf3d_core.hazard.each_source import SourceBenches
 
 SHARES = ("reached", "stopped", "retained")
 HEADER = [
@@ -30,6 +31,9 @@ OF_SETS = [
 ]
 """Further columns of a run over parameter sets: sampling intervals of shares, both intervals of p95 energies."""
 
+OF_SOURCE = ["source", "source_rocks"]
+"""Columns before those of benches.csv in sources.csv: name of the source, and number of its rocks that flew."""
+
 
 def write_csv(path: Path, header: Sequence[str], lines: Iterable[Sequence[Any]]) -> None:
     """Write a table as a CSV file; a value of None becomes an empty cell."""
@@ -49,10 +53,33 @@ def share_columns(share: dict[str, Any]) -> list[Any]:
 
 def write_benches(path: Path, benches: Sequence[Bench]) -> None:
     """Write benches.csv; a share whose total is 0 rocks is empty, and so is a percentile of fewer than 20 rocks."""
-    if any(bench.energy_predictive for bench in benches):
-        write_csv(path, [*HEADER, *OF_SETS], ([*_line(bench), *_sampling(bench)] for bench in benches))
-    else:
-        write_csv(path, HEADER, map(_line, benches))
+    sets = _over_sets(benches)
+    write_csv(path, _header(sets), (_whole_line(bench, sets) for bench in benches))
+
+
+def write_sources(path: Path, tables: Sequence[SourceBenches]) -> None:
+    """Write sources.csv: the rows of benches.csv for each source, with the columns OF_SOURCE before them.
+
+    tables : the bench table of each source
+    """
+    sets = any(_over_sets(table.benches) for table in tables)
+    lines = ([table.name, table.rocks, *_whole_line(bench, sets)] for table in tables for bench in table.benches)
+    write_csv(path, [*OF_SOURCE, *_header(sets)], lines)
+
+
+def _over_sets(benches: Sequence[Bench]) -> bool:
+    """Return True if the rows of a bench table have predictive intervals over parameter sets."""
+    return any(bench.energy_predictive for bench in benches)
+
+
+def _header(sets: bool) -> list[str]:
+    """Return the columns of benches.csv; sets : True for a run over parameter sets."""
+    return [*HEADER, *OF_SETS] if sets else HEADER
+
+
+def _whole_line(bench: Bench, sets: bool) -> list[Any]:
+    """Return a row of benches.csv; sets : True for a run over parameter sets."""
+    return [*_line(bench), *_sampling(bench)] if sets else _line(bench)
 
 
 def _sampling(bench: Bench) -> list[Any]:
