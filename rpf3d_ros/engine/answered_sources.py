@@ -23,12 +23,13 @@ class AnsweredSources:
     def note(self, region: Hashable, trigger: Trigger) -> None:
         """Keep a trigger as the last trigger of its region; if too many are kept, forget the trigger noted first.
 
-        A trigger without sources is not kept, but removes the triggers of its topic that have an older stamp.
+        A trigger without sources is not kept, but removes the triggers of its topic that have an older stamp. Places
+        that are no longer reported stay until `end`.
         """
         if not len(trigger.positions):
             self._last = {
                 each: one for each, one in self._last.items()
-                if one.stamp_ns >= trigger.stamp_ns or trigger.topic != one.topic
+                if one.stamp_ns >= trigger.stamp_ns or trigger.topic != one.topic or one.is_unreported
             }  # fmt: skip
             return
         self._last.pop(region, None)

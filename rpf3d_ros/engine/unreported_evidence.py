@@ -176,7 +176,7 @@ class UnreportedEvidence:
                 one.is_dangerous = False if one.is_ended else None
 
     def lose(self) -> None:
-        """Note that an error lost the answers: unreported places must be simulated again, which is a fault until then."""
+        """Note that an error lost the answers: unreported places are a fault until they are simulated again."""
         with self._lock:
             for one in self._topics.values():
                 one.danger_ns = ALWAYS if one.danger_ns >= 0 else -1
