@@ -43,7 +43,8 @@ class PlaceChecks:
     def submitted(self, trigger: Trigger) -> list[Trigger]:
         """Return the triggers to answer after a message of sources: unreported places, if any, then the sources."""
         topic, stamp_ns = trigger.topic, trigger.stamp_ns
-        update = self._places.received(trigger, topic in self._checks.suspects, self._checks.is_failed(topic))
+        is_suspect, is_failed = topic in self._checks.suspects, self._checks.is_failed(topic)
+        update = self._places.received(trigger, time.monotonic(), is_suspect, is_failed)
         self._report_forgotten(topic, update.too_many, is_over=not len(trigger.positions) or self._period is not None)
         if update.is_ended:
             self._checks.end(topic, stamp_ns)

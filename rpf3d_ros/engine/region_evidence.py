@@ -1,5 +1,6 @@
 """Keep the evidence for each wall (region), and combine evidence that is not too old into one for a decision."""
 
+import time
 from collections.abc import Hashable, Mapping, Sequence
 from typing import NamedTuple
 
@@ -81,7 +82,7 @@ class RegionEvidence:
             self._unreported.note(topic, evidence)
             return
         self._topics.note(topic, evidence.trigger_stamp_ns)
-        self._scans.note(topic, evidence.trigger_stamp_ns)
+        self._scans.note(topic, evidence.trigger_stamp_ns, time.monotonic())
         if self._unreported is not None:
             self._unreported.note_reported(topic, evidence)
         new, known = TopicEvidence(topic, evidence), self._evidence.get(region)

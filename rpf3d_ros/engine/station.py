@@ -47,6 +47,12 @@ from rpf3d_ros.messages.stamps import SECOND, stamp_of
 AREA_TOPICS = {"areas/polygon": LIVE_AREA, "areas/equipment": EQUIPMENT}
 """The topics of areas, and the name of the area that each defines."""
 
+PATCH_HOLES = (
+    "{:,} points are missing (NaN) inside patches since the last whole survey, so the terrain there has its former "
+    "heights: publish patches without holes, or the whole terrain"
+)
+"""Warning about holes inside patches."""
+
 REMEMBERED_STAMPS = ("terrain/points", "terrain/update", *AREA_TOPICS)
 """Topics whose last stamps are kept for the next start, so that no older terrain or area is used then.
 
@@ -447,15 +453,18 @@ class Station:
 
     # --- reports of the builder
 
-    def stands(self, ground: LiveTerrain, what: str) -> None:
-        """Report in the diagnostics which terrain is in use; what : a sentence on how the terrain was made."""
+    def stands(self, ground: LiveTerrain, what: str, holes: int = 0) -> None:
+        """Report in the diagnostics which terrain is in use; parameters as in `TerrainListener.stands`."""
         age = (self._outlets.now() - ground.whole_ns) / SECOND
         values = {
             "triangles": str(len(ground.terrain.triangles)), "digest": ground.digest,
             "stamp": f"{ground.stamp_ns / SECOND:.3f}", "age_s": f"{age:.0f}",
             **({"closed_seams": str(ground.closed_seams)} if ground.closed_seams else {}),
+            **({"patch_holes": str(holes)} if holes else {}),
         }  # fmt: skip
-        self._outlets.health.set("terrain", OK, what, values)
+        if holes:
+            what = f"{what}; {PATCH_HOLES.format(holes)}"
+        self._outlets.health.set("terrain", WARN if holes else OK, what, values)
         self._report_terrain()
         self.report_waiting()
         self._watch_present()

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rpf3d_core.alerts.time_units import ns_of
+from rpf3d_core.alerts.time_units import NS, ns_of
 from rpf3d_core.live.triggers import Trigger, trigger_of
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.engine.source_topics import BY_HAND
@@ -44,12 +44,14 @@ class Places:
 
     positions : (N, 3) m, map frame; velocities : (N, 3) m/s; diameters : (N,) m, NaN where unknown
     at_ns : (N,) stamp of the last message with the place (ns); 0 if it is from before the start of the node
+    at_s : (N,) when this message was received (s, steady clock)
     """
 
     positions: FloatArray
     velocities: FloatArray
     diameters: FloatArray
     at_ns: np.ndarray
+    at_s: FloatArray
 
     def __len__(self) -> int:
         """Return the number of places."""
@@ -57,14 +59,27 @@ class Places:
 
     def only(self, chosen: np.ndarray) -> "Places":
         """Return the chosen places; chosen : (N,) True for each place to return, or a slice."""
-        return Places(self.positions[chosen], self.velocities[chosen], self.diameters[chosen], self.at_ns[chosen])
+        return Places(
+            self.positions[chosen], self.velocities[chosen], self.diameters[chosen], self.at_ns[chosen],
+            self.at_s[chosen],
+        )  # fmt: skip
 
     def and_also(self, others: "Places") -> "Places":
         """Return these places followed by others."""
         return Places(
             np.concatenate([self.positions, others.positions]), np.concatenate([self.velocities, others.velocities]),
             np.concatenate([self.diameters, others.diameters]), np.concatenate([self.at_ns, others.at_ns]),
+            np.concatenate([self.at_s, others.at_s]),
         )  # fmt: skip
+
+    def younger_than(self, period_ns: int, stamp_ns: int, now_s: float) -> "Places":
+        """Return the places that were reported within a period (ns), by their stamps or by a steady clock.
+
+        A clock that jumps ahead must not end a place.
+
+        stamp_ns, now_s : present time, by the stamp of the newest message (ns) and by the steady clock (s)
+        """
+        return self.only((stamp_ns - self.at_ns <= period_ns) | (now_s - self.at_s <= period_ns / NS))
 
     def far_from(self, others: "Places", distance: float) -> "Places":
         """Return the places that are farther than a distance (m) from each of `others`."""
@@ -76,7 +91,7 @@ class Places:
         return trigger_of(self.positions, self.velocities, diameters, stamp_ns, topic)
 
 
-NOWHERE = Places(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0, dtype=np.int64))
+NOWHERE = Places(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0, dtype=np.int64), np.empty(0))
 """No places."""
 
 
@@ -124,22 +139,29 @@ class ReportedPlaces:
         self._distance = max(distance, NEAREST)
         self._topics: Mapping[str, TopicPlaces] = {}
 
-    def received(self, trigger: Trigger, is_suspect: bool = False, is_due: bool = False) -> Update:
+    def received(
+        self, trigger: Trigger, now_s: float, is_suspect: bool = False, is_due: bool = False
+    ) -> Update:  # fmt: skip
         """Note a message of sources, and return what follows from it; clicked sources are returned unchanged.
 
+        now_s : present time (s, steady clock)
         is_suspect : True if earlier sources of the topic are, or may be, dangerous
         is_due : True if the unreported places must be simulated again
         """
         if trigger.topic == BY_HAND:
             return Update(trigger)
         if self._period_ns is not None:
-            return self._of_scan(trigger, self._period_ns)
+            return self._of_scan(trigger, self._period_ns, now_s)
         known = self._topics.get(trigger.topic, TopicPlaces())
-        return self._compared(trigger, known._replace(is_due=known.is_due or is_due), is_suspect)
+        return self._compared(trigger, now_s, known._replace(is_due=known.is_due or is_due), is_suspect)
 
-    def _of_scan(self, trigger: Trigger, period_ns: int) -> Update:
-        new, known = places_of(trigger), self._topics.get(trigger.topic, TopicPlaces()).reported
-        kept = known.only(trigger.stamp_ns - known.at_ns <= period_ns).far_from(new, self._distance)
+    def _of_scan(self, trigger: Trigger, period_ns: int, now_s: float) -> Update:
+        new, known = places_of(trigger, now_s), self._topics.get(trigger.topic, TopicPlaces()).reported
+        if period_ns:
+            kept = known.younger_than(period_ns, trigger.stamp_ns, now_s)
+        else:  # of a message of the same stamp
+            kept = known.only(known.at_ns == trigger.stamp_ns)
+        kept = kept.far_from(new, self._distance)
         too_many = ""
         if len(kept) > MOST_IN_A_SCAN:
             too_many = (
@@ -152,8 +174,8 @@ class ReportedPlaces:
         whole = every.trigger(trigger.stamp_ns, trigger.topic) if len(kept) else trigger
         return Update(whole, too_many=too_many)
 
-    def _compared(self, trigger: Trigger, known: TopicPlaces, is_suspect: bool) -> Update:
-        new, topic, stamp_ns = places_of(trigger), trigger.topic, trigger.stamp_ns
+    def _compared(self, trigger: Trigger, now_s: float, known: TopicPlaces, is_suspect: bool) -> Update:
+        new, topic, stamp_ns = places_of(trigger, now_s), trigger.topic, trigger.stamp_ns
         if not len(new):
             if stamp_ns <= known.stamp_ns:  # of two messages with one stamp, the message with sources counts
                 return Update(trigger)
@@ -161,7 +183,7 @@ class ReportedPlaces:
             return Update(trigger, is_ended=bool(len(known.unreported)))
         before, gone = known.unreported, known.reported.far_from(new, self._distance)
         if not is_suspect:
-            before = before.only(stamp_ns - before.at_ns <= ns_of(KEPT_S))
+            before = before.younger_than(ns_of(KEPT_S), stamp_ns, now_s)
         unreported = before.far_from(new, self._distance).far_from(gone, self._distance).and_also(gone)
         is_same = not len(gone) and len(unreported) == len(known.unreported) and not known.is_due
         too_many = ""
@@ -230,19 +252,20 @@ class ReportedPlaces:
         for topic, rows in saved.items():
             if topic and topic in topics:
                 values = np.array([[np.nan if x is None else x for x in row] for row in rows], dtype=float)
-                at_ns = np.zeros(len(values), dtype=np.int64)
-                places = Places(values[:, :3], values[:, 3:6], values[:, 6], at_ns)
+                at_ns, at_s = np.zeros(len(values), dtype=np.int64), np.full(len(values), -np.inf)
+                places = Places(values[:, :3], values[:, 3:6], values[:, 6], at_ns, at_s)
                 self._note(topic, TopicPlaces(reported=places))
         return list(self._topics), [topic for topic in saved.get("", ()) if topic in topics]
 
 
-def places_of(trigger: Trigger) -> Places:
-    """Return the sources of a trigger as places that were last reported at its stamp."""
+def places_of(trigger: Trigger, now_s: float) -> Places:
+    """Return the sources of a trigger as places that were last reported at its stamp; now_s : as in `received`."""
     count = len(trigger.positions)
     diameters = np.full(count, np.nan) if trigger.diameters is None else np.asarray(trigger.diameters, dtype=float)
     positions = np.asarray(trigger.positions, dtype=float).reshape(-1, 3)
     velocities = np.asarray(trigger.velocities, dtype=float).reshape(-1, 3)
-    return Places(positions, velocities, diameters, np.full(count, trigger.stamp_ns, dtype=np.int64))
+    at_ns = np.full(count, trigger.stamp_ns, dtype=np.int64)
+    return Places(positions, velocities, diameters, at_ns, np.full(count, now_s))
 
 
 def is_near(positions: FloatArray, others: FloatArray, distance: float) -> np.ndarray:

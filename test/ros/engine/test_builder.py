@@ -34,10 +34,11 @@ class BuilderReports:
     """Keeps what the builder and the flyer report."""
 
     def __init__(self):
-        self.grounds, self.refused, self.errors = [], [], []
+        self.grounds, self.refused, self.errors, self.holes = [], [], [], []
 
-    def stands(self, ground, what):
+    def stands(self, ground, what, holes=0):
         self.grounds.append(ground.digest)
+        self.holes.append(holes)
 
     def terrain_refused(self, why):
         self.refused.append(why)

@@ -26,6 +26,20 @@ def message(second, *places, topic=RADAR):
     return trigger_of(positions, np.zeros_like(positions), None, NOW + second * S, topic)
 
 
+class Steady:
+    """Passes messages to `ReportedPlaces` at the times of their stamps by the steady clock, unless `at` is given."""
+
+    def __init__(self, period_s, distance):
+        self.places = ReportedPlaces(period_s, distance)
+
+    def received(self, trigger, is_suspect=False, at=None):
+        now = (trigger.stamp_ns - NOW) / S if at is None else at
+        return self.places.received(trigger, now, is_suspect)
+
+    def __getattr__(self, name):
+        return getattr(self.places, name)
+
+
 def rows(trigger):
     return [] if trigger is None else [tuple(row) for row in trigger.positions.tolist()]
 
@@ -34,7 +48,7 @@ def rows(trigger):
 
 
 def test_places_of_earlier_messages_count_until_the_scan_period_is_over():
-    places = ReportedPlaces(60.0, 2.0)
+    places = Steady(60.0, 2.0)
     assert rows(places.received(message(0, A)).trigger) == [A]
     assert rows(places.received(message(30, B)).trigger) == [A, B]
     assert rows(places.received(message(60)).trigger) == [A, B], "an empty message ends nothing by itself"
@@ -43,7 +57,7 @@ def test_places_of_earlier_messages_count_until_the_scan_period_is_over():
 
 
 def test_a_place_that_is_reported_again_within_the_accuracy_of_the_sensor_counts_once_and_longer():
-    places, moved = ReportedPlaces(60.0, 2.0), (1.5, 0.0, 10.0)
+    places, moved = Steady(60.0, 2.0), (1.5, 0.0, 10.0)
     places.received(message(0, A))
     assert rows(places.received(message(30, moved)).trigger) == [moved]
     assert rows(places.received(message(90)).trigger) == [moved]
@@ -52,7 +66,7 @@ def test_a_place_that_is_reported_again_within_the_accuracy_of_the_sensor_counts
 
 
 def test_with_a_period_of_0_each_message_has_all_places_but_a_message_of_the_same_stamp_adds_to_it():
-    places = ReportedPlaces(0.0, 2.0)
+    places = Steady(0.0, 2.0)
     places.received(message(0, A))
     assert rows(places.received(message(0)).trigger) == [A]
     assert rows(places.received(message(1, B)).trigger) == [B]
@@ -60,8 +74,15 @@ def test_with_a_period_of_0_each_message_has_all_places_but_a_message_of_the_sam
     assert rows(update.trigger) == [] and update.unreported is None
 
 
+def test_a_clock_that_jumps_ahead_ends_no_place():
+    places = Steady(60.0, 2.0)
+    places.received(message(0, A))
+    assert rows(places.received(message(1000, B), at=60.0).trigger) == [A, B]
+    assert rows(places.received(message(1001, B), at=61.0).trigger) == [B]
+
+
 def test_size_and_velocity_of_an_earlier_place_are_kept():
-    places = ReportedPlaces(60.0, 2.0)
+    places = Steady(60.0, 2.0)
     places.received(trigger_of(np.array([A]), np.array([[1.0, 0.0, 0.0]]), np.array([0.7]), NOW, RADAR))
     whole = places.received(message(1, B)).trigger
     assert whole.velocities.tolist() == [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
@@ -70,28 +91,30 @@ def test_size_and_velocity_of_an_earlier_place_are_kept():
 
 def test_too_many_places_within_the_period_are_told(monkeypatch):
     monkeypatch.setattr(unreported_places, "MOST_IN_A_SCAN", 1)
-    places = ReportedPlaces(60.0, 2.0)
+    places = Steady(60.0, 2.0)
     places.received(message(0, A, B))
     assert "more than 1 places within evidence.scan_period_s" in places.received(message(1, C)).too_many
 
 
 def test_the_first_scan_is_a_fault_until_it_is_complete_also_after_a_restart():
     scans = FirstScans(60.0)
-    scans.note(RADAR, NOW)
-    scans.note(RADAR, NOW + 59 * S)
+    scans.note(RADAR, NOW, 0.0)
+    scans.note(RADAR, NOW + 59 * S, 99.0)
     (fault,) = scans.faults()
     assert fault.startswith(f"the first scan of {RADAR} is not complete: the topic has been received for 59.000 s of")
-    scans.note(RADAR, NOW + 60 * S)
+    scans.note(RADAR, NOW + 99 * S, 59.0)
+    assert scans.faults(), "the clock jumped ahead"
+    scans.note(RADAR, NOW + 99 * S, 60.0)
     assert scans.faults() == ()
     scans.restart()
-    scans.note(RADAR, NOW)
+    scans.note(RADAR, NOW, 0.0)
     assert scans.faults()
 
 
 def test_where_each_message_has_all_places_no_scan_is_awaited():
     for period in (None, 0.0):
         scans = FirstScans(period)
-        scans.note(RADAR, NOW)
+        scans.note(RADAR, NOW, 0.0)
         assert scans.faults() == ()
 
 
@@ -99,7 +122,7 @@ def test_where_each_message_has_all_places_no_scan_is_awaited():
 
 
 def test_a_place_that_is_not_reported_any_more_is_checked_until_it_is_reported_again():
-    places = ReportedPlaces(None, 2.0)
+    places = Steady(None, 2.0)
     assert places.received(message(0, A)).unreported is None
     update = places.received(message(30, B))
     assert rows(update.trigger) == [B] and rows(update.unreported) == [A] and update.unreported.is_unreported
@@ -110,7 +133,7 @@ def test_a_place_that_is_not_reported_any_more_is_checked_until_it_is_reported_a
 
 
 def test_in_turns_the_place_of_the_other_turn_is_checked():
-    places = ReportedPlaces(None, 2.0)
+    places = Steady(None, 2.0)
     places.received(message(0, A))
     places.received(message(30, B))
     update = places.received(message(60, A))
@@ -118,7 +141,7 @@ def test_in_turns_the_place_of_the_other_turn_is_checked():
 
 
 def test_an_empty_message_ends_unreported_places_unless_it_has_the_stamp_of_sources():
-    places = ReportedPlaces(None, 2.0)
+    places = Steady(None, 2.0)
     places.received(message(0, A))
     places.received(message(1, B))
     assert not places.received(message(1)).is_ended
@@ -128,7 +151,7 @@ def test_an_empty_message_ends_unreported_places_unless_it_has_the_stamp_of_sour
 
 
 def test_clicks_and_other_topics_end_and_check_nothing():
-    places = ReportedPlaces(None, 2.0)
+    places = Steady(None, 2.0)
     places.received(message(0, A))
     for topic in (BY_HAND, "other"):
         update = places.received(message(1, B, topic=topic))
@@ -138,7 +161,7 @@ def test_clicks_and_other_topics_end_and_check_nothing():
 
 def test_harmless_places_are_forgotten_after_an_hour_and_suspect_ones_are_not():
     for is_suspect, kept in ((False, [B]), (True, [A, B])):
-        places = ReportedPlaces(None, 2.0)
+        places = Steady(None, 2.0)
         places.received(message(0, A))
         places.received(message(1, B))
         update = places.received(message(3602, C), is_suspect)
@@ -148,7 +171,7 @@ def test_harmless_places_are_forgotten_after_an_hour_and_suspect_ones_are_not():
 def test_of_too_many_places_the_oldest_are_forgotten_and_told_of_if_they_are_suspect(monkeypatch):
     monkeypatch.setattr(unreported_places, "MOST", 1)
     for is_suspect in (False, True):
-        places = ReportedPlaces(None, 2.0)
+        places = Steady(None, 2.0)
         places.received(message(0, A))
         places.received(message(1, B))
         update = places.received(message(2, C), is_suspect)
@@ -156,7 +179,7 @@ def test_of_too_many_places_the_oldest_are_forgotten_and_told_of_if_they_are_sus
 
 
 def test_after_all_answers_were_forgotten_unreported_places_are_checked_again():
-    places = ReportedPlaces(None, 2.0)
+    places = Steady(None, 2.0)
     places.received(message(0, A))
     places.received(message(30, B))
     places.restart()
@@ -164,26 +187,26 @@ def test_after_all_answers_were_forgotten_unreported_places_are_checked_again():
 
 
 def test_places_are_remembered_for_a_restart_where_they_are_suspect():
-    places = ReportedPlaces(None, 2.0)
+    places = Steady(None, 2.0)
     places.received(message(0, A))
     places.received(message(1, B))
     assert places.to_remember(()) == {}
     saved = places.to_remember((RADAR,))
     assert saved == {RADAR: [[*A, 0.0, 0.0, 0.0, None], [*B, 0.0, 0.0, 0.0, None]]}
-    again = ReportedPlaces(None, 2.0)
+    again = Steady(None, 2.0)
     assert again.restore(saved, (RADAR,)) == ([RADAR], [])
     update = again.received(message(9, B), is_suspect=True)
     assert rows(update.unreported) == [A] and update.last_ns == 0
-    assert ReportedPlaces(None, 2.0).restore(saved, ("other",)) == ([], []), "a removed sensor"
+    assert Steady(None, 2.0).restore(saved, ("other",)) == ([], []), "a removed sensor"
 
 
 def test_topics_with_too_many_places_to_remember_are_named(monkeypatch):
     monkeypatch.setattr(unreported_places, "REMEMBERED", 1)
-    places = ReportedPlaces(None, 2.0)
+    places = Steady(None, 2.0)
     places.received(message(0, A, B))
     saved = places.to_remember((RADAR,))
     assert saved == {"": [RADAR]}
-    assert ReportedPlaces(None, 2.0).restore(saved, (RADAR,)) == ([], [RADAR])
+    assert Steady(None, 2.0).restore(saved, (RADAR,)) == ([], [RADAR])
 
 
 # --- the faults

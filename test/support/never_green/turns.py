@@ -27,7 +27,8 @@ def scanning_by_turns(plan: Plan, rng: np.random.Generator) -> Plan | None:
     period = SCAN_PERIOD if rng.random() < 0.5 else None
     is_acknowledged = any(send.kind == "acknowledgement" for send in plan.sends)
     stays = period is None and not is_acknowledged and bool(rng.random() < 0.5)
-    from_then = float(rng.uniform(8.0, 14.0)) if stays else END
+    since = dangerous[0].since + 2.0 * EVERY + 0.5  # each of the sensors has reported the source
+    from_then = max(float(rng.uniform(4.0, 10.0)), since) if stays else END
     floor, place, first = pit.on_the_floor(rng), dangerous[0].place, int(rng.integers(2))
     numbers = dict.fromkeys(topics, first)
     sends = []
