@@ -118,7 +118,9 @@ class SurveyInUse(NamedTuple):
 
         Clouds with earlier stamps are still too old.
         """
-        return self._replace(cloud_ns=min(self.cloud_ns, now_ns))
+        if self.cloud_ns <= now_ns:
+            return self
+        return self._replace(cloud_ns=now_ns, cloud_digest="")  # a cloud with this stamp is another cloud
 
     def is_same_mesh(self, arrival: Arrival) -> bool:
         """True if a message is a mesh with the bytes and transform of the last message with this survey.
