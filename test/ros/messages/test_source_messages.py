@@ -295,7 +295,7 @@ def test_a_cloud_that_lost_its_data_is_not_nothing_seen(lost):
     cloud = cloud_of_columns(Header(frame_id="map"), {name: np.ones(5) for name in "xyz"})
     for name, value in lost.items():
         setattr(cloud, name, value)
-    with pytest.raises(MessageRefused, match="the cloud has no data, but announces|data holds 0 bytes"):
+    with pytest.raises(MessageRefused, match=r"the cloud has no data, but announces|data holds 0 bytes"):
         sources_of_cloud(cloud, MAP)
 
 
@@ -307,5 +307,5 @@ def test_a_cloud_whose_sizes_do_not_fit_its_data_is_refused(change):
     assert (cloud.width, cloud.height, cloud.point_step, len(cloud.data)) == (5, 1, 12, 60)
     for name, value in change.items():
         setattr(cloud, name, value)
-    with pytest.raises(MessageRefused, match="data holds"):
+    with pytest.raises(MessageRefused, match=r"data holds|row_step is"):
         sources_of_cloud(cloud, MAP)
