@@ -54,10 +54,13 @@ class PlaceChecks:
         self._checks.expect(topic, stamp_ns, len(update.unreported.positions), update.last_ns)
         return [update.unreported, update.trigger]
 
-    def acknowledged(self, by: str) -> tuple[str, ...]:
-        """Note an acknowledgement by a person; return the topics whose faults of unreported places it ends."""
-        faulty = dict.fromkeys((*self._checks.faulty, *sorted(self._forgotten)))
-        ended = self._votes.given(by, time.monotonic(), faulty)
+    def acknowledged(self, by: str, shown: Collection[str]) -> tuple[str, ...]:
+        """Note an acknowledgement by a person; return the topics whose faults of unreported places it ends.
+
+        shown : the faults of the last alert. A fault that is not shown yet cannot be acknowledged
+        """
+        seen = [topic for topic, fault in self._checks.faults().items() if fault in shown]
+        ended = self._votes.given(by, time.monotonic(), dict.fromkeys((*seen, *sorted(self._forgotten))))
         self._places.forget(ended)
         for topic in ended:
             self._checks.end(topic)

@@ -133,7 +133,7 @@ class RegionEvidence:
         known = self._outlines.described(together(parts))
         faults = (*known.faults, *self._topics.silent(oldest, now_ns), *self._scans.faults())
         if self._unreported is not None:
-            faults = (*faults, *self._unreported.faults())
+            faults = (*faults, *self._unreported.faults().values())
             parts = [*parts, *self._unreported.parts()]
         faults = (*faults, *self._ground.faults(parts, now_ns))
         # The newest evidence may have been dropped, but its time of arrival also applies to the remaining evidence.

@@ -378,7 +378,9 @@ class Station:
         self.desk.acknowledge(by, why, replies.put, client)
         silent = self._refused_inputs.acknowledged(by, time.monotonic()) if is_named else ()
         ended = f"; the faults of refused messages on {', '.join(silent)} have ended" if silent else ""
-        gone = self._places.acknowledged(by) if is_named and self._places is not None else ()
+        alert = self.desk.alert
+        shown = alert.faults if alert is not None else ()
+        gone = self._places.acknowledged(by, shown) if is_named and self._places is not None else ()
         ended += f"; the faults of places that {', '.join(gone)} no longer reports have ended" if gone else ""
         try:
             acknowledgement(by, why, self._outlets.now())

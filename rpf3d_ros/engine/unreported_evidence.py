@@ -135,21 +135,15 @@ class UnreportedEvidence:
                 one.danger_ns = max(one.danger_ns, evidence.trigger_stamp_ns)
             one.settle()
 
-    def faults(self) -> tuple[str, ...]:
-        """Return a fault for each topic with dangerous unreported places."""
+    def faults(self) -> dict[str, str]:
+        """Return the fault of each topic with dangerous unreported places as a sentence, by topic."""
         with self._lock:
-            return tuple(_sentence(topic, one) for topic, one in self._topics.items() if one.is_fault)
+            return {topic: _sentence(topic, one) for topic, one in self._topics.items() if one.is_fault}
 
     def parts(self) -> list[Evidence]:
         """Return the answers to unreported places, which must be for the present terrain and areas like all answers."""
         with self._lock:
             return [one.evidence for one in self._topics.values() if one.evidence is not None]
-
-    @property
-    def faulty(self) -> tuple[str, ...]:
-        """The topics with a fault."""
-        with self._lock:
-            return tuple(topic for topic, one in self._topics.items() if one.is_fault)
 
     @property
     def suspects(self) -> tuple[str, ...]:

@@ -46,17 +46,19 @@ class WaitingSources:
 
         Return None if no trigger must be removed. The new trigger replaces the waiting triggers whose places are all in
         its own region. A trigger with a source at another place stays, because nothing newer is known about this
-        source. Replaced and removed triggers count in `dropped`.
+        source. Replaced and removed triggers count in `dropped`. Places that are no longer reported do not count in
+        `most`: there is at most one trigger of them for each topic.
         """
         region = self.region_of(trigger)
         for replaced in [waiting for waiting in self._waiting if waiting <= region]:
             del self._waiting[replaced]
             self.dropped += 1
         self._waiting[region] = trigger
-        if len(self._waiting) <= self._most:
+        counted = [each for each, one in self._waiting.items() if not one.is_unreported]
+        if len(counted) <= self._most:
             return None
         self.dropped += 1
-        return self._waiting.pop(next(iter(self._waiting)))
+        return self._waiting.pop(counted[0])
 
     def take(self) -> Trigger | None:
         """Remove and return the trigger with the place that was answered longest ago; None if no trigger waits.
