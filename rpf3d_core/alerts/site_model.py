@@ -146,6 +146,11 @@ class EvidenceSpec(StrictModel):
         description="a number >= 0 (s), the time after a change of the terrain until all sources must be answered over "
         "the new terrain; a longer time is a fault",
     )
+    scan_period_s: Seconds | None = Field(
+        None,
+        description="a number >= 0 (s), the time within which a sensor reports every place again; 0: each message has "
+        "all places. Without it, a dangerous place that its sensor no longer reports is a fault",
+    )
     interval: Literal["predictive", "sampling"] = Field(
         "predictive",
         description="predictive or sampling, the interval that is compared if the scene has unknowns; predictive also "

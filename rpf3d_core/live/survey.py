@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.terrain.facets import IntArray
 from rpf3d_core.terrain.frame import FloatArray
@@ -66,3 +69,30 @@ def check_points(points: int, most: int = MOST_POINTS) -> None:
     """
     if points > most:
         raise TerrainError(f"the survey has {points:,} points; at most {most:,} are allowed (most_points)")
+
+
+def points_missing_inside(survey: GridSurvey) -> int:
+    """Return the number of points of a grid that are holes inside the grid: surrounded by points that are not NaN.
+
+    Holes that reach the border of the grid do not count: the survey may have another outline than its grid.
+    """
+    missing = np.asarray(np.isnan(survey.points).any(axis=-1))
+    if not missing.any():
+        return 0
+    outside = np.zeros_like(missing)
+    for edge in (np.s_[0, :], np.s_[-1, :], np.s_[:, 0], np.s_[:, -1]):
+        outside[edge] = missing[edge]
+    count = -1
+    while count != (count := int(outside.sum())):  # the holes at the border grow inwards
+        for axis in (0, 1):
+            _grow(outside, missing, axis)
+    return int((missing & ~outside).sum())
+
+
+def _grow(outside: NDArray[np.bool_], missing: NDArray[np.bool_], axis: int) -> None:
+    """Extend the holes `outside` along an axis through neighbouring missing points, in both directions, in place."""
+    lines, gaps = np.moveaxis(outside, axis, 0), np.moveaxis(missing, axis, 0)
+    for i in range(1, len(lines)):
+        lines[i] |= lines[i - 1] & gaps[i]
+    for i in range(len(lines) - 2, -1, -1):
+        lines[i] |= lines[i + 1] & gaps[i]

@@ -16,6 +16,7 @@ class Trigger:
     diameters : (S,) m, NaN where unknown; None if the message has no diameters
     stamp_ns : stamp (ns) of the message
     digest : SHA-256 (hex) of the values above, as from `digest_of`; topic : the topic of the message
+    is_unreported : True if the sources are places that the topic no longer reports; their answer can only be a fault
     """
 
     positions: FloatArray
@@ -24,6 +25,7 @@ class Trigger:
     stamp_ns: int
     digest: str
     topic: str = ""
+    is_unreported: bool = False
 
 
 def trigger_of(

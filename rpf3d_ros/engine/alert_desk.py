@@ -25,6 +25,7 @@ from rpf3d_ros.engine.alert_requests import CHANGED, CLOSING, MOVED, TICK, Reply
 from rpf3d_ros.engine.region_evidence import RegionEvidence
 from rpf3d_ros.engine.standing_faults import StandingFaults
 from rpf3d_ros.engine.unknown_before import UnknownBefore
+from rpf3d_ros.engine.unreported_evidence import UnreportedEvidence
 from rpf3d_ros.messages.refusals import report_error
 from rpf3d_ros.messages.stamps import SECOND
 
@@ -86,6 +87,7 @@ class AlertDesk:
     now : returns the time of the node's clock (ns)
     listener : publishes the alerts, and receives the reports of problems
     standing : (attribute) the faults that every decision contains until their cause has ended
+    unreported : (attribute) the answers to places that their topic no longer reports
     expected : topics of sources that must publish
     has_sensors : True if the node also has topics of sensors; False if its only topic of sources is `clicked_point`
     heard : topics of sources that had published before the start, and must publish again
@@ -102,7 +104,8 @@ class AlertDesk:
     ) -> None:  # fmt: skip
         self._thresholds, self._log, self._now, self._listener = thresholds, log, now, listener
         self.alert: Alert | None = log.last_alert if log is not None else None
-        self._evidence = RegionEvidence(thresholds.evidence, expected, has_sensors, heard)
+        self.unreported = UnreportedEvidence(thresholds, lambda: self._ask(CHANGED))
+        self._evidence = RegionEvidence(thresholds.evidence, expected, has_sensors, heard, self.unreported)
         self._missed = dict(missed or {})  # lost messages that the thread has not yet taken into account
         self._unknown, self._remembered = UnknownBefore(unknown, thresholds.acknowledge), remembered
         self._present: tuple[Mapping[str, str], str | None] = ({}, None)

@@ -2,7 +2,7 @@
 
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.engine.answered_sources import AnsweredSources
-from rpf3d_ros.engine.waiting_sources import WaitingSources
+from rpf3d_ros.engine.waiting_sources import WaitingSources, unreported_region
 
 
 class AnswerSchedule:
@@ -25,6 +25,7 @@ class AnswerSchedule:
         self.current: Trigger | None = None
         self.repeats = self._outdated = self._finishing = False
         self._latest: Trigger | None = None
+        self._shown: Trigger | None = None  # the last trigger whose answer is published
         self._unfinished: Trigger | None = None
         self._again: list[Trigger] = []
         self._interrupted: list[Trigger] = []
@@ -39,6 +40,12 @@ class AnswerSchedule:
             self._answered.note(self._sources.region_of(pushed_out), pushed_out)
             self._interrupted.append(pushed_out)
         return pushed_out
+
+    def end_unreported(self, topic: str) -> None:
+        """Forget the places that a topic no longer reports, because they are reported again or have been acknowledged.
+        """
+        self._sources.remove(unreported_region(topic))
+        self._answered.end(unreported_region(topic))
 
     @property
     def has_trigger(self) -> bool:
@@ -64,7 +71,7 @@ class AnswerSchedule:
         self._sources.clear()
         self._answered.clear()
         self._again, self._interrupted, self._outdated = [], [], False
-        self.current = self._unfinished = self._latest = None
+        self.current = self._unfinished = self._latest = self._shown = None
 
     def next_trigger(self) -> Trigger | None:
         """Choose and return the next trigger to answer, and make it `current`; None if there is none.
@@ -77,7 +84,8 @@ class AnswerSchedule:
         finishing, trigger = False, self._sources.take()
         if trigger is not None:
             self._answered.note(self._sources.region_of(trigger), trigger)
-            if self._latest is None or trigger.stamp_ns >= self._latest.stamp_ns:
+            is_newest = self._latest is None or trigger.stamp_ns >= self._latest.stamp_ns
+            if is_newest and not trigger.is_unreported:
                 self._latest = trigger
         else:
             trigger = self._next_again() or (self._latest if self._wants_latest() else None)
@@ -87,6 +95,7 @@ class AnswerSchedule:
         if trigger is not None:
             self._set_aside(trigger)
             self.current, self._finishing = trigger, finishing
+            self._shown = self._shown if trigger.is_unreported else trigger
         return trigger
 
     def begin(self, trigger: Trigger, can_answer: bool) -> None:
@@ -109,7 +118,7 @@ class AnswerSchedule:
         interrupted answers are being completed, only a change counts, until the last of these answers is complete.
         """
         ends_another = self._finishing and (self._unfinished is not None or self._to_be_completed() is not None)
-        return self._latest is not None and (self.repeats or (self.current is not self._latest and not ends_another))
+        return self._latest is not None and (self.repeats or (self._shown is not self._latest and not ends_another))
 
     def _set_aside(self, trigger: Trigger) -> None:
         """Keep the unfinished trigger that `trigger` interrupts, so that its answer can be completed later."""

@@ -13,7 +13,7 @@ from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.live.ground import LiveTerrain, Workshop
 from rpf3d_core.live.standing import PreparedTerrain, stand_after, stand_on
 from rpf3d_core.live.store import Store
-from rpf3d_core.live.survey import CloudSurvey, GridSurvey, Survey
+from rpf3d_core.live.survey import CloudSurvey, GridSurvey, Survey, points_missing_inside
 from rpf3d_core.scene.model import Scene
 from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.survey_in_use import Arrival, SurveyInUse
@@ -30,6 +30,11 @@ SAVED = 200
 OLD_CLOUD = (
     "its stamp is {:.3f} s older than that of the last cloud that was in use: end the program that publishes it, or "
     "publish a cloud with a newer stamp"
+)
+
+CONTRADICTION = (
+    "its stamp is that of the last cloud that was in use, but its content is different, so it is not known which of "
+    "the two shows the present ground: publish a whole survey with a newer stamp"
 )
 
 OLD_MESH = (
@@ -55,8 +60,12 @@ class Built(NamedTuple):
 class TerrainListener(Protocol):
     """Receives reports on terrain messages from the builder's thread."""
 
-    def stands(self, ground: LiveTerrain, what: str) -> None:
-        """Report that a terrain is in use; what : a sentence on how it was made."""
+    def stands(self, ground: LiveTerrain, what: str, holes: int = 0) -> None:
+        """Report that a terrain is in use.
+
+        what : a sentence on how it was made; holes : number of points that are missing inside the patches since the
+            last whole survey, so that the terrain there has its former heights
+        """
 
     def terrain_refused(self, why: str) -> None:
         """Report that a terrain message cannot be used; the terrain stays unchanged."""
@@ -90,6 +99,7 @@ class Builder:
         self._listener, self._store = listener, store
         self._now, self._in_use = now, in_use
         self._replaced = deque(replaced, maxlen=REMEMBERED)
+        self._holes = 0
         self._back_to_ns: int | None = now() or None  # the clock may have gone back before the start
         self._thread = threading.Thread(target=self._run, name="rpf3d builder", daemon=True)
         self._thread.start()
@@ -135,7 +145,11 @@ class Builder:
             self._waiting.repeated(built.lost)
         elif kind == "whole":
             self._waiting.accepted()
-        self._listener.stands(built.ground, "whole survey received" if kind == "whole" else "patch received")
+        if kind == "whole" and (not built.repeats or built.lost):
+            self._holes = 0
+        self._listener.stands(
+            built.ground, "whole survey received" if kind == "whole" else "patch received", self._holes
+        )
         if self._store is not None and built.survey is not None:
             self._store.keep(built.ground, built.survey, is_patch=kind == "patch")
 
@@ -160,7 +174,8 @@ class Builder:
         Raises
         ------
         MessageRefused
-            The mesh was in use before the present survey, or the cloud is older than the last cloud that was in use.
+            The mesh was in use before the present survey, or the cloud is older than the last cloud that was in use, or
+            has its stamp but other content.
         """
         self._follow_clock()
         standing, in_use = self._flyer.standing, self._in_use
@@ -175,6 +190,8 @@ class Builder:
             raise MessageRefused(OLD_MESH)
         if not repeats and in_use.is_older(arrival, ground.digest):
             raise MessageRefused(OLD_CLOUD.format((in_use.cloud_ns - arrival.stamp_ns) / SECOND))
+        if in_use.contradicts(arrival, ground.digest):
+            raise MessageRefused(CONTRADICTION)
         if stays is not None and repeats:  # for example after a restart with the terrain from the store
             self._in_use = in_use._replace(mesh=arrival.mesh)
             return Built(stays, None, repeats=True)
@@ -214,6 +231,7 @@ class Builder:
 
         self._flyer.hand_over(change=with_patch)
         self._in_use = self._in_use._replace(patches=self._in_use.patches + 1)
+        self._holes += points_missing_inside(patch) if isinstance(patch, GridSurvey) else 0
         return Built(grounds[0], patch)
 
 

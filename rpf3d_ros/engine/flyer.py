@@ -99,6 +99,11 @@ class Flyer:
             self._changed.notify()
             return self._schedule.submit(trigger)
 
+    def end_unreported(self, topic: str) -> None:
+        """Forget the places that a topic no longer reports: they are not answered again."""
+        with self._changed:
+            self._schedule.end_unreported(topic)
+
     def hand_over(self, ready: PreparedTerrain | None = None, change: Change | None = None) -> Handover:
         """Ask for a change of the terrain, wait until the new terrain is in use, and return the completed request.
 

@@ -15,8 +15,8 @@ the message. A fault also stays after a restart, and while the node is not activ
 from collections.abc import Callable
 from typing import NamedTuple
 
-from rpf3d_core.alerts.persons import person_of
 from rpf3d_core.alerts.site_model import AcknowledgeSpec
+from rpf3d_ros.engine.topic_votes import TopicVotes
 
 CAUSE = "refused: {}"
 """Name of the cause of a standing fault; the topic replaces the braces."""
@@ -52,15 +52,14 @@ class RefusedInputs:
             an understood message or an acknowledgement ends the fault
         terms : how many persons must acknowledge to end the fault, whatever level is held; None for one person
         """
-        self._report, self._silence, self._terms = report, silence_s, terms or AcknowledgeSpec()
-        self._persons: dict[str, tuple[float, frozenset[str]]] = {}
+        self._report, self._silence, self._votes = report, silence_s, TopicVotes(terms)
         self._refused: dict[str, Refusal] = {}
 
     def refused(self, topic: str, why: str, at: float) -> None:
         """Note that a message of a topic was refused; why : reason; at : time of the refusal (s, steady clock)."""
         first = self.reasons.get(topic, why)
         self._refused = {**self._refused, topic: Refusal(why=first, at=at)}
-        self._persons = {}
+        self._votes.cancel()
         self._tell(topic, why)
 
     def repeat(self) -> None:
@@ -103,15 +102,10 @@ class RefusedInputs:
         silent = tuple(
             topic for topic, refusal in self._refused.items() if refusal.is_followed or now - refusal.at > self._silence
         )
-        recent = {each: noted for each, noted in self._persons.items() if now - noted[0] <= self._terms.within_s}
-        self._persons = {**recent, person_of(by): (now, frozenset(silent))}
-        if len(self._persons) < self._terms.persons:
-            return ()
-        silent = tuple(topic for topic in silent if all(topic in topics for _, topics in self._persons.values()))
-        self._persons = {}
-        for topic in silent:
+        ended = self._votes.given(by, now, silent)
+        for topic in ended:
             self._end(topic)
-        return silent
+        return ended
 
     @property
     def reasons(self) -> dict[str, str]:

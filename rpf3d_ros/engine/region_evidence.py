@@ -1,5 +1,6 @@
 """Keep the evidence for each wall (region), and combine evidence that is not too old into one for a decision."""
 
+import time
 from collections.abc import Hashable, Mapping, Sequence
 from typing import NamedTuple
 
@@ -7,7 +8,10 @@ from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.site_model import EvidenceSpec
 from rpf3d_core.live.evidence import together
 from rpf3d_core.live.outlines import WatchedOutlines
+from rpf3d_ros.engine.first_scans import FirstScans
 from rpf3d_ros.engine.source_topics import BY_HAND, SourceTopics
+from rpf3d_ros.engine.unreported_evidence import UnreportedEvidence
+from rpf3d_ros.engine.waiting_sources import unreported_region
 from rpf3d_ros.engine.watched_terrain import WatchedTerrain
 from rpf3d_ros.messages.stamps import SECOND
 
@@ -43,12 +47,15 @@ class RegionEvidence:
     """The last evidence of each region, that is of each wall, and the topics that have reported."""
 
     def __init__(
-        self, terms: EvidenceSpec, expected: Sequence[str] = (), has_sensors: bool = False, heard: Sequence[str] = ()
-    ) -> None:
+        self, terms: EvidenceSpec, expected: Sequence[str] = (), has_sensors: bool = False, heard: Sequence[str] = (),
+        unreported: UnreportedEvidence | None = None,
+    ) -> None:  # fmt: skip
         """Begin without evidence.
 
         terms : the conditions of the site for evidence; expected, has_sensors, heard : as in `SourceTopics`
+        unreported : the answers to places that their topic no longer reports; None if there can be none
         """
+        self._unreported, self._scans = unreported, FirstScans(terms.scan_period_s)
         self._max_age_ns = int(terms.sources_max_age_s * SECOND)
         self._ground = WatchedTerrain(terms.changed_terrain_s)
         self._evidence: dict[Hashable, TopicEvidence] = {}
@@ -71,7 +78,13 @@ class RegionEvidence:
         Evidence without sources removes older evidence of its topic. Only the last evidence without sources is kept;
         its faults are added to the evidence that has sources.
         """
+        if self._unreported is not None and region == unreported_region(topic):
+            self._unreported.note(topic, evidence)
+            return
         self._topics.note(topic, evidence.trigger_stamp_ns)
+        self._scans.note(topic, evidence.trigger_stamp_ns, time.monotonic())
+        if self._unreported is not None:
+            self._unreported.note_reported(topic, evidence)
         new, known = TopicEvidence(topic, evidence), self._evidence.get(region)
         if known is not None and new.stamp_ns < known.stamp_ns:
             return  # newer sources of the wall are being answered, or have no answer
@@ -118,7 +131,11 @@ class RegionEvidence:
         parts = [kept.evidence for kept in self._evidence.values()]
         parts = [part for part in parts if part.sources] or parts
         known = self._outlines.described(together(parts))
-        faults = (*known.faults, *self._topics.silent(oldest, now_ns), *self._ground.faults(parts, now_ns))
+        faults = (*known.faults, *self._topics.silent(oldest, now_ns), *self._scans.faults())
+        if self._unreported is not None:
+            faults = (*faults, *self._unreported.faults().values())
+            parts = [*parts, *self._unreported.parts()]
+        faults = (*faults, *self._ground.faults(parts, now_ns))
         # The newest evidence may have been dropped, but its time of arrival also applies to the remaining evidence.
         at_ns, outdated = max(known.at_ns, self._newest_at_ns), self._outlines.outdated(parts)
         return known._replace(
@@ -141,6 +158,9 @@ class RegionEvidence:
         """
         self._clear()
         self._topics.forget()
+        self._scans.restart()
+        if self._unreported is not None:
+            self._unreported.forget()
         self._outlines.restart(now_ns)
         self._ground.restart(now_ns)
 
@@ -152,6 +172,8 @@ class RegionEvidence:
         clicks = [kept.stamp_ns for kept in self._evidence.values() if kept.topic == BY_HAND]
         self._clear()
         self._topics.lose(max(clicks, default=None))
+        if self._unreported is not None:
+            self._unreported.lose()
 
     def _clear(self) -> None:
         self._evidence.clear()

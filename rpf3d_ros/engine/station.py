@@ -30,6 +30,7 @@ from rpf3d_ros.engine.configuration import StationConfiguration, spread_of
 from rpf3d_ros.engine.decision_reports import DecisionReports
 from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.outlets import Outlets
+from rpf3d_ros.engine.place_checks import PlaceChecks
 from rpf3d_ros.engine.refused_inputs import RefusedInputs
 from rpf3d_ros.engine.source_topics import BY_HAND
 from rpf3d_ros.engine.stamp_guards import StampGuards
@@ -45,6 +46,12 @@ from rpf3d_ros.messages.stamps import SECOND, stamp_of
 
 AREA_TOPICS = {"areas/polygon": LIVE_AREA, "areas/equipment": EQUIPMENT}
 """The topics of areas, and the name of the area that each defines."""
+
+PATCH_HOLES = (
+    "{:,} points are missing (NaN) inside patches since the last whole survey, so the terrain there has its former "
+    "heights: publish patches without holes, or the whole terrain"
+)
+"""Warning about holes inside patches."""
 
 REMEMBERED_STAMPS = ("terrain/points", "terrain/update", *AREA_TOPICS)
 """Topics whose last stamps are kept for the next start, so that no older terrain or area is used then.
@@ -97,12 +104,13 @@ class Station:
         self._configuration, self._outlets = configuration, outlets
         parameters, scene = configuration.parameters, configuration.scene
         self.guards = StampGuards(configuration.most_ahead)
-        self.sources = WaitingSources(parameters.region_size, parameters.waiting_sources)
         self.terrain: WaitingTerrain[Arrival] = WaitingTerrain(parameters.waiting_patches)
         terms = configuration.thresholds.evidence if configuration.thresholds is not None else None
         age, least = (terms.sources_max_age_s, terms.fewest_rocks) if terms is not None else (0.0, 0)
         self.sources_max_age_s = age if terms is not None else math.inf
         answered = AnsweredSources(age, REMEMBERED * parameters.waiting_sources)
+        period = terms.scan_period_s if terms is not None else None
+        self.sources = WaitingSources(parameters.region_size, parameters.waiting_sources, period is not None)
         cluster = terms.cluster_m if terms is not None else math.inf
         size = EnsembleSize(first=parameters.first_rocks, least=least, cluster=cluster)
         self.flyer = Flyer(spread_of(parameters), size, self.sources, itertools.count(1), self, answered)
@@ -112,6 +120,7 @@ class Station:
             survey_in_use(restored, self._memory), self._memory.get("replaced", ()),
         )  # fmt: skip
         self.desk: AlertDesk | None = None
+        self._places: PlaceChecks | None = None  # without a site file, places are not checked
         persons = configuration.thresholds.acknowledge if configuration.thresholds is not None else None
         self._refused_inputs = RefusedInputs(self.report_fault, age, persons)
         self._areas = AreasBefore(self.report_fault, self._areas_before())
@@ -126,6 +135,7 @@ class Station:
             self._report_terrain()
             self._refused_inputs.repeat()
             self._areas.repeat()
+            self._places = self._places_of(configuration.thresholds, self.desk)
         if configuration.log_fault:
             self.decisions.begin(configuration.log_fault)
         if configuration.standing is not None:
@@ -172,6 +182,15 @@ class Station:
             if topic in topics:
                 self._refused_inputs.refused(topic, why, at=now)
 
+    def _places_of(self, thresholds: Thresholds, desk: AlertDesk) -> PlaceChecks:
+        """Return the check of the places of sources, which continues from the places before the start."""
+        parameters = self._configuration.parameters
+        checks = PlaceChecks(
+            thresholds, parameters.position_spread, desk.unreported, self.report_fault, self.flyer.end_unreported
+        )
+        checks.restore(self._memory.get("places", {}), (*parameters.sensors.poses, *parameters.sensors.clouds))
+        return checks
+
     def _inputs_to_remember(self) -> dict[str, Any]:
         """Return the state to save for the next start, as plain values; called on the thread of the alert desk.
 
@@ -183,7 +202,8 @@ class Station:
         terrain = terrain_to_remember(standing.ground if standing is not None else None, self._memory)
         stamps = {topic: at for topic, at in self.guards.stamps.items() if topic in REMEMBERED_STAMPS}
         others = {"areas": list(self._areas.topics), "lacks": list(self._terrain_lack), "stamps": stamps}
-        return {"refused": self._refused_inputs.reasons, **others, **terrain, **self.builder.to_remember()}
+        places = self._places.to_remember() if self._places is not None else {}
+        return {"refused": self._refused_inputs.reasons, **others, **places, **terrain, **self.builder.to_remember()}
 
     def _note_terrain_before(self) -> None:
         """Note the patches that the restored terrain contains, and the patches and whole survey that it lacks.
@@ -237,6 +257,8 @@ class Station:
         """
         self.flyer.deactivate()
         self.terrain.forget_received()
+        if self._places is not None:
+            self._places.restart()
         self._was_deactivated = True
         if self.desk is not None:
             replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
@@ -262,16 +284,20 @@ class Station:
     def submit(self, trigger: Trigger) -> None:
         """Queue the sources of one message to be answered.
 
-        If a full queue drops a trigger of another wall, that wall has a fault until the trigger is answered, which
-        happens after all waiting triggers.
+        Places that the topic no longer reports are queued, too. If a full queue drops a trigger of another wall, that
+        wall has a fault until the trigger is answered, which happens after all waiting triggers.
         """
+        for each in [trigger] if self._places is None else self._places.submitted(trigger):
+            self._queue(each)
+        self.report_waiting()
+
+    def _queue(self, trigger: Trigger) -> None:
         pushed_out = self.flyer.submit(trigger)
         if pushed_out is not None:
             most = self._configuration.parameters.waiting_sources
-            self.unanswerable(
+            self._refuse_sources(
                 pushed_out, f"more than {most} regions report sources at once: raise waiting_sources or region_size"
             )
-        self.report_waiting()
 
     def report_waiting(self) -> None:
         """Report in the diagnostics which input is missing: terrain, or else sources; nothing if both are there."""
@@ -287,6 +313,8 @@ class Station:
         """
         self.terrain.forget_received()
         self.flyer.forget()
+        if self._places is not None:
+            self._places.restart()
         if self.desk is not None:
             self.desk.forget(why)
 
@@ -350,6 +378,10 @@ class Station:
         self.desk.acknowledge(by, why, replies.put, client)
         silent = self._refused_inputs.acknowledged(by, time.monotonic()) if is_named else ()
         ended = f"; the faults of refused messages on {', '.join(silent)} have ended" if silent else ""
+        alert = self.desk.alert
+        shown = alert.faults if alert is not None else ()
+        gone = self._places.acknowledged(by, shown) if is_named and self._places is not None else ()
+        ended += f"; the faults of places that {', '.join(gone)} no longer reports have ended" if gone else ""
         try:
             acknowledgement(by, why, self._outlets.now())
             lowered, answer = replies.get(timeout=ANSWER_WITHIN)
@@ -370,17 +402,30 @@ class Station:
         if self.desk is not None:
             evidence = evidence_of_answer(answer, self._circumstances())
             self.desk.decide_on(self.region_of(answer.trigger), evidence, answer.trigger.topic)
+        if not answer.trigger.is_unreported:
+            self._publish(answer)
+        while self.desk is not None and not self._closing and not self.desk.wait_for_room(ROOM_WITHIN):
+            pass  # the disk is slow: no rocks fly until the decisions have followed
+
+    def _publish(self, answer: Answer) -> None:
         made = stamp_of(self._outlets.now())
         self._outlets.answers.publish(answer, self._configuration.parameters, made)
         warnings = warnings_of(answer)
         well = "every rock has an outcome" if answer.sources else "the sensors see no sources"
         level, sentence = (WARN, "; ".join(warnings)) if warnings else (OK, well)
         self._outlets.health.set("run", level, sentence, figures_of(answer))
-        while self.desk is not None and not self._closing and not self.desk.wait_for_room(ROOM_WITHIN):
-            pass  # the disk is slow: no rocks fly until the decisions have followed
 
     def unanswerable(self, trigger: Trigger, why: str) -> None:
-        """Report why a trigger has no answer; the missing answer is a fault of the alert."""
+        """Report why a trigger has no answer; the missing answer is a fault of the alert.
+
+        Places that are no longer reported and from which no rock can be released are not a fault.
+        """
+        if trigger.is_unreported:
+            self._decide_without_answer(trigger, "")
+        else:
+            self._refuse_sources(trigger, why)
+
+    def _refuse_sources(self, trigger: Trigger, why: str) -> None:
         self._outlets.health.set("run", WARN, f"sources refused: {why}")
         self._decide_without_answer(trigger, why)
 
@@ -410,15 +455,18 @@ class Station:
 
     # --- reports of the builder
 
-    def stands(self, ground: LiveTerrain, what: str) -> None:
-        """Report in the diagnostics which terrain is in use; what : a sentence on how the terrain was made."""
+    def stands(self, ground: LiveTerrain, what: str, holes: int = 0) -> None:
+        """Report in the diagnostics which terrain is in use; parameters as in `TerrainListener.stands`."""
         age = (self._outlets.now() - ground.whole_ns) / SECOND
         values = {
             "triangles": str(len(ground.terrain.triangles)), "digest": ground.digest,
             "stamp": f"{ground.stamp_ns / SECOND:.3f}", "age_s": f"{age:.0f}",
             **({"closed_seams": str(ground.closed_seams)} if ground.closed_seams else {}),
+            **({"patch_holes": str(holes)} if holes else {}),
         }  # fmt: skip
-        self._outlets.health.set("terrain", OK, what, values)
+        if holes:
+            what = f"{what}; {PATCH_HOLES.format(holes)}"
+        self._outlets.health.set("terrain", WARN if holes else OK, what, values)
         self._report_terrain()
         self.report_waiting()
         self._watch_present()

@@ -89,6 +89,16 @@ class SurveyInUse(NamedTuple):
         again = arrival.stamp_ns == self.cloud_ns and digest == self.cloud_digest
         return arrival.stamp_ns < self.cloud_ns or (again and digest != self.digest)
 
+    def contradicts(self, arrival: Arrival, digest: str) -> bool:
+        """True if a message is a cloud with the stamp of the last cloud in use, but with other content.
+
+        Then it is not known which of the two shows the present ground.
+
+        digest : SHA-256 (hex) of the survey in the message
+        """
+        same_stamp = not arrival.is_mesh and 0 < arrival.stamp_ns == self.cloud_ns
+        return same_stamp and bool(self.cloud_digest) and digest != self.cloud_digest
+
     def followed_by(self, arrival: Arrival, digest: str, stamp_ns: int) -> "SurveyInUse":
         """Return the survey in use after the survey of a message was used: a new survey, or this survey again.
 
@@ -108,7 +118,9 @@ class SurveyInUse(NamedTuple):
 
         Clouds with earlier stamps are still too old.
         """
-        return self._replace(cloud_ns=min(self.cloud_ns, now_ns))
+        if self.cloud_ns <= now_ns:
+            return self
+        return self._replace(cloud_ns=now_ns, cloud_digest="")  # a cloud with this stamp is another cloud
 
     def is_same_mesh(self, arrival: Arrival) -> bool:
         """True if a message is a mesh with the bytes and transform of the last message with this survey.

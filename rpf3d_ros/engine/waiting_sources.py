@@ -11,10 +11,17 @@ from rpf3d_ros.engine.source_topics import BY_HAND
 Place = tuple[str | float, ...]
 """The place of a source: (topic, column, row) of a square in plan, or (topic, x, y, z) m of a clicked point.
 
-A message without sources has the place (topic,).
+A message without sources has the place (topic,), and so has each message of a sensor if the site file states its scan
+period. All places that a topic no longer reports have the place (UNREPORTED, topic).
 """
+UNREPORTED = "unreported"
 Region = frozenset[Place]
 """The set of the places of all sources of one message."""
+
+
+def unreported_region(topic: str) -> Region:
+    """Return the region of the places that a topic no longer reports."""
+    return frozenset({(UNREPORTED, topic)})
 
 
 class WaitingSources:
@@ -23,12 +30,13 @@ class WaitingSources:
     After a flood of messages about one wall, only the newest message is answered; triggers of other walls stay.
     """
 
-    def __init__(self, region_size: float, most: int) -> None:
+    def __init__(self, region_size: float, most: int, are_whole: bool = False) -> None:
         """Begin with an empty queue.
 
         region_size : side of the square regions (m); most : largest number of triggers that may wait
+        are_whole : True if each trigger of a sensor has all sources of its topic, so that it replaces all earlier ones
         """
-        self._size, self._most = region_size, most
+        self._size, self._most, self._are_whole = region_size, most, are_whole
         self._waiting: dict[Region, Trigger] = {}
         self._served: list[Region] = []  # regions whose triggers were taken, the latest last
         self.dropped = 0
@@ -38,17 +46,19 @@ class WaitingSources:
 
         Return None if no trigger must be removed. The new trigger replaces the waiting triggers whose places are all in
         its own region. A trigger with a source at another place stays, because nothing newer is known about this
-        source. Replaced and removed triggers count in `dropped`.
+        source. Replaced and removed triggers count in `dropped`. Places that are no longer reported do not count in
+        `most`: there is at most one trigger of them for each topic.
         """
         region = self.region_of(trigger)
         for replaced in [waiting for waiting in self._waiting if waiting <= region]:
             del self._waiting[replaced]
             self.dropped += 1
         self._waiting[region] = trigger
-        if len(self._waiting) <= self._most:
+        counted = [each for each, one in self._waiting.items() if not one.is_unreported]
+        if len(counted) <= self._most:
             return None
         self.dropped += 1
-        return self._waiting.pop(next(iter(self._waiting)))
+        return self._waiting.pop(counted[0])
 
     def take(self) -> Trigger | None:
         """Remove and return the trigger with the place that was answered longest ago; None if no trigger waits.
@@ -63,6 +73,10 @@ class WaitingSources:
         self._served = [*(served for served in self._served if served != region), region][-2 * self._most :]
         return self._waiting.pop(region)
 
+    def remove(self, region: Region) -> None:
+        """Remove the waiting trigger of a region, if there is one, without counting it as dropped."""
+        self._waiting.pop(region, None)
+
     def clear(self) -> None:
         """Remove all waiting triggers without counting them as dropped."""
         self._waiting.clear()
@@ -76,6 +90,10 @@ class WaitingSources:
         The topic is part of the region, because a message of `clicked_point` must not hide a radar's sources. Each
         clicked place is a separate region, because a second clicked source does not replace the first source.
         """
+        if trigger.is_unreported:
+            return unreported_region(trigger.topic)
+        if self._are_whole and trigger.topic != BY_HAND:
+            return frozenset({(trigger.topic,)})
         if trigger.topic == BY_HAND:
             places = np.round(trigger.positions[:1], 2)
         else:

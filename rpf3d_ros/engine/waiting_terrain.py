@@ -261,14 +261,19 @@ class WaitingTerrain(Generic[M]):
             return "patch", newest.patches.pop(0)
 
     def accepted(self) -> None:
-        """Note that the last taken whole survey is now the terrain; all earlier surveys are dropped."""
+        """Note that the last taken whole survey is now the terrain; all earlier surveys are dropped.
+
+        An earlier survey with the same stamp is taken next, because it may contradict the survey that is now in use.
+        """
         with self._changed:
             tried = self._tried
             assert tried is not None
             tried.refused[:0] = self._refused_after(tried)
             place = self._chapters.index(tried)
             self._replaced.extend(each.moment for each in self._chapters[:place] if each.moment is not None)
-            self._chapters = self._chapters[place:]
+            equal = [each for each in self._chapters[:place] if each.whole is not None and _same_stamp(each, tried)]
+            again = [Chapter(each.whole, each.moment) for each in equal]
+            self._chapters = [tried, *again, *self._chapters[place + 1 :]]
             tried.patches[:0] = tried.early
             tried.lost += tried.missing
             tried.whole, tried.early, tried.missing, self._tried = None, (), 0, None
@@ -369,6 +374,12 @@ class WaitingTerrain(Generic[M]):
 
     def _length(self) -> int:
         return sum((chapter.whole is not None) + len(chapter.patches) for chapter in self._chapters)
+
+
+def _same_stamp(one: Chapter[M], other: Chapter[M]) -> bool:
+    """Return True if two whole surveys have the same stamp; False if a survey has none."""
+    stamps = [None if each.moment is None else each.moment.stamp_ns for each in (one, other)]
+    return bool(stamps[0]) and stamps[0] == stamps[1]
 
 
 def _at_most(moment: AnyMoment, now_ns: int) -> AnyMoment:

@@ -1,6 +1,6 @@
 """The recorded topics and their message types, for the live recorder and all programs that write or read bags."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -89,6 +89,22 @@ class RecordedSensors(NamedTuple):
                 raise InputError(f"{name} is given twice: see {IN_PARAMETERS}")
             if name in TOPICS and name not in (POSE_SOURCES, CLOUD_SOURCES):
                 raise InputError(f"{name} is a topic of rpf3d that has no sources of a sensor: see {IN_PARAMETERS}")
+
+
+def check_full_names(sensors: Sequence[str], full_name: Callable[[str], str]) -> None:
+    """Raise InputError if two topics of sources are one topic, or if one is a topic of rpf3d for other data.
+
+    Two spellings, such as `a` and `/a`, or a remapping, may mean the same topic.
+
+    sensors : names of the topics as in the parameters; full_name : returns the full name of a topic, after remapping
+    """
+    known = {full_name(name): name for name in TOPICS if name not in (POSE_SOURCES, CLOUD_SOURCES)}
+    for name in sensors:
+        full = full_name(name)
+        if full in known:
+            other = "a topic of rpf3d without sources" if known[full] in TOPICS else f"the same topic as {known[full]}"
+            raise InputError(f"{name} is {other}, {full}: see {IN_PARAMETERS}")
+        known[full] = name
 
 
 DEFAULT_SENSORS = RecordedSensors()

@@ -188,10 +188,16 @@ def _sources(
 
 
 def _check_no_data(cloud: PointCloud2) -> None:
-    """Refuse a cloud that states 0 points but has data: such a cloud does not prove that no rock is moving."""
+    """Refuse a cloud that states 0 points, but has data or states their size: it does not prove that no rock is moving.
+    """
     if len(cloud.data):
         raise MessageRefused(
             f"the cloud announces {cloud.height} x {cloud.width} points but has {len(cloud.data)} bytes"
+        )
+    if cloud.row_step * max(cloud.height, 1) > 0 or cloud.width > 0:
+        raise MessageRefused(
+            f"the cloud has no data, but announces rows of {cloud.width} points and {cloud.row_step} bytes (row_step): "
+            "was its data lost? Publish a width and a row_step of 0 if the sensor sees no sources"
         )
 
 

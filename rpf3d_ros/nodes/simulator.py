@@ -20,6 +20,7 @@ from rpf3d_ros.interface.alert_publishers import AlertPublishers
 from rpf3d_ros.interface.answer_publishers import AnswerPublishers
 from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.interface.parameters import ParameterLock, SimulatorParameters, declare, values_of
+from rpf3d_ros.interface.recorded_topics import check_full_names
 from rpf3d_ros.interface.scene_parameters import SceneParameters
 from rpf3d_ros.interface.tf_buffer import TfTransforms
 from rpf3d_ros.interface.transforms import TransformLookup
@@ -103,6 +104,8 @@ class SimulatorNode(LifecycleNode):
         self._report("configuring: reading files and compiling", OK)
         try:
             parameters, given = values_of(self, SimulatorParameters), self.scene_parameters.given
+            sensors = parameters.sensors
+            check_full_names((*sensors.poses, *sensors.clouds), self.resolve_topic_name)
             self.transforms = TfTransforms(self) if parameters.use_tf else None
             now = self._now()
             configuration = on_a_thread(self, lambda: _configuration(parameters, given, now), self.health.publish)

@@ -592,9 +592,10 @@ def test_a_wall_that_found_no_room_is_a_fault_of_that_wall():
     told, pushed_out = [], SimpleNamespace()
     station = SimpleNamespace(
         flyer=SimpleNamespace(submit=lambda trigger: pushed_out), report_waiting=lambda: None,
-        unanswerable=lambda *about: told.append(about),
+        _refuse_sources=lambda *about: told.append(about), _places=None,
         _configuration=SimpleNamespace(parameters=SimpleNamespace(waiting_sources=3)),
     )  # fmt: skip
+    station._queue = partial(Station._queue, station)
     Station.submit(station, SimpleNamespace())
     assert told == [(pushed_out, "more than 3 regions report sources at once: raise waiting_sources or region_size")]
 

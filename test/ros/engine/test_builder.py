@@ -1,6 +1,7 @@
 """Tests of the thread that builds terrain: no error ends it or hides that a part of the terrain is missing."""
 
 import itertools
+import threading
 from functools import partial
 
 import numpy as np
@@ -22,7 +23,7 @@ from rpf3d_ros.engine.builder import Builder
 from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.survey_in_use import Arrival, SurveyInUse, survey_in_use
 from rpf3d_ros.engine.waiting_sources import WaitingSources
-from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
+from rpf3d_ros.engine.waiting_terrain import Moment, WaitingTerrain
 from rpf3d_ros.messages.map_frame import rigid_transform
 
 PATIENCE = 120.0
@@ -34,10 +35,11 @@ class BuilderReports:
     """Keeps what the builder and the flyer report."""
 
     def __init__(self):
-        self.grounds, self.refused, self.errors = [], [], []
+        self.grounds, self.refused, self.errors, self.holes = [], [], [], []
 
-    def stands(self, ground, what):
+    def stands(self, ground, what, holes=0):
         self.grounds.append(ground.digest)
+        self.holes.append(holes)
 
     def terrain_refused(self, why):
         self.refused.append(why)
@@ -91,7 +93,7 @@ def test_a_store_that_fails_does_not_end_the_thread(made):
     waiting, _, reports = made(FullStore())
     for height in (0.0, 1.0):
         count = len(reports.grounds)
-        waiting.put_whole(arrival(hill(height)))
+        waiting.put_whole(Arrival(partial(hill, height), 1 + count))
         wait(lambda count=count: len(reports.grounds) > count)
     assert isinstance(wait(lambda: reports.errors)[0], MemoryError) and not reports.refused
 
@@ -103,7 +105,7 @@ def test_a_patch_that_is_refused_is_told_of_as_lost_until_the_next_whole_survey(
     waiting.put_patch(arrival(CloudSurvey(np.zeros((1, 3)))))
     wait(lambda: reports.refused)
     assert waiting.lost_patches == 1
-    waiting.put_whole(arrival(hill(1.0)))
+    waiting.put_whole(Arrival(partial(hill, 1.0), 2))
     wait(lambda: len(reports.grounds) == 2)
     assert waiting.lost_patches == 0
 
@@ -350,3 +352,47 @@ def test_the_same_mesh_after_its_frame_was_surveyed_again_is_new_ground(made):
         wait(lambda number=number: len(reports.grounds) == number)
     assert reports.grounds[0] == reports.grounds[1] != reports.grounds[2]
     assert flyer.standing.ground.stamp_ns == 3
+
+
+def test_two_clouds_of_one_stamp_and_other_content_are_a_fault_until_a_later_stamp(made):
+    waiting, flyer, reports = made()
+    facts_before(waiting, reports, Arrival(hill, 5))
+    waiting.put_whole(Arrival(partial(hill, 1.0), 5), Moment(2, 5))
+    wait(lambda: reports.refused)
+    assert "its stamp is that of the last cloud that was in use, but its content is different" in waiting.why_refused
+    assert flyer.standing.ground.digest == reports.grounds[0]
+    waiting.put_whole(Arrival(hill, 5), Moment(3, 5))
+    wait(lambda: len(reports.grounds) == 2)
+    assert waiting.why_refused, "the first survey again proves nothing"
+    waiting.put_whole(Arrival(partial(hill, 2.0), 6), Moment(4, 6))
+    wait(lambda: len(reports.grounds) == 3)
+    assert not waiting.why_refused and len(reports.refused) == 1
+
+
+def test_two_clouds_of_one_stamp_are_compared_also_if_both_have_waited(made):
+    waiting, _, reports = made()
+    begun = threading.Event()
+
+    def slow():
+        begun.wait(PATIENCE)
+        return hill(9.0)
+
+    waiting.put_whole(Arrival(slow, 4), Moment(1, 4))
+    for number, survey in enumerate((hill(), hill(), hill(1.0)), 2):
+        waiting.put_whole(Arrival(lambda survey=survey: survey, 5), Moment(number, 5))
+    begun.set()
+    wait(lambda: reports.refused)
+    assert "its content is different" in waiting.why_refused
+
+
+def test_holes_inside_patches_are_counted_until_the_next_whole_survey(made):
+    waiting, _, reports = made()
+    waiting.put_whole(Arrival(hill, 1))
+    patch = GridSurvey(hill().points[3:12, 3:12] + (0.0, 0.0, 0.1))
+    patch.points[4:6, 4] = np.nan
+    waiting.put_patch(Arrival(lambda: patch, 2))
+    waiting.put_patch(Arrival(small_patch, 3))
+    wait(lambda: len(reports.holes) == 3)
+    waiting.put_whole(Arrival(partial(hill, 1.0), 4))
+    wait(lambda: len(reports.holes) == 4)
+    assert reports.holes == [0, 2, 2, 0]

@@ -407,3 +407,19 @@ def test_a_patch_that_is_refused_is_missing_until_the_next_whole_survey():
     waiting.take()
     waiting.accepted()
     assert waiting.lost_patches == 0
+
+
+def test_a_waiting_survey_with_the_stamp_of_the_one_in_use_is_compared_with_it():
+    waiting = WaitingTerrain(8)
+    for number, (survey, stamp) in enumerate((("older", 4), ("first", 5), ("second", 5)), 1):
+        waiting.put_whole(survey, Moment(number, stamp))
+    assert waiting.take() == ("whole", "second")
+    waiting.put_patch("patch")
+    waiting.accepted()
+    assert waiting.take() == ("whole", "first")
+    waiting.refused("it contradicts")
+    assert waiting.why_refused == "it contradicts" and waiting.take() == ("patch", "patch")
+    waiting.put_whole("later", Moment(4, 6))
+    waiting.take()
+    waiting.accepted()
+    assert not waiting.why_refused and len(waiting) == 0

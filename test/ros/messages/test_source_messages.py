@@ -288,3 +288,24 @@ def test_bytes_that_fill_up_a_row_are_no_points():
     padded.height, padded.width, padded.row_step = 2, 1, padded.point_step + len(fill)
     padded.data = data[: padded.point_step] + fill + data[padded.point_step :] + fill
     assert sources_of_cloud(padded, MAP).positions[:, 0].tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize("lost", [{"width": 0, "data": b""}, {"height": 0, "data": b""}, {"data": b""}])
+def test_a_cloud_that_lost_its_data_is_not_nothing_seen(lost):
+    cloud = cloud_of_columns(Header(frame_id="map"), {name: np.ones(5) for name in "xyz"})
+    for name, value in lost.items():
+        setattr(cloud, name, value)
+    with pytest.raises(MessageRefused, match=r"the cloud has no data, but announces|data holds 0 bytes"):
+        sources_of_cloud(cloud, MAP)
+
+
+@pytest.mark.parametrize(
+    "change", [{"data": bytes(59)}, {"width": 6}, {"height": 2}, {"point_step": 13}, {"row_step": 120, "height": 2}]
+)
+def test_a_cloud_whose_sizes_do_not_fit_its_data_is_refused(change):
+    cloud = cloud_of_columns(Header(frame_id="map"), {name: np.ones(5) for name in "xyz"})
+    assert (cloud.width, cloud.height, cloud.point_step, len(cloud.data)) == (5, 1, 12, 60)
+    for name, value in change.items():
+        setattr(cloud, name, value)
+    with pytest.raises(MessageRefused, match=r"data holds|row_step is"):
+        sources_of_cloud(cloud, MAP)

@@ -177,3 +177,9 @@ def test_a_signal_ends_a_node_that_is_flying(stage):
 def assert_ends(process, stage):
     assert ended_in_time(process, computing=COMPUTING, wall=WALL) == 0, stage.output("simulator_node")
     assert "Traceback" not in stage.output("simulator_node")
+
+
+def test_two_names_of_one_topic_of_sources_are_refused_when_the_node_is_configured(stage):
+    stage.node("simulator_node", **QUIET, source_topics="[radar, /radar]")
+    peer = stage.peer()
+    assert not change(peer, Transition.TRANSITION_CONFIGURE) and state(peer) == "unconfigured"

@@ -24,6 +24,7 @@ from never_green.stories import (
     TERRAIN_MAX_AGE,
     plan_of,
 )
+from never_green.turns import scanning_by_turns
 from never_green.watcher import Watcher
 from rclpy.qos import qos_profile_sensor_data
 
@@ -52,6 +53,9 @@ The other combinations have two to four defects, and their true level must reach
 
 FINE = 0.001
 """Step (s) in which the age of a click is computed; the time at which the click becomes too old is as exact as this."""
+
+TURNING = 0.25
+"""Share (-) of the combinations with two or more defects in which a sensor also scans by turns, if it can."""
 
 TRIES = 40
 """Number of attempts to draw defects: a drawn defect may need an input that the combination does not have."""
@@ -102,6 +106,10 @@ def drawn(seed: int, kinds: Sequence[str] = tuple(DEFECTS)) -> Plan:
     for _ in range(TRIES):
         if len(plan.defects) < count:
             plan = (DEFECTS | NARROW)[str(rng.choice(kinds))](plan, rng) or plan
+    if is_dangerous and tuple(kinds) == tuple(DEFECTS):
+        # A generator of its own, so that every seed has the same other defects as without this kind.
+        turning = np.random.default_rng([seed, 20])
+        plan = (scanning_by_turns(plan, turning) if turning.random() < TURNING else None) or plan
     sources = tuple(known_by_its_node(source, plan) for source in plan.truth.sources)
     return plan._replace(truth=plan.truth._replace(sources=sources))
 
@@ -129,16 +137,19 @@ def workshop() -> Workshop:
     return Workshop(must_face_up=True)
 
 
-def site_values(limits: str, has_machines: bool) -> dict[str, Any]:
+def site_values(limits: str, has_machines: bool, scan_period: float | None = None) -> dict[str, Any]:
     """Return the content of a combination's site file.
 
     limits : highest level that has a limit, as a word; has_machines : True if the area `equipment` has limits as well
+    scan_period : `evidence.scan_period_s` (s), None to leave it out
     """
     words = LEVELS[1 : LEVELS.index(limits) + 1]
     names = ("live_area", *(("equipment",) if has_machines else ()))
     terms = {"sources_max_age_s": MAX_AGE, "terrain_max_age_s": TERRAIN_MAX_AGE, "clock_tolerance_s": 0.5,
              "fewest_rocks": 80, "most_unfinished": 0.1, "cluster_m": 0.0,
              "moved_area_s": MOVED_AREA, "changed_terrain_s": CHANGED_TERRAIN}  # fmt: skip
+    if scan_period is not None:
+        terms["scan_period_s"] = scan_period
     areas = {name: {word: {"reach_probability": LIMITS[word]} for word in words} for name in names}
     return {"site": "pit", "valid_s": 2.0, "alarm_from": limits, "evidence": terms, "areas": areas}
 
@@ -150,7 +161,9 @@ def configuration_of(plan: Plan) -> StationConfiguration:
         expected_topics=plan.sensors if plan.expects else ("",), optional_topics=("",) if plan.expects else SENSORS,
         publisher_overlap=1.0, position_spread=SPREAD, first_rocks=80, equipment_radius=RADIUS,
     )  # fmt: skip
-    thresholds = Thresholds.model_validate(site_values(plan.limits, plan.truth.machines is not None))
+    thresholds = Thresholds.model_validate(
+        site_values(plan.limits, plan.truth.machines is not None, plan.scan_period)
+    )
     return StationConfiguration(
         parameters=parameters, scene=live_scene(SCENE), workshop=workshop(), store=None, standing=None,
         standing_report="", thresholds=thresholds, log=None, log_fault="", compile_s=0.0,

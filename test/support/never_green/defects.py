@@ -205,8 +205,12 @@ def clock_back(plan: Plan, rng: np.random.Generator) -> Plan | None:
 
 
 def areas_again(plan: Plan, at: float) -> list[Send]:
-    """Return the last message of each topic of areas before a time `at` (s), published again at this time."""
-    last = {send.topic: send for send in plan.sends if send.topic in AREAS and send.sent < at}
+    """Return the last message of each topic of areas before a time `at` (s), published again at this time.
+
+    The last message is that with the latest stamp: another defect may have published a former area again.
+    """
+    sent = sorted(plan.sends, key=lambda send: send.sent + send.offset)
+    last = {send.topic: send for send in sent if send.topic in AREAS and send.sent < at}
     return [send._replace(sent=at, at=at, offset=0.0) for send in last.values()]
 
 
@@ -245,7 +249,12 @@ def _old_message(plan: Plan, rng: np.random.Generator, since: float) -> Send | N
 
 
 def acknowledged(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let a person acknowledge one to four times at random times, sometimes without a name or without a reason."""
+    """Let a person acknowledge one to four times at random times, sometimes without a name or without a reason.
+
+    An acknowledgement says that a place that is no longer reported is safe, so no person may acknowledge such a place.
+    """
+    if plan.stays:
+        return None
     words = str(rng.choice(("A. Shift: looked from the other side", ":", "A. Shift:")))
     times = sorted(rng.uniform(0.5, END, rng.integers(1, 5)).tolist())
     acks = [

@@ -16,7 +16,7 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 from unittest.mock import patch
 
-from rpf3d_ros.engine import alert_desk, flyer, station, waiting_terrain
+from rpf3d_ros.engine import alert_desk, flyer, place_checks, region_evidence, station, waiting_terrain
 from rpf3d_ros.engine.clock_watch import ClockWatch
 from rpf3d_ros.engine.configuration import StationConfiguration
 from rpf3d_ros.engine.outlets import NoOutput, Outlets
@@ -27,7 +27,8 @@ from rpf3d_ros.nodes.inputs import Inputs
 from rpf3d_ros.nodes.simulator import SimulatorNode
 
 WITH_TIME: tuple[ModuleType, ...] = (
-    alert_publishers, flyer, inputs, publisher_reports, simulator, station, waiting_terrain,
+    alert_publishers, flyer, inputs, place_checks, publisher_reports, region_evidence, simulator, station,
+    waiting_terrain,
 )  # fmt: skip
 """Modules in which the steady clock is replaced by a simulated clock."""
 

@@ -10,6 +10,7 @@ from never_green.defects import PATCH, WHOLE, Defect, again, areas_again, changi
 from never_green.messages import lengthened
 from never_green.plan import END, ClockRule, Plan, Send, Speaker
 from never_green.stories import EVERY, patch_send, survey
+from never_green.turns import scanning_by_turns
 
 
 def of_the_only_sensor(word: str, change_of: Callable[[np.random.Generator], Change]) -> Defect:
@@ -327,5 +328,6 @@ NARROW: dict[str, Defect] = {
     "clock stands in silence": before_silence("clock stands in silence", _clock_stands),
     "clock back in silence": before_silence("clock back in silence", _clock_back),
     "silence without a clock": before_silence("silence without a clock", _clock_never_begins),
+    "scanning by turns": scanning_by_turns,
 }
 """Name of each rare defect -> the defect."""

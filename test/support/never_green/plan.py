@@ -125,6 +125,8 @@ class Plan(NamedTuple):
     expects : True if `expected_topics` of the node are the sensors, False if `optional_topics` are
     answers_fail : start and end (s) of the time in which answers to sources on the slope fail, None if none fails
     restart_at : time (s) at which the node is ended and started again, with its decision log and its terrain
+    scan_period : `evidence.scan_period_s` of the site file (s); None if the site file does not state it
+    stays : True if a sensor that scans by turns stops at the harmless part of its scan
     graces : pairs of a start (s) and a duration (s) in which any level is accepted, plus the time of a decision
     """
 
@@ -137,6 +139,8 @@ class Plan(NamedTuple):
     clock: ClockRule = ClockRule()
     answers_fail: tuple[float, float] | None = None
     restart_at: float = np.inf
+    scan_period: float | None = None
+    stays: bool = False
     graces: tuple[tuple[float, float], ...] = ()
     defects: tuple[str, ...] = ()
 

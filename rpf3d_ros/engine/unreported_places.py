@@ -1,0 +1,283 @@
+"""Keep the places of sources that earlier messages of a topic reported, and find those that it no longer reports.
+
+A sensor may report wall after wall, each in its own message. A place that is missing in a message then is either gone
+or merely not part of this message. `evidence.scan_period_s` of the site file decides (docs/explanation/alerts.md):
+
+- A number: a place counts as a source until its topic has not reported it for this time.
+- Absent: a place that its topic no longer reports is *unreported*. Unreported places are simulated like sources, but
+  their answer can only be a fault (`unreported_evidence.py`).
+"""
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.alerts.time_units import NS, ns_of
+from rpf3d_core.live.triggers import Trigger, trigger_of
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_ros.engine.source_topics import BY_HAND
+
+MOST = 1000
+"""Largest number of unreported places of a topic; of more places, the longest unreported places are forgotten."""
+
+MOST_IN_A_SCAN = 20_000
+"""Largest number of places of earlier messages of a topic that count as sources within the scan period."""
+
+KEPT_S = 3600.0
+"""Time (s) for which harmless unreported places are kept, because later terrain or areas may make them dangerous."""
+
+REMEMBERED = 300
+"""Largest number of places of all topics that are remembered for the next start, to limit the size of its file."""
+
+NEAREST = 1.0
+"""Smallest distance (m) within which two reports are about the same place; `position_spread` if that is larger."""
+
+BLOCK = 2_000_000
+"""Largest number of distances that are computed at once, to limit memory."""
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """N places of sources, as in `Trigger`, and when each was last reported.
+
+    positions : (N, 3) m, map frame; velocities : (N, 3) m/s; diameters : (N,) m, NaN where unknown
+    at_ns : (N,) stamp of the last message with the place (ns); 0 if it is from before the start of the node
+    at_s : (N,) when this message was received (s, steady clock)
+    """
+
+    positions: FloatArray
+    velocities: FloatArray
+    diameters: FloatArray
+    at_ns: np.ndarray
+    at_s: FloatArray
+
+    def __len__(self) -> int:
+        """Return the number of places."""
+        return len(self.positions)
+
+    def only(self, chosen: np.ndarray) -> "Places":
+        """Return the chosen places; chosen : (N,) True for each place to return, or a slice."""
+        return Places(
+            self.positions[chosen], self.velocities[chosen], self.diameters[chosen], self.at_ns[chosen],
+            self.at_s[chosen],
+        )  # fmt: skip
+
+    def and_also(self, others: "Places") -> "Places":
+        """Return these places followed by others."""
+        return Places(
+            np.concatenate([self.positions, others.positions]), np.concatenate([self.velocities, others.velocities]),
+            np.concatenate([self.diameters, others.diameters]), np.concatenate([self.at_ns, others.at_ns]),
+            np.concatenate([self.at_s, others.at_s]),
+        )  # fmt: skip
+
+    def younger_than(self, period_ns: int, stamp_ns: int, now_s: float) -> "Places":
+        """Return the places that were reported within a period (ns), by their stamps or by a steady clock.
+
+        A clock that jumps ahead must not end a place.
+
+        stamp_ns, now_s : present time, by the stamp of the newest message (ns) and by the steady clock (s)
+        """
+        return self.only((stamp_ns - self.at_ns <= period_ns) | (now_s - self.at_s <= period_ns / NS))
+
+    def far_from(self, others: "Places", distance: float) -> "Places":
+        """Return the places that are farther than a distance (m) from each of `others`."""
+        return self.only(~is_near(self.positions, others.positions, distance))
+
+    def trigger(self, stamp_ns: int, topic: str) -> Trigger:
+        """Return the places as a trigger; without diameters if none is known. stamp_ns : stamp of the trigger (ns)."""
+        diameters = None if bool(np.isnan(self.diameters).all()) else self.diameters
+        return trigger_of(self.positions, self.velocities, diameters, stamp_ns, topic)
+
+
+NOWHERE = Places(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0, dtype=np.int64), np.empty(0))
+"""No places."""
+
+
+class TopicPlaces(NamedTuple):
+    """The places of a topic.
+
+    reported : places of the last message; with a scan period, also the places of earlier messages within this period
+    unreported : places that the topic no longer reports; always empty with a scan period
+    stamp_ns : stamp of the last message (ns)
+    is_due : True if the unreported places must be simulated again, because their last answer does not count
+    """
+
+    reported: Places = NOWHERE
+    unreported: Places = NOWHERE
+    stamp_ns: int = 0
+    is_due: bool = False
+
+
+class Update(NamedTuple):
+    """What follows from a message of sources.
+
+    trigger : the sources to simulate: of the message, and of earlier messages within the scan period
+    unreported : unreported places to simulate; None if they are the same as before, or if there are none
+    last_ns : when the last of the unreported places was reported last (ns); 0 if not known
+    is_ended : True if the topic had unreported places, and has none now
+    too_many : why places were forgotten that may be dangerous; "" if none were
+    """
+
+    trigger: Trigger
+    unreported: Trigger | None = None
+    last_ns: int = 0
+    is_ended: bool = False
+    too_many: str = ""
+
+
+class ReportedPlaces:
+    """The places that each topic of sensors has reported. Only one thread may call; any thread may `to_remember`.
+
+    period_s : `evidence.scan_period_s` of the site file (s); None if it is absent
+    distance : distance (m) within which two reports are about the same place
+    """
+
+    def __init__(self, period_s: float | None, distance: float) -> None:
+        self._period_ns = None if period_s is None else ns_of(period_s)
+        self._distance = max(distance, NEAREST)
+        self._topics: Mapping[str, TopicPlaces] = {}
+
+    def received(
+        self, trigger: Trigger, now_s: float, is_suspect: bool = False, is_due: bool = False
+    ) -> Update:  # fmt: skip
+        """Note a message of sources, and return what follows from it; clicked sources are returned unchanged.
+
+        now_s : present time (s, steady clock)
+        is_suspect : True if earlier sources of the topic are, or may be, dangerous
+        is_due : True if the unreported places must be simulated again
+        """
+        if trigger.topic == BY_HAND:
+            return Update(trigger)
+        if self._period_ns is not None:
+            return self._of_scan(trigger, self._period_ns, now_s)
+        known = self._topics.get(trigger.topic, TopicPlaces())
+        return self._compared(trigger, now_s, known._replace(is_due=known.is_due or is_due), is_suspect)
+
+    def _of_scan(self, trigger: Trigger, period_ns: int, now_s: float) -> Update:
+        new, known = places_of(trigger, now_s), self._topics.get(trigger.topic, TopicPlaces()).reported
+        if period_ns:
+            kept = known.younger_than(period_ns, trigger.stamp_ns, now_s)
+        else:  # of a message of the same stamp
+            kept = known.only(known.at_ns == trigger.stamp_ns)
+        kept = kept.far_from(new, self._distance)
+        too_many = ""
+        if len(kept) > MOST_IN_A_SCAN:
+            too_many = (
+                f"{trigger.topic} reported more than {MOST_IN_A_SCAN:,} places within evidence.scan_period_s: report "
+                "fewer places, or correct this time in the site file"
+            )
+            kept = kept.only(slice(-MOST_IN_A_SCAN, None))
+        every = kept.and_also(new)
+        self._note(trigger.topic, TopicPlaces(reported=every, stamp_ns=trigger.stamp_ns))
+        whole = every.trigger(trigger.stamp_ns, trigger.topic) if len(kept) else trigger
+        return Update(whole, too_many=too_many)
+
+    def _compared(self, trigger: Trigger, now_s: float, known: TopicPlaces, is_suspect: bool) -> Update:
+        new, topic, stamp_ns = places_of(trigger, now_s), trigger.topic, trigger.stamp_ns
+        if not len(new):
+            if stamp_ns <= known.stamp_ns:  # of two messages with one stamp, the message with sources counts
+                return Update(trigger)
+            self._note(topic, TopicPlaces(stamp_ns=stamp_ns))
+            return Update(trigger, is_ended=bool(len(known.unreported)))
+        before, gone = known.unreported, known.reported.far_from(new, self._distance)
+        if not is_suspect:
+            before = before.younger_than(ns_of(KEPT_S), stamp_ns, now_s)
+        unreported = before.far_from(new, self._distance).far_from(gone, self._distance).and_also(gone)
+        is_same = not len(gone) and len(unreported) == len(known.unreported) and not known.is_due
+        too_many = ""
+        if len(unreported) > MOST:
+            too_many = f"more than {MOST:,} places" if is_suspect else ""
+            unreported = unreported.only(slice(-MOST, None))
+        self._note(topic, TopicPlaces(reported=new, unreported=unreported, stamp_ns=stamp_ns))
+        if is_same or not len(unreported):
+            is_ended = not is_same and bool(len(known.unreported))
+            return Update(trigger, is_ended=is_ended, too_many=too_many)
+        checked = replace(unreported.trigger(stamp_ns, topic), is_unreported=True)
+        return Update(trigger, checked, last_ns=int(unreported.at_ns.max()), too_many=too_many)
+
+    def _note(self, topic: str, places: TopicPlaces) -> None:
+        self._topics = {**self._topics, topic: places}
+
+    def restart(self) -> None:
+        """Note that all answers were forgotten, because the clock went back or the node was not active.
+
+        With a scan period, all places are forgotten, because their stamps are not valid: the first scan is then a fault
+        (`FirstScans`). Otherwise, unreported places are simulated again after the next message of their topic.
+        """
+        if self._period_ns is not None:
+            self._topics = {}
+            return
+        self._topics = {
+            topic: places._replace(stamp_ns=0, is_due=bool(len(places.unreported)))
+            for topic, places in self._topics.items()
+        }
+
+    def forget(self, topics: Iterable[str]) -> None:
+        """Forget the unreported places of some topics, because persons have acknowledged them."""
+        for topic in topics:
+            if topic in self._topics:
+                self._note(topic, self._topics[topic]._replace(unreported=NOWHERE, is_due=False))
+
+    def to_remember(self, suspects: Collection[str]) -> dict[str, Any]:
+        """Return the places to save for the next start, as plain values; {} if there are none.
+
+        suspects : topics whose sources are, or may be, dangerous. Of other topics, no place is saved
+
+        The result has for each topic the rows (x, y, z, velocity x, y, z, diameter), rounded to a centimetre. If there
+        are too many places, the topics of the missing ones are listed under the key "".
+        """
+        saved: dict[str, Any] = {}
+        room, lacking = REMEMBERED, []
+        for topic, places in sorted(self._topics.items() if self._period_ns is None else ()):
+            if topic not in suspects:
+                continue
+            every = places.unreported.and_also(places.reported)
+            rows = np.column_stack([every.positions, every.velocities, every.diameters])
+            if len(rows) > room:
+                lacking.append(topic)
+            elif len(rows):
+                room -= len(rows)
+                saved[topic] = [[None if np.isnan(x) else round(x, 2) for x in row] for row in rows.tolist()]
+        return {**saved, **({"": lacking} if lacking else {})}
+
+    def restore(self, saved: Mapping[str, Any], topics: Collection[str]) -> tuple[list[str], list[str]]:
+        """Continue from the places that `to_remember` saved before a restart, for topics that the node still has.
+
+        Return the topics with places, and the topics whose places could not be saved.
+        """
+        if self._period_ns is not None:
+            return [], []
+        for topic, rows in saved.items():
+            if topic and topic in topics:
+                values = np.array([[np.nan if x is None else x for x in row] for row in rows], dtype=float)
+                at_ns, at_s = np.zeros(len(values), dtype=np.int64), np.full(len(values), -np.inf)
+                places = Places(values[:, :3], values[:, 3:6], values[:, 6], at_ns, at_s)
+                self._note(topic, TopicPlaces(reported=places))
+        return list(self._topics), [topic for topic in saved.get("", ()) if topic in topics]
+
+
+def places_of(trigger: Trigger, now_s: float) -> Places:
+    """Return the sources of a trigger as places that were last reported at its stamp; now_s : as in `received`."""
+    count = len(trigger.positions)
+    diameters = np.full(count, np.nan) if trigger.diameters is None else np.asarray(trigger.diameters, dtype=float)
+    positions = np.asarray(trigger.positions, dtype=float).reshape(-1, 3)
+    velocities = np.asarray(trigger.velocities, dtype=float).reshape(-1, 3)
+    at_ns = np.full(count, trigger.stamp_ns, dtype=np.int64)
+    return Places(positions, velocities, diameters, at_ns, np.full(count, now_s))
+
+
+def is_near(positions: FloatArray, others: FloatArray, distance: float) -> np.ndarray:
+    """Return for each position whether one of `others` is within a distance (m) of it.
+
+    positions : (N, 3) m; others : (M, 3) m; the result has the shape (N,)
+    """
+    near = np.zeros(len(positions), dtype=bool)
+    if not len(others):
+        return near
+    rows = max(BLOCK // len(others), 1)
+    for first in range(0, len(positions), rows):
+        apart = positions[first : first + rows, None, :] - others[None, :, :]
+        near[first : first + rows] = ((apart**2).sum(axis=2) <= distance**2).any(axis=1)
+    return near

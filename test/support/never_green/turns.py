@@ -1,0 +1,61 @@
+"""A sensor that reports the places of its scan by turns: the dangerous source in one message, other places in the next.
+
+The messages are correct, but no message has all places. So this is a defect only for a node that takes each message as
+the whole scan.
+"""
+
+import numpy as np
+from never_green import pit
+from never_green.plan import END, Plan, Send
+from never_green.stories import EVERY
+
+SCAN_PERIOD = 2.5 * EVERY
+"""Time (s) in the site file within which a sensor with two turns reports every place again."""
+
+
+def scanning_by_turns(plan: Plan, rng: np.random.Generator) -> Plan | None:
+    """Let all sensors that see the last source report it in every second message only; at most once in a plan.
+
+    With a scan period in the site file, the other messages have the other sources, or none. Without it, the other
+    messages have at least one harmless place, because an empty message says that no source is left; and in half of
+    these plans the sensors stop at this part of their scan.
+    """
+    dangerous = plan.truth.sources[-1:]
+    topics = [topic for source in dangerous for topic in source.seen_by if topic in plan.sensors]
+    if not topics or any(name.startswith("scanning by turns") for name in plan.defects):
+        return None
+    period = SCAN_PERIOD if rng.random() < 0.5 else None
+    is_acknowledged = any(send.kind == "acknowledgement" for send in plan.sends)
+    stays = period is None and not is_acknowledged and bool(rng.random() < 0.5)
+    since = dangerous[0].since + 2.0 * EVERY + 0.5  # each of the sensors has reported the source
+    from_then = max(float(rng.uniform(4.0, 10.0)), since) if stays else END
+    floor, place, first = pit.on_the_floor(rng), dangerous[0].place, int(rng.integers(2))
+    numbers = dict.fromkeys(topics, first)
+    sends = []
+    for send in plan.sends:
+        if send.topic in numbers:
+            numbers[send.topic] += 1
+            is_other = numbers[send.topic] % 2 == 1 or send.sent >= from_then
+            send = _without(send, place, floor if period is None else None) if is_other else _only(send, place)
+        sends.append(send)
+    return plan.with_defect(
+        f"scanning by turns: {', '.join(topics)}", sends=tuple(sends), scan_period=period, stays=stays
+    )
+
+
+def _is_at(send: Send, place: np.ndarray) -> np.ndarray:
+    return np.isclose(send.places.reshape(-1, 3), place).all(axis=1)
+
+
+def _only(send: Send, place: np.ndarray) -> Send:
+    """Return a message with only the source at a place (3,) m, if the message has it."""
+    there = _is_at(send, place)
+    return send._replace(places=send.places.reshape(-1, 3)[there]) if there.any() else send
+
+
+def _without(send: Send, place: np.ndarray, floor: np.ndarray | None) -> Send:
+    """Return a message without the source at a place (3,) m; floor : place to report if no source is left, or None."""
+    others = send.places.reshape(-1, 3)[~_is_at(send, place)]
+    if not len(others) and floor is not None:
+        others = floor[None]
+    return send._replace(places=others)
