@@ -172,4 +172,4 @@ def test_files_have_the_shares_of_each_source(diluted: Run, tmp_path: Path) -> N
     assert int(row["source_rocks"]) == 50
     assert float(row["reached_share"]) == worst["reached"]["share"]
     assert int(row["reached_rocks"]) == worst["reached"]["rocks"]
-    assert set(name for name, _ in rows) == {"top", "below"}
+    assert {name for name, _ in rows} == {"top", "below"}
