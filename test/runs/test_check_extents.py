@@ -290,6 +290,24 @@ def test_elevations_of_the_other_sign_are_noticed(folder):
     assert "terrain" in shown
 
 
+def test_a_terrain_below_zero_everywhere_may_count_heights_downwards(folder):
+    """An inverted hill is a valid pit: without heights in other inputs, only the user knows which of them it is."""
+    turned = SITE * [1.0, 1.0, -1.0] + [0.0, 0.0, -1000.0]
+    write_landxml(folder / "down.xml", turned, TRIANGLES)
+    _, hints, refused, _ = seen(folder, "down.xml", MIDDLE, area(folder, [[x, y] for x, y in box(*MIDDLE)]))
+    assert refused == "" and len(hints) == 1
+    assert hints[0].startswith("all heights of the terrain are negative, ") and "read upside down" in hints[0]
+    scene = (folder / "scene.yaml").read_text()
+    assert prepare(read_scene(folder / "scene.yaml")).placing == tuple(hints), "the note is also in the report"
+    (folder / "scene.yaml").write_text(scene.replace("terrain:\n", "terrain:\n  up: z\n"))
+    assert prepare(read_scene(folder / "scene.yaml")).placing == ()
+
+
+def test_facets_that_face_down_may_show_that_z_points_down(folder):
+    write_binary_stl(folder / "down.stl", (VERTICES * [1.0, 1.0, -1.0])[TRIANGLES[:, ::-1]])
+    assert any("faced down" in hint and "z points down" in hint for hint in seen(folder, "down.stl", [10.0, 8.0])[1])
+
+
 @pytest.mark.parametrize(
     ("rock", "told"),
     [
