@@ -347,10 +347,19 @@ def _degrees_in_words(other: Extent, ground: Box, crs: str | None) -> str:
         corners = transformed_places(other.file or Path(other.name), np.array(_plan(other, "z")), WGS84, crs)
     except InputError:
         return sentence
-    on_it = _overlaps((corners.min(axis=0), corners.max(axis=0)), ground)
-    lies = "lies on it" if on_it else "does not lie on it either"
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    if not _overlaps((low, high), ground):
+        return (f"{sentence}; transformed to {crs}, {_box_in_words(low, high)}, it is off the terrain, "
+                f"{_box_in_words(*ground)}: is it of another site, or has the terrain another reference system or a "
+                "local grid?")  # fmt: skip
     command = "" if other.file is None else f": {transforming(other, WGS84, crs)}"
-    return f"{sentence}; transformed to {crs} it {lies}{command}"
+    return f"{sentence}; transformed to {crs} it lies on it{command}"
+
+
+def _box_in_words(low: FloatArray, high: FloatArray) -> str:
+    """Return a box in plan as text, in whole metres; low, high : (2,) m, its corners."""
+    return " and ".join(f"{axis} {plain(round(a))} to {plain(round(b))} m"
+                        for axis, a, b in zip("xy", low.tolist(), high.tolist(), strict=True))  # fmt: skip
 
 
 def transforming(other: Extent, begin: str, end: str) -> str:

@@ -108,6 +108,10 @@ def test_areas_in_degrees_are_recognized_and_the_transformation_is_offered(folde
     assert "longitude and latitude" in told and "transformed to EPSG:32719 it lies on it" in told
     command = f"--kind polygon --from EPSG:4326 --to EPSG:32719 --out {folder / 'ramp_32719.geojson'}"
     assert f"rpf3d import layer {folder / 'ramp.geojson'} {command}" in told
+    away = [[x + 0.1, y] for x, y in corners]
+    (told,) = seen(folder, "pit.xml", [*MIDDLE, 0], area(folder, away))[1]
+    assert "transformed to EPSG:32719, x 4673" in told and "it is off the terrain, x 457000 to " in told
+    assert "of another site" in told and "rpf3d import" not in told, "a file that does not fit is not transformed"
     stated = area(folder, corners, crs={"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::4326"}})
     _, hints, refusal, _ = seen(folder, "pit.xml", [*MIDDLE, 0], stated)
     assert "area ramp is in EPSG:4326, and the terrain in EPSG:32719; transform it: rpf3d import layer" in refusal
