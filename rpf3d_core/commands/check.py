@@ -55,7 +55,7 @@ def _print_check(report: "Check") -> None:
     models += f", stop_speed {named.stop_speed:g} m/s"
     lines += [["models", f"{models}, method {named.method.describe()}"]]
     if named.unknowns is not None and named.has_unknowns:
-        lines += [["unknowns of a run", named.unknowns.describe()]]
+        lines += [["unknowns of a run", named.unknowns.describe(report.idle)]]
     if report.calibrated:
         lines += [["unknowns of calibrate", report.calibrated]]
     lines += [["calibration", sentence] for sentence in report.observed]

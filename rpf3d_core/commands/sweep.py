@@ -76,6 +76,8 @@ def _executor(workers: int | None) -> Iterator[Executor]:
 def _counting(begin: Callable[[int], Callable[[int], None]], writing: Callable[[], None]) -> Callable[[int, int], None]:
     """Return a function of (done, of) that shows the progress of the cells of a sweep.
 
+    Without a terminal, for example in a log file, there is no bar: a line is printed for each cell instead.
+
     Its arguments are the number of cells that have a result, and the number of all cells. The progress bar counts only
     the cells that had no result at the start.
 
@@ -86,6 +88,8 @@ def _counting(begin: Callable[[int], Callable[[int], None]], writing: Callable[[
     def report(done: int, of: int) -> None:
         if advance:
             advance[0](1)
+            if not screen.is_terminal:
+                screen.print(f"{done} of {of} cells have flown", soft_wrap=True)
         elif done < of:
             screen.print(f"{of} cells, of which {done} have flown before", soft_wrap=True)
             advance.append(begin(of - done))

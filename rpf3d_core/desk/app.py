@@ -13,6 +13,7 @@ from rpf3d_core.desk.coefficients import coefficient_of, drawn_elsewhere
 from rpf3d_core.desk.page import NO_RESULTS, STILL, Actions, build_page
 from rpf3d_core.desk.picking import place_on
 from rpf3d_core.desk.runner import Listener, Runner, Written
+from rpf3d_core.desk.scene_files import stamp_of
 from rpf3d_core.desk.scene_state import SceneState, opened, saved, shown_path
 from rpf3d_core.desk.scene_text import (
     AREAS,
@@ -186,11 +187,21 @@ class Desk:
         self.runner.stop_flying()
 
     def _save(self) -> None:
-        """Save the scene in the file that the page names."""
-        self.scene = saved(self._opened(), Path(self.state.save_path), bool(self.state.save_over))
-        self.state.report_path, self.state.has_run = shown_path(self.scene.report_path), False
+        """Save the scene in the file that the page names; the last run becomes a run of this file, if it can."""
+        before = self._opened()
+        self.scene = after = saved(before, Path(self.state.save_path), bool(self.state.save_over))
+        had_run, is_same = self.state.has_run, stamp_of(before.scene) == stamp_of(after.scene)
+        if had_run and is_same:
+            self.runner.move(before.written, after.path)
+            self._flying = after.written
+        self.state.report_path, self.state.has_run = shown_path(after.report_path), had_run and is_same
         self._list_scene()
-        self._say(GOOD, f"scene saved in {self.scene.path}")
+        self._say(GOOD, f"scene saved in {after.path}")
+        if had_run and not is_same:
+            self._say(NOTE, "the paths of the saved scene lead to other files than those of the last run: press Run "
+                      "before Report")  # fmt: skip
+        if not self.state.ready:
+            self.runner.prepare(after.written)  # the answer for the earlier file is ignored
 
     def _report(self) -> None:
         scene, path = self._opened(), Path(self.state.report_path).resolve()

@@ -174,7 +174,7 @@ def _files(html: Any, actions: Actions) -> None:
     html.H2("Save the scene")
     _file_row(html, "Save", "save_path", "save_over", actions.save, "flying")
     html.H2("Report")
-    html.Div("Save the scene and run it before you write its report.", classes="quiet")
+    html.Div("Run and save the scene before you write its report, in any order.", classes="quiet")
     _file_row(html, "Report", "report_path", "report_over", actions.report, "flying || !has_run")
 
 

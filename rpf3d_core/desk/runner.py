@@ -9,6 +9,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -36,6 +37,8 @@ QUIETEST = 0.4
 
 FOLDER = "rpf3d-desk-"
 """First letters of the names of the temporary folders with results."""
+FLOWN = ("deposits.csv", "impacts.parquet")
+"""Files that `fly_into` writes; `write_findings` writes all other files of a result."""
 LATEST = 20.0
 """Longest time (s) that the desk, when it ends, waits for rocks that still fly."""
 
@@ -112,6 +115,14 @@ class Runner:
     def write_report(self, written: Written, path: Path) -> None:
         """Request the report of the last run; the request is refused if the last run was of another scene."""
         self._tasks.put(lambda: self._report(written, path))
+
+    def move(self, written: Written, path: Path) -> None:
+        """Request that the last run counts as a run of another scene file; call this when the scene was saved there.
+
+        written : the scene as it was before; the request is ignored if the last run was of another scene
+        path : the other file; it must have the same text and read the same files
+        """
+        self._tasks.put(lambda: self._move(written, path))
 
     def stop_flying(self) -> None:
         """Start no further rocks; the rocks flown so far are the result."""
@@ -232,6 +243,26 @@ class Runner:
             summary.unlink()  # its digest may be of changed files
             raise
         self._listener.report(path)
+
+    def _move(self, written: Written, path: Path) -> None:
+        """Replace the scene file of the last run, and delete the files that an earlier report of this run needed.
+
+        The data prepared for the next run stay those of the earlier file, so they are prepared again.
+        """
+        if self._flown is None or self._flown[0].written != written or self._folder is None:
+            return
+        ready, run = self._flown
+        moved = written._replace(path=path)
+        scene = scene_of_text(moved.text, path)
+        self._flown = (
+            ready._replace(written=moved, prepared=replace(ready.prepared, scene=scene)),
+            replace(run, prepared=replace(run.prepared, scene=scene)),
+        )
+        for path in self._folder.iterdir():
+            if path.is_dir():
+                shutil.rmtree(path, ignore_errors=True)
+            elif path.name not in FLOWN:
+                path.unlink()
 
     def _forget(self) -> None:
         """Delete the results of the last run."""

@@ -15,7 +15,7 @@ from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, reach_probability
 from rpf3d_core.hazard.scales import FEW_COLOUR
 from rpf3d_core.report.draped_map import FEW, caption_of
 from rpf3d_core.report.run_files import HazardGrid
-from rpf3d_core.report.view import LIGHT, MOST_TRIANGLES, Seen, draped, raised_by
+from rpf3d_core.report.view import LIGHT, MOST_TRIANGLES, UPPER_REACH, Seen, draped, raised_by
 from rpf3d_core.results.findings import Run
 from rpf3d_core.terrain.draped_outlines import MARGIN, draped_outlines
 from rpf3d_core.terrain.facets import Terrain, unit_normals
@@ -112,12 +112,7 @@ def hazard_map(seen: Seen, maps: HazardMaps, kind: str) -> DrapedMap:
 
     seen : the terrain to draw, from `ground_seen`; maps : hazard maps of the run; kind : REACH or ENERGY
     """
-    if kind == REACH:
-        title, unit, values = "reach probability", "%", 100.0 * reach_probability(maps.cells, maps.flown)
-    else:
-        title, unit, values = f"p95 energy, cells with {FEWEST_ROCKS} rocks or more", "kJ", maps.cells.energy.p95 / 1e3
-    known = np.where(values > 0.0, values, FEW)
-    laid_out = maps.cells.everywhere(np.where(maps.cells.rocks > 0, known, np.nan), np.nan)
+    title, unit, laid_out = _reach(maps) if kind == REACH else _energy(maps)
     if np.isnan(laid_out).all():
         return DrapedMap(title=title, unit=unit, largest=0.0, mesh=None)
     grid = _grid(maps, laid_out)
@@ -132,6 +127,30 @@ def hazard_map(seen: Seen, maps: HazardMaps, kind: str) -> DrapedMap:
         title, unit, largest, mesh if len(corners) else None, raised_by(near), has_few=bool(few.any()),
         caption=caption_of([(corners, grid.cell)], bool(few.any())),
     )  # fmt: skip
+
+
+def _reach(maps: HazardMaps) -> tuple[str, str, FloatArray]:
+    """Return title, unit and values (C,) of the map of reach probability; NaN in cells without a value.
+
+    With parameter sets, the map is the upper end of the predictive interval, as the first map in the 3D view of a
+    report. The title says so, and also if too few sets have flown for an interval.
+    """
+    band = maps.reach_band
+    if band is not None and np.isfinite(band.high).any():
+        high = np.full(maps.cells.count, np.nan)
+        high[band.cell] = np.where(band.high > 0.0, 100.0 * band.high, np.nan)
+        return UPPER_REACH, "%", high
+    title = "reach probability" if band is None else "reach probability, mean; its predictive interval is unknown"
+    values = 100.0 * reach_probability(maps.cells, maps.flown)
+    return title, "%", maps.cells.everywhere(np.where(maps.cells.rocks > 0, values, np.nan), np.nan)
+
+
+def _energy(maps: HazardMaps) -> tuple[str, str, FloatArray]:
+    """Return title, unit and values (C,) of the map of p95 energy; FEW in reached cells without a value, else NaN."""
+    values = maps.cells.energy.p95 / 1e3
+    known = np.where(values > 0.0, values, FEW)
+    laid_out = maps.cells.everywhere(np.where(maps.cells.rocks > 0, known, np.nan), np.nan)
+    return f"p95 energy, cells with {FEWEST_ROCKS} rocks or more", "kJ", laid_out
 
 
 def _grid(maps: HazardMaps, laid_out: FloatArray) -> HazardGrid:

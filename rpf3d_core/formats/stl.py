@@ -6,6 +6,7 @@ before memory is allocated. The stored normals are not read, because the order o
 normals.
 """
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -18,6 +19,23 @@ from rpf3d_core.terrain.frame import FloatArray
 HEADER = 84
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
+LONGEST_HEAD = 4096
+"""Number of bytes at the begin of a file that show its format."""
+DXF_BEGIN = re.compile(rb"(?:999\s*\n[^\n]*\n\s*)*0\s*\n\s*SECTION", re.IGNORECASE)
+"""Begin of a DXF file without leading spaces: comments, then the first section."""
+BEGINS = (
+    (b"AutoCAD Binary DXF", "a DXF file in binary", "save it as DXF in text, with the ending .dxf"),
+    (b"AC10", "a DWG drawing", "save the drawing as DXF"),
+    (b"ply", "a PLY file", ".ply"),
+    (b"<?xml", "an XML file", "give it the ending .xml if it is LandXML"),
+    (b"<LandXML", "a LandXML file", ".xml"),
+    (b"\x84\x83\x82\x81", "an OMF 1 file", ".omf"),
+    (b"# vtk DataFile", "a VTK file", ".vtk"),
+    (b"LASF", "a LAS or LAZ file", "give it the ending .las or .laz"),
+    (b"PK\x03\x04", "a ZIP archive", "unpack it, and name the terrain file in it"),
+    (b"glTF", "a glTF file", "export a PLY, OBJ or DXF file"),
+)
+"""Begin of the files of other formats, the name of the format, and the right ending or other advice."""
 RECORDS_AT_A_TIME = 2**14
 """Number of facets of a binary STL that are read in one step: 0.8 MB, which fits into the processor's cache."""
 LINES_AT_A_TIME = 2**24
@@ -34,6 +52,26 @@ def is_ascii_stl(path: Path) -> bool:
     return head.lstrip().startswith(b"solid") and b"\0" not in head
 
 
+def other_format(path: Path) -> str | None:
+    """Return the format of a file that has the ending .stl but begins like another format, with advice; else None.
+
+    An STL file of the size that its header states is an STL file, whatever its free text begins with.
+    """
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        head = file.read(LONGEST_HEAD)
+    if size >= HEADER and size == HEADER + RECORD.itemsize * int.from_bytes(head[HEADER - 4 : HEADER], "little"):
+        return None
+    first = head.removeprefix(b"\xef\xbb\xbf").lstrip()
+    if DXF_BEGIN.match(first):
+        return "a DXF file: give it the ending .dxf"
+    found = next(((name, ending) for begin, name, ending in BEGINS if first.startswith(begin)), None)
+    if found is None:
+        return None
+    name, ending = found
+    return f"{name}: " + (f"give it the ending {ending}" if ending.startswith(".") else ending)
+
+
 def read_binary_stl(path: Path) -> FileMesh:
     """Return the facets of a binary STL: three points for each facet, in the file's order.
 
@@ -43,6 +81,8 @@ def read_binary_stl(path: Path) -> FileMesh:
         The size of the file does not match the number of facets in its header.
     """
     size = path.stat().st_size
+    if kind := other_format(path):
+        raise TerrainError(f"{path}: is not an STL file but {kind}")
     if size < HEADER:
         raise TerrainError(
             f"{path}: is neither an ASCII STL (which starts with `solid`) nor a binary one: {size} bytes are fewer "

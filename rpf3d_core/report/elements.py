@@ -3,6 +3,7 @@
 `html.py` and `pdf.py` lay out these elements.
 """
 
+import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -32,6 +33,15 @@ class Warnings(NamedTuple):
 
     title: str
     sentences: Sequence[str]
+
+
+NUMBER_AND_UNIT = re.compile(r"(?<=\d) (?=(?:kJ|km|m2|m3|m|mm|cm|s|kg|t|%)(?![\w/]))")
+"""The space between a number and its unit."""
+
+
+def unbroken(cell: str) -> str:
+    """Return the text of a cell in which a no-break space keeps each number and its unit on one line."""
+    return NUMBER_AND_UNIT.sub("\u00a0", cell)
 
 
 class Table(NamedTuple):

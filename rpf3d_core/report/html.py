@@ -4,7 +4,18 @@ import base64
 from collections.abc import Sequence
 from html import escape
 
-from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
+from rpf3d_core.report.elements import (
+    Bullets,
+    Element,
+    Heading,
+    Picture,
+    SignOff,
+    Table,
+    Text,
+    View,
+    Warnings,
+    unbroken,
+)
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' 'unsafe-eval'; " \
          "img-src data: blob:; font-src data:; worker-src blob:"  # fmt: skip
@@ -73,7 +84,8 @@ def _bullets(sentences: Sequence[str]) -> str:
 
 def _table(table: Table) -> str:
     head = "".join(f"<th>{escape(cell)}</th>" for cell in table.header)
-    rows = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in table.rows)
+    lines = ("".join(f"<td>{escape(unbroken(cell))}</td>" for cell in row) for row in table.rows)
+    rows = "".join(f"<tr>{cells}</tr>" for cells in lines)
     kind = ' class="right"' if table.right else ""
     return f"<table{kind}><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
 

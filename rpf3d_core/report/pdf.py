@@ -6,7 +6,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
+from rpf3d_core.report.elements import (
+    Bullets,
+    Element,
+    Heading,
+    Picture,
+    SignOff,
+    Table,
+    Text,
+    View,
+    Warnings,
+    unbroken,
+)
 from rpf3d_core.report.need import needed
 
 PNG = b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR"
@@ -145,7 +156,7 @@ def _bullets(sentences: Sequence[str]) -> str:
 
 def _table(table: Table) -> str:
     columns, align = len(table.header), "right" if table.right else "left"
-    header, *rows = ("".join(f"{quoted(cell)}, " for cell in row) for row in (table.header, *table.rows))
+    header, *rows = ("".join(f"{quoted(unbroken(cell))}, " for cell in row) for row in (table.header, *table.rows))
     widths = "(auto, " + ("1fr, ") * (columns - 1) + ")"
     whole = "false" if len(rows) < FEW_ROWS else "true"
     return (f"#block(breakable: {whole}, table(columns: {widths}, align: (x, y) => if x == 0 {{ left }} else "

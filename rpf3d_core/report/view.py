@@ -39,8 +39,10 @@ ABOVE_MAPS = 1.3
 PATH, AREA, BARRIER, CRITICAL = "#10203a", "#0059bf", "#008577", "#d1480f"
 Key = tuple[str, int, int]
 """A rock, as (source, rock, fragment)."""
+UPPER_REACH = "reach probability, upper end of the predictive interval"
+"""Title of the map that the report and the desk show first for a run over parameter sets."""
 MAPS = (
-    ("reach_probability_high", None, "reach probability, upper end of the predictive interval", 100.0, "%"),
+    ("reach_probability_high", None, UPPER_REACH, 100.0, "%"),
     ("reach_probability", None, "reach probability", 100.0, "%"),
     ("energy_j", "p95", "p95 energy", 1e-3, "kJ"),
 )

@@ -67,7 +67,7 @@ def interval(ends: Ends, words: Words) -> str:
     """Return an interval as text, rounded outward; if only one end is known, "at least ..." or "at most ...".
 
     An end with the text FARTHER counts as an end that is not known. If no end is known, the result is the text of the
-    lower end: UNKNOWN or FARTHER.
+    lower end: UNKNOWN or FARTHER. A lower end of 0 says nothing, because no length and no energy is below 0.
 
     ends : lower and upper end, None for an unknown end, or None if both are unknown
     words : function that turns a number into text with its unit, such as `metres`
@@ -77,7 +77,9 @@ def interval(ends: Ends, words: Words) -> str:
     low, high = words(ends[0], LOW), words(ends[1], HIGH)
     if low in (UNKNOWN, FARTHER):
         return low if high in (UNKNOWN, FARTHER) else f"at most {high}"
-    return f"at least {low}" if high in (UNKNOWN, FARTHER) else f"{low} to {high}"
+    if high not in (UNKNOWN, FARTHER):
+        return f"{low} to {high}"
+    return f"at least {low}" if low != words(0.0, LOW) else high if high == UNKNOWN else f"{low} to {high}"
 
 
 def figure_cells(figure: Figure, words: Words) -> list[str]:

@@ -24,7 +24,7 @@ from rpf3d_core.runs.check_calibration import observations_in_words, unknowns_in
 from rpf3d_core.runs.check_effects import effects_called_for, idle_effects
 from rpf3d_core.runs.check_shapes import measured_sizes, shapes_in_words
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.zone_materials import without_friction
+from rpf3d_core.scene.zone_materials import unused_materials, without_friction
 from rpf3d_core.setup.extents import TERRAIN, Extent, input_extents
 from rpf3d_core.setup.hanging_rims import hanging_rims
 from rpf3d_core.setup.misplaced import placing_hints, placing_notes
@@ -131,6 +131,7 @@ class Check:
     shapes : sentences on the shapes of the rocks and on their files; empty for points and spheres
     measured : sentences on the files of measured sizes: the column and the unit that are read
     observed : lines on the observations that `rpf3d calibrate` reads; empty if the scene has no calibration
+    idle : names of the materials that no zone of the terrain has, so that their unknowns change nothing
     calibrated : the unknowns that `rpf3d calibrate` fits, with their priors; empty if the scene has no calibration
     """
 
@@ -146,6 +147,7 @@ class Check:
     measured: tuple[str, ...] = ()
     observed: tuple[str, ...] = ()
     calibrated: str = ""
+    idle: tuple[str, ...] = ()
 
     @property
     def fit(self) -> bool:
@@ -195,6 +197,7 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
         measured=measured_sizes(scene),
         observed=observed,
         calibrated=unknowns_in_words(scene),
+        idle=tuple(unused_materials(scene, prepared.terrain.zones)),
     )
     return _with_pilot(report, prepared, releases) if report.fit else report
 

@@ -133,7 +133,8 @@ def fly_into(folder: Path, prepared: Prepared, control: RunControl = UNCONTROLLE
 
 
 def replay(
-    scene: Scene | str | Path, source: str | int, rock: int, engine: str = "reference", seed: int | None = None
+    scene: Scene | str | Path, source: str | int, rock: int, engine: str = "reference", seed: int | None = None,
+    rocks: Rocks = None,
 ) -> Run:
     """Fly one rock of a scene again, for example to inspect it; its path is bit for bit the same as in the whole run.
 
@@ -142,19 +143,25 @@ def replay(
     scene, engine, seed : as in `simulate`
     source : name of the rock's source, or its index in the scene's list, from 0
     rock : number of the rock in its source, from 0
+    rocks : number of rocks of the whole run, as in `simulate`; None for that of the scene
 
     Raises
     ------
     InputError
-        As `simulate`; or there is no such source, or the number of the rock is negative.
+        As `simulate`; or there is no such source, or the source has no rock of this number.
     """
-    chosen = chosen_scene(scene, None, engine, seed)
+    chosen = chosen_scene(scene, rocks, engine, seed)
     names = [spec.name for spec in chosen.sources]
     place = names.index(source) if source in names else source
     if not isinstance(place, int) or not 0 <= place < len(names):
         raise InputError(f"{chosen.path}: there is no source {source!r}; the sources are {', '.join(names)}")
-    if rock < 0:
-        raise InputError(f"{chosen.path}: the rock is {rock}; rocks are numbered from 0")
+    last = (chosen.target.most_rocks if chosen.rocks == "auto" else chosen.sources[place].rocks) - 1
+    if not 0 <= rock <= last:
+        more = "" if rock < 0 or chosen.rocks == "auto" else "; if more rocks have flown, give their number as `rocks`"
+        raise InputError(
+            f"{chosen.path}: the rock is {rock}; the rocks of source {names[place]!r} are numbered from 0 to "
+            f"{last}{more}"
+        )
     return fly_one(prepare(chosen), place, rock)
 
 

@@ -4,7 +4,7 @@ An unknown has one value for the whole site, but the value is not known: each pa
 A distribution (`scene.draws`) is something else: it varies from rock to rock, or from impact to impact.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Self
 
 from pydantic import Field, ValidationError, model_validator
@@ -86,10 +86,15 @@ class UnknownsSpec(StrictModel):
         """True if a value of the scene is unknown."""
         return bool(self.priors) or self.sample is not None
 
-    def describe(self) -> str:
-        """Return the unknowns in words for `rpf3d check`, such as "64 parameter sets of materials.*.friction"."""
+    def describe(self, idle: Sequence[str] = ()) -> str:
+        """Return the unknowns in words for `rpf3d check`, such as "64 parameter sets of materials.*.friction".
+
+        idle : names of materials that no surface of the terrain has; their own unknowns are left out
+        """
         sources = [f"the sample {self.sample.name}"] if self.sample is not None else []
-        return f"{self.sets} parameter sets of {', '.join([*sources, *self.priors])}"
+        left_out = tuple(f"materials.{name}." for name in idle if name != "*")  # `materials.*` is of all materials
+        shown = [path for path in self.priors if not path.startswith(left_out)]
+        return f"{self.sets} parameter sets of {', '.join([*sources, *shown]) or 'materials that no surface has'}"
 
 
 def with_priors_apart(values: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -178,7 +178,7 @@ def check_materials(scene: Scene, zones: Sequence[str]) -> None:
         known = (*zones, *(scene.terrain.split or ()))
         if name == "default" or any(zone == name or fnmatchcase(zone, name) for zone in known):
             continue
-        near = zone_meant(name, zones)
+        near = zone_meant(name, tuple(dict.fromkeys((*(scene.terrain.split or ()), *zones))))
         shown = ", ".join(zones[:MOST_NAMED]) + (", ..." if len(zones) > MOST_NAMED else "")
         advice = f"did you mean {near!r}?" if near else f"the zones are {shown}; correct it, or remove it"
         place = place_in_file(scene.path, ("materials", name))

@@ -58,22 +58,43 @@ def placing_notes(
 
     The result is empty if everything looks right. The function reads no file.
     faults : the report on the mesh of the terrain; others : from `extents.other_extents`
-    is_run : True for the notes of a run: if the scene states `up`, there is no note on a terrain of vertical facets
+    is_run : True for the notes of a run: if the scene states `up`, there is no note on a terrain of vertical facets or
+        below height 0
     """
     terrain = terrain_extent(scene, faults)
     up = scene.terrain.up
     notes = list(placing_hints([terrain, *others], scene.terrain.crs, up))
-    is_explained = _is_on_its_side(terrain, up) or _are_axes_known(terrain, others, up)
+    is_on_its_side = _is_on_its_side(terrain, up)
+    is_explained = is_on_its_side or _are_axes_known(terrain, others, up)
     is_trusted = is_run and "up" in scene.terrain.model_fields_set
     if not is_explained and not is_trusted and not _is_too_large(terrain, up):
         notes.extend(_mostly_vertical(terrain, faults, up))
     if _is_turned_over(faults) and not is_explained:
         notes.append(
             f"{faults.flipped_facets:,} of {faults.triangles:,} triangles faced down and were turned over: either the "
-            "file lists their corners clockwise, which is harmless, or the terrain is mirrored, as by swapped axes; "
-            "compare it with a map"
+            "file lists their corners clockwise, which is harmless, or the terrain is mirrored, as by swapped axes, or "
+            f"{up} points down; compare it with a map"
         )
+    is_opposite = any(up == "z" and _is_in_opposite_heights(other, terrain) for other in others)
+    if scene.terrain.files is not None and not is_on_its_side and not is_trusted and not is_opposite:
+        notes.extend(_below_zero(terrain, up))
     return tuple(notes)
+
+
+def _below_zero(terrain: Extent, up: str) -> Iterator[str]:
+    """Yield a sentence on a terrain that lies below height 0 everywhere, as if its file counted heights downwards.
+
+    Such a file is read upside down, so that pits are hills. No scene key turns heights over. If heights are right, as
+    those below a local datum, the user states the axis that points up, and a run has no note.
+    """
+    axis = "xyz".index(up)
+    low, high = float(terrain.low[axis]), float(terrain.high[axis])
+    if high < 0.0:
+        yield (
+            f"all heights of the terrain are negative, {plain(low)} to {plain(high)} m: if its file counts heights or "
+            f"depths downwards, the terrain is read upside down; export the file with {up} upwards. If the heights are "
+            f"right, give the terrain `up: {up}`: runs then have no such note"
+        )
 
 
 def _mostly_vertical(terrain: Extent, faults: FaultReport, up: str) -> Iterator[str]:
@@ -127,7 +148,7 @@ def placing_hints(extents: Sequence[Extent], crs: str | None, up: str) -> Iterat
             continue  # `refuse_other_systems` offers the transformation
         if not _overlaps(_plan(other, up), _plan(terrain, up)):
             yield from _off_the_terrain(other, terrain, crs, up)
-        elif up == "z" and not np.isnan(other.low[2]) and _is_upside_down(other, terrain):
+        elif up == "z" and _is_in_opposite_heights(other, terrain):
             yield (
                 f"{other.name}: its heights have the opposite sign of the terrain's heights: "
                 "does z point down in one of them?"
@@ -326,10 +347,19 @@ def _degrees_in_words(other: Extent, ground: Box, crs: str | None) -> str:
         corners = transformed_places(other.file or Path(other.name), np.array(_plan(other, "z")), WGS84, crs)
     except InputError:
         return sentence
-    on_it = _overlaps((corners.min(axis=0), corners.max(axis=0)), ground)
-    lies = "lies on it" if on_it else "does not lie on it either"
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    if not _overlaps((low, high), ground):
+        return (f"{sentence}; transformed to {crs}, {_box_in_words(low, high)}, it is off the terrain, "
+                f"{_box_in_words(*ground)}: is it of another site, or has the terrain another reference system or a "
+                "local grid?")  # fmt: skip
     command = "" if other.file is None else f": {transforming(other, WGS84, crs)}"
-    return f"{sentence}; transformed to {crs} it {lies}{command}"
+    return f"{sentence}; transformed to {crs} it lies on it{command}"
+
+
+def _box_in_words(low: FloatArray, high: FloatArray) -> str:
+    """Return a box in plan as text, in whole metres; low, high : (2,) m, its corners."""
+    return " and ".join(f"{axis} {plain(round(a))} to {plain(round(b))} m"
+                        for axis, a, b in zip("xy", low.tolist(), high.tolist(), strict=True))  # fmt: skip
 
 
 def transforming(other: Extent, begin: str, end: str) -> str:
@@ -344,6 +374,15 @@ def transforming(other: Extent, begin: str, end: str) -> str:
         f"rpf3d import layer {path_in_a_command(file)} --kind {other.kind} --from {shlex.quote(begin)} "
         f"--to {shlex.quote(end)} --out {path_in_a_command(out)}"
     )
+
+
+def _is_in_opposite_heights(other: Extent, terrain: Extent) -> bool:
+    """Return True if an input lies on the terrain in plan and at its heights, but only after a change of their sign.
+
+    z must point up in the scene. The result is False for an input without heights.
+    """
+    is_on_it = _overlaps(_plan(other, "z"), _plan(terrain, "z"))
+    return is_on_it and not np.isnan(other.low[2]) and _is_upside_down(other, terrain)
 
 
 def _is_upside_down(other: Extent, terrain: Extent) -> bool:

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from rpf3d_core.calibration.observations import calibration_of
 from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
+from rpf3d_core.runs.check import check_scene
 from rpf3d_core.runs.check_calibration import observations_in_words
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.scene.unknowns import PriorSpec
@@ -95,6 +96,18 @@ def test_check_names_the_unknowns_of_a_run_and_of_a_calibration_apart(
     assert of_calibrate.startswith(
         "materials.default.normal_restitution (0.2 to 0.6); materials.default.tangential_restitution (0.5 to 0.9) "
     )
+
+
+def test_check_leaves_out_the_unknowns_of_a_material_that_no_surface_has(tmp_path: Path) -> None:
+    """Ranges of the library for `default` change nothing if each zone has a material of its own."""
+    prior, own = "{prior: {min: 0.5, max: 0.9}}", "{normal_restitution: {prior: {min: 0.3, max: 0.4}}"
+    text = SCENE.replace(", zone: default", "")
+    text = text.replace("tangential_restitution: 0.8", f"tangential_restitution: {prior}")
+    path = written(tmp_path, "")
+    path.write_text(text.replace("materials: {", f"materials: {{terrain: {own}, tangential_restitution: 0.8}}, "))
+    report = check_scene(read_scene(path))
+    assert report.idle == ("default",) and report.scene.unknowns is not None
+    assert report.scene.unknowns.describe(report.idle) == "64 parameter sets of materials.terrain.normal_restitution"
 
 
 def test_a_normal_prior_is_described() -> None:

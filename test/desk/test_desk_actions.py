@@ -116,6 +116,34 @@ def test_results_that_come_after_an_edit_are_not_shown(desk: Desk) -> None:
     assert {each["progress"] for each in shown} == {""} and not desk.state.has_run
 
 
+def test_a_run_counts_for_the_file_in_which_its_scene_is_saved_afterwards(desk: Desk, tmp_path: Path) -> None:
+    """Run, Save, Report: the report names the saved file, and no rock flies twice; also after an earlier report."""
+    pytest.importorskip("plotly", reason="the extra `report` is not installed")
+    act(desk, "edit", "default", "normal_restitution", "0.4")
+    act(desk, "run")
+    until(desk, lambda: desk.state.has_run)
+    run = desk.runner._flown
+    for name in ("one", "two"):
+        desk.state.save_path = str(tmp_path / f"{name}.yaml")
+        act(desk, "save")
+        assert desk.state.has_run and not desk.state.unsaved
+        act(desk, "report")
+        until(desk, lambda: desk.state.messages)
+        assert "report saved in" in desk.state.messages[0]["text"]
+        assert f"{name}.yaml" in (tmp_path / f"{name}_report.html").read_text(encoding="utf-8")
+    assert run is not None and desk.runner._flown is not None
+    assert desk.runner._flown[1].flights is run[1].flights, "no rock has flown again"
+
+
+def test_a_saved_scene_that_reads_other_files_must_fly_again(desk: Desk, tmp_path: Path) -> None:
+    act(desk, "run")
+    until(desk, lambda: desk.state.has_run)
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other/slope.obj").write_text(SLOPE.replace("90", "80"))
+    desk.state.save_path = str(tmp_path / "other/scene.yaml")
+    assert any("lead to other files" in message for message in act(desk, "save")) and not desk.state.has_run
+
+
 def test_a_coefficient_that_is_drawn_elsewhere_is_not_edited(desk: Desk) -> None:
     (material,) = desk.state.materials
     fixed = {value["key"]: value["fixed"] for value in material["values"]}

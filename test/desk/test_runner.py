@@ -2,6 +2,7 @@
 
 import tempfile
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -28,8 +29,10 @@ from rpf3d_core.desk.whole_files import whole_file
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.benches import Bench, bench_table, text_rows
 from rpf3d_core.hazard.each_source import shown_benches
+from rpf3d_core.hazard.maps import reach_probability
 from rpf3d_core.hazard.scales import FEW_COLOUR
-from rpf3d_core.report.view import Seen
+from rpf3d_core.report.view import MAPS as VIEW_MAPS
+from rpf3d_core.report.view import UPPER_REACH, Seen
 from rpf3d_core.results.findings import Run
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 
@@ -92,6 +95,21 @@ def test_results_grow_until_they_are_those_of_a_run(tmp_path: Path) -> None:
     assert energy.mesh is not None and energy.has_few and not reach.has_few
     few = (energy.mesh.colours == FEW_COLOUR).all(axis=1)
     assert few.any() and len(few) == len(reach.mesh.colours), "both maps colour all ground that rocks reached"
+
+
+def test_the_map_of_reach_is_the_upper_end_that_a_report_shows_or_says_that_it_is_the_mean(tmp_path: Path) -> None:
+    """One title has one meaning. If a stopped run has too few parameter sets for an interval, the title says so."""
+    path = scene_file(tmp_path, more="engine: reference\nunknowns: {sets: 40}\n")
+    unknown_value = "normal_restitution: {prior: {min: 0.3, max: 0.6}}"
+    path.write_text(path.read_text().replace("normal_restitution: 0.5", unknown_value))
+    run = rpf3d.simulate(path)
+    maps, seen = run.maps, ground_seen(run.terrain)
+    mean, high = 100.0 * reach_probability(maps.cells, maps.flown).max(), 100.0 * np.nanmax(maps.reach_band.high)
+    upper = hazard_map(seen, maps, REACH)
+    assert upper.title == UPPER_REACH == VIEW_MAPS[0][2] and upper.largest == pytest.approx(high) and high > mean
+    unknown = maps.reach_band._replace(high=np.full_like(maps.reach_band.high, np.nan))
+    shown = hazard_map(seen, replace(maps, reach_band=unknown), REACH)
+    assert shown.title.startswith("reach probability, mean; ") and shown.largest == pytest.approx(mean)
 
 
 def test_a_stop_leaves_a_partial_result_and_the_next_run_reads_no_terrain(tmp_path: Path) -> None:

@@ -1,5 +1,7 @@
 """Tests of terrain in mine formats: readers return the mesh that was written, mostly by other libraries."""
 
+import io
+import zipfile
 import zlib
 
 import numpy as np
@@ -8,6 +10,7 @@ from mine_files import at_site, write_dxf, write_landxml, write_omf, write_surpa
 from terrain_files import grid, scene_of
 
 from rpf3d_core.errors import TerrainError
+from rpf3d_core.formats.meshes import read_stl
 from rpf3d_core.formats.surface import FileMesh
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import scene_digest
@@ -216,6 +219,23 @@ def test_an_array_of_an_omf_that_would_fill_the_memory_is_refused(tmp_path):
     assert "expands beyond" in refusal_of(path)
 
 
+def zipped(*names: str, comment: bytes = b"") -> bytes:
+    """Return the bytes of a ZIP archive with these files, which are empty."""
+    into = io.BytesIO()
+    with zipfile.ZipFile(into, "w") as archive:
+        archive.comment = comment
+        for name in names:
+            archive.writestr(name, b"")
+    return into.getvalue()
+
+
+def test_an_stl_file_may_begin_like_another_file_in_its_free_text(tmp_path):
+    facet = np.zeros(1, [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    facet["corners"] = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    (tmp_path / "a.stl").write_bytes(b"ply of a pit".ljust(80) + (1).to_bytes(4, "little") + facet.tobytes())
+    assert len(read_stl(tmp_path / "a.stl").points) == 3
+
+
 @pytest.mark.parametrize(
     ("name", "content", "told"),
     [
@@ -226,7 +246,14 @@ def test_an_array_of_an_omf_that_would_fill_the_memory_is_refused(tmp_path):
         ("a.dxf", b"  0\nSECTION\n 10\n1,5\n  0\nEOF\n", "line 4: must be a number, but is '1,5'"),
         ("a.dxf", b"x" * 300_000, "a line of more than"),
         ("a.dtm", b"x\n", "its points are in a.str next to it"),
-        ("a.omf", b"PK\3\4" + bytes(99), "is an OMF 2 file"),
+        ("a.omf", b"PK\3\4" + bytes(99), "is a damaged ZIP archive, neither OMF 1 nor OMF 2"),
+        ("a.omf", zipped("1.parquet", "index.json.gz"), "is an OMF 2 file"),
+        ("a.omf", zipped("1.parquet", comment=b"Open Mining Format 2.0"), "is an OMF 2 file"),
+        ("a.omf", zipped("pit.dxf", "b", "c", "d"), "is a ZIP archive of pit.dxf, b, c, ..., neither"),
+        ("a.stl", b"  999\r\nmade by\r\n  0\r\nSECTION\r\n  2\r\n" + bytes(99), "is not an STL file but a DXF file"),
+        ("a.stl", b"0\nSECTION\n", "give it the ending .dxf"),
+        ("a.stl", b"AC1032" + bytes(99), "is not an STL file but a DWG drawing: save the drawing as DXF"),
+        ("a.stl", b"ply\nformat ascii 1.0\n" + b" " * 99, "a PLY file: give it the ending .ply"),
         ("a.omf", bytes(99), "is not an OMF 1 file"),
         ("a.dwg", b"AC1032", "save the drawing as DXF"),
         ("a.00t", b"x", "export the triangulation from Vulcan as DXF"),

@@ -142,9 +142,15 @@ def test_one_rock_of_a_scene_is_flown_again_with_its_bits(source: str | int, eng
     [
         ("east_wall", 0, "there is no source 'east_wall'; the sources are west_wall"),
         (1, 0, "there is no source 1; the sources are west_wall"),
-        (0, -1, "the rock is -1; rocks are numbered from 0"),
+        (0, -1, "the rock is -1; the rocks of source 'west_wall' are numbered from 0 to 199$"),
+        (0, 200, "numbered from 0 to 199; if more rocks have flown, give their number as `rocks`"),
     ],
 )
 def test_a_rock_that_is_not_there_cannot_be_flown_again(source: str | int, rock: int, sentence: str) -> None:
     with pytest.raises(rpf3d.InputError, match=sentence):
         rpf3d.replay(SCENES / "demo.yaml", source, rock)
+
+
+def test_a_rock_of_a_larger_run_is_flown_again_if_the_number_of_its_rocks_is_given() -> None:
+    alone = rpf3d.replay(SCENES / "demo.yaml", 0, 200, rocks=201).flights
+    assert alone.deposits.rock.tolist() == [200]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from benches_fallen_from import fallen
 
-from rpf3d_core.report.elements import Text
+from rpf3d_core.report.elements import Text, unbroken
 from rpf3d_core.report.fences_part import fences_part
 from rpf3d_core.report.passing import _reach, passing, places_beyond, segments_at
 from rpf3d_core.report.run_files import ImpactRows, RunFiles, read_run
@@ -43,6 +43,11 @@ def one_friction(tmp_path: Path) -> Path:
     scene = with_values(read_scene(BENCH), {"materials.default.friction_angle_deg": 30.0})
     run_scene(scene, tmp_path / "run", 128, "reference")
     return tmp_path / "run"
+
+
+def test_a_table_keeps_a_number_and_its_unit_on_one_line() -> None:
+    assert unbroken("172 kJ to 1,410 kJ") == "172\u00a0kJ to 1,410\u00a0kJ"
+    assert unbroken("10 m high, 5 %, 3 m/s, 40 of 50") == "10\u00a0m high, 5\u00a0%, 3 m/s, 40 of 50"
 
 
 def test_impacts_of_all_rocks_give_what_their_paths_give(one_friction: Path) -> None:
@@ -250,6 +255,8 @@ def test_unknown_ends_are_named() -> None:
     assert height(1e9) == UNKNOWN and metres(1e9) == "farther than known"
     assert interval((1.2, None), height) == "at least 1.2 m"
     assert interval((1.2, 1e9), height) == "at least 1.2 m"
+    assert interval((0.0, None), height) == interval((0.04, 1e9), height) == UNKNOWN, "a height is never below 0"
+    assert interval((0.0, 1e9), metres) == "0.0 m to farther than known"
     assert interval((None, 3.0), height) == "at most 3.0 m"
     assert interval((None, None), height) == UNKNOWN
     assert interval((1.0, 2.0), height) == "1.0 m to 2.0 m"

@@ -108,6 +108,10 @@ def test_areas_in_degrees_are_recognized_and_the_transformation_is_offered(folde
     assert "longitude and latitude" in told and "transformed to EPSG:32719 it lies on it" in told
     command = f"--kind polygon --from EPSG:4326 --to EPSG:32719 --out {folder / 'ramp_32719.geojson'}"
     assert f"rpf3d import layer {folder / 'ramp.geojson'} {command}" in told
+    away = [[x + 0.1, y] for x, y in corners]
+    (told,) = seen(folder, "pit.xml", [*MIDDLE, 0], area(folder, away))[1]
+    assert "transformed to EPSG:32719, x 4673" in told and "it is off the terrain, x 457000 to " in told
+    assert "of another site" in told and "rpf3d import" not in told, "a file that does not fit is not transformed"
     stated = area(folder, corners, crs={"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::4326"}})
     _, hints, refusal, _ = seen(folder, "pit.xml", [*MIDDLE, 0], stated)
     assert "area ramp is in EPSG:4326, and the terrain in EPSG:32719; transform it: rpf3d import layer" in refusal
@@ -288,6 +292,24 @@ def test_elevations_of_the_other_sign_are_noticed(folder):
         "source low: its heights have the opposite sign of the terrain's heights: does z point down in one of them?"
     ]
     assert "terrain" in shown
+
+
+def test_a_terrain_below_zero_everywhere_may_count_heights_downwards(folder):
+    """An inverted hill is a valid pit: without heights in other inputs, only the user knows which of them it is."""
+    turned = SITE * [1.0, 1.0, -1.0] + [0.0, 0.0, -1000.0]
+    write_landxml(folder / "down.xml", turned, TRIANGLES)
+    _, hints, refused, _ = seen(folder, "down.xml", MIDDLE, area(folder, [[x, y] for x, y in box(*MIDDLE)]))
+    assert refused == "" and len(hints) == 1
+    assert hints[0].startswith("all heights of the terrain are negative, ") and "read upside down" in hints[0]
+    scene = (folder / "scene.yaml").read_text()
+    assert prepare(read_scene(folder / "scene.yaml")).placing == tuple(hints), "the note is also in the report"
+    (folder / "scene.yaml").write_text(scene.replace("terrain:\n", "terrain:\n  up: z\n"))
+    assert prepare(read_scene(folder / "scene.yaml")).placing == ()
+
+
+def test_facets_that_face_down_may_show_that_z_points_down(folder):
+    write_binary_stl(folder / "down.stl", (VERTICES * [1.0, 1.0, -1.0])[TRIANGLES[:, ::-1]])
+    assert any("faced down" in hint and "z points down" in hint for hint in seen(folder, "down.stl", [10.0, 8.0])[1])
 
 
 @pytest.mark.parametrize(

@@ -65,6 +65,12 @@ def test_a_layer_of_berms_is_split_into_benches_from_the_top(tmp_path: Path, gap
     assert faults.area_by_zone["BERMS_2"] == pytest.approx(5.0 * (LENGTH - 5.0 * gap))
 
 
+def test_a_slip_in_the_name_of_a_split_layer_suggests_the_layer_not_one_of_its_parts(tmp_path: Path) -> None:
+    slip = MATERIALS.replace("default", "BEMRS") + f"\n  {MATERIALS}"
+    with pytest.raises(InputError, match=r"`materials\.BEMRS` fits no zone of the terrain; did you mean 'BERMS'"):
+        check_scene(read_scene(scene(tmp_path, "BERMS", materials=slip)))
+
+
 def test_without_the_key_a_note_says_what_counts_as_one(tmp_path: Path) -> None:
     given = read_scene(scene(tmp_path))
     terrain, _ = read_terrain(given)

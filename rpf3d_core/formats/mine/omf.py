@@ -7,6 +7,7 @@ expanded only up to a multiple of their size in the file, so that a small file c
 import json
 import struct
 import uuid
+import zipfile
 import zlib
 from itertools import count
 from pathlib import Path
@@ -24,6 +25,10 @@ HEADER = struct.Struct("<4s32s16sQ")
 MOST_EXPANDED, LEAST_LIMIT = 200, 2**24
 """Largest allowed expansion of a compressed array (-), and size (bytes) up to which any expansion is allowed."""
 ZIP = b"PK\x03\x04"
+FORMAT_2, INDEXES_2 = b"Open Mining Format", {"index.json.gz", "project.json"}
+"""Begin of the comment of an OMF 2 file, and names of the file with its index, of which it has one."""
+MOST_NAMED = 3
+"""Largest number of files in an archive that a message names."""
 
 Element = dict[str, Any]
 
@@ -62,7 +67,7 @@ def read_omf(path: Path) -> FileMesh:
 def _registry(path: Path, data: bytes) -> tuple[dict[str, Element], str]:
     """Return the elements of the file by their identifiers, and the identifier of the project."""
     if data[:4] == ZIP:
-        raise TerrainError(f"{path}: is an OMF 2 file; export OMF 1 (version 0.9)")
+        raise TerrainError(f"{path}: {_zip_in_words(path)}")
     if len(data) < HEADER.size or data[:4] != MAGIC:
         raise TerrainError(f"{path}: is not an OMF 1 file; one starts with the bytes 84 83 82 81")
     _, version, uid, begin = HEADER.unpack_from(data)
@@ -76,6 +81,23 @@ def _registry(path: Path, data: bytes) -> tuple[dict[str, Element], str]:
     if not isinstance(registry, dict) or not isinstance(registry.get(root), dict):
         raise TerrainError(f"{path}: its description names no project; it is damaged")
     return registry, root
+
+
+def _zip_in_words(path: Path) -> str:
+    """Return what a ZIP archive with the ending .omf is, and what the user can do.
+
+    An OMF 2 file is a ZIP archive with an index of its elements; its comment names the format.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names, comment = archive.namelist(), archive.comment
+    except (OSError, ValueError, zipfile.BadZipFile):
+        return "is a damaged ZIP archive, neither OMF 1 nor OMF 2; export it again as OMF 1 (version 0.9)"
+    if comment.startswith(FORMAT_2) or not INDEXES_2.isdisjoint(names):
+        return "is an OMF 2 file; export OMF 1 (version 0.9)"
+    shown = ", ".join(names[:MOST_NAMED]) + (", ..." if len(names) > MOST_NAMED else "")
+    return (f"is a ZIP archive of {shown or 'no files'}, neither OMF 1 nor OMF 2; unpack it, and name the terrain file "
+            "in it")  # fmt: skip
 
 
 def _surface(
