@@ -34,6 +34,9 @@ GROUND_SCALE = [[0.0, "#4c4437"], [0.5, "#9c8f76"], [1.0, "#e6dfd0"]]
 LIGHT = np.array([-0.5, 0.5, 0.7071])
 """Direction (3,) towards the light: unit vector, local frame."""
 UNLIT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0}
+EYE, LOWER = 1.25, 0.08
+"""Distance of the eye from the terrain, and of the point that it looks at below the middle of the terrain: as multiples
+of the diagonal of the terrain's box."""
 ABOVE_MAPS = 1.3
 """Height of the outlines of areas above the ground, as a multiple of the distance of the hazard maps."""
 PATH, AREA, BARRIER, CRITICAL = "#10203a", "#0059bf", "#008577", "#d1480f"
@@ -98,7 +101,7 @@ def view_html(
         *_critical(go, run, critical), _releases(go, run), *_barriers(go, run, seen),
         *_areas(go, run, seen, looking),
     ]  # fmt: skip
-    figure = go.Figure(data=traces, layout=_layout(run, looking))
+    figure = go.Figure(data=traces, layout=_layout(run, seen, looking))
     html: str = figure.to_html(full_html=False, include_plotlyjs=False, default_height="640px", config={
         "displaylogo": False, "responsive": True,
     })  # fmt: skip
@@ -297,8 +300,11 @@ def _areas(go: Any, run: RunFiles, seen: Seen, looking: FloatArray) -> Iterator[
         )  # fmt: skip
 
 
-def _layout(run: RunFiles, looking: FloatArray) -> dict[str, Any]:
+def _layout(run: RunFiles, seen: Seen, looking: FloatArray) -> dict[str, Any]:
     """Return the layout of the 3D view: equal scales on all axes, titles with the origin of the coordinates, camera.
+
+    The legend is below the view, because it would hide the rocks in a narrow window. The eye is so far away that the
+    whole terrain and the titles of its axes are in the view.
 
     looking : (2,) unit vector in plan, in which the rocks travel; the eye looks in the opposite direction
     """
@@ -307,9 +313,13 @@ def _layout(run: RunFiles, looking: FloatArray) -> dict[str, Any]:
     ]
     axes = {f"{name}axis": {"title": {"text": title}, "backgroundcolor": "#f4f4f2", "gridcolor": "#dddddd"}
             for name, title in zip("xyz", titles, strict=True)}  # fmt: skip
-    eye = {"x": 1.2 * float(looking[0]) + 0.35, "y": 1.2 * float(looking[1]) + 0.35, "z": 0.7}
+    towards = np.array([1.2 * looking[0] + 0.35, 1.2 * looking[1] + 0.35, 0.7])
+    sides = np.maximum(np.ptp(seen.vertices, axis=0), 1e-9)
+    diagonal = float(np.linalg.norm(sides / np.cbrt(sides.prod())))  # in plotly's unit: a box of volume 1
+    eye = EYE * diagonal * towards / np.linalg.norm(towards)
+    camera = {"eye": dict(zip("xyz", eye.tolist(), strict=True)), "center": {"x": 0, "y": 0, "z": -LOWER * diagonal}}
     return {
-        "scene": {**axes, "aspectmode": "data", "camera": {"eye": eye}, "dragmode": "turntable"},
+        "scene": {**axes, "aspectmode": "data", "camera": camera, "dragmode": "turntable"},
         "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
-        "legend": {"x": 0.0, "y": 1.0, "bgcolor": "rgba(255,255,255,0.8)"}, "paper_bgcolor": "white",
+        "legend": {"x": 0.0, "y": 0.0, "yanchor": "top", "orientation": "h"}, "paper_bgcolor": "white",
     }  # fmt: skip

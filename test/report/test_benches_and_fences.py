@@ -16,7 +16,7 @@ from rpf3d_core.report.run_files import RunFiles, read_hazard, read_run
 from rpf3d_core.report.section import critical_section
 from rpf3d_core.report.section_fences import fences_in, footings_of_barriers
 from rpf3d_core.report.toe import beyond_toe
-from rpf3d_core.report.view import terrain_seen, view_html
+from rpf3d_core.report.view import _layout, terrain_seen, view_html
 from rpf3d_core.runs.run import run_scene
 from rpf3d_core.scene.reading import read_scene
 
@@ -127,6 +127,16 @@ def test_the_section_shows_the_fence_where_it_stands(two_benches: RunFiles, tmp_
     assert x == pytest.approx(2.0 * RUN + BERM + FLOOR, abs=1e-6)
     assert (fence.foot, fence.top) == pytest.approx((0.0, 3.0), abs=1e-6)
     assert "the picture leaves out: beside." in words(run)
+
+
+def test_the_legend_is_below_the_view_and_the_eye_sees_the_whole_terrain(two_benches: RunFiles) -> None:
+    """A legend over the view hid the rocks in a narrow window, and titles of axes were out of the view."""
+    seen = terrain_seen(two_benches)
+    layout = _layout(two_benches, seen, np.array([1.0, 0.0]))
+    assert (layout["legend"]["y"], layout["legend"]["yanchor"]) == (0.0, "top")
+    eye = np.array([layout["scene"]["camera"]["eye"][axis] for axis in "xyz"])
+    sides = np.ptp(seen.vertices, axis=0)
+    assert np.linalg.norm(eye) > np.linalg.norm(sides) / np.cbrt(sides.prod()), "farther than the box is long"
 
 
 def test_the_view_shows_the_fence_as_a_wall_on_the_ground(two_benches: RunFiles) -> None:

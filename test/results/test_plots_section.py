@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from rpf3d_core.results.plots.section import SectionDrawing, section_figure
 from rpf3d_core.results.plots.style import scale_in_words
@@ -35,6 +36,25 @@ def test_both_panels_name_their_axes_and_the_scale_is_stated_and_true(length: fl
     stated = 1.0 if "same" in scale else float(upper.get_title(loc="left").split()[3])
     assert drawn == pytest.approx(stated, rel=0.05)
     assert high < 8.2, "letters are readable on a page"
+
+
+@pytest.mark.parametrize(("length", "relief"), [(300.0, 100.0), (100.0, 200.0)])
+@pytest.mark.parametrize("predictive", [None, np.array([np.zeros(20), np.ones(20)])])
+def test_the_legend_of_the_shares_covers_neither_the_curve_nor_a_label(
+    length: float, relief: float, predictive: np.ndarray | None
+) -> None:
+    """All rocks may pass all distances, so the curve may be anywhere in the panel."""
+    figure = section_figure(drawing(length, relief)._replace(predictive=predictive))
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    renderer = canvas.get_renderer()
+    upper, lower = figure.axes
+    legend = lower.get_legend().get_window_extent(renderer)
+    assert legend.y0 >= lower.bbox.y1 - 1.0
+    assert legend.y1 <= upper.xaxis.label.get_window_extent(renderer).y0
+    label = lower.xaxis.label.get_window_extent(renderer)
+    assert label.x0 >= 0.0 and label.x1 <= figure.bbox.x1
+    assert legend.x0 >= 0.0 and legend.x1 <= figure.bbox.x1
 
 
 @pytest.mark.parametrize(("factor", "told"), [(2.56, "2.6"), (9.5, "9.5"), (12.4, "12"), (1234.0, "1,234")])

@@ -20,6 +20,8 @@ LOWEST, HIGHEST = 1.8, 4.4
 scale. A section that is higher than HIGHEST has narrower panels instead."""
 TOP, BETWEEN, BELOW, LEFT, RIGHT = 0.35, 0.75, 0.6, 0.75, 0.15
 """Sizes (inches) of the title, of the labels between, below and left of the panels, and of the margin on the right."""
+ONE_ROW, ROW = 5.2, 0.2
+"""Width (inches) of the panels from which the legend of the lower panel has one row, and height of a second row."""
 LIMIT, BAND, FENCE, CRITICAL = "#b3007a", "#9bb8e0", "#111111", "#d1480f"
 
 
@@ -56,21 +58,25 @@ def section_figure(drawing: SectionDrawing) -> Figure:
     across = min(max(HIGHEST * length / (top - floor), NARROWEST), PANEL)
     true = across * (top - floor) / length
     height = min(max(true, LOWEST), HIGHEST)
-    wide, whole = LEFT + across + RIGHT, height + SHARES + TOP + BETWEEN + BELOW
+    columns = 3 if across >= ONE_ROW or drawing.predictive is None else 2
+    between = BETWEEN if columns == 3 else BETWEEN + ROW
+    wide, whole = LEFT + across + RIGHT, height + SHARES + TOP + between + BELOW
     figure = Figure(figsize=(wide, whole))
     upper, lower = figure.subplots(2, 1, height_ratios=(height, SHARES))
     figure.subplots_adjust(
         left=LEFT / wide, right=1.0 - RIGHT / wide, top=1.0 - TOP / whole, bottom=BELOW / whole,
-        hspace=BETWEEN / (0.5 * (height + SHARES)),
+        hspace=between / (0.5 * (height + SHARES)),
     )  # fmt: skip
     upper.set_ylim(floor, top)
     _draw_section(upper, drawing, floor, height / true)
-    _draw_shares(lower, drawing)
+    _draw_shares(lower, drawing, columns)
     for axes in (upper, lower):
         axes.axvline(0.0, color="#444444", linewidth=0.8, linestyle=":")
         if drawing.held is not None:
             axes.axvline(drawing.held, color=LIMIT, linewidth=1.2, linestyle="--")
         axes.set_xlim(drawing.distance[0], drawing.distance[-1])
+        if across < ONE_ROW:
+            axes.xaxis.label.set_size(8)  # else the label is wider than the picture
     return figure
 
 
@@ -116,8 +122,11 @@ def _distance(drawing: SectionDrawing) -> str:
     return f"horizontal distance beyond {drawing.origin} (m)"
 
 
-def _draw_shares(axes: Axes, drawing: SectionDrawing) -> None:
-    """Draw the share of rocks that pass each distance, with the predictive band behind the sampling band."""
+def _draw_shares(axes: Axes, drawing: SectionDrawing, columns: int) -> None:
+    """Draw the share of rocks that pass each distance, with the predictive band behind the sampling band.
+
+    The legend is above the panel, because the curve may be anywhere in it; columns : number of columns of the legend
+    """
     if drawing.predictive is not None:
         axes.fill_between(drawing.at, *(100.0 * drawing.predictive), color=BAND, alpha=0.5, linewidth=0,
                           label="95 % predictive interval")  # fmt: skip
@@ -126,4 +135,5 @@ def _draw_shares(axes: Axes, drawing: SectionDrawing) -> None:
     axes.plot(drawing.at, 100.0 * drawing.passed, color=PATH, linewidth=1.4, label="rocks of all sections")
     axes.set_ylim(0.0, 100.0)
     label(axes, _distance(drawing), "rocks that pass (%)")
-    axes.legend(loc="upper right", framealpha=0.9, fontsize=8)
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, frameon=False, fontsize=8,
+                borderaxespad=0.2, columnspacing=1.2, handlelength=1.6)  # fmt: skip
