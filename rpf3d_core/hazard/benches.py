@@ -26,12 +26,12 @@ The column is printed only if rocks were lost to holes of the terrain.
 SOURCE = "source"
 """Header of the column with the source of a row; the column is printed only for a scene with several sources."""
 
-ALL_SOURCES = "all"
+ALL_SOURCES = "(all)"
 """Text in the column SOURCE of a row that counts the rocks of all sources together."""
 
 OF_SOURCES = (
     "each row is of the source that sends the largest share of its rocks there (largest lower end of the sampling "
-    f"interval), or of `{ALL_SOURCES}` sources together if that is larger; every source is in hazard/sources.csv"
+    f"interval), or of all sources together, {ALL_SOURCES}, if that is larger; every source is in hazard/sources.csv"
 )
 """Note under the printed table of a scene with several sources."""
 

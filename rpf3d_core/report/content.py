@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.benches import AT_MOST, CAUGHT_COUNT, in_percent, share_text
 from rpf3d_core.hazard.filled_cells import ReachedCells, filling_cell, rocks_that_fill, share_of_cells
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
@@ -29,6 +30,7 @@ from rpf3d_core.report.words import (
     kilojoules,
     metres,
     share_cells,
+    share_interval,
 )
 from rpf3d_core.results.inputs import ASSUMED
 from rpf3d_core.terrain.faces import LOWEST, STEEP
@@ -237,7 +239,17 @@ def _not_reached(run: RunFiles) -> list[Element]:
     _, predictive, sampling = share_cells(widest)
     return [Text(f"No rock reached {', '.join(names[:MOST_NAMED])}{more}. That does not mean that none can: the share "
                  f"of rocks that reach such a zone has the 95 % predictive interval {predictive} and the sampling "
-                 f"interval {sampling}.{_if_lost_came(places)}")]  # fmt: skip
+                 f"interval {sampling}{_for_fewest_rocks(run)}.{_if_lost_came(places)}")]  # fmt: skip
+
+
+def _for_fewest_rocks(run: RunFiles) -> str:
+    """Return words on the sampling interval of 0 rocks for the source with the fewest rocks; "" for one source."""
+    flown = [source for source in run.summary.get("sources", ()) if source["rocks"]]
+    if not flown:
+        return ""
+    fewest = min(flown, key=lambda source: source["rocks"])
+    rocks, interval = f"{fewest['rocks']:,} rocks", share_interval(wilson_interval(0, fewest["rocks"]))
+    return f" for the rocks of all sources together; for the {rocks} from {fewest['name']} alone, {interval}"
 
 
 def _if_lost_came(places: dict[str, dict[str, Any]]) -> str:

@@ -1,0 +1,44 @@
+"""Tests that a report of several sources shows the worst source of each place, and warns where others hide it."""
+
+import pytest
+from small_pit import scene_file
+
+from rpf3d_core.report.content import OF_WORST, report_elements
+from rpf3d_core.report.elements import Element, Table, Text, Warnings
+from rpf3d_core.report.run_files import read_run
+from rpf3d_core.runs.run import run_scene
+from rpf3d_core.scene.reading import read_scene
+
+ROCKS = {"top": 20, "below": 400}
+
+
+@pytest.fixture(scope="module")
+def elements(tmp_path_factory: pytest.TempPathFactory) -> list[Element]:
+    folder = tmp_path_factory.mktemp("sources")
+    scene = read_scene(scene_file(folder, R_n=0.2, R_t=0.3))
+    sources = tuple(each.model_copy(update={"rocks": ROCKS[each.name]}) for each in scene.sources)
+    run_scene(scene.model_copy(update={"sources": sources}), folder / "run", engine="reference")
+    return report_elements(read_run(folder / "run"), "pit")
+
+
+def rows_of(elements: list[Element]) -> dict[str, list[str]]:
+    return {row[0]: list(row[1:]) for table in elements if isinstance(table, Table) for row in table.rows}
+
+
+def test_a_row_names_the_source_that_all_other_rocks_would_hide(elements: list[Element]) -> None:
+    rows = rows_of(elements)
+    assert "retained by bench_1, from top, of the rocks that reached it" in rows
+    assert "bench_1" not in rows
+    assert any(OF_WORST in text.text for text in elements if isinstance(text, Text))
+
+
+def test_the_warning_comes_before_the_answer(elements: list[Element]) -> None:
+    warnings = next(each for each in elements if isinstance(each, Warnings))
+    assert any(warning.startswith("Of the rocks from top, ") for warning in warnings.sentences)
+
+
+def test_what_no_rock_reached_has_the_interval_of_the_source_with_fewest_rocks(elements: list[Element]) -> None:
+    """The sampling interval of 0 of 20 rocks ends at 16.1 % (Wilson)."""
+    texts = [text.text for text in elements if isinstance(text, Text) and text.text.startswith("No rock reached")]
+    assert len(texts) == 1
+    assert "for the 20 rocks from top alone, 0-17 %" in texts[0]
