@@ -19,7 +19,7 @@ from rpf3d_core.scene.listings.json_schema import scene_schema
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene, scene_of_values
 from rpf3d_core.setup.misplaced import is_misread, placing_notes
-from rpf3d_core.setup.split_zones import words_on_merged, words_on_parts
+from rpf3d_core.setup.split_zones import words_on_joined, words_on_merged, words_on_parts
 from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.terrain.facets import Terrain, area_vectors
 from rpf3d_core.terrain.frame import FloatArray
@@ -69,6 +69,7 @@ def write_new_scene(folder: Path, terrain_file: Path, choice: FileChoice) -> New
     terrain, faults = read_terrain(scene)
     edges = edges_of(terrain.triangles, len(terrain.vertices))
     parts = parts_by_height(terrain, edges) if len(terrain.zones) > 1 else []
+    unsplit = words_on_joined(terrain, edges) if len(terrain.zones) > 1 else ()
     for each in parts:
         terrain = with_parts(terrain, each)
     found = _found(scene, terrain, faults, choice)._replace(split=[each.zone for each in parts])
@@ -79,9 +80,10 @@ def write_new_scene(folder: Path, terrain_file: Path, choice: FileChoice) -> New
         (part / SCHEMA).write_text(json.dumps(scene_schema(), indent=2) + "\n", encoding="utf-8")
     read_scene(folder / SCENE)
     known = scene.model_copy(update={"terrain": scene.terrain.model_copy(update={"crs": found.crs})})
-    split = [words_on_parts(parts, terrain.frame.origin[2])] if parts else []
+    split = [*unsplit, *([words_on_parts(parts, terrain.frame.origin[2])] if parts else [])]
+    joined = words_on_joined(terrain, edges) if len(terrain.zones) > 1 else ()
     remarks = [remark for remark in faults.remarks if remark not in split]
-    notes = (*placing_notes(known, faults, ()), *remarks, *words_on_merged(parts))
+    notes = (*placing_notes(known, faults, ()), *remarks, *words_on_merged(parts), *joined)
     return NewSceneFiles(path=folder / SCENE, sentences=_sentences(found), warnings=notes)
 
 

@@ -7,8 +7,9 @@ from rpf3d_core.formats.yaml import place_in_file
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.terrain.faces import LOWEST
 from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.mesh.edges import Edges
-from rpf3d_core.terrain.zone_parts import Merged, ZoneParts, names_of_parts, parts_by_height, with_parts
+from rpf3d_core.terrain.zone_parts import Merged, ZoneParts, joined_benches, names_of_parts, parts_by_height, with_parts
 
 MOST_NAMED = 6
 """Largest number of parts whose heights a note states."""
@@ -18,9 +19,10 @@ def split_zones(terrain: Terrain, scene: Scene, edges: Edges) -> tuple[Terrain, 
     """Return the terrain with the zones of `terrain.split` split by height, and notes on surfaces that share a zone.
 
     A first note names the other zones with surfaces at different heights, which could be split, too. A further note for
-    each split zone states which surfaces count with a part at another height (`words_on_merged`). If the scene names no
-    zone, two kinds of terrain have no note: synthetic terrain, where each zone is one bench, and terrain of a single
-    zone, where benches are not distinguished.
+    each split zone states which surfaces count with a part at another height (`words_on_merged`), and a note for each
+    zone states benches that a ramp joins (`words_on_joined`). If the scene names no zone, two kinds of terrain have no
+    note: synthetic terrain, where each zone is one bench, and terrain of a single zone, where benches are not
+    distinguished.
 
     edges : edges of the terrain's facets
 
@@ -39,7 +41,7 @@ def split_zones(terrain: Terrain, scene: Scene, edges: Edges) -> tuple[Terrain, 
         terrain = with_parts(terrain, split[-1])
     left = [parts for parts in found if parts.zone not in wanted]
     notes = (words_on_parts(left, terrain.frame.origin[2]),) if left else ()
-    return terrain, (*notes, *words_on_merged(split))
+    return terrain, (*notes, *words_on_merged(split), *words_on_joined(terrain, edges))
 
 
 def _wanted(terrain: Terrain, scene: Scene, found: Sequence[ZoneParts], name: str) -> ZoneParts:
@@ -77,6 +79,24 @@ def words_on_merged(split: Sequence[ZoneParts]) -> tuple[str, ...]:
     return tuple(_merged_in_words(parts.zone, parts.merged) for parts in split if parts.merged)
 
 
+def words_on_joined(terrain: Terrain, edges: Edges) -> tuple[str, ...]:
+    """Return a note for each zone with a surface that joins benches, which `terrain.split` does not separate."""
+    origin = terrain.frame.origin[2]
+    return tuple(
+        f"{zone}: one connected surface has level ground at {_listed(heights, origin)} m, as if a ramp or a face "
+        "joined benches: they count as one zone in all tables and in retention, and `terrain.split` does not separate "
+        "them; to count them apart, draw a polygon around each bench and give the scene "
+        "`zones: [{zone: NAME, polygons: FILE}]`"
+        for zone, heights in joined_benches(terrain, edges)
+    )
+
+
+def _listed(heights: Sequence[float] | FloatArray, origin: float) -> str:
+    """Return the first heights (m, local frame) as text; origin : height (m) of the local origin in the input."""
+    more = ", ..." if len(heights) > MOST_NAMED else ""
+    return ", ".join(f"{height + origin:,.0f}" for height in heights[:MOST_NAMED]) + more
+
+
 def _merged_in_words(zone: str, merged: Merged) -> str:
     found, verb = ("surface", "counts") if merged.surfaces == 1 else ("surfaces", "count")
     return (
@@ -91,6 +111,4 @@ def _heights(parts: ZoneParts, origin: float) -> str:
 
     origin : height (m) of the local origin in the input
     """
-    shown = ", ".join(f"{height + origin:,.0f}" for height in parts.heights[:MOST_NAMED])
-    more = ", ..." if len(parts.heights) > MOST_NAMED else ""
-    return f"{len(parts.heights)} surfaces, on average at {shown}{more} m"
+    return f"{len(parts.heights)} surfaces, on average at {_listed(parts.heights, origin)} m"

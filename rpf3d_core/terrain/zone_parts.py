@@ -49,6 +49,22 @@ class ZoneParts(NamedTuple):
     merged: Merged | None = None
 
 
+LEVEL = 4.0
+"""Largest slope (degrees) of level ground; haul ramps are steeper, mostly 8 to 10 %, which is 4.6 to 5.7 degrees."""
+MOSTLY = 0.5
+"""Smallest share (-) of level ground in a surface that consists of joined benches."""
+
+
+class Joined(NamedTuple):
+    """A zone with a surface that joins level ground at several heights, such as benches and the ramp between them.
+
+    zone : name of the zone; heights : (N,) m, local frame, mean heights of the level ground, the highest first
+    """
+
+    zone: str
+    heights: FloatArray
+
+
 class _Surfaces(NamedTuple):
     """The S surfaces of a zone: areas (S,) m^2, and mean, low and high heights (S,) m; see `_surfaces`."""
 
@@ -75,6 +91,40 @@ def parts_by_height(terrain: Terrain, edges: Edges) -> list[ZoneParts]:
     found = [_parts(name, surface[mine], area[mine], corners[mine])
              for number, name in enumerate(terrain.zones) if (mine := terrain.zone == number).any()]  # fmt: skip
     return [parts for parts in found if len(parts.heights) > 1]
+
+
+def joined_benches(terrain: Terrain, edges: Edges) -> list[Joined]:
+    """Return the zones with a surface that joins benches at several heights; `parts_by_height` does not separate them.
+
+    Level ground is a set of facets of one surface that are connected by edges and less steep than LEVEL; it counts from
+    LEAST_AREA on. A surface joins benches if the mean heights of its level grounds differ by LOWEST or more, and if
+    these grounds are at least the share MOSTLY of its area. The result is empty for rough surveys, whose facets on
+    benches are steeper than LEVEL. Of several such surfaces of a zone, the one with most heights is returned.
+    """
+    one, other, _ = shared_by_two(edges)
+    same = terrain.zone[one] == terrain.zone[other]
+    vectors = area_vectors(terrain.vertices, terrain.triangles)
+    area = np.linalg.norm(vectors, axis=1)
+    level = vectors[:, 2] > np.cos(np.radians(LEVEL)) * area
+    both = same & level[one] & level[other]
+    count = len(terrain.triangles)
+    surface = np.unique(components(count, one[same], other[same]), return_inverse=True)[1]
+    ground = np.unique(components(count, one[both], other[both]), return_inverse=True)[1]
+    whole, areas = np.bincount(surface, area), np.bincount(ground, np.where(level, area, 0.0))
+    sums = np.bincount(ground, area * terrain.vertices[terrain.triangles, 2].mean(axis=1))
+    first = np.unique(ground, return_index=True)[1]
+    large = np.flatnonzero(areas >= LEAST_AREA)
+    found: dict[str, FloatArray] = {}
+    for number in np.unique(surface[first[large]]):
+        mine = large[surface[first[large]] == number]
+        order = mine[np.argsort(-sums[mine] / areas[mine], kind="stable")]
+        means = sums[order] / areas[order]
+        bench = np.append(0, np.cumsum(-np.diff(means) >= LOWEST))
+        heights = np.bincount(bench, sums[order]) / np.bincount(bench, areas[order])
+        zone = terrain.zones[terrain.zone[first[mine[0]]]]
+        if areas[mine].sum() >= MOSTLY * whole[number] and len(heights) > max(1, len(found.get(zone, ()))):
+            found[zone] = heights
+    return [Joined(zone, heights) for zone, heights in found.items()]
 
 
 def heights_of_zone(terrain: Terrain, number: int) -> tuple[float, float]:

@@ -1,5 +1,6 @@
 """Tests that a layer with all berms of a wall causes a note, and is split from the top if the scene asks for it."""
 
+import json
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -135,6 +136,39 @@ def berms(folder: Path, heights: Sequence[float], extra: Sequence[Quad] = ()) ->
     quads = [("BERM", [(x, 0, z), (x + w, 0, z), (x + w, 300, z), (x, 300, z)]) for x, w, z in steps]
     face = [(0, 0, 0), (10, 0, 15), (10, 300, 15), (0, 300, 0)]
     return write_dxf_layers(folder / "wall.dxf", [*quads, ("FACE", face), *extra])
+
+
+def ramp(low: float, high: float) -> Quad:
+    """Return a ramp of 8 m, 10 %, between the ends (y = 300 m) of two berms of `berms` next to each other."""
+    return ("BERM", [(10.0, 300, low), (16.0, 300, low), (26.0, 450, high), (20.0, 450, high)])
+
+
+def test_benches_that_a_ramp_joins_are_noted_because_they_count_as_one(tmp_path: Path) -> None:
+    upper = ("BERM", [(20, 450, 30), (26, 450, 30), (26, 700, 30), (20, 700, 30)])
+    berms(tmp_path, [15.0], [ramp(15.0, 30.0), upper])
+    given = read_scene(split_scene(tmp_path))
+    (note,) = [text for text in check_scene(given).warnings if "one connected surface" in text]
+    assert note.startswith("BERM_1: one connected surface has level ground at 30, 15 m, as if a ramp")
+    written = write_new_scene(tmp_path / "site", tmp_path / "wall.dxf", FileChoice())
+    assert [text for text in written.warnings if "one connected surface" in text] == [note], "new says so, once"
+
+
+def test_benches_with_a_polygon_of_their_own_are_counted_apart_without_a_note(tmp_path: Path) -> None:
+    """The way that the note names works."""
+    upper = ("BERM", [(20, 450, 30), (26, 450, 30), (26, 700, 30), (20, 700, 30)])
+    berms(tmp_path, [15.0], [ramp(15.0, 30.0), upper])
+    corners = [[19, 449], [27, 449], [27, 701], [19, 701], [19, 449]]
+    (tmp_path / "b.geojson").write_text(json.dumps({"type": "Polygon", "coordinates": [corners]}))
+    path = split_scene(tmp_path)
+    path.write_text(path.read_text() + "zones: [{zone: upper, polygons: b.geojson}]\n")
+    terrain, faults = read_terrain(read_scene(path))
+    assert (heights(terrain, "upper") == 30.0).all()
+    assert not [text for text in faults.remarks if "one connected surface" in text]
+
+
+def test_a_ramp_and_separate_berms_are_no_joined_benches(tmp_path: Path) -> None:
+    berms(tmp_path, [15.0, 30.0], [("RAMP", [(100, 0, 0), (120, 0, 0), (120, 400, 40), (100, 400, 40)])])
+    assert not [text for text in read_terrain(read_scene(split_scene(tmp_path)))[1].remarks if "connected" in text]
 
 
 def split_scene(folder: Path) -> Path:
