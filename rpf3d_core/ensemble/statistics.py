@@ -1,5 +1,6 @@
 """Compute shares of rocks with their 95 % intervals, as plain values that can be written to JSON."""
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ PERCENTILES = (5, 25, 50, 75, 95)
 """Percentiles that the summary of a run reports."""
 
 
+@lru_cache(maxsize=65_536)
 def wilson_interval(count: int, total: int) -> tuple[float, float]:
     """Return the 95 % confidence interval (low, high) of the share count / total, due to the number of rocks.
 

@@ -4,6 +4,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+
+from rpf3d_core.ensemble.statistics import wilson_intervals
 from rpf3d_core.hazard.benches import ALL_SOURCES, AREA, Bench, bench_table, share_text
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.source_tallies import part_of
@@ -63,9 +66,31 @@ def shown_benches(terrain: Terrain, maps: HazardMaps) -> list[Bench]:
     everything = bench_table(terrain, maps)
     if maps.sources is None:
         return everything
-    named = [(ALL_SOURCES, everything), *((each.name, each.benches) for each in benches_of_sources(terrain, maps))]
-    tables = [[bench._replace(source=name) for bench in benches] for name, benches in named]
-    return [max(row, key=surely_reached) for row in zip(*tables, strict=True)]
+    worst = _worst_sources(maps)
+    tables = {number: bench_table(terrain, maps_of_source(maps, number)) for number in set(worst)}
+    rows = []
+    for place, (together, number) in enumerate(zip(everything, worst, strict=True)):
+        bench = tables[number][place]
+        is_worse = surely_reached(bench) > surely_reached(together)
+        name = maps.sources.names[number] if is_worse else ALL_SOURCES
+        rows.append((bench if is_worse else together)._replace(source=name))
+    return rows
+
+
+def _worst_sources(maps: HazardMaps) -> list[int]:
+    """Return for each zone, then for each area, the number of the source with the largest lower end of `reached`.
+
+    The ends are of sampling intervals. They are computed for all sources at once, because a scene may have thousands.
+    """
+    found = maps.sources
+    assert found is not None
+    rocks = found.flown[:, None]
+    worst = list[int]()
+    for layers in (found.zones, found.areas):
+        reached = layers.everywhere(layers.rocks, 0).reshape(len(found.names), -1).astype(float)
+        low, _ = wilson_intervals(reached, np.maximum(rocks, 1).astype(float))
+        worst += np.argmax(np.where(rocks > 0, low, -1.0), axis=0).tolist()
+    return worst
 
 
 def surely_reached(bench: Bench) -> float:
