@@ -121,9 +121,9 @@ def _print_outcomes(run: "Run") -> None:
 def _print_benches(run: "Run") -> None:
     """Print the bench table: the shares of rocks that reached each zone and area of interest, and stopped there."""
     from rpf3d_core.hazard.benches import left_out, notes_below, text_header, text_rows
-    from rpf3d_core.hazard.each_source import shown_benches
+    from rpf3d_core.hazard.each_source import worst_benches
 
-    benches = shown_benches(run.terrain, run.maps)
+    benches = worst_benches(run.terrain, run.maps)
     table = Table(*text_header(benches), box=None, padding=GAP, pad_edge=False)
     rows = list(text_rows(benches))
     for row in rows:
@@ -174,8 +174,9 @@ def _print_convergence(run: "Run") -> None:
         return
     target, change = run.scene.target, p95_change(run.steps)
     enough = is_enough(run.steps, target.half_width, target.p95_energy)
+    together = "" if run.maps.sources is None else " of the rocks of all sources together"
     screen.print(
-        f"target {'reached' if enough else 'NOT reached'}: half-width of the sampling intervals of shares "
+        f"target {'reached' if enough else 'NOT reached'}: half-width of the sampling intervals of shares{together} "
         f"{run.steps[-1].half_width:.3g} (target {target.half_width:g}), change of p95 energies "
         f"{'not known yet' if change is None else f'{change:.3g}'} (target {target.p95_energy:g})"
         + ("; more rocks do not narrow what the unknowns leave open" if run.maps.sets else ""),

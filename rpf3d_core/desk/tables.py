@@ -4,7 +4,7 @@ from typing import Any
 
 from rpf3d_core.desk.coefficients import drawn_elsewhere, materials_of
 from rpf3d_core.hazard.benches import left_out, notes_below, text_header, text_rows
-from rpf3d_core.hazard.each_source import shown_benches
+from rpf3d_core.hazard.each_source import worst_benches
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.results.outcomes import HEADER, outcome_rows, words_on_unstopped
@@ -18,7 +18,7 @@ def bench_section(run: Run) -> dict[str, Any]:
 
     The keys are `header` (texts), `rows` (lists of texts) and `notes` (sentences below the table).
     """
-    benches = shown_benches(run.terrain, run.maps)
+    benches = worst_benches(run.terrain, run.maps)
     more, rows = left_out(benches), list(text_rows(benches))
     also = [f"{more:,} more zones that rocks reached are in the report"] if more else []
     notes = [*notes_below(run.maps, rows), *also]

@@ -35,17 +35,20 @@ def wilson_interval(count: int, total: int) -> tuple[float, float]:
     return float(low[0]), float(high[0])
 
 
-def wilson_intervals(count: FloatArray, total: int | FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the lower (N,) and upper (N,) ends of the 95 % confidence intervals of shares count / total.
+def wilson_intervals(
+    count: FloatArray, total: int | FloatArray, z: float = NORMAL_QUANTILE_95
+) -> tuple[FloatArray, FloatArray]:
+    """Return the lower (N,) and upper (N,) ends of the confidence intervals of shares count / total.
 
     count : (N,); total : >= 1, one number for all shares or (N,)
+    z : two-sided quantile of the normal distribution, by default for intervals of 95 %
     If rocks have unequal weights, a count need not be a whole number: it is then the number of rocks of equal weight
     whose share has the same relative variance (`hazard.passages`). Source: as `wilson_interval`.
     """
-    z2 = NORMAL_QUANTILE_95**2
+    z2 = z**2
     share = count / total
     middle = (share + z2 / (2 * total)) / (1 + z2 / total)
-    half = NORMAL_QUANTILE_95 / (1 + z2 / total) * np.sqrt(share * (1 - share) / total + z2 / (4 * total**2))
+    half = z / (1 + z2 / total) * np.sqrt(share * (1 - share) / total + z2 / (4 * total**2))
     # At a count of 0 or of `total` the two terms are equal except for rounding.
     return np.where(count == 0.0, 0.0, middle - half), np.where(count == total, 1.0, middle + half)
 

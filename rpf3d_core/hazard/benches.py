@@ -30,8 +30,8 @@ ALL_SOURCES = "(all)"
 """Text in the column SOURCE of a row that counts the rocks of all sources together."""
 
 OF_SOURCES = (
-    "each row is of the source that sends the largest share of its rocks there (largest lower end of the sampling "
-    f"interval), or of all sources together, {ALL_SOURCES}, if that is larger; every source is in hazard/sources.csv"
+    f"source: {ALL_SOURCES} for the rocks of all sources together, or a source from which clearly more rocks reach the "
+    "place; retained and p95 are of the worst source, named if it is another; every source is in hazard/sources.csv"
 )
 """Note under the printed table of a scene with several sources."""
 
@@ -85,8 +85,9 @@ class Bench(NamedTuple):
     reached_at_most : share of all rocks flown if every lost rock had also reached the place; None if no rock was lost
     energy_sampling, energy_predictive : 95 % intervals (J) of energy_p95, with None for an unknown end; None without
         parameter sets
-    source : the source whose rocks alone are counted, or ALL_SOURCES; None in the table of all rocks. The shares "of
-        all rocks flown" are then shares of the rocks of this source
+    source : the source whose rocks alone are counted in `reached` and `stopped`, or ALL_SOURCES; None in a table
+        without sources. The shares "of all rocks flown" are then shares of the rocks of this source
+    retained_source, energy_source : the same for `retained`, and for `energy_p95` and its intervals
     """
 
     kind: str
@@ -100,6 +101,8 @@ class Bench(NamedTuple):
     energy_sampling: list[float | None] | None = None
     energy_predictive: list[float | None] | None = None
     source: str | None = None
+    retained_source: str | None = None
+    energy_source: str | None = None
 
 
 def bench_table(terrain: Terrain, maps: HazardMaps) -> list[Bench]:
@@ -293,8 +296,14 @@ def _text_row(bench: Bench, lost: bool) -> tuple[str, ...]:
     name = bench.name if bench.kind == ZONE else f"{bench.name} (area)"
     source = () if bench.source is None else (bench.source,)
     most = (bench.reached_at_most or bench.reached,) if lost else ()
-    shares = (share_text(share) for share in (bench.reached, *most, bench.stopped, bench.retained))
-    return (name, *source, *shares, _energy_text(bench))
+    shares = (share_text(share) for share in (bench.reached, *most, bench.stopped))
+    retained = f"{share_text(bench.retained)}{_other_source(bench, bench.retained_source)}"
+    return (name, *source, *shares, retained, f"{_energy_text(bench)}{_other_source(bench, bench.energy_source)}")
+
+
+def _other_source(bench: Bench, source: str | None) -> str:
+    """Return the source of a figure as text after it, such as `, crest`; "" if it is the source of the row."""
+    return "" if source == bench.source else f", {source}"
 
 
 def _energy_text(bench: Bench) -> str:

@@ -2,15 +2,20 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
 
-from rpf3d_core.ensemble.statistics import wilson_intervals
-from rpf3d_core.hazard.benches import ALL_SOURCES, AREA, Bench, bench_table, share_text
-from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.ensemble.outward import HIGH
+from rpf3d_core.ensemble.statistics import wilson_interval, wilson_intervals
+from rpf3d_core.hazard.benches import ALL_SOURCES, AREA, Bench, bench_table, in_percent, share_text
+from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.hazard.source_tallies import part_of
 from rpf3d_core.terrain.facets import Terrain
+
+UNNOTICED = 0.05
+"""Share (-) of the rocks of a source that may reach a place that none of its rocks reached, without a warning."""
 
 
 class SourceBenches(NamedTuple):
@@ -56,87 +61,165 @@ def _each_source(terrain: Terrain, maps: HazardMaps) -> Iterator[SourceBenches]:
             yield SourceBenches(name=name, rocks=rocks, benches=bench_table(terrain, maps_of_source(maps, number)))
 
 
-def shown_benches(terrain: Terrain, maps: HazardMaps) -> list[Bench]:
-    """Return the bench table for readers: for each place, the row of the source that is worst there.
+def worst_benches(terrain: Terrain, maps: HazardMaps) -> list[Bench]:
+    """Return the bench table for readers: each figure is that of the source that is worst for it, or of all rocks.
 
-    The worst source has the largest lower end of the sampling interval of the share reached, so that one rock of a
-    small source does not decide. Where this lower end is larger for all rocks together, the row is that of all rocks
-    (ALL_SOURCES). For a scene with one source, the table is `bench_table`.
+    - `reached` and `stopped` are of the source with the largest lower end of `reached`, if this end is above the
+      interval of all rocks together. Else they are of all rocks.
+    - `retained` is of the source with the smallest upper end, if this end is below the interval of all rocks. Else it
+      is of all rocks or of the source of `reached`: the smaller upper end.
+    - `energy_p95` is the largest of all sources and of all rocks together.
+    - `reached_at_most` is the largest of all sources.
+
+    The interval of a source is at the level 1 - 0.05 / S, so that chance selects none of S equal sources with a
+    probability above 5 %; the table shows its 95 % interval. For a scene with one source, the table is `bench_table`.
     """
     everything = bench_table(terrain, maps)
     if maps.sources is None:
         return everything
     worst = _worst_sources(maps)
-    tables = {number: bench_table(terrain, maps_of_source(maps, number)) for number in set(worst)}
+    tables: dict[int, list[Bench]] = {
+        number: bench_table(terrain, maps_of_source(maps, number))
+        for number in {*worst.reached, *worst.retained, *worst.energy, *worst.lost} - {ALL}
+    }
+    tables[ALL] = everything
+    names = {ALL: ALL_SOURCES, **dict(enumerate(maps.sources.names))}
     rows = []
-    for place, (together, number) in enumerate(zip(everything, worst, strict=True)):
-        bench = tables[number][place]
-        is_worse = surely_reached(bench) > surely_reached(together)
-        name = maps.sources.names[number] if is_worse else ALL_SOURCES
-        rows.append((bench if is_worse else together)._replace(source=name))
+    for place, (reached, retained, energy, lost) in enumerate(zip(*worst, strict=True)):
+        most = tables[lost][place]
+        own = tables[reached][place]
+        if retained == ALL and _retained_at_most(own) <= _retained_at_most(everything[place]):
+            retained = reached
+        if energy == ALL and own.energy_p95 == everything[place].energy_p95:
+            energy = reached
+        rows.append(own._replace(
+            retained=tables[retained][place].retained, lost=everything[place].lost,
+            reached_at_most=(most.reached_at_most or most.reached) if maps.lost else None,
+            energy_p95=tables[energy][place].energy_p95, energy_sampling=tables[energy][place].energy_sampling,
+            energy_predictive=tables[energy][place].energy_predictive,
+            source=names[reached], retained_source=names[retained], energy_source=names[energy],
+        ))  # fmt: skip
     return rows
 
 
-def _worst_sources(maps: HazardMaps) -> list[int]:
-    """Return for each zone, then for each area, the number of the source with the largest lower end of `reached`.
+def _retained_at_most(bench: Bench) -> float:
+    """Return the upper end (-) of the sampling interval of the share retained; 1 if no rock reached the place."""
+    interval = bench.retained.get("sampling", bench.retained["interval_95"])
+    return 1.0 if interval is None else float(interval[1])
 
-    The ends are of sampling intervals. They are computed for all sources at once, because a scene may have thousands.
-    """
+
+class _Worst(NamedTuple):
+    """For each zone, then for each area, the number of the source that is worst for a figure; ALL for all rocks."""
+
+    reached: list[int]
+    retained: list[int]
+    energy: list[int]
+    lost: list[int]
+
+
+ALL = -1
+"""Number in place of a source: all rocks together."""
+
+
+def _worst_sources(maps: HazardMaps) -> _Worst:
+    """Return the worst sources; they are found for all sources at once, because a scene may have thousands."""
     found = maps.sources
     assert found is not None
-    rocks = found.flown[:, None]
-    worst = list[int]()
-    for layers in (found.zones, found.areas):
-        reached = layers.everywhere(layers.rocks, 0).reshape(len(found.names), -1).astype(float)
-        low, _ = wilson_intervals(reached, np.maximum(rocks, 1).astype(float))
-        worst += np.argmax(np.where(rocks > 0, low, -1.0), axis=0).tolist()
+    worst = _Worst([], [], [], [])
+    for layers, together in ((found.zones, maps.zones), (found.areas, maps.areas)):
+        for numbers, more in zip(worst, _worst_in(layers, together, maps), strict=True):
+            numbers.extend(more)
     return worst
 
 
-def surely_reached(bench: Bench) -> float:
-    """Return the lower end (-) of the sampling interval of the share of rocks that reach a place."""
-    return float(sampling_of(bench)[0])
-
-
-def hidden_by_other_sources(shown: Sequence[Bench], everything: Sequence[Bench]) -> Bench | None:
-    """Return the row with the source whose share is hidden most by the rocks of other sources; None if none is.
-
-    A share is hidden if its sampling interval lies above that of all rocks together. Areas come before zones, because
-    the user asked for them.
-
-    shown : from `shown_benches`; everything : from `bench_table`, in the same order
-    """
-    gaps = [
-        (bench.kind == AREA, surely_reached(bench) - float(sampling_of(together)[1]), number)
-        for number, (bench, together) in enumerate(zip(shown, everything, strict=True))
-        if surely_reached(bench) > sampling_of(together)[1]
-    ]
-    return shown[max(gaps)[2]] if gaps else None
-
-
-def sampling_of(bench: Bench) -> Sequence[float]:
-    """Return the sampling interval [low, high] (-) of the share of rocks that reach a place."""
-    interval: Sequence[float] = bench.reached.get("sampling", bench.reached["interval_95"])
-    return interval
-
-
-def from_source(bench: Bench) -> str:
-    """Return the source of a row of `shown_benches` as text for a sentence, such as ` from crest`; "" for all rocks."""
-    return "" if bench.source in (None, ALL_SOURCES) else f" from {bench.source}"
-
-
-def hidden_in_words(terrain: Terrain, maps: HazardMaps) -> str:
-    """Return a warning that the rocks of other sources hide a share of one source; "" if this is not so."""
-    if maps.sources is None:
-        return ""
-    everything = bench_table(terrain, maps)
-    worst = hidden_by_other_sources(shown_benches(terrain, maps), everything)
-    if worst is None:
-        return ""
-    together = next(each for each in everything if (each.kind, each.name) == (worst.kind, worst.name))
-    return (
-        f"of the rocks from {worst.source}, {share_text(worst.reached)} reach {worst.name}; of the rocks of all "
-        f"{len(maps.sources.names)} sources together, {share_text(together.reached)}. Hazard maps, outcomes, barriers, "
-        "fences and distances count all rocks together, so they depend on how many rocks each source has: run a "
-        "dangerous source alone for its own maps, and see hazard/sources.csv"
+def _worst_in(layers: Layers, together: Layers, maps: HazardMaps) -> _Worst:
+    """Return the worst sources for P places; layers, together : values for each source, and of all rocks."""
+    sources, flown = len(maps.sources.names), maps.sources.flown[:, None].astype(float)
+    z = NormalDist().inv_cdf(1.0 - 0.025 / max(int((flown > 0).sum()), 1))
+    reached, stopped, energy = (
+        layers.everywhere(values, missing).reshape(sources, -1).astype(float)
+        for values, missing in ((layers.rocks, 0), (layers.deposits, 0), (layers.energy.p95, np.nan))
     )
+    reached = np.where(flown > 0, reached, 0.0)
+    all_reached, all_stopped = (together.everywhere(values, 0) for values in (together.rocks, together.deposits))
+    low = np.where(flown > 0, wilson_intervals(reached, np.maximum(flown, 1.0), z)[0], 0.0)
+    high = np.where(reached > 0, wilson_intervals(stopped, np.maximum(reached, 1.0), z)[1], 2.0)
+    most = np.minimum((reached + maps.sources.lost[:, None]) / np.maximum(flown, 1.0), 1.0)
+    energies, all_energies = (np.nan_to_num(values, nan=-1.0) for values in (
+        energy, together.everywhere(together.energy.p95, np.nan)
+    ))  # fmt: skip
+    is_above = low.max(axis=0) > wilson_intervals(all_reached.astype(float), max(maps.flown, 1))[1]
+    of_reached = np.maximum(all_reached, 1).astype(float)
+    is_below = high.min(axis=0) < wilson_intervals(all_stopped.astype(float), of_reached)[0]
+    return _Worst(
+        reached=np.where(is_above, low.argmax(axis=0), ALL).tolist(),
+        retained=np.where(is_below, high.argmin(axis=0), ALL).tolist(),
+        energy=np.where(energies.max(axis=0) > all_energies, energies.argmax(axis=0), ALL).tolist(),
+        lost=most.argmax(axis=0).tolist() if maps.lost else [ALL] * len(all_reached),
+    )
+
+
+def from_source(source: str | None) -> str:
+    """Return a source of `worst_benches` as text for a sentence, such as ` from crest`; "" for all rocks."""
+    return "" if source in (None, ALL_SOURCES) else f" from {source}"
+
+
+def doubts_of_sources(terrain: Terrain, maps: HazardMaps) -> list[str]:
+    """Return warnings that figures of all rocks together hide those of a source; [] for a scene with one source."""
+    if maps.sources is None:
+        return []
+    pairs = list(zip(worst_benches(terrain, maps), bench_table(terrain, maps), strict=True))
+    return [*_hidden(pairs, maps), *_with_few_rocks(maps)]
+
+
+def _hidden(pairs: Sequence[tuple[Bench, Bench]], maps: HazardMaps) -> list[str]:
+    """Return a warning on the places whose share of a source is hidden, with the largest one; [] if none is hidden.
+
+    Areas come before zones, because the user asked for them.
+
+    pairs : rows of `worst_benches`, each with the row of all rocks together
+    """
+    reached = [pair for pair in pairs if pair[0].source != ALL_SOURCES]
+    retained = [pair for pair in pairs if pair[0].retained_source not in (pair[0].source, ALL_SOURCES)]
+    if reached:
+        worst, together = max(reached, key=lambda pair: (pair[0].kind == AREA, _gap(pair, "reached")))
+        begin = f"of the rocks from {worst.source}, {share_text(worst.reached)} reach {worst.name}"
+        rest = share_text(together.reached)
+    elif retained:
+        worst, together = min(retained, key=lambda pair: (pair[0].kind != AREA, _gap(pair, "retained")))
+        begin = f"{worst.name} retains {share_text(worst.retained)} of the rocks from {worst.retained_source}"
+        rest = share_text(together.retained)
+    else:
+        return []
+    more = len(reached) + len(retained) - 1
+    others = f" {more} more figures of the bench table differ as clearly." if more else ""
+    return [
+        f"{begin}; of the rocks of all {len(maps.sources.names):,} sources together, {rest}.{others} Hazard maps, "
+        "outcomes, barriers, fences and distances count all rocks together, so they depend on how many rocks each "
+        "source has: run a dangerous source alone for its own maps, and see hazard/sources.csv"
+    ]
+
+
+def _gap(pair: tuple[Bench, Bench], name: str) -> float:
+    """Return the difference (-) of a share of a place between its worst source and all rocks; name : of the share."""
+    return float(getattr(pair[0], name)["share"] - getattr(pair[1], name)["share"])
+
+
+def _with_few_rocks(maps: HazardMaps) -> list[str]:
+    """Return a warning if a source flew so few rocks that none in a place says little; [] otherwise."""
+    found = maps.sources
+    assert found is not None
+    fewest = int(found.flown.min())
+    end = wilson_interval(0, fewest)[1] if fewest else 1.0
+    if end <= UNNOTICED:
+        return []
+    few = [name for name, rocks in zip(found.names, found.flown.tolist(), strict=True) if rocks == fewest]
+    named = f"{', '.join(few[:3])}{f' and {len(few) - 3:,} more' if len(few) > 3 else ''}"
+    if not fewest:
+        return [f"no rock flew from {named}: the results say nothing about {'it' if len(few) == 1 else 'them'}"]
+    rocks = "1 rock" if fewest == 1 else f"{fewest:,} rocks"
+    each = "" if len(few) == 1 else "each of "
+    return [
+        f"only {rocks} flew from {each}{named}: where none of these rocks arrived, up to {in_percent(end, 0, HIGH)} % "
+        "of the rocks from there may arrive; fly more rocks from each source"
+    ]

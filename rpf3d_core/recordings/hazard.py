@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.hazard.benches import OF_SOURCES, lost_in_words, notes_of, text_header, text_rows
-from rpf3d_core.hazard.each_source import shown_benches
+from rpf3d_core.hazard.each_source import worst_benches
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, reach_probability
 from rpf3d_core.hazard.raster import typical_size
 from rpf3d_core.hazard.scales import (
@@ -123,7 +123,7 @@ def hazard_mesh(terrain: Terrain, maps: HazardMaps, layer: Layer, number: int) -
 
 def bench_document(terrain: Terrain, maps: HazardMaps, layers: list[Layer]) -> str:
     """Return the bench table and the colour legend as a Markdown document for the viewer."""
-    benches, (note, still_open) = shown_benches(terrain, maps), notes_of(maps)
+    benches, (note, still_open) = worst_benches(terrain, maps), notes_of(maps)
     parts = [
         f"# Benches\n{maps.flown:,} rocks; {note} (Wilson); {still_open}. p95 energy is {maps.energy_kind}, of each "
         f"rock's largest there, and needs {FEWEST_ROCKS} rocks. All zones are in `hazard/benches.csv`.",

@@ -61,8 +61,9 @@ IF_LOST_CAME = (
     "zone."
 )
 OF_WORST = (
-    "A row with a source counts the rocks of this source only: the source whose share is largest for certain. All "
-    "other figures count the rocks of all sources together, and depend on how many rocks each source has."
+    "A row with a source counts the rocks of this source only, because its share is clearly worse than that of all "
+    "rocks together. All other figures count the rocks of all sources together, and depend on how many rocks each "
+    "source has."
 )
 """Note under the main figures of a scene with several sources."""
 ENERGY = "hazard/energy_p95.png"
@@ -188,16 +189,18 @@ def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
     rows = [[f"distance beyond the toe of the first face that holds 90 % of the rocks{some}",
              *figure_cells(held_beyond(beyond, run.sets, DESIGN), metres)]]  # fmt: skip
     for name, area in _worst(run, "areas_of_interest").items():
-        rows.append([f"rocks that reach the area {name}", *share_cells(area["reached"])])
+        rows.append([f"rocks that reach the area {name}{_from(area, 'source')}", *share_cells(area["reached"])])
         if most := area.get("reached_at_most"):
             rows.append([f"{AT_MOST}: rocks that reach the area {name} or were lost to holes", *share_cells(most)])
     for name, found in run.summary.get("barriers", {}).items():
         rows += [[f"{words} {name}, of the rocks that reached it", *share_cells(found[did])]
                  for did, words in AT_BARRIERS.items()]  # fmt: skip
     retained = {name: bench for name, bench in _worst(run, "benches").items() if bench["reached"]["rocks"]}
-    order = sorted(retained, key=lambda name: [-retained[name][did]["rocks"] for did in ("stopped", "reached")])
+    together = run.summary["benches"]
+    order = sorted(retained, key=lambda name: [-together[name][did]["rocks"] for did in ("stopped", "reached")])
     holding = order[: max(MOST_ROWS - len(rows), FEWEST_BENCHES)]
-    rows += [[f"retained by {name}, of the rocks that reached it", *share_cells(bench["retained"])]
+    rows += [[f"retained by {name}, of the rocks that reached it{_from(bench, 'retained_source')}",
+              *share_cells(bench["retained"])]
              for name, bench in retained.items() if name in holding]  # fmt: skip
     note = NO_PREDICTIVE if run.inputs["ground"] == ASSUMED else BOTH
     note = f"{note} {OF_WORST}" if "sources" in run.summary else note
@@ -211,17 +214,19 @@ def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
 
 
 def _worst(run: RunFiles, kind: str) -> dict[str, dict[str, Any]]:
-    """Return the sections of all zones or areas, each with the figures of its worst source, by name for the reader.
-
-    Where a source is worse than all rocks together, the name states this source.
+    """Return the sections of all zones or areas by name; with several sources, each figure is of its worst source.
 
     kind : key in summary.json, `benches` for zones or `areas_of_interest`
     """
-    places = {}
-    for name, place in run.summary[kind].items():
-        worst = place.get("worst_source")
-        places[f"{name}, from {worst['source']}" if worst else name] = worst or place
-    return places
+    return {name: {**place, **(place.get("worst_source") or {})} for name, place in run.summary[kind].items()}
+
+
+def _from(place: dict[str, Any], figure: str) -> str:
+    """Return the source of a figure as text, such as `, from crest`; "" if the figure is of all rocks.
+
+    place : from `_worst`; figure : `source` (of the shares reached and stopped), `retained_source` or `energy_source`
+    """
+    return f", from {place[figure]}" if place.get(figure) else ""
 
 
 def _not_reached(run: RunFiles) -> list[Element]:
@@ -343,21 +348,22 @@ def _benches(run: RunFiles) -> Iterator[Element]:
     lost = any(place.get("reached_at_most") for place in places.values())
     yield Table(("zone", "reached", *THREE[1:], *([AT_MOST] if lost else [])), [
         [
-            name,
+            f"{name}{_from(place, 'source')}",
             *share_cells(place["reached"]),
             *([share_text(place.get("reached_at_most") or place["reached"])] if lost else []),
         ]
         for name, place in places.items()
     ])  # fmt: skip
     yield Table(("zone", "retained", *THREE[1:]), [
-        [name, *share_cells(place["retained"])] for name, place in places.items()
+        [f"{name}{_from(place, 'retained_source')}", *share_cells(place["retained"])] for name, place in places.items()
     ])  # fmt: skip
     whose = "of all rocks" if "sources" not in run.summary else "of the rocks of the named source, or of all rocks"
     yield Text(f"Reached: share {whose}. Retained: share of the rocks that reached the zone and stopped there. "
                "A zone is one row, however many surfaces it has: `terrain.split` makes a zone of each. Zones that no "
                f"rock reached are left out.{IF_LOST_CAME if lost else ''}{_caught(run)}", quiet=True)  # fmt: skip
     yield Table(("zone", "p95 energy", *THREE[1:]), [
-        [name, kilojoules(place["energy_p95_j"]), interval(place.get("energy_p95_predictive_j"), kilojoules),
+        [f"{name}{_from(place, 'energy_source')}", kilojoules(place["energy_p95_j"]),
+         interval(place.get("energy_p95_predictive_j"), kilojoules),
          interval(place.get("energy_p95_sampling_j"), kilojoules)]
         for name, place in places.items()
     ])  # fmt: skip

@@ -6,7 +6,7 @@ the run.
 
 from rpf3d_core.ensemble.statistics import words_on_pieces
 from rpf3d_core.hazard.benches import lost_in_words
-from rpf3d_core.hazard.each_source import hidden_in_words
+from rpf3d_core.hazard.each_source import doubts_of_sources
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_files.zones_geojson import zones_without_cells
 from rpf3d_core.setup.warnings import warnings_of_speed
@@ -23,14 +23,13 @@ def warnings_of_run(run: Run) -> list[str]:
 def doubts_of_run(run: Run) -> list[str]:
     """Return the warnings that the figures of a run may be wrong or less certain than they look.
 
-    The order of the warnings: a source hidden by the rocks of other sources, parameter sets with unequal numbers of
-    rocks, misplaced inputs, sources in the air and outlines partly off the terrain, rocks lost to holes, faults of the
-    terrain, settings of the scene, speeds, fragments.
+    The order of the warnings: sources that others hide and sources with few rocks, parameter sets with unequal numbers
+    of rocks, misplaced inputs, sources in the air and outlines partly off the terrain, rocks lost to holes, faults of
+    the terrain, settings of the scene, speeds, fragments.
     """
     totals = run.totals
-    hidden = hidden_in_words(run.terrain, run.maps)
     return [
-        *([hidden] if hidden else []),
+        *doubts_of_sources(run.terrain, run.maps),
         *_unequal_sets(run),
         *run.prepared.placing,
         *run.placement,

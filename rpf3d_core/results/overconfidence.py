@@ -8,6 +8,7 @@ import numpy as np
 
 from rpf3d_core.ensemble.flights import Deposits
 from rpf3d_core.hazard.benches import AREA, bench_table
+from rpf3d_core.hazard.each_source import worst_benches
 from rpf3d_core.hazard.filled_cells import filling_cell, reached_cells
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.results.calibration_folder import FOUND
@@ -149,7 +150,7 @@ def _of_places(run: Run) -> Iterator[str]:
         return
     from rpf3d_core.unknowns.predictive import ENOUGH  # imported only if the scene has unknowns
 
-    few = [bench.name for bench in bench_table(run.terrain, run.maps)
+    few = [bench.name for bench in worst_benches(run.terrain, run.maps)
            if bench.reached["rocks"] and bench.retained["predictive"] is None]  # fmt: skip
     if few:
         yield (f"the predictive interval of the retained share in {_named(few)} is not known: fewer than {ENOUGH} "

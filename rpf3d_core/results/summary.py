@@ -18,7 +18,7 @@ from rpf3d_core.ensemble.statistics import PERCENTILES, share_of
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.hazard.benches import ALL_SOURCES, ZONE, bench_table, benches_section, lost_in_words, with_predictive
 from rpf3d_core.hazard.convergence import convergence_section
-from rpf3d_core.hazard.each_source import shown_benches
+from rpf3d_core.hazard.each_source import worst_benches
 from rpf3d_core.hazard.maps import HazardMaps, reach_probability
 from rpf3d_core.hazard.passages import passage_per_metre
 from rpf3d_core.results.findings import Run, sentence_of
@@ -91,17 +91,17 @@ def summary(findings: Run) -> dict[str, Any]:
 def _benches(terrain: Terrain, maps: HazardMaps) -> dict[str, Any]:
     """Return the bench table for summary.json; with several sources, also the worst source of each place.
 
-    `worst_source` has the figures of the worst source alone; it is null where the share of all rocks is larger.
+    `worst_source` has the figures of the sources that are worst for each figure; a source is null for all rocks.
     """
     sections = benches_section(bench_table(terrain, maps))
     if maps.sources is None:
         return sections
-    flown = dict(zip(maps.sources.names, maps.sources.flown.tolist(), strict=True))
-    for bench in shown_benches(terrain, maps):
+    for bench in worst_benches(terrain, maps):
         kind = "zones" if bench.kind == ZONE else "areas_of_interest"
         figures = benches_section([bench])[kind][bench.name]
-        worst = {"source": bench.source, "rocks": flown.get(bench.source), **figures}
-        sections[kind][bench.name]["worst_source"] = None if bench.source == ALL_SOURCES else worst
+        names = ("source", "retained_source", "energy_source")
+        worst = {name: None if getattr(bench, name) == ALL_SOURCES else getattr(bench, name) for name in names}
+        sections[kind][bench.name]["worst_source"] = {**worst, **figures}
     return sections
 
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.ensemble.statistics import share_of
-from rpf3d_core.hazard.each_source import shown_benches
+from rpf3d_core.hazard.each_source import worst_benches
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_files.barriers_report import barriers_section
@@ -105,7 +105,7 @@ def _of_outcomes(run: Run) -> Iterator[Figure]:
 
 def _of_benches(run: Run) -> Iterator[Figure]:
     """Yield shares and p95 energies of all zones and areas; with several sources, those of the worst source there."""
-    for bench in shown_benches(run.terrain, run.maps):
+    for bench in worst_benches(run.terrain, run.maps):
         for name in SHARES:
             share = getattr(bench, name)
             sampling = share.get("sampling", share["interval_95"])

@@ -36,6 +36,10 @@ RUN_HEADER = ("runout p95 (m)", "energy p95 (kJ)", "height p95 (m)")
 RUN_RESULTS = ((RUNOUT, 1.0), (ENERGY, 1e-3), (HEIGHT, 1.0))
 SUFFIX = {ZONE: "", AREA: " (area)", BARRIER: " (barrier)"}
 COMMON = "all cells have seed {seed}: their rocks are drawn from the same random numbers"
+WORST_NOTE = (
+    "a scene has several sources: a figure of a zone or area is that of the worst source there, which may differ "
+    "between cells"
+)
 PREDICTIVE_NOTE = (
     "the 95 % predictive interval, which holds the unknowns of the scene, and then the sampling interval of the number "
     "of rocks"
@@ -126,6 +130,7 @@ def notes_of(cells: Sequence[Cell], records: Sequence[CellRecord]) -> list[str]:
     """
     brackets = _on_brackets(cells, records)
     notes = [f"reached: of all rocks; retained: of the rocks that reached the place; in brackets {brackets}"]
+    notes += [WORST_NOTE] if any(len(cell.scene.sources) > 1 for cell in cells) else []
     notes += [COMMON.format(seed=cells[0].scene.seed)] if are_alike(cells) else []
     printed = [figure for record in records for figure in record.figures if _is_printed(figure)]
     notes += [RUNOUT_NOTE] if any(map(is_beyond_terrain, _of_runs(records))) else []

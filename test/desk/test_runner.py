@@ -28,7 +28,7 @@ from rpf3d_core.desk.tables import bench_section, progress_words
 from rpf3d_core.desk.whole_files import whole_file
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.benches import Bench, bench_table, text_rows
-from rpf3d_core.hazard.each_source import shown_benches
+from rpf3d_core.hazard.each_source import worst_benches
 from rpf3d_core.hazard.maps import reach_probability
 from rpf3d_core.hazard.scales import FEW_COLOUR
 from rpf3d_core.report.view import MAPS as VIEW_MAPS
@@ -85,7 +85,7 @@ def test_results_grow_until_they_are_those_of_a_run(tmp_path: Path) -> None:
     runner.close()
     assert received.refusals == [] and received.rocks[0] in (16, 17) and received.rocks[-1] == 100
     run, whole = received.results[-1][0], rpf3d.simulate(scene.path)
-    assert received.rows[-1] == [list(row) for row in text_rows(shown_benches(whole.terrain, whole.maps))]
+    assert received.rows[-1] == [list(row) for row in text_rows(worst_benches(whole.terrain, whole.maps))]
     assert progress_words(run).startswith("100 rocks, ")
     paths = path_lines(run)
     assert len(paths.starts) - 1 == 10 and paths.starts[-1] == len(paths.points)

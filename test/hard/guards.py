@@ -221,7 +221,7 @@ GUARDS = (
         "test_walls_and_overhangs.py::"
         "test_a_rock_that_rises_in_a_sharp_corner_of_upright_walls_does_not_pass_between_them[v0-60.0-reference]",
         NARROW,
-        "    if near and n[2] == 0.0:\n",
+        "    if near and abs(n[2]) <= UPRIGHT:\n",
         "    if False and n[2] == 0.0:\n",
         "`_edge_band`: a rock that rounding takes behind two walls in their sharp corner still meets them",
         "the rock passes both walls and rises inside the ground",

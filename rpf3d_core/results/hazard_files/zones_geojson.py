@@ -18,7 +18,7 @@ import numpy as np
 
 from rpf3d_core.formats.reference_system import reference_system
 from rpf3d_core.hazard.benches import AREA, share_text
-from rpf3d_core.hazard.each_source import from_source, shown_benches
+from rpf3d_core.hazard.each_source import from_source, worst_benches
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.zones import UPPER, Zone, matrix_zones, reach_zones, upper_zones
 from rpf3d_core.results.hazard_files.geotiffs import transform_of, upright
@@ -104,9 +104,11 @@ def _of_areas(terrain: Terrain, maps: HazardMaps) -> str:
 
     The largest share is first; at most MOST_AREAS areas are named.
     """
-    areas = [bench for bench in shown_benches(terrain, maps) if bench.kind == AREA]
+    areas = [bench for bench in worst_benches(terrain, maps) if bench.kind == AREA]
     areas.sort(key=lambda bench: -bench.reached["share"])
-    named = [f"{share_text(bench.reached)}{from_source(bench)} reach {bench.name}" for bench in areas[:MOST_AREAS]]
+    named = [
+        f"{share_text(bench.reached)}{from_source(bench.source)} reach {bench.name}" for bench in areas[:MOST_AREAS]
+    ]
     more = [f"{len(areas) - MOST_AREAS} more areas are in benches.csv"] if len(areas) > MOST_AREAS else []
     return f"{CELLS_SAY}{': ' if named else ''}{', '.join([*named, *more])}"
 
