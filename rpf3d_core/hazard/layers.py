@@ -70,12 +70,12 @@ def _percentiles_of(tally: CellTally, found: Found, edges: list[FloatArray]) -> 
     return found_values
 
 
-def bins_of(tally: CellTally, q: int) -> NDArray[np.uint32]:
-    """Return the counts (S, B) in the bins of a quantity q (0 energy, 1 speed, 2 height) for the S reached cells.
+def bins_of(tally: CellTally, q: int, some: NDArray[np.intp]) -> NDArray[np.uint32]:
+    """Return the counts (S, B) in the bins of a quantity q (0 energy, 1 speed, 2 height) for some reached cells.
 
-    The cells are in the order of their slots.
+    some : (S,) slots of the cells
     """
-    whole = tally.carries.whole(tally.slots.bins, np.arange(tally.used))
+    whole = tally.carries.whole(tally.slots.bins, some)
     return np.ascontiguousarray(whole[:, _columns(tally, q)])
 
 

@@ -56,15 +56,18 @@ class PlaceTally:
         """Add to set `number` all that the tally has counted since the previous call of `end`, for whatever set."""
         tally = self.tally
         cells, after = tally.slots.cell[: tally.used], np.zeros_like(self._before)
-        for row, kind in enumerate((LINE_ROCKS, LINE_DEPOSITS)):
-            after[row, cells] = tally.slots.lines.short[: tally.used, kind]
+        for line, kind in enumerate((LINE_ROCKS, LINE_DEPOSITS)):
+            after[line, cells] = tally.slots.lines.short[: tally.used, kind]
         self._counts[number] += after - self._before
-        bins = bins_of(tally, ENERGY)
-        new = less(bins, self._bins) if len(self._bins) else bins
-        slot, column = np.nonzero(new)
-        if len(slot):
-            self._filled[number].append((slot, column, new[slot, column]))
-        self._before, self._bins = after, bins
+        some = np.flatnonzero(after[0, cells] != self._before[0, cells])  # slots with new rocks; often few of many
+        if len(some):
+            bins = bins_of(tally, ENERGY, some)
+            self._bins = _with_rows(self._bins, tally.used, bins.shape[1])
+            new = bins - self._bins[some]
+            row, column = np.nonzero(new)
+            self._filled[number].append((some[row], column, new[row, column]))
+            self._bins[some] = bins
+        self._before = after
 
     def counts(self) -> PlaceCounts:
         """Return the counts of all sets."""
@@ -91,7 +94,7 @@ class PlaceTally:
         Ranks are computed as in `Sample.interval`.
         """
         tally, ends = self.tally, np.full((len(self.tally.slot), 2), np.nan)
-        rocks = self._bins.sum(axis=1, dtype=np.int64)
+        rocks = self._bins[: tally.used].sum(axis=1, dtype=np.int64)
         half = NORMAL_QUANTILE_95 * np.sqrt(rocks * P95 * (100 - P95)) / 100.0
         ranks = (np.floor(rocks * P95 / 100.0 - half), np.ceil(rocks * P95 / 100.0 + half) + 1)
         for end, rank in enumerate(ranks):
@@ -107,14 +110,27 @@ class PlaceTally:
         filled : the bins of energy that contain rocks of this set
         """
         tally, energy = self.tally, np.full(len(self.tally.slot), np.nan)
-        bins = np.zeros(self._bins.shape, dtype=np.uint32)
+        if not filled:
+            return energy
+        slots = np.unique(np.concatenate([slot for slot, _, _ in filled]))
+        bins = np.zeros((len(slots), self._bins.shape[1]), dtype=np.uint32)
         for slot, column, rocks in filled:
-            bins[slot, column] += rocks
+            bins[np.searchsorted(slots, slot), column] += rocks
         rocks = bins.sum(axis=1, dtype=np.int64)
         many = np.flatnonzero(rocks >= fewest)
         if len(many):
-            energy[tally.slots.cell[many]] = rank_values(tally, ENERGY, bins[many], -((-rocks[many] * P95) // 100))
+            ranks = -((-rocks[many] * P95) // 100)
+            energy[tally.slots.cell[slots[many]]] = rank_values(tally, ENERGY, bins[many], ranks)
         return energy
+
+
+def _with_rows(bins: NDArray[np.uint32], rows: int, columns: int) -> NDArray[np.uint32]:
+    """Return bins (S, B) with rows of 0 added at the end, so that there are at least `rows` rows of `columns` bins."""
+    if len(bins) >= rows:
+        return bins
+    longer = np.zeros((max(rows, 2 * len(bins)), columns), dtype=np.uint32)
+    longer[: len(bins), : bins.shape[1]] = bins
+    return longer
 
 
 def less(after: NDArray[Any], before: NDArray[Any]) -> NDArray[Any]:
