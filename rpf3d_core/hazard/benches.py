@@ -156,7 +156,7 @@ def _known(low: float, high: float) -> list[float | None]:
 
 def notes_of(maps: HazardMaps) -> tuple[str, str]:
     """Return the notes under the printed table: on its columns, and on uncertainties that its intervals omit."""
-    rocks = "all rocks" if maps.sources is None else "the rocks of the row's source"
+    rocks = "all rocks" if maps.sources is None else "the rocks of the source in the row"
     if maps.sets is None:
         return TEXT_NOTE.format(rocks=rocks), OPEN
     return OF_SETS.format(rocks=rocks, sets=maps.sets.flown), STILL_OPEN

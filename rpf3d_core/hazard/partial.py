@@ -119,7 +119,10 @@ def packed_sources(tallies: Tallies) -> PackedSources | None:
 
 def add_packed_sources(tallies: Tallies, part: PackedSources | None) -> None:
     """Add the counts for each source of a part to those of the same ensemble; the errors are those of `add_packed`."""
-    if (found := tallies.sources) is None or part is None:
+    found = tallies.sources
+    if (found is None) != (part is None):
+        raise ValueError("a part of another ensemble cannot be counted in: only one of both counts each source")
+    if found is None or part is None:
         return
     _add(found.zones, part.zones)
     _add(found.inside, part.inside)

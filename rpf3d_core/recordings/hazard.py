@@ -124,9 +124,10 @@ def hazard_mesh(terrain: Terrain, maps: HazardMaps, layer: Layer, number: int) -
 def bench_document(terrain: Terrain, maps: HazardMaps, layers: list[Layer]) -> str:
     """Return the bench table and the colour legend as a Markdown document for the viewer."""
     benches, (note, still_open) = worst_benches(terrain, maps), notes_of(maps)
+    file = "benches" if maps.sources is None else "sources"
     parts = [
         f"# Benches\n{maps.flown:,} rocks; {note} (Wilson); {still_open}. p95 energy is {maps.energy_kind}, of each "
-        f"rock's largest there, and needs {FEWEST_ROCKS} rocks. All zones are in `hazard/benches.csv`.",
+        f"rock's largest there, and needs {FEWEST_ROCKS} rocks. All zones are in `hazard/{file}.csv`.",
         _table([text_header(benches), *text_rows(benches)]),
         *([] if maps.sources is None else [f"{OF_SOURCES[:1].upper()}{OF_SOURCES[1:]}."]),
         *([lost_in_words(maps.lost, maps.flown) + "."] if maps.lost else []),
@@ -158,6 +159,7 @@ def _legend(layer: Layer) -> tuple[str, ...]:
 
 
 def _table(rows: list[tuple[str, ...]]) -> str:
-    """Return rows of text as a Markdown table; the first row is the header."""
-    lines = [f"| {' | '.join(row)} |" for row in rows]
+    """Return rows of text as a Markdown table; the first row is the header. A `|` in a name ends no cell."""
+    bar = r"\|"
+    lines = [f"| {' | '.join(text.replace('|', bar) for text in row)} |" for row in rows]
     return "\n".join([lines[0], "|" + "---|" * len(rows[0]), *lines[1:]])

@@ -20,6 +20,7 @@ from rpf3d_core.hazard.benches import (
     text_rows,
 )
 from rpf3d_core.hazard.each_source import benches_of_sources, doubts_of_sources, worst_benches
+from rpf3d_core.hazard.partial import add_packed_sources
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_files.benches_csv import write_sources
 from rpf3d_core.results.notes import doubts_of_run
@@ -27,6 +28,7 @@ from rpf3d_core.results.summary import summary
 from rpf3d_core.runs.parallel import fly_parts
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.prepared import empty_tallies, prepare
 
 UNKNOWN = """\
 unknowns:
@@ -202,3 +204,9 @@ def test_files_have_the_shares_of_each_source(diluted: Run, tmp_path: Path) -> N
     assert float(row["reached_share"]) == worst["reached"]["share"]
     assert int(row["reached_rocks"]) == worst["reached"]["rocks"]
     assert {name for name, _ in rows} == {"top", "below"}
+
+
+def test_a_part_without_counts_of_sources_is_refused(folder: Path) -> None:
+    tallies = empty_tallies(prepare(scene_of(folder)))
+    with pytest.raises(ValueError, match="only one of both counts each source"):
+        add_packed_sources(tallies, None)

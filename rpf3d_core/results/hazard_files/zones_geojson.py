@@ -109,7 +109,8 @@ def _of_areas(terrain: Terrain, maps: HazardMaps) -> str:
     named = [
         f"{share_text(bench.reached)}{from_source(bench.source)} reach {bench.name}" for bench in areas[:MOST_AREAS]
     ]
-    more = [f"{len(areas) - MOST_AREAS} more areas are in benches.csv"] if len(areas) > MOST_AREAS else []
+    file = "benches.csv" if maps.sources is None else "sources.csv"
+    more = [f"{len(areas) - MOST_AREAS} more areas are in {file}"] if len(areas) > MOST_AREAS else []
     return f"{CELLS_SAY}{': ' if named else ''}{', '.join([*named, *more])}"
 
 
