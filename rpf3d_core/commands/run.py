@@ -174,11 +174,12 @@ def _print_convergence(run: "Run") -> None:
         return
     target, change = run.scene.target, p95_change(run.steps)
     enough = is_enough(run.steps, target.half_width, target.p95_energy)
-    together = "" if run.maps.sources is None else " of the rocks of all sources together"
+    together = "" if run.maps.sources is None else "; shares are of the rocks of all sources together"
     screen.print(
-        f"target {'reached' if enough else 'NOT reached'}: half-width of the sampling intervals of shares{together} "
+        f"target {'reached' if enough else 'NOT reached'}: half-width of the sampling intervals of shares "
         f"{run.steps[-1].half_width:.3g} (target {target.half_width:g}), change of p95 energies "
         f"{'not known yet' if change is None else f'{change:.3g}'} (target {target.p95_energy:g})"
+        + together
         + ("; more rocks do not narrow what the unknowns leave open" if run.maps.sets else ""),
         soft_wrap=True,
     )

@@ -258,11 +258,11 @@ class Runner:
             ready._replace(written=moved, prepared=replace(ready.prepared, scene=scene)),
             replace(run, prepared=replace(run.prepared, scene=scene)),
         )
-        for path in self._folder.iterdir():
-            if path.is_dir():
-                shutil.rmtree(path, ignore_errors=True)
-            elif path.name not in FLOWN:
-                path.unlink()
+        for file in self._folder.iterdir():
+            if file.is_dir():
+                shutil.rmtree(file, ignore_errors=True)
+            elif file.name not in FLOWN:
+                file.unlink()
 
     def _forget(self) -> None:
         """Delete the results of the last run."""

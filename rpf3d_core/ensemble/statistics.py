@@ -63,6 +63,15 @@ def share_of(count: int, total: int) -> dict[str, Any]:
     return {"rocks": int(count), "share": count / total, "interval_95": list(wilson_interval(int(count), total))}
 
 
+def sampling_of(share: dict[str, Any]) -> Any:
+    """Return the sampling interval [low, high] (-) of a share from `share_of`; None if its total is 0.
+
+    A share with a predictive interval has this interval as `interval_95`, and the key `sampling`
+    (`hazard.benches.with_predictive`).
+    """
+    return share.get("sampling", share["interval_95"])
+
+
 def words_on_pieces(rocks: int, pieces: int) -> str:
     """Return a warning about shares of a run with fragments: each fragment counts as one rock, like a released rock.
 

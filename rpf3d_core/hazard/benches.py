@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.ensemble.outward import NEAREST, Side, fixed, interval_as, three_figures
-from rpf3d_core.ensemble.statistics import share_of
+from rpf3d_core.ensemble.statistics import sampling_of, share_of
 from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.terrain.facets import Terrain
 
@@ -145,7 +145,7 @@ def with_predictive(share: dict[str, Any], low: float, high: float) -> dict[str,
     share : from `share_of`, with the sampling interval; low, high : ends of the predictive interval (-), NaN if unknown
     """
     predictive = None if math.isnan(low) else [float(low), float(high)]
-    sampling = share.get("sampling", share["interval_95"])
+    sampling = sampling_of(share)
     return {**share, "interval_95": predictive, "predictive": predictive, "sampling": sampling}
 
 

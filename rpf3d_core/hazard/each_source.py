@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rpf3d_core.ensemble.outward import HIGH
-from rpf3d_core.ensemble.statistics import wilson_interval, wilson_intervals
+from rpf3d_core.ensemble.statistics import sampling_of, wilson_interval, wilson_intervals
 from rpf3d_core.hazard.benches import ALL_SOURCES, AREA, Bench, bench_table, in_percent, share_text
 from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.hazard.source_tallies import part_of
@@ -16,6 +16,8 @@ from rpf3d_core.terrain.facets import Terrain
 
 UNNOTICED = 0.05
 """Share (-) of the rocks of a source that may reach a place that none of its rocks reached, without a warning."""
+ALL = -1
+"""Number in place of a source: all rocks together."""
 
 
 class SourceBenches(NamedTuple):
@@ -104,7 +106,7 @@ def worst_benches(terrain: Terrain, maps: HazardMaps) -> list[Bench]:
 
 def _retained_at_most(bench: Bench) -> float:
     """Return the upper end (-) of the sampling interval of the share retained; 1 if no rock reached the place."""
-    interval = bench.retained.get("sampling", bench.retained["interval_95"])
+    interval = sampling_of(bench.retained)
     return 1.0 if interval is None else float(interval[1])
 
 
@@ -115,10 +117,6 @@ class _Worst(NamedTuple):
     retained: list[int]
     energy: list[int]
     lost: list[int]
-
-
-ALL = -1
-"""Number in place of a source: all rocks together."""
 
 
 def _worst_sources(maps: HazardMaps) -> _Worst:

@@ -65,8 +65,8 @@ class Tallies:
         heights, begin = np.zeros(len(batch.finals)), 0
         scratch = self._scratch()
         flown = self._flown(batch, releases.mass[batch.rows], releases.radius[batch.rows])
-        source = releases.source[batch.rows]
-        if self.sources is not None:
+        source = None if self.sources is None else releases.source[batch.rows]
+        if self.sources is not None and source is not None:
             self.sources.note_flown(batch, source)
         while begin < len(heights):
             end = self._visit(scratch, flown, begin, heights)
@@ -82,7 +82,7 @@ class Tallies:
     def precompile(self) -> None:
         """Compile the loops that count rocks, before the first rock flies."""
         scratch, nothing = self._scratch(), np.empty(0)
-        self._fold(scratch, np.empty(0, dtype=np.int64))
+        self._fold(scratch, None)
         self._visit(scratch, self._flown(NOTHING, nothing, nothing), 0, nothing)
         self.idle.put(scratch)
 
@@ -154,9 +154,12 @@ class Tallies:
             )
             return Scratch(squares=squares, facets=facets, zones=zones, areas=areas, spans=empty_spans())
 
-    def _fold(self, scratch: Scratch, source: IntArray) -> None:
-        """Add all collected visits of a thread to the counts; source : (N,) number of each rock's source."""
-        if self.sources is not None:
+    def _fold(self, scratch: Scratch, source: IntArray | None) -> None:
+        """Add all collected visits of a thread to the counts.
+
+        source : (N,) number of each rock's source; None if sources are not counted, or if there are no visits
+        """
+        if self.sources is not None and source is not None:
             self.sources.fold(scratch.zones, scratch.areas, source)
         kinds = (scratch.squares, scratch.facets, scratch.zones, scratch.areas)
         for tally, visits in zip(self._tallies, kinds, strict=True):

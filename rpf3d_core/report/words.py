@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 from rpf3d_core.ensemble.outward import HIGH, LOW, NEAREST, Side, short_length, three_figures
+from rpf3d_core.ensemble.statistics import sampling_of
 from rpf3d_core.hazard.benches import in_percent, interval_in_percent
 from rpf3d_core.report.toe import FAR, Figure
 
@@ -79,7 +80,9 @@ def interval(ends: Ends, words: Words) -> str:
         return low if high in (UNKNOWN, FARTHER) else f"at most {high}"
     if high not in (UNKNOWN, FARTHER):
         return f"{low} to {high}"
-    return f"at least {low}" if low != words(0.0, LOW) else high if high == UNKNOWN else f"{low} to {high}"
+    if low != words(0.0, LOW):
+        return f"at least {low}"
+    return UNKNOWN if high == UNKNOWN else f"{low} to {high}"
 
 
 def figure_cells(figure: Figure, words: Words) -> list[str]:
@@ -89,8 +92,7 @@ def figure_cells(figure: Figure, words: Words) -> list[str]:
 
 def share_cells(found: dict[str, Any]) -> list[str]:
     """Return a share as three cells: share, predictive interval, sampling interval; found : section of summary.json."""
-    sampling = found.get("sampling", found["interval_95"])
-    return [share(found["share"]), share_interval(found.get("predictive")), share_interval(sampling)]
+    return [share(found["share"]), share_interval(found.get("predictive")), share_interval(sampling_of(found))]
 
 
 def given(value: Any) -> str:

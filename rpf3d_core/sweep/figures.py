@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from rpf3d_core.ensemble.samples import Sample
-from rpf3d_core.ensemble.statistics import share_of
+from rpf3d_core.ensemble.statistics import sampling_of, share_of
 from rpf3d_core.hazard.each_source import worst_benches
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.results.findings import Run
@@ -108,8 +108,8 @@ def _of_benches(run: Run) -> Iterator[Figure]:
     for bench in worst_benches(run.terrain, run.maps):
         for name in SHARES:
             share = getattr(bench, name)
-            sampling = share.get("sampling", share["interval_95"])
-            yield _figure((name, bench.kind, bench.name, "-"), share["share"], share.get("predictive"), sampling)
+            intervals = (share.get("predictive"), sampling_of(share))
+            yield _figure((name, bench.kind, bench.name, "-"), share["share"], *intervals)
         intervals = (bench.energy_predictive, bench.energy_sampling)
         yield _figure((ENERGY, bench.kind, bench.name, "J"), bench.energy_p95, *intervals)
 
@@ -125,8 +125,8 @@ def _of_barriers(maps: HazardMaps, rocks: int) -> Iterator[Figure]:
     for name, facts in barriers_section(maps).items():
         shares = ((REACHED, facts.get("reached", share_of(facts["came"], rocks))), (RETAINED, facts["caught"]))
         for result, share in shares:
-            sampling = share.get("sampling", share["interval_95"])
-            yield _figure((result, BARRIER, name, "-"), share["share"], share.get("predictive"), sampling)
+            intervals = (share.get("predictive"), sampling_of(share))
+            yield _figure((result, BARRIER, name, "-"), share["share"], *intervals)
         for result, unit, key in ((ENERGY, "J", "first_energy_j"), (HEIGHT, "m", "first_height_over_ground_m")):
             section: Mapping[str, Any] = facts[key]
             intervals = (section.get("p95_predictive"), section["p95_interval_95"])

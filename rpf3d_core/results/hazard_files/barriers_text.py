@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from rpf3d_core.ensemble.outward import three_figures
-from rpf3d_core.ensemble.statistics import share_of
+from rpf3d_core.ensemble.statistics import sampling_of, share_of
 from rpf3d_core.hazard.benches import NOT_KNOWN, SHORT, in_percent, interval_in_percent, interval_text
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.results.hazard_files.barriers_report import ROCKS, barriers_section
@@ -51,8 +51,7 @@ def _rows(facts: dict[str, Any], flown: int) -> Iterator[tuple[str, str, str, st
     came = facts.get("reached", share_of(facts["came"], flown))
     for label, share in zip(("came", *SHARES), (came, *(facts[did] for did in ROCKS)), strict=True):
         value = "-" if share["share"] is None else f"{in_percent(share['share'], SHORT)} %"
-        sampling = share.get("sampling", share["interval_95"])
-        yield label, f"{share['rocks']:,}", value, _percent(share.get("predictive")), _percent(sampling)
+        yield label, f"{share['rocks']:,}", value, _percent(share.get("predictive")), _percent(sampling_of(share))
     yield _design("p95 energy (kJ)", facts["first_energy_j"], KILO)
     # The largest energy may grow with the number of rocks, so it has no interval.
     largest, capacity = facts["first_energy_j"]["max"], facts["capacity_j"]

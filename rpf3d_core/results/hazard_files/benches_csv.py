@@ -53,7 +53,7 @@ def share_columns(share: dict[str, Any]) -> list[Any]:
 
 def write_benches(path: Path, benches: Sequence[Bench]) -> None:
     """Write benches.csv; a share whose total is 0 rocks is empty, and so is a percentile of fewer than 20 rocks."""
-    sets = _over_sets(benches)
+    sets = _has_predictive(benches)
     write_csv(path, _header(sets), (_whole_line(bench, sets) for bench in benches))
 
 
@@ -62,12 +62,12 @@ def write_sources(path: Path, tables: Sequence[SourceBenches]) -> None:
 
     tables : the bench table of each source
     """
-    sets = any(_over_sets(table.benches) for table in tables)
+    sets = any(_has_predictive(table.benches) for table in tables)
     lines = ([table.name, table.rocks, *_whole_line(bench, sets)] for table in tables for bench in table.benches)
     write_csv(path, [*OF_SOURCE, *_header(sets)], lines)
 
 
-def _over_sets(benches: Sequence[Bench]) -> bool:
+def _has_predictive(benches: Sequence[Bench]) -> bool:
     """Return True if the rows of a bench table have predictive intervals over parameter sets."""
     return any(bench.energy_predictive for bench in benches)
 
