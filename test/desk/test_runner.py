@@ -27,7 +27,7 @@ from rpf3d_core.desk.shapes import (
 from rpf3d_core.desk.tables import bench_section, progress_words
 from rpf3d_core.desk.whole_files import whole_file
 from rpf3d_core.errors import InputError
-from rpf3d_core.hazard.benches import Bench, bench_table, text_rows
+from rpf3d_core.hazard.benches import text_rows
 from rpf3d_core.hazard.each_source import worst_benches
 from rpf3d_core.hazard.maps import reach_probability
 from rpf3d_core.hazard.scales import FEW_COLOUR
@@ -85,7 +85,7 @@ def test_results_grow_until_they_are_those_of_a_run(tmp_path: Path) -> None:
     runner.close()
     assert received.refusals == [] and received.rocks[0] in (16, 17) and received.rocks[-1] == 100
     run, whole = received.results[-1][0], rpf3d.simulate(scene.path)
-    assert received.rows[-1] == [list(row) for row in text_rows(worst_benches(whole.terrain, whole.maps))]
+    assert received.rows[-1] == _bench_rows(whole)
     assert progress_words(run).startswith("100 rocks, ")
     paths = path_lines(run)
     assert len(paths.starts) - 1 == 10 and paths.starts[-1] == len(paths.points)
@@ -177,7 +177,7 @@ def test_no_one_waits_for_the_compiler(tmp_path: Path) -> None:
     assert received.refusals == []
     assert engines[0] == "reference" and engines[first - 1] == "compiled" and set(engines[first:]) == {"compiled"}
     assert received.rows[-1] == received.rows[first - 1]
-    assert received.rows[-1] == [list(row) for row in text_rows(_benches(rpf3d.simulate(scene.path)))]
+    assert received.rows[-1] == _bench_rows(rpf3d.simulate(scene.path))
 
 
 FACE = "v 0 0 {top}\nv 0 40 {top}\nv 20 40 0\nv 20 0 0\nv -20 0 {top}\nv -20 40 {top}\nv 90 40 0\nv 90 0 0\n" \
@@ -286,5 +286,5 @@ def test_the_panels_of_barriers_stand_on_their_lines() -> None:
     assert barrier_mesh(NO_OBSTACLES) is None
 
 
-def _benches(run: Run) -> list[Bench]:
-    return bench_table(run.terrain, run.maps)
+def _bench_rows(run: Run) -> list[list[str]]:
+    return [list(row) for row in text_rows(worst_benches(run.terrain, run.maps))]
