@@ -104,7 +104,7 @@ class AlertDesk:
     ) -> None:  # fmt: skip
         self._thresholds, self._log, self._now, self._listener = thresholds, log, now, listener
         self.alert: Alert | None = log.last_alert if log is not None else None
-        self.unreported = UnreportedEvidence(thresholds, lambda: self._ask(CHANGED))
+        self.unreported = UnreportedEvidence(thresholds, now, lambda: self._ask(CHANGED))
         self._evidence = RegionEvidence(thresholds.evidence, expected, has_sensors, heard, self.unreported)
         self._missed = dict(missed or {})  # lost messages that the thread has not yet taken into account
         self._unknown, self._remembered = UnknownBefore(unknown, thresholds.acknowledge), remembered

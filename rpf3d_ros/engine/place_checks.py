@@ -1,10 +1,12 @@
 """Check the places of sources with each message: which sources to simulate, and which places are no longer reported."""
 
+import math
 import time
 from collections.abc import Callable, Collection, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from rpf3d_core.alerts.site_model import Thresholds
+from rpf3d_core.alerts.time_units import ns_of
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.engine.topic_votes import TopicVotes
 from rpf3d_ros.engine.unreported_evidence import UnreportedEvidence
@@ -18,6 +20,18 @@ FORGOTTEN = (
     "and acknowledge, or publish an empty message if the sensor sees no source"
 )
 """Sentence of the fault of forgotten places: topic, and how many places."""
+
+
+class Forgotten(NamedTuple):
+    """A fault of a topic whose places the node had to forget.
+
+    sentence : sentence of the fault
+    at_ns : stamp of the last message with too many places (ns); at_s : when it was received (s, steady clock)
+    """
+
+    sentence: str
+    at_ns: int
+    at_s: float
 
 
 class PlaceChecks:
@@ -38,35 +52,46 @@ class PlaceChecks:
         self._places = ReportedPlaces(self._period, distance)
         self._checks, self._report, self._end = checks, report, end
         self._votes = TopicVotes(thresholds.acknowledge)
-        self._forgotten: frozenset[str] = frozenset()
+        self._forgotten: Mapping[str, Forgotten] = {}
 
     def submitted(self, trigger: Trigger) -> list[Trigger]:
         """Return the triggers to answer after a message of sources: unreported places, if any, then the sources."""
-        topic, stamp_ns = trigger.topic, trigger.stamp_ns
-        is_suspect, is_failed = topic in self._checks.suspects, self._checks.is_failed(topic)
-        update = self._places.received(trigger, time.monotonic(), is_suspect, is_failed)
-        self._report_forgotten(topic, update.too_many, is_over=not len(trigger.positions) or self._period is not None)
+        topic, now_s = trigger.topic, time.monotonic()
+        is_suspect, is_due = topic in self._checks.suspects, self._checks.is_due(topic)
+        update = self._places.received(trigger, now_s, is_suspect, is_due)
+        if update.too_many:
+            self._forget(topic, update.too_many, trigger.stamp_ns, now_s)
+        elif self._is_known_again(trigger, now_s):
+            self._end_forgotten(topic)
         if update.is_ended:
-            self._checks.end(topic, stamp_ns)
+            self._checks.end(topic, trigger.stamp_ns)
             self._end(topic)
         if update.unreported is None:
             return [update.trigger]
-        self._checks.expect(topic, stamp_ns, len(update.unreported.positions), update.last_ns)
+        self._checks.expect(update.unreported, update.first_ns, update.last_ns)
         return [update.unreported, update.trigger]
 
     def acknowledged(self, by: str, shown: Collection[str]) -> tuple[str, ...]:
         """Note an acknowledgement by a person; return the topics whose faults of unreported places it ends.
 
+        An acknowledgement counts only for the faults that the person saw, so persons who saw different places of a
+        topic end no fault together.
+
         shown : the faults of the last alert. A fault that is not shown yet cannot be acknowledged
         """
-        seen = [topic for topic, fault in self._checks.faults().items() if fault in shown]
-        ended = self._votes.given(by, time.monotonic(), dict.fromkeys((*seen, *sorted(self._forgotten))))
-        self._places.forget(ended)
-        for topic in ended:
-            self._checks.end(topic)
-            self._end(topic)
-            self._report_forgotten(topic, "", is_over=True)
-        return ended
+        faults = [
+            *self._checks.faults().items(), *((topic, each.sentence) for topic, each in self._forgotten.items())
+        ]  # fmt: skip
+        seen = [(topic, sentence) for topic, sentence in faults if sentence in shown]
+        ended = self._votes.given(by, time.monotonic(), seen)
+        for topic, sentence in ended:
+            if topic in self._forgotten and self._forgotten[topic].sentence == sentence:
+                self._end_forgotten(topic)
+            else:
+                self._places.forget([topic])
+                self._checks.end(topic)
+                self._end(topic)
+        return tuple(dict.fromkeys(topic for topic, _ in ended))
 
     def restart(self) -> None:
         """Note that all answers were forgotten, because the clock went back or the node is not active."""
@@ -74,7 +99,7 @@ class PlaceChecks:
 
     def to_remember(self) -> dict[str, Any]:
         """Return the places to save for the next start, as plain values, if danger is possible there; {} for none."""
-        places = self._places.to_remember(self._checks.suspects)
+        places = self._places.to_remember(self._checks.suspects, self._forgotten)
         return {"places": places} if places else {}
 
     def restore(self, saved: Mapping[str, Any], topics: Collection[str]) -> None:
@@ -86,16 +111,26 @@ class PlaceChecks:
         for topic in places:
             self._checks.suspect(topic)
         for topic in lacking:
-            self._report_forgotten(topic, "too many places before the start of the node")
+            self._forget(topic, "too many places before the start of the node", 0, -math.inf)
 
-    def _report_forgotten(self, topic: str, many: str, is_over: bool = False) -> None:
-        """Report that places of a topic were forgotten; many : how many places, "" if none were.
+    def _is_known_again(self, trigger: Trigger, now_s: float) -> bool:
+        """Return True if a message ends the fault of forgotten places; now_s : present time (s, steady clock).
 
-        is_over : True if an earlier fault of this kind ends
+        With a scan period, all places must have been reported again since. Otherwise, a message must be empty.
         """
-        if many:
-            self._forgotten |= {topic}
-            self._report(CAUSE.format(topic), many if self._period is not None else FORGOTTEN.format(topic, many))
-        elif is_over and topic in self._forgotten:
-            self._forgotten -= {topic}
+        known = self._forgotten.get(trigger.topic)
+        if known is None or self._period is None:
+            return not len(trigger.positions)
+        is_over = trigger.stamp_ns - known.at_ns > ns_of(self._period)
+        return is_over and now_s - known.at_s > self._period
+
+    def _forget(self, topic: str, many: str, at_ns: int, at_s: float) -> None:
+        """Report that places of a topic were forgotten; many : how many places; at_ns, at_s : as in `Forgotten`."""
+        sentence = many if self._period is not None else FORGOTTEN.format(topic, many)
+        self._forgotten = {**self._forgotten, topic: Forgotten(sentence=sentence, at_ns=at_ns, at_s=at_s)}
+        self._report(CAUSE.format(topic), sentence)
+
+    def _end_forgotten(self, topic: str) -> None:
+        if topic in self._forgotten:
+            self._forgotten = {each: one for each, one in self._forgotten.items() if each != topic}
             self._report(CAUSE.format(topic), "")

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.site_model import EvidenceSpec
+from rpf3d_core.alerts.time_units import ns_of
 from rpf3d_core.live.evidence import together
 from rpf3d_core.live.outlines import WatchedOutlines
 from rpf3d_ros.engine.first_scans import FirstScans
@@ -55,12 +56,13 @@ class RegionEvidence:
         terms : the conditions of the site for evidence; expected, has_sensors, heard : as in `SourceTopics`
         unreported : the answers to places that their topic no longer reports; None if there can be none
         """
-        self._unreported, self._scans = unreported, FirstScans(terms.scan_period_s)
+        self._unreported, self._scans = unreported, FirstScans(terms.scan_period_s, terms.sources_max_age_s)
         self._max_age_ns = int(terms.sources_max_age_s * SECOND)
         self._ground = WatchedTerrain(terms.changed_terrain_s)
         self._evidence: dict[Hashable, TopicEvidence] = {}
         self._newest_at_ns = 0
-        self._topics, self._outlines = SourceTopics(expected, has_sensors, heard), WatchedOutlines()
+        self._topics = SourceTopics(expected, has_sensors, heard, ns_of(terms.scan_period_s or 0.0))
+        self._outlines = WatchedOutlines()
 
     @property
     def heard(self) -> tuple[str, ...]:
@@ -145,11 +147,13 @@ class RegionEvidence:
     def _complete_until_ns(self, parts: Sequence[Evidence]) -> int:
         """Return the time (ns) at which the first fault begins if no further message arrives; 0 if no fault will begin.
 
-        The fault is a topic that falls silent, or an answer that still counts too long after its terrain was replaced.
+        The fault is a topic that falls silent, an answer that still counts too long after its terrain was replaced, or
+        places that are no longer reported and have had no answer for too long.
         """
         first_ns = self._topics.oldest_ns
         silent_ns = [] if first_ns is None else [first_ns + self._max_age_ns]
-        return min([*silent_ns, *self._ground.ends_ns(parts)], default=0)
+        unanswered_ns = [] if self._unreported is None else self._unreported.ends_ns()
+        return min([*silent_ns, *unanswered_ns, *self._ground.ends_ns(parts)], default=0)
 
     def forget(self, now_ns: int) -> None:
         """Forget all evidence and stamps, for example because the clock went back; every topic must publish again.

@@ -27,10 +27,13 @@ class SourceTopics:
     heard : topics that had published before a restart, and must publish again
     has_sensors : True if the node subscribes to topics of sensors; messages of topic `clicked_point` alone are then not
         enough evidence
+    scan_ns : time (ns) within which a sensor reports every place again; 0 if each message has all places
     """
 
-    def __init__(self, expected: Sequence[str] = (), has_sensors: bool = False, heard: Sequence[str] = ()) -> None:
-        self._expected, self._has_sensors = tuple(expected), has_sensors
+    def __init__(
+        self, expected: Sequence[str] = (), has_sensors: bool = False, heard: Sequence[str] = (), scan_ns: int = 0
+    ) -> None:  # fmt: skip
+        self._expected, self._has_sensors, self._scan_ns = tuple(expected), has_sensors, scan_ns
         self._last: dict[str, int] = {}
         # Topics from before a restart, or before all was forgotten: a message counts only after this stamp.
         self._heard = dict.fromkeys(heard, ANY_STAMP)
@@ -42,7 +45,8 @@ class SourceTopics:
         """Note that messages of a topic were lost before they could be read; now_ns : present time (ns).
 
         The lost messages may have reported danger at any wall, so a later message does not replace them. The loss is a
-        fault until the lost sources would be too old, even if `forget` or `lose` is called before that time.
+        fault until the lost sources would be too old, and at least until the sensor has reported every place again,
+        even if `forget` or `lose` is called before that time.
         """
         self._missed[topic] = max(now_ns, self._missed.get(topic, now_ns))
 
@@ -83,7 +87,7 @@ class SourceTopics:
             *fell_silent,
             *(f"nothing has been received on {topic}, which must publish ({OPTIONAL})" for topic in never),
             *(f"nothing has been received on {topic} since the start or the last reset; {REMOVED}" for topic in again),
-            *self._missing(oldest_ns, now_ns),
+            *self._missing(min(oldest_ns, now_ns - self._scan_ns), now_ns),
             *self._click_lost(oldest_ns, now_ns),
             *((ONLY_CLICKS,) if self._has_sensors and not (self._last or never or again) else ()),
         )

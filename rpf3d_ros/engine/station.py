@@ -122,7 +122,8 @@ class Station:
         self.desk: AlertDesk | None = None
         self._places: PlaceChecks | None = None  # without a site file, places are not checked
         persons = configuration.thresholds.acknowledge if configuration.thresholds is not None else None
-        self._refused_inputs = RefusedInputs(self.report_fault, age, persons)
+        # A refused message may be about a place that is reported only once in a scan.
+        self._refused_inputs = RefusedInputs(self.report_fault, max(age, period or 0.0), persons)
         self._areas = AreasBefore(self.report_fault, self._areas_before())
         self.decisions = DecisionReports(outlets, parameters.map_frame)
         self._note_terrain_before()
@@ -416,12 +417,9 @@ class Station:
         self._outlets.health.set("run", level, sentence, figures_of(answer))
 
     def unanswerable(self, trigger: Trigger, why: str) -> None:
-        """Report why a trigger has no answer; the missing answer is a fault of the alert.
-
-        Places that are no longer reported and from which no rock can be released are not a fault.
-        """
-        if trigger.is_unreported:
-            self._decide_without_answer(trigger, "")
+        """Report why a trigger has no answer; the missing answer is a fault of the alert."""
+        if trigger.is_unreported:  # the message with the present sources may have an answer
+            self._decide_without_answer(trigger, why)
         else:
             self._refuse_sources(trigger, why)
 

@@ -1,21 +1,26 @@
 """The faults of places that their topic no longer reports, from the answers to these places.
 
 A place that is missing in a message was either gone or merely not part of the message. If rocks from the place may
-reach a limit of the site, this is a fault until the place is reported again, the topic publishes an empty message, or
-persons acknowledge.
+reach a limit of the site, or if this is not known in time, this is a fault until the place is reported again, the topic
+publishes an empty message, or persons acknowledge.
 """
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.site_model import Thresholds
-from rpf3d_core.alerts.time_units import when
+from rpf3d_core.alerts.time_units import ns_of, when
 from rpf3d_core.alerts.unreported import is_judged, may_reach_a_limit
+from rpf3d_core.live.triggers import Trigger
 
 ALWAYS = 2**62
 """A time (ns) after every stamp."""
+
+MOST_EXPECTED = 100
+"""Largest number of answers that are expected for one topic; further messages count as one with the last of these."""
 
 REMEDY = (
     "look at the slope and acknowledge; or let the sensor report the places again, or publish an empty message if it "
@@ -25,80 +30,137 @@ REMEDY = (
 """What to do about places that are no longer reported."""
 
 
+class Expected(NamedTuple):
+    """An expected answer to the unreported places after one message.
+
+    stamp_ns : stamp of the message (ns); -1 if it is not known, then any answer is the expected one
+    digest : digest of the places, as in `Trigger`; "" if it is not known
+    since_ns : time since which the answer is expected (ns)
+    """
+
+    stamp_ns: int
+    digest: str
+    since_ns: int
+
+
 @dataclass
 class CheckedPlaces:
     """The check of the unreported places of a topic.
 
-    stamp_ns : stamp (ns) of the message after which the present places were checked, or ended
+    where : which places, as the beginning of a sentence
+    oldest_ns : when the first of the places was reported last (ns); 0 if not known
     is_ended : True if the topic has no unreported places
-    count : number of places; last_ns : when the last of the places was reported last (ns), 0 if not known
-    is_dangerous : True if rocks from the present places may reach a limit; None until they are judged
-    is_failed : True if the places could not be simulated, because of an error or because there is no terrain
+    expected : the answers that are still expected, the oldest first; the places are judged if there is none
+    judged_ns : stamp of the message whose unreported places the last answer judged, or after which they had ended
+        (ns); ALWAYS if there is no answer that counts
+    is_dangerous : True if rocks from the places of the last answer may reach a limit
     stands : True from a dangerous answer until the places are judged harmless or end, and the message without them is
         answered
+    why_failed : why the places could not be simulated; "" if they could
+    is_due : True if they must be simulated again for that reason
     main_ns : stamp (ns) of the newest message of the topic that is answered
     danger_ns : stamp (ns) of the newest message whose answer may reach a limit; -1 if there is none
-    evidence : the last answer to the present places that counts
+    evidence : the last answer to unreported places that counts
     """
 
-    stamp_ns: int = -1
+    where: str = ""
+    oldest_ns: int = 0
     is_ended: bool = True
-    count: int = 0
-    last_ns: int = 0
-    is_dangerous: bool | None = False
-    is_failed: bool = False
+    expected: list[Expected] = field(default_factory=list)
+    judged_ns: int = ALWAYS
+    is_dangerous: bool = False
     stands: bool = False
+    why_failed: str = ""
+    is_due: bool = False
     main_ns: int = -1
     danger_ns: int = -1
     evidence: Evidence | None = None
 
     @property
-    def is_fault(self) -> bool:
-        """True if the unreported places are a fault now."""
-        is_open = self.is_dangerous is None and self.main_ns >= self.stamp_ns and self.danger_ns >= self.last_ns
-        return self.stands or self.is_failed or is_open
+    def is_open(self) -> bool:
+        """True if a message without the places is answered, the places are not, and danger was possible at them."""
+        return bool(self.expected) and self.main_ns >= self.expected[0].stamp_ns and self.danger_ns >= self.oldest_ns
+
+    @property
+    def is_suspect(self) -> bool:
+        """True if rocks from the reported or unreported places of the topic may reach a limit, or this is not known."""
+        return self.is_unsettled or self.main_ns <= self.danger_ns
+
+    @property
+    def is_unsettled(self) -> bool:
+        """True if rocks from the unreported places may reach a limit, or this is not known."""
+        return bool(self.stands or self.is_dangerous or self.expected or self.why_failed)
 
     def settle(self) -> None:
-        """End a standing danger if the present places are harmless and the message without them is answered."""
+        """End a standing danger if the places are harmless or have ended and the message without them is answered."""
         if self.is_dangerous:
             self.stands = True
-        elif self.is_dangerous is False and self.main_ns >= self.stamp_ns:
+        elif self.main_ns >= self.judged_ns:
             self.stands = False
+
+    def expect(self, stamp_ns: int, digest: str, now_ns: int) -> None:
+        """Note one more expected answer; stamp_ns, digest, now_ns : as in `Expected`."""
+        new = Expected(stamp_ns=stamp_ns, digest=digest, since_ns=now_ns)
+        if len(self.expected) >= MOST_EXPECTED:
+            new = new._replace(since_ns=self.expected.pop().since_ns)
+        self.expected.append(new)
+
+    def received(self, evidence: Evidence) -> None:
+        """Remove the answers that are no longer expected, because this or a later answer has arrived."""
+        digests = [each.digest for each in self.expected]
+        if evidence.sources_digest in digests:
+            del self.expected[: digests.index(evidence.sources_digest) + 1]
+        else:  # an answer to places as they were before
+            self.expected = [each for each in self.expected if each.stamp_ns >= evidence.trigger_stamp_ns]
+        self.judged_ns = evidence.trigger_stamp_ns
+
+    def expect_all_again(self, now_ns: int) -> None:
+        """Note that no answer counts any more, and that the places, if there are any, must be simulated again."""
+        self.expected = [] if self.is_ended else [Expected(stamp_ns=-1, digest="", since_ns=now_ns)]
+        self.danger_ns = ALWAYS if self.danger_ns >= 0 else -1
+        self.evidence, self.is_dangerous = None, False
+        self.judged_ns = -1 if self.is_ended else ALWAYS
 
 
 class UnreportedEvidence:
     """The unreported places of each topic and their answers. Any thread may call.
 
-    changed : called after a fault has ended without an answer
+    now : returns the time of the node's clock (ns); changed : called after a fault has ended without an answer
     """
 
-    def __init__(self, thresholds: Thresholds, changed: Callable[[], None] = lambda: None) -> None:
-        self._thresholds, self._changed = thresholds, changed
+    def __init__(self, thresholds: Thresholds, now: Callable[[], int], changed: Callable[[], None]) -> None:
+        self._thresholds, self._now, self._changed = thresholds, now, changed
+        self._longest_ns = ns_of(thresholds.evidence.changed_terrain_s)
         self._topics: dict[str, CheckedPlaces] = {}
         self._lock = threading.Lock()
 
     def _of(self, topic: str) -> CheckedPlaces:
         return self._topics.setdefault(topic, CheckedPlaces())
 
-    def expect(self, topic: str, stamp_ns: int, count: int, last_ns: int) -> None:
-        """Note that unreported places will be answered; they are a fault meanwhile if the topic reported danger.
+    def expect(self, trigger: Trigger, first_ns: int, last_ns: int) -> None:
+        """Note that unreported places will be answered; they are a fault meanwhile if danger was possible at them.
 
-        stamp_ns : stamp of the message that does not report the places; count, last_ns : as in `CheckedPlaces`
+        They are also a fault if the answer takes longer than `changed_terrain_s`.
+
+        trigger : the places, with the stamp of the message that does not report them
+        first_ns, last_ns : when the first and the last of the places were last reported (ns); 0 if not known
         """
         with self._lock:
-            one = self._of(topic)
-            one.stamp_ns, one.count, one.last_ns, one.is_ended = stamp_ns, count, last_ns, False
-            one.is_dangerous, one.is_failed, one.evidence = None, False, None
+            one = self._of(trigger.topic)
+            one.where, one.oldest_ns, one.is_ended = _where(trigger, last_ns), first_ns, False
+            one.expect(trigger.stamp_ns, trigger.digest, self._now())
 
     def end(self, topic: str, stamp_ns: int = -1) -> None:
         """Note that a topic has no unreported places; a fault ends as soon as a message of this stamp is answered.
 
         stamp_ns : stamp of the message that ends them (ns); -1 to end a fault at once
         """
+        now_ns = self._now()
         with self._lock:
             one = self._of(topic)
-            one.stamp_ns, one.is_ended, one.evidence = stamp_ns, True, None
-            one.is_dangerous = one.is_failed = False
+            one.stands = bool(self._fault_of(topic, one, now_ns))
+            one.is_ended, one.expected, one.judged_ns, one.evidence = True, [], stamp_ns, None
+            one.is_dangerous, one.why_failed, one.is_due = False, "", False
             one.settle()
         self._changed()
 
@@ -110,19 +172,24 @@ class UnreportedEvidence:
     def note(self, topic: str, evidence: Evidence) -> None:
         """Note an answer to the unreported places of a topic, or a fault in its place.
 
-        Without areas and faults, no rock can be released from the places any more: they are harmless.
+        An answer counts, too, if places were added after it was expected: otherwise a sensor whose messages come faster
+        than the answers would never get one. An answer with a fault, for example because some places are over a hole,
+        judges nothing, but may show danger.
         """
         with self._lock:
             one = self._of(topic)
-            if one.is_ended or evidence.trigger_stamp_ns < one.stamp_ns:
+            if one.is_ended or (one.judged_ns != ALWAYS and evidence.trigger_stamp_ns < one.judged_ns):
                 return
-            if not evidence.areas:
-                one.is_failed = bool(evidence.faults)
-                one.is_dangerous = None if evidence.faults else False
-            elif may_reach_a_limit(evidence, self._thresholds):
-                one.is_dangerous, one.is_failed, one.evidence = True, False, evidence
-            elif is_judged(evidence, self._thresholds):
-                one.is_dangerous, one.is_failed, one.evidence = False, False, evidence
+            is_danger = may_reach_a_limit(evidence, self._thresholds)
+            if evidence.faults:
+                one.why_failed, one.is_due = evidence.faults[0], not evidence.areas
+            if evidence.areas:
+                one.evidence = evidence
+            if is_danger or (not evidence.faults and _is_harmless(evidence, self._thresholds)):
+                one.received(evidence)
+                one.evidence, one.is_dangerous = evidence, is_danger
+                if not evidence.faults:
+                    one.why_failed, one.is_due = "", False
             one.settle()
 
     def note_reported(self, topic: str, evidence: Evidence) -> None:
@@ -134,11 +201,36 @@ class UnreportedEvidence:
             if is_danger and evidence.sources:
                 one.danger_ns = max(one.danger_ns, evidence.trigger_stamp_ns)
             one.settle()
+            is_all_harmless = not (is_danger or one.is_unsettled) and is_judged(evidence, self._thresholds)
+            if one.danger_ns == ALWAYS and is_all_harmless:
+                one.danger_ns = -1  # what was dangerous before the stamps became invalid is not dangerous any more
 
     def faults(self) -> dict[str, str]:
-        """Return the fault of each topic with dangerous unreported places as a sentence, by topic."""
+        """Return the fault of each topic with dangerous or unjudged unreported places as a sentence, by topic."""
+        now_ns = self._now()
         with self._lock:
-            return {topic: _sentence(topic, one) for topic, one in self._topics.items() if one.is_fault}
+            found = {topic: self._fault_of(topic, one, now_ns) for topic, one in self._topics.items()}
+        return {topic: fault for topic, fault in found.items() if fault}
+
+    def _fault_of(self, topic: str, one: CheckedPlaces, now_ns: int) -> str:
+        """Return the fault of a topic, "" for none; now_ns : present time (ns)."""
+        is_late = bool(one.expected) and now_ns - one.expected[0].since_ns >= self._longest_ns
+        if one.why_failed:
+            verdict = f"could not be simulated ({one.why_failed})"
+        elif one.stands or one.is_open:
+            verdict = "may reach a limit of the site"
+        elif is_late:
+            verdict = f"have not been simulated within {self._longest_ns / 1e9:g} s (evidence.changed_terrain_s)"
+        else:
+            return ""
+        return f"topic {topic} no longer reports {one.where}; rocks from there {verdict}: {REMEDY}"
+
+    def ends_ns(self) -> list[int]:
+        """Return the times (ns), later than now, at which expected answers become faults if they do not arrive."""
+        now_ns = self._now()
+        with self._lock:
+            late_ns = [one.expected[0].since_ns + self._longest_ns for one in self._topics.values() if one.expected]
+        return [each for each in late_ns if each > now_ns]
 
     def parts(self) -> list[Evidence]:
         """Return the answers to unreported places, which must be for the present terrain and areas like all answers."""
@@ -149,39 +241,41 @@ class UnreportedEvidence:
     def suspects(self) -> tuple[str, ...]:
         """The topics whose last answer, or whose unreported places, may reach a limit, or are not judged yet."""
         with self._lock:
-            return tuple(
-                topic for topic, one in self._topics.items()
-                if one.is_fault or one.is_dangerous is not False or 0 <= one.main_ns <= one.danger_ns
-            )  # fmt: skip
+            return tuple(topic for topic, one in self._topics.items() if one.is_suspect)
 
-    def is_failed(self, topic: str) -> bool:
-        """Return True if the unreported places of a topic must be simulated again, because of an error."""
+    def is_due(self, topic: str) -> bool:
+        """Return True if the unreported places of a topic must be simulated again, because they could not be."""
         with self._lock:
-            return topic in self._topics and self._topics[topic].is_failed
+            return topic in self._topics and self._topics[topic].is_due
 
     def forget(self) -> None:
         """Note that all answers are forgotten and earlier stamps are invalid; what was a danger remains suspect."""
+        now_ns = self._now()
         with self._lock:
-            for one in self._topics.values():
-                one.stands = one.is_fault
-                one.danger_ns = ALWAYS if one.danger_ns >= 0 else -1
-                one.main_ns = one.stamp_ns = -1
-                one.is_failed, one.evidence = False, None
-                one.is_dangerous = False if one.is_ended else None
+            for topic, one in self._topics.items():
+                one.stands = bool(self._fault_of(topic, one, now_ns))
+                one.expect_all_again(now_ns)
+                one.main_ns, one.why_failed, one.is_due = -1, "", False
 
     def lose(self) -> None:
         """Note that an error lost the answers: unreported places are a fault until they are simulated again."""
+        now_ns = self._now()
         with self._lock:
             for one in self._topics.values():
-                one.danger_ns = ALWAYS if one.danger_ns >= 0 else -1
-                one.is_failed, one.evidence = not one.is_ended, None
-                one.is_dangerous = False if one.is_ended else None
+                one.expect_all_again(now_ns)
+                if not one.is_ended:
+                    one.why_failed, one.is_due = "their answer was lost", True
 
 
-def _sentence(topic: str, one: CheckedPlaces) -> str:
-    places = "a place was" if one.count == 1 else f"{one.count:,} places were"
-    until = f"until {when(one.last_ns)}" if one.last_ns > 0 else "before the start of the node"
-    which = "and is" if one.count == 1 else "and are"
-    verdict = "could not be simulated" if one.is_failed else "may reach a limit of the site"
-    gone = f"{places} reported by topic {topic} {until} {which} not reported any more"
-    return f"{gone}; rocks from there {verdict}: {REMEDY}"
+def _is_harmless(evidence: Evidence, thresholds: Thresholds) -> bool:
+    """Return True if an answer shows no danger and enough rocks flew, or if the site has no areas yet."""
+    return is_judged(evidence, thresholds) or not evidence.areas
+
+
+def _where(trigger: Trigger, last_ns: int) -> str:
+    """Return which places a topic no longer reports, and until when it did (ns; 0 if not known)."""
+    x, y, z = trigger.positions[0]
+    at, more = f"the place at ({x:.1f}, {y:.1f}, {z:.1f}) m", len(trigger.positions) - 1
+    which = at if not more else f"{at} and {more:,} other{'s' if more > 1 else ''}"
+    until = f"reported until {when(last_ns)}" if last_ns > 0 else "reported before the start of the node"
+    return f"{which} ({until})"

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from rpf3d_core.alerts.time_units import NS, ns_of
 from rpf3d_core.live.triggers import Trigger, trigger_of
@@ -33,9 +34,6 @@ REMEMBERED = 300
 
 NEAREST = 1.0
 """Smallest distance (m) within which two reports are about the same place; `position_spread` if that is larger."""
-
-BLOCK = 2_000_000
-"""Largest number of distances that are computed at once, to limit memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,13 +113,14 @@ class Update(NamedTuple):
 
     trigger : the sources to simulate: of the message, and of earlier messages within the scan period
     unreported : unreported places to simulate; None if they are the same as before, or if there are none
-    last_ns : when the last of the unreported places was reported last (ns); 0 if not known
+    first_ns, last_ns : when the first and the last of the unreported places were last reported (ns); 0 if not known
     is_ended : True if the topic had unreported places, and has none now
     too_many : why places were forgotten that may be dangerous; "" if none were
     """
 
     trigger: Trigger
     unreported: Trigger | None = None
+    first_ns: int = 0
     last_ns: int = 0
     is_ended: bool = False
     too_many: str = ""
@@ -195,7 +194,8 @@ class ReportedPlaces:
             is_ended = not is_same and bool(len(known.unreported))
             return Update(trigger, is_ended=is_ended, too_many=too_many)
         checked = replace(unreported.trigger(stamp_ns, topic), is_unreported=True)
-        return Update(trigger, checked, last_ns=int(unreported.at_ns.max()), too_many=too_many)
+        first_ns, last_ns = int(unreported.at_ns.min()), int(unreported.at_ns.max())
+        return Update(trigger, checked, first_ns=first_ns, last_ns=last_ns, too_many=too_many)
 
     def _note(self, topic: str, places: TopicPlaces) -> None:
         self._topics = {**self._topics, topic: places}
@@ -220,17 +220,20 @@ class ReportedPlaces:
             if topic in self._topics:
                 self._note(topic, self._topics[topic]._replace(unreported=NOWHERE, is_due=False))
 
-    def to_remember(self, suspects: Collection[str]) -> dict[str, Any]:
+    def to_remember(self, suspects: Collection[str], forgotten: Collection[str] = ()) -> dict[str, Any]:
         """Return the places to save for the next start, as plain values; {} if there are none.
 
         suspects : topics whose sources are, or may be, dangerous. Of other topics, no place is saved
+        forgotten : topics of which places were forgotten, and which have a fault for that reason
 
         The result has for each topic the rows (x, y, z, velocity x, y, z, diameter), rounded to a centimetre. If there
-        are too many places, the topics of the missing ones are listed under the key "".
+        are too many places, the topics of the missing ones are listed under the key "", as are `forgotten` ones.
         """
+        if self._period_ns is not None:
+            return {}
         saved: dict[str, Any] = {}
-        room, lacking = REMEMBERED, []
-        for topic, places in sorted(self._topics.items() if self._period_ns is None else ()):
+        room, lacking = REMEMBERED, list(forgotten)
+        for topic, places in sorted(self._topics.items()):
             if topic not in suspects:
                 continue
             every = places.unreported.and_also(places.reported)
@@ -240,7 +243,7 @@ class ReportedPlaces:
             elif len(rows):
                 room -= len(rows)
                 saved[topic] = [[None if np.isnan(x) else round(x, 2) for x in row] for row in rows.tolist()]
-        return {**saved, **({"": lacking} if lacking else {})}
+        return {**saved, **({"": sorted(set(lacking))} if lacking else {})}
 
     def restore(self, saved: Mapping[str, Any], topics: Collection[str]) -> tuple[list[str], list[str]]:
         """Continue from the places that `to_remember` saved before a restart, for topics that the node still has.
@@ -273,11 +276,7 @@ def is_near(positions: FloatArray, others: FloatArray, distance: float) -> np.nd
 
     positions : (N, 3) m; others : (M, 3) m; the result has the shape (N,)
     """
-    near = np.zeros(len(positions), dtype=bool)
-    if not len(others):
-        return near
-    rows = max(BLOCK // len(others), 1)
-    for first in range(0, len(positions), rows):
-        apart = positions[first : first + rows, None, :] - others[None, :, :]
-        near[first : first + rows] = ((apart**2).sum(axis=2) <= distance**2).any(axis=1)
-    return near
+    if not len(positions) or not len(others):
+        return np.zeros(len(positions), dtype=bool)
+    apart, _ = KDTree(others).query(positions)
+    return apart <= distance

@@ -1,5 +1,8 @@
 """Tests of the places that a topic no longer reports: how long they count, when they are checked, when they end."""
 
+import time
+from types import SimpleNamespace
+
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
@@ -8,12 +11,13 @@ import numpy as np
 from alert_evidence import FLOWN, NOW, S, area, evidence, site
 
 from rpf3d_core.live.triggers import trigger_of
-from rpf3d_ros.engine import unreported_places
+from rpf3d_ros.engine import place_checks as place_checks_module
+from rpf3d_ros.engine import unreported_evidence, unreported_places
 from rpf3d_ros.engine.first_scans import FirstScans
 from rpf3d_ros.engine.place_checks import PlaceChecks
-from rpf3d_ros.engine.source_topics import BY_HAND
+from rpf3d_ros.engine.source_topics import BY_HAND, SourceTopics
 from rpf3d_ros.engine.unreported_evidence import UnreportedEvidence
-from rpf3d_ros.engine.unreported_places import ReportedPlaces
+from rpf3d_ros.engine.unreported_places import ReportedPlaces, is_near
 
 RADAR = "radar/sources"
 A, B, C = (0.0, 0.0, 10.0), (50.0, 0.0, 10.0), (90.0, 0.0, 10.0)
@@ -97,7 +101,7 @@ def test_too_many_places_within_the_period_are_told(monkeypatch):
 
 
 def test_the_first_scan_is_a_fault_until_it_is_complete_also_after_a_restart():
-    scans = FirstScans(60.0)
+    scans = FirstScans(60.0, silent_s=90.0)
     scans.note(RADAR, NOW, 0.0)
     scans.note(RADAR, NOW + 59 * S, 99.0)
     (fault,) = scans.faults()
@@ -111,9 +115,33 @@ def test_the_first_scan_is_a_fault_until_it_is_complete_also_after_a_restart():
     assert scans.faults()
 
 
+@pytest.mark.parametrize(("silent_s", "pause"), [(90.0, 61), (20.0, 21)])
+def test_after_a_pause_of_its_topic_a_scan_begins_anew(silent_s, pause):
+    scans = FirstScans(60.0, silent_s)
+    for second in (*range(0, 70, 10), 60 + pause - 1):
+        scans.note(RADAR, NOW + second * S, float(second))
+    assert scans.faults() == ()
+    again = 60 + pause - 1 + pause
+    scans.note(RADAR, NOW + again * S, float(again))
+    (fault,) = scans.faults()
+    assert fault.startswith(f"the first scan of {RADAR} after a pause of {pause}.000 s is not complete: the topic has")
+    for second in range(again, again + 70, 10):
+        scans.note(RADAR, NOW + second * S, float(second))
+    assert scans.faults() == ()
+
+
+def test_lost_messages_are_a_fault_until_the_sensor_has_reported_every_place_again():
+    for scan_s, ends in ((0, 31), (120, 121)):
+        topics = SourceTopics(scan_ns=scan_s * S)
+        topics.miss(RADAR, NOW)
+        for second in (1, ends - 1, ends):
+            lost = [each for each in topics.silent(NOW + (second - 30) * S, NOW + second * S) if "were lost" in each]
+            assert bool(lost) is (second < ends)
+
+
 def test_where_each_message_has_all_places_no_scan_is_awaited():
     for period in (None, 0.0):
-        scans = FirstScans(period)
+        scans = FirstScans(period, silent_s=90.0)
         scans.note(RADAR, NOW, 0.0)
         assert scans.faults() == ()
 
@@ -126,7 +154,7 @@ def test_a_place_that_is_not_reported_any_more_is_checked_until_it_is_reported_a
     assert places.received(message(0, A)).unreported is None
     update = places.received(message(30, B))
     assert rows(update.trigger) == [B] and rows(update.unreported) == [A] and update.unreported.is_unreported
-    assert update.last_ns == NOW
+    assert (update.first_ns, update.last_ns) == (NOW, NOW)
     assert places.received(message(60, B)).unreported is None, "the same places are not checked again"
     update = places.received(message(90, A, B))
     assert update.is_ended and update.unreported is None
@@ -196,7 +224,7 @@ def test_places_are_remembered_for_a_restart_where_they_are_suspect():
     again = Steady(None, 2.0)
     assert again.restore(saved, (RADAR,)) == ([RADAR], [])
     update = again.received(message(9, B), is_suspect=True)
-    assert rows(update.unreported) == [A] and update.last_ns == 0
+    assert rows(update.unreported) == [A] and (update.first_ns, update.last_ns) == (0, 0)
     assert Steady(None, 2.0).restore(saved, ("other",)) == ([], []), "a removed sensor"
 
 
@@ -213,16 +241,29 @@ def test_topics_with_too_many_places_to_remember_are_named(monkeypatch):
 
 
 def answered(second, *areas, **facts):
-    """Return the evidence of an answer to a message with the stamp NOW + `second` seconds."""
+    """Return the evidence of an answer to place A with the stamp NOW + `second` seconds; facts : other values."""
+    facts = {"sources_digest": message(second, A).digest, **facts}
     return evidence(*areas, trigger_stamp_ns=NOW + second * S, **facts)
+
+
+class Checked(UnreportedEvidence):
+    """`UnreportedEvidence` with a clock that stands at `at` (s after NOW)."""
+
+    def __init__(self):
+        super().__init__(site(), lambda: NOW + self.at * S, lambda: None)
+        self.at = 0
+
+    def expect_places(self, second, *places, first=0, last=0):
+        """Expect an answer to places after a message with the stamp `second`; first, last : when they were reported."""
+        self.expect(message(second, *places), NOW + first * S, NOW + last * S)
 
 
 @pytest.fixture
 def checks():
     """Return checks in which a dangerous message at 0 s was answered, and a message at 30 s lacks its place."""
-    made = UnreportedEvidence(site())
+    made = Checked()
     made.note_reported(RADAR, answered(0, DANGER))
-    made.expect(RADAR, NOW + 30 * S, 1, NOW)
+    made.expect_places(30, A)
     return made
 
 
@@ -230,8 +271,8 @@ def test_a_dangerous_place_is_a_fault_that_says_what_to_do(checks):
     checks.note(RADAR, answered(30, DANGER))
     (fault,) = checks.faults().values()
     assert fault.startswith(
-        f"a place was reported by topic {RADAR} until 2027-01-15 08:00:00.000 UTC and is not reported any more; rocks "
-        "from there may reach a limit of the site: look at the slope and acknowledge; or "
+        f"topic {RADAR} no longer reports the place at (0.0, 0.0, 10.0) m (reported until 2027-01-15 08:00:00.000 UTC);"
+        " rocks from there may reach a limit of the site: look at the slope and acknowledge; or "
     )
     assert checks.suspects == (RADAR,)
 
@@ -267,7 +308,7 @@ def test_a_small_answer_ends_no_fault_and_may_begin_one(checks):
     checks.note_reported(RADAR, answered(30, HARMLESS))
     checks.note(RADAR, answered(30, area(flown=50)))
     assert checks.faults()
-    checks.expect(RADAR, NOW + 60 * S, 1, NOW)
+    checks.expect_places(60, A)
     checks.note(RADAR, answered(60, area(25, flown=50)))
     assert checks.faults()
 
@@ -286,8 +327,8 @@ def test_a_place_that_is_reported_again_ends_the_fault_only_when_its_message_is_
 def test_the_fault_of_one_part_stands_until_the_next_part_is_judged(checks):
     checks.note(RADAR, answered(30, DANGER))
     checks.note_reported(RADAR, answered(30, HARMLESS))
-    checks.expect(RADAR, NOW + 60 * S, 1, NOW + 30 * S)  # the first place is reported again, the other is not
-    checks.note(RADAR, answered(60, HARMLESS))
+    checks.expect_places(60, B, first=30, last=30)  # the first place is reported again, the other is not
+    checks.note(RADAR, answered(60, HARMLESS, sources_digest=message(60, B).digest))
     assert checks.faults(), "the message that reports the dangerous place again is not answered"
     checks.note_reported(RADAR, answered(60, DANGER))
     assert checks.faults() == {}
@@ -299,35 +340,131 @@ def test_an_acknowledgement_ends_the_fault_at_once(checks):
     assert checks.faults() == {}
 
 
-def test_an_answer_that_failed_is_a_fault_and_places_without_ground_are_none(checks):
+def test_places_that_cannot_be_simulated_are_a_fault_that_says_why(checks):
     nothing = answered(30)._replace(areas=())
-    checks.note(RADAR, nothing._replace(faults=("an answer failed: MemoryError",)))
-    assert "rocks from there could not be simulated" in checks.faults()[RADAR] and checks.is_failed(RADAR)
+    for why in ("an answer failed: MemoryError", "source 1 is not above the terrain"):
+        checks.note(RADAR, nothing._replace(faults=(why,)))
+        assert f"rocks from there could not be simulated ({why}): " in checks.faults()[RADAR]
+    assert checks.is_due(RADAR)
     checks.note_reported(RADAR, answered(30, HARMLESS))
-    checks.note(RADAR, nothing)
-    assert checks.faults() == {} and not checks.is_failed(RADAR)
+    checks.expect_places(60, A)
+    assert "could not be simulated" in checks.faults()[RADAR], "the next message shows no other level in between"
+    checks.note(RADAR, answered(60, HARMLESS))
+    assert checks.faults() == {} and not checks.is_due(RADAR)
+
+
+def test_places_of_which_some_are_over_a_hole_are_a_fault_until_all_are_simulated(checks):
+    checks.note_reported(RADAR, answered(30, HARMLESS))
+    checks.note(RADAR, answered(30, HARMLESS, faults=("source 2 of 2 is over a hole",)))
+    assert "could not be simulated (source 2 of 2 is over a hole)" in checks.faults()[RADAR]
+    assert not checks.is_due(RADAR), "only other terrain can change this"
+    checks.note(RADAR, answered(30, HARMLESS))
+    assert checks.faults() == {}
+
+
+def test_places_that_are_not_answered_in_time_are_a_fault_whatever_was_reported_before():
+    checks = Checked()
+    checks.note_reported(RADAR, answered(0, HARMLESS))
+    checks.expect_places(1, A)
+    assert checks.faults() == {} and checks.ends_ns() == [NOW + 5 * S]
+    for checks.at in (1, 2, 3, 4, 5):  # more places with each message
+        checks.expect_places(1 + checks.at, A, B)
+    assert "have not been simulated within 5 s (evidence.changed_terrain_s)" in checks.faults()[RADAR]
+    assert checks.ends_ns() == []
+    checks.note(RADAR, answered(6, HARMLESS, sources_digest=message(6, A, B).digest))
+    assert checks.faults() == {}
+
+
+def test_answers_that_come_later_than_the_next_messages_count():
+    checks = Checked()
+    checks.note_reported(RADAR, answered(0, HARMLESS))
+    for checks.at in range(60):
+        checks.expect_places(checks.at, A, B)
+        checks.note(RADAR, answered(checks.at - 1, HARMLESS, sources_digest=message(checks.at - 1, A, B).digest))
+        assert checks.faults() == {}
+    checks.note(RADAR, answered(59, DANGER, sources_digest=message(59, A, B).digest))
+    assert checks.faults()
+
+
+def test_an_area_that_moves_before_an_answer_is_seen_in_the_former_answer():
+    checks = Checked()
+    checks.expect_places(1, A)
+    checks.note(RADAR, answered(1, HARMLESS))
+    checks.expect_places(2, A, B)
+    assert len(checks.parts()) == 1, "the outline of this evidence is compared with the present one"
+
+
+def test_many_expected_answers_are_late_as_early_as_the_first_that_was_dropped(monkeypatch):
+    monkeypatch.setattr(unreported_evidence, "MOST_EXPECTED", 2)
+    checks = Checked()
+    for checks.at in range(4):
+        checks.expect_places(checks.at, A)
+    checks.note(RADAR, answered(0, HARMLESS, sources_digest=message(0, A).digest))
+    assert checks.ends_ns() == [NOW + 6 * S]
+    checks.note(RADAR, answered(3, HARMLESS, sources_digest=message(3, A).digest))
+    assert checks.ends_ns() == []
+
+
+def test_places_with_one_stamp_have_each_their_own_answer():
+    checks = Checked()
+    checks.expect_places(1, A)
+    checks.expect_places(1, B)
+    checks.note(RADAR, answered(1, HARMLESS, sources_digest=message(1, A).digest))
+    checks.at = 9
+    assert checks.faults()
+
+
+def test_danger_after_the_oldest_place_was_reported_last_makes_all_suspect():
+    checks = Checked()
+    checks.note_reported(RADAR, answered(10, DANGER))
+    checks.expect_places(30, A, B, first=10, last=20)
+    checks.note_reported(RADAR, answered(30, HARMLESS))
+    assert checks.faults()
+
+
+def test_a_fault_that_is_ending_stands_until_the_message_that_ends_it_is_answered(checks):
+    checks.note_reported(RADAR, answered(30, HARMLESS))
+    assert checks.faults(), "the places are not answered yet"
+    checks.end(RADAR, NOW + 60 * S)
+    assert checks.faults()
+    checks.note_reported(RADAR, answered(60, DANGER))
+    assert checks.faults() == {}
 
 
 def test_forgotten_or_lost_answers_leave_the_fault_until_the_places_are_judged_again(checks):
     checks.note(RADAR, answered(30, DANGER))
     checks.forget()
     assert checks.faults()
-    checks.expect(RADAR, NOW + 5 * S, 1, NOW)
+    assert checks.suspects == (RADAR,)
+    checks.expect_places(5, A)
     checks.note_reported(RADAR, answered(5, HARMLESS))
     assert checks.faults()
     checks.note(RADAR, answered(5, HARMLESS))
     assert checks.faults() == {}
     checks.lose()
-    assert checks.faults() and checks.is_failed(RADAR)
+    assert checks.faults() and checks.is_due(RADAR)
 
 
 def test_what_was_dangerous_before_a_restart_is_a_fault_until_it_is_judged():
-    checks = UnreportedEvidence(site())
+    checks = Checked()
     checks.suspect(RADAR)
-    checks.expect(RADAR, NOW, 1, 0)
+    assert checks.suspects == (RADAR,), "a second restart may come before the first message"
+    checks.expect(message(0, A), 0, 0)
     checks.note_reported(RADAR, answered(0, HARMLESS))
-    start = f"a place was reported by topic {RADAR} before the start of the node and is"
-    assert checks.faults()[RADAR].startswith(start)
+    assert "(reported before the start of the node); rocks" in checks.faults()[RADAR]
+    checks.note(RADAR, answered(0, HARMLESS))
+    assert checks.faults() == {} and checks.suspects == (RADAR,)
+    checks.note_reported(RADAR, answered(1, HARMLESS))
+    assert checks.suspects == (), "all that is known is harmless now"
+
+
+def test_a_topic_without_an_answer_is_suspect():
+    checks = Checked()
+    checks.expect_places(1, A)
+    checks.note(RADAR, answered(1, HARMLESS))
+    assert checks.suspects == (RADAR,)
+    checks.note_reported(RADAR, answered(1, HARMLESS))
+    assert checks.suspects == ()
 
 
 # --- places and faults together
@@ -338,7 +475,7 @@ def place_checks(period=None, **site_facts):
     if site_facts:
         thresholds = type(thresholds).model_validate({**thresholds.model_dump(), **site_facts})
     told, ended = {}, []
-    checks = UnreportedEvidence(thresholds)
+    checks = UnreportedEvidence(thresholds, lambda: NOW, lambda: None)
     return PlaceChecks(thresholds, 2.0, checks, told.__setitem__, ended.append), checks, told, ended
 
 
@@ -363,14 +500,70 @@ def test_two_persons_must_acknowledge_where_the_site_wants_two():
     assert len(one.submitted(message(60, B))) == 1, "an acknowledged place is not checked again"
 
 
+def test_two_persons_who_saw_different_places_end_no_fault():
+    one, checks, _, _ = place_checks(acknowledge={"persons": 2})
+    one.submitted(message(0, A))
+    one.submitted(message(30, B))
+    checks.note(RADAR, answered(30, DANGER))
+    assert one.acknowledged("A. Shift", checks.faults().values()) == ()
+    one.submitted(message(60, C))
+    assert one.acknowledged("B. Shift", checks.faults().values()) == () and checks.faults()
+
+
+def forgets(monkeypatch, period=None):
+    """Return checks that had to forget places of topic RADAR, and the faults that they told, by cause."""
+    monkeypatch.setattr(unreported_places, "MOST" if period is None else "MOST_IN_A_SCAN", 1)
+    one, checks, told, _ = place_checks(period)
+    checks.suspect(RADAR)
+    for second, place in enumerate((A, B, C)):
+        one.submitted(message(second, place))
+    return one, told
+
+
 def test_forgotten_places_are_a_fault_until_an_empty_message_or_an_acknowledgement(monkeypatch):
-    monkeypatch.setattr(unreported_places, "MOST", 1)
-    for ends in (lambda one: one.submitted(message(9)), lambda one: one.acknowledged("A. Shift", ())):
-        one, checks, told, _ = place_checks()
-        checks.suspect(RADAR)
-        for second, place in enumerate((A, B, C)):
-            one.submitted(message(second, place))
+    for ends in (
+        lambda one, told: one.submitted(message(9)),
+        lambda one, told: one.acknowledged("A. Shift", list(told.values())),
+    ):
+        one, told = forgets(monkeypatch)
         (fault,) = told.values()
         assert fault.startswith(f"{RADAR} had reported more than 1 places that it reports no longer")
-        ends(one)
+        ends(one, told)
         assert list(told.values()) == [""]
+
+
+def test_a_fault_of_forgotten_places_that_nobody_saw_is_not_acknowledged(monkeypatch):
+    one, told = forgets(monkeypatch)
+    (fault,) = told.values()
+    assert one.acknowledged("A. Shift", ["another fault"]) == () and list(told.values()) == [fault]
+
+
+def test_forgotten_places_are_remembered_for_every_restart(monkeypatch):
+    one, _ = forgets(monkeypatch)
+    for _restart in range(2):
+        saved = one.to_remember()["places"]
+        assert saved[""] == [RADAR]
+        one, _checks, told, _ended = place_checks()
+        one.restore(saved, (RADAR,))
+        (fault,) = told.values()
+        assert "too many places before the start" in fault
+
+
+def test_with_a_scan_period_too_many_places_are_a_fault_until_all_have_been_reported_again(monkeypatch):
+    monkeypatch.setattr(place_checks_module, "time", steady := SimpleNamespace(monotonic=lambda: steady.at, at=0.0))
+    one, told = forgets(monkeypatch, period=60.0)
+    (fault,) = told.values()
+    assert "more than 1 places within evidence.scan_period_s" in fault
+    monkeypatch.setattr(unreported_places, "MOST_IN_A_SCAN", 9)
+    for second, steady.at, is_fault in ((3, 3.0, True), (62, 62.0, True), (99, 50.0, True), (99, 99.0, False)):
+        one.submitted(message(second, A))
+        assert bool(told[f"places: {RADAR}"]) is is_fault, second
+
+
+def test_places_are_compared_quickly_however_many_they_are():
+    many = np.random.default_rng(1).uniform(0.0, 500.0, (20_000, 3))
+    began = time.process_time()
+    near = is_near(many + np.array([0.0, 0.0, 1.0]), many, 1.5)
+    assert time.process_time() - began < 2.0 and near.all()
+    assert is_near(np.array([A, B]), np.array([(0.0, 2.0, 10.0)]), 2.0).tolist() == [True, False]
+    assert is_near(np.empty((0, 3)), many, 1.0).tolist() == [] and not is_near(many, np.empty((0, 3)), 1.0).any()
