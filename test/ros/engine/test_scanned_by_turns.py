@@ -154,3 +154,102 @@ def test_after_the_clock_went_back_a_missing_place_is_still_a_fault(started):
     run.node.settle()
     report(run, 4.5, HARMLESS)
     assert evident(run) == "fault" and "no longer reports" in faults(run)[0]
+
+
+def test_a_hole_in_the_ground_at_a_missing_place_is_a_fault_that_an_acknowledgement_ends(started):
+    run = started()
+    report(run, 0.5, HARMLESS, SHELTERED)
+    report(run, 2.5, HARMLESS)
+    assert evident(run) == "normal"
+    hole = survey(TRUTH, 4.0).copy()
+    hole[28:33, 3:8] = np.nan
+    run.deliver(Send(sent=4.0, at=4.0, topic="terrain/points", kind="grid", places=hole))
+    report(run, 4.5, HARMLESS)
+    (fault,) = [each for each in faults(run) if "no longer reports" in each]
+    assert "could not be simulated (" in fault
+    run.node.station.acknowledged("A. Shift: the bench was mined")
+    run.node.settle()
+    report(run, 6.5, HARMLESS)
+    assert not [each for each in faults(run) if "no longer reports" in each]
+
+
+def test_ground_above_a_missing_place_is_a_fault(started):
+    run = started()
+    report(run, 0.5, HARMLESS, SHELTERED)
+    report(run, 2.5, HARMLESS)
+    raised = survey(TRUTH, 4.0).copy()
+    raised[26:35, 2:9, 2] += 6.0
+    run.deliver(Send(sent=4.0, at=4.0, topic="terrain/points", kind="grid", places=raised))
+    report(run, 4.5, HARMLESS)
+    assert [each for each in faults(run) if "could not be simulated (" in each]
+
+
+def test_a_place_that_cannot_be_simulated_is_a_fault_at_all_times_while_messages_arrive(started):
+    run = started()
+    report(run, 0.5, HARMLESS, SHELTERED)
+    report(run, 2.5, HARMLESS)
+    hole = survey(TRUTH, 4.0).copy()
+    hole[28:33, 3:8] = np.nan
+    run.deliver(Send(sent=4.0, at=4.0, topic="terrain/points", kind="grid", places=hole))
+    levels = []
+    run.node.station.desk._listener.decided = lambda alert, evidence: levels.append(alert.faults)
+    for at in np.arange(4.5, 8.0, 0.25).tolist():
+        report(run, at, HARMLESS)
+    told = [any("no longer reports" in fault for fault in each) for each in levels]
+    assert told and all(told), "no decision in between is without this fault"
+
+
+@pytest.mark.parametrize("is_missing_before", [True, False])
+def test_after_a_pause_of_the_node_and_a_restart_a_missing_place_is_still_a_fault(started, is_missing_before):
+    run = started(restart_at=3.0)
+    report(run, 0.5, DANGEROUS)
+    if is_missing_before:
+        report(run, 2.5, HARMLESS)
+    station = run.node.station
+    station.deactivate()
+    station.activate()
+    run.node.settle()
+    run.at = 3.0
+    run.restart()
+    outline(run, 3.2, pit.ROAD)
+    report(run, 3.5, HARMLESS)
+    assert [each for each in faults(run) if "before the start of the node" in each]
+
+
+def test_after_two_restarts_without_a_message_between_a_missing_place_is_still_a_fault(started):
+    run = started(restart_at=3.0)
+    report(run, 0.5, DANGEROUS)
+    report(run, 2.5, HARMLESS)
+    for run.at in (3.0, 3.1):
+        run.restart()
+    outline(run, 3.2, pit.ROAD)
+    report(run, 3.5, HARMLESS)
+    assert [each for each in faults(run) if "before the start of the node" in each]
+
+
+def test_with_a_scan_period_longer_than_the_age_of_sources_a_refused_message_is_a_fault_for_the_period(started):
+    run = started(scan_period=10.0)
+
+    def shown_after_reports_until(end):
+        shown = set()
+        while run.at < end:
+            at = run.at + 2.0
+            run.deliver(Send(sent=at, at=at, topic="terrain/points", kind="grid", places=survey(TRUTH, at)))
+            report(run, at, HARMLESS)
+            shown.add(evident(run))
+        return shown
+
+    shown_after_reports_until(14.0)
+    assert evident(run) == "normal"
+    run.deliver(Send(sent=15.0, at=15.0, topic=RADAR_A, kind="poses", places=DANGEROUS[None], frame="nowhere"))
+    assert shown_after_reports_until(25.0) == {"fault"}, "the refused message was about a wall with its turn later"
+    assert shown_after_reports_until(27.0) == {"normal"}
+
+
+def test_after_a_sensor_was_silent_its_first_scan_is_awaited_again(started):
+    run = started(scan_period=3.0)
+    for at in np.arange(0.5, 5.0, 1.0).tolist():
+        report(run, at, DANGEROUS if at < 3.0 else HARMLESS)
+    report(run, 13.0, HARMLESS)
+    (fault,) = [each for each in faults(run) if "first scan" in each]
+    assert f"the first scan of {RADAR_A} after a pause of 8.500 s is not complete" in fault

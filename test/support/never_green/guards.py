@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).parents[3]
 COPIED = ("rpf3d_core", "rpf3d_ros", "test/support", "config")
-COMBINATIONS = 60
+COMBINATIONS = 100
 """Number of combinations with the defects of a guard; the first combination that fails ends the search."""
 
 LONGEST = 900.0
@@ -90,8 +90,7 @@ GUARDS = (
           "connected and mute"),
     Guard("1.13", "a place that its topic no longer reports is a fault if rocks from there may reach a limit",
           f"{ENGINE}/unreported_evidence.py",
-          "for topic, one in self._topics.items() if one.is_fault}", "for topic, one in self._topics.items() if False}",
-          "scanning by turns"),
+          "return {topic: fault for topic, fault in found.items() if fault}", "return {}", "scanning by turns"),
     Guard("1.13", "places that are no longer reported are simulated again over changed terrain",
           f"{ENGINE}/answered_sources.py", "(one.is_unreported or one.stamp_ns >= oldest_ns)",
           "(not one.is_unreported and one.stamp_ns >= oldest_ns)", "scanning by turns",
@@ -105,8 +104,14 @@ GUARDS = (
     Guard("1.14", "places of earlier messages count until the scan period is over", f"{ENGINE}/unreported_places.py",
           "            kept = known.younger_than(period_ns, trigger.stamp_ns, now_s)\n",
           "            kept = known.only(known.at_ns < 0)\n", "scanning by turns"),
+    Guard("1.14", "a refused message is a fault until every place has been reported again", f"{ENGINE}/station.py",
+          "max(age, period or 0.0), persons", "age, persons", "scanning by turns"),
     Guard("1.14", "a clock that jumps ahead ends no place of a scan", f"{ENGINE}/unreported_places.py",
-          " | (now_s - self.at_s <= period_ns / NS)", "", "scanning by turns,clock ahead"),
+          " | (now_s - self.at_s <= period_ns / NS)", "", "scanning by turns,clock ahead",
+          also="a scan begins anew after a pause or a jump of the clock"),
+    Guard("1.14", "a scan begins anew after a pause or a jump of the clock", f"{ENGINE}/first_scans.py",
+          "elif stamp_ns - known.last_ns > ns_of(self._longest_s):", "elif False:", "scanning by turns,clock ahead",
+          also="a clock that jumps ahead ends no place of a scan"),
     Guard("2.1", "a survey that was refused is a fault", f"{ENGINE}/station.py",
           '        self.report_fault("surveys", lack.survey_sentence)\n', "", "survey not understood",
           also="a survey that is too old is a fault"),

@@ -9,34 +9,42 @@ from never_green import pit
 from never_green.plan import END, Plan, Send
 from never_green.stories import EVERY
 
-SCAN_PERIOD = 2.5 * EVERY
-"""Time (s) in the site file within which a sensor with two turns reports every place again."""
+TURNS = (2, 4)
+"""Numbers of messages of a whole scan; four messages take longer than sources count without a scan period."""
 
 
 def scanning_by_turns(plan: Plan, rng: np.random.Generator) -> Plan | None:
-    """Let all sensors that see the last source report it in every second message only; at most once in a plan.
+    """Let all sensors that see the last source report it in every second or fourth message; at most once in a plan.
 
-    With a scan period in the site file, the other messages have the other sources, or none. Without it, the other
-    messages have at least one harmless place, because an empty message says that no source is left; and in half of
-    these plans the sensors stop at this part of their scan.
+    The first message with the source stays, because no node can know of a source that was never reported. With a scan
+    period in the site file, the other messages have the other sources, or none. Without it, the other messages have at
+    least one harmless place, because an empty message says that no source is left; and in half of these plans the
+    sensors stop at this part of their scan. A person who acknowledges ends the fault of a missing place, so the sensors
+    of a plan with acknowledgements must report the source again soon. In a third of the plans with a scan period, the
+    node must refuse the second report of the source.
     """
     dangerous = plan.truth.sources[-1:]
     topics = [topic for source in dangerous for topic in source.seen_by if topic in plan.sensors]
     if not topics or any(name.startswith("scanning by turns") for name in plan.defects):
         return None
-    period = SCAN_PERIOD if rng.random() < 0.5 else None
     is_acknowledged = any(send.kind == "acknowledgement" for send in plan.sends)
+    is_stated = bool(rng.random() < 0.5)
+    turns = int(rng.choice(TURNS)) if is_stated or not is_acknowledged else min(TURNS)
+    period = (turns + 0.5) * EVERY if is_stated else None
     stays = period is None and not is_acknowledged and bool(rng.random() < 0.5)
-    since = dangerous[0].since + 2.0 * EVERY + 0.5  # each of the sensors has reported the source
+    since = dangerous[0].since + turns * EVERY + 0.5  # each of the sensors has reported the source
     from_then = max(float(rng.uniform(4.0, 10.0)), since) if stays else END
-    floor, place, first = pit.on_the_floor(rng), dangerous[0].place, int(rng.integers(2))
-    numbers = dict.fromkeys(topics, first)
+    refused = 1 if is_stated and rng.random() < 1 / 3 else None  # number of the report
+    floor, place = pit.on_the_floor(rng), dangerous[0].place
+    numbers: dict[str, int] = {}  # of the messages of each topic since the first message with the source
     sends = []
     for send in plan.sends:
-        if send.topic in numbers:
-            numbers[send.topic] += 1
-            is_other = numbers[send.topic] % 2 == 1 or send.sent >= from_then
+        if send.topic in topics and (send.topic in numbers or _is_at(send, place).any()):
+            numbers[send.topic] = numbers.get(send.topic, -1) + 1
+            is_other = numbers[send.topic] % turns > 0 or send.sent >= from_then
             send = _without(send, place, floor if period is None else None) if is_other else _only(send, place)
+            if refused is not None and numbers[send.topic] == refused * turns:
+                send = send._replace(frame="refused")
         sends.append(send)
     return plan.with_defect(
         f"scanning by turns: {', '.join(topics)}", sends=tuple(sends), scan_period=period, stays=stays
