@@ -29,6 +29,13 @@ from rpf3d_core.values import Outcome
 
 HOLE, BAY = int(Outcome.LOST_TO_HOLE), int(Outcome.LEFT_TERRAIN)
 
+ALONG_EDGE = (0.5, 0.382)
+"""Places along an edge of a gap, as shares of its length, at which the edge is compared with the border.
+
+An edge of the hull is no side of the border, but a corner of the border may lie on the edge, often exactly in the
+middle: a straight rim of regular points that was rounded to the millimetre has such corners.
+"""
+
 Ids = NDArray[np.int64]
 
 
@@ -173,14 +180,15 @@ def _bays(faces: NDArray[np.object_], outline: Outline, crack: float) -> NDArray
     faces : (G,) gaps, as polygons of shapely; crack : largest width (m) of a crack
     """
     owner, corners = _edges_of(faces)
-    middle = shapely.points(0.5 * (corners[:, 0] + corners[:, 1]))
     hull = shapely.convex_hull(shapely.multipoints(outline.places)).boundary
     shapely.prepare(hull)
-    on_hull = np.flatnonzero(shapely.dwithin(middle, hull, crack))
     border = shapely.STRtree(outline.lines)
-    on_border = np.unique(border.query(middle[on_hull], predicate="dwithin", distance=crack)[0])
     is_open = np.zeros(len(faces), dtype=bool)
-    is_open[owner[np.delete(on_hull, on_border)]] = True
+    for share in ALONG_EDGE:
+        points = shapely.points((1.0 - share) * corners[:, 0] + share * corners[:, 1])
+        on_hull = np.flatnonzero(shapely.dwithin(points, hull, crack))
+        on_border = np.unique(border.query(points[on_hull], predicate="dwithin", distance=crack)[0])
+        is_open[owner[np.delete(on_hull, on_border)]] = True
     place = _places_at(outline, corners[:, 0])
     known = place >= 0
     met = np.unique(np.stack([owner[known], outline.ring[place[known]]], axis=1), axis=0)

@@ -9,8 +9,9 @@ import pytest
 from held_in_gullies import held_too_early
 from never_below import engines_differ, flown, guarded, held
 from on_both_engines import BOTH
-from random_ground import DEEP, FAMILIES, case_of, fallen, in_the_air
+from random_ground import FAMILIES, OVERHANGING, case_of, fallen, in_the_air
 from scenes_of_facets import AT_REST, engine_over, flight, fly, surface, terrain_of
+from side_of_ground import DEEP, has_odd_above
 
 import rpf3d_core as rpf3d
 from rpf3d_core.ensemble.flights import Paths
@@ -171,6 +172,26 @@ def test_no_rock_released_on_a_mesh_falls_through_it_or_hangs_above_it(family, s
 @pytest.mark.parametrize("family", sorted(FAMILIES))
 def test_both_engines_agree_on_a_mesh(family):
     assert not engines_differ(case_of(family, 4, 10))
+
+
+def test_the_check_sees_a_point_just_inside_the_ground_in_the_corner_under_an_overhang():
+    """The overhanging face leans over the floor; the points lie 9 um from their line, across the face and the floor."""
+    profile = [(-5.0, 4.0), (1.0, 4.0), (0.0, 0.0), (5.0, 0.0)]
+    corners = np.array([(x, y, z) for y in (0.0, 6.0) for x, z in profile])
+    facets = corners[[t for a in range(3) for t in ((a, a + 1, a + 5), (a, a + 5, a + 4))]]
+    around = np.radians([10.0, 60.0, 90.0, 150.0, 200.0, 300.0])  # the face rises at 76 degrees
+    points = np.array([(9e-6 * math.cos(a), 2.0, 9e-6 * math.sin(a)) for a in around])
+    assert has_odd_above(facets, points).tolist() == [False, False, True, True, True, True]
+
+
+@pytest.mark.parametrize("seed", [8, 192])
+def test_no_rock_of_a_campaign_starts_in_the_ground_under_an_overhang(seed):
+    """In mesh 192, row 170 lies on an arc through ground: 9 um inside the corner under an overhang."""
+    for family in OVERHANGING:
+        case = case_of(family, seed, 250)
+        facets = case.terrain.vertices[case.terrain.triangles]
+        assert not has_odd_above(facets, case.x, 1e-8).any(), case.words
+        assert len(fallen(case, flown(case))) == 0, case.words
 
 
 def test_the_check_sees_a_rock_below_the_ground_and_one_that_hangs_above_it():

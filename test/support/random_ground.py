@@ -19,6 +19,7 @@ from matplotlib.tri import Triangulation
 from models_by_name import models_called
 from scenes_of_facets import terrain_of
 from sharp_ground import releases_thrown, strips, terraces, wedges
+from side_of_ground import DEEP, NEXT_TO, has_odd_above, touches
 
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Flights
@@ -34,11 +35,6 @@ LARGE = 100.0
 """Factor on the size of some meshes: the tolerance and the faults within the tolerance grow with the size."""
 UTM = (512_345.678, 4_567_890.123, 1_687.0)
 """Offset (m) as of survey coordinates; adding and subtracting the offset rounds the vertices."""
-DEEP = 1e-6
-"""Depth (m) below a facet at which a rock counts as fallen through: 2.4 times 256 tolerances of the largest mesh."""
-NEXT_TO = 1e-6
-"""Distance (m) in plan from an edge within which a point counts as over the facets on both sides of the edge."""
-
 ROUNDED = 2e-4
 """Distance from the rim, as a share of the mesh's size, within which rocks are not checked.
 
@@ -364,7 +360,7 @@ def fallen(case: Case, flights: Flights) -> np.ndarray:
         left = np.full(len(flights.deposits.x), np.inf)
         out = ~_within(case.terrain, points, ROUNDED * np.ptp(case.terrain.vertices, axis=0).max())
         np.minimum.at(left, rows[out], times[out])
-        return np.unique(rows[(times < left[rows]) & _has_odd_above(facets, points)])
+        return np.unique(rows[(times < left[rows]) & has_odd_above(facets, points)])
     if case.family == pieces.__name__:
         return np.union1d(_below_a_piece(case, rows, times, points), _through_a_facet(case, flights))
     return np.unique(rows[_is_below_all(facets, points) & _within(case.terrain, points)])
@@ -404,7 +400,7 @@ def _below_a_piece(case: Case, rows: np.ndarray, times: np.ndarray, points: np.n
     for number, part in enumerate(parts_of(terrain.triangles)):
         triangles = terrain.triangles[part]
         if is_closed(triangles):
-            below |= _has_odd_above(terrain.vertices[triangles], points)
+            below |= has_odd_above(terrain.vertices[triangles], points)
         elif number == 0 or terrain.vertices[rim_of(triangles), 2].max() < ground.vertices[:, 2].min():
             below |= _is_below_all(terrain.vertices[triangles], points)
     return np.unique(rows[below & (times < left[rows])])
@@ -435,32 +431,6 @@ def _through_a_facet(case: Case, flights: Flights) -> np.ndarray:
     on = np.arange(len(rows)) < leaves[rows]
     facets = case.terrain.vertices[case.terrain.triangles]
     return passed_through(facets, Legs(*(each[kept][on] for each in legs)), DEEP, NEXT_TO)
-
-
-def _has_odd_above(facets: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return flags (N,), True for points with an odd number of facets vertically above and no facet within DEEP.
-
-    The number must be odd at three places at the distance NEXT_TO from the point, because a vertical line through an
-    edge may meet both facets of the edge, or none. facets : (F, 3, 3) m; points : (N, 3) m
-    """
-    below = np.ones(len(points), dtype=bool)
-    for turn in (1.0, 3.1, 5.2):
-        beside = points + NEXT_TO * np.array([math.cos(turn), math.sin(turn), 0.0])
-        below &= sum(_is_above(facet, beside).astype(int) for facet in facets) % 2 == 1
-    some = np.flatnonzero(below)
-    for facet in facets:
-        some = some[~_touches(facet, points[some])]
-    return np.isin(np.arange(len(points)), some)
-
-
-def _is_above(facet: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return flags (N,), True for points (N, 3) m that have a facet (3, 3) m vertically above."""
-    plan = [facet[(k + 1) % 3, :2] - facet[k, :2] for k in range(3)]
-    sides = [e[0] * (points[:, 1] - p[1]) - e[1] * (points[:, 0] - p[0]) for e, p in zip(plan, facet, strict=True)]
-    whole = sides[0] + sides[1] + sides[2]
-    inside = np.min(sides, axis=0) * np.max(sides, axis=0) > 0.0
-    weights = np.stack([sides[1], sides[2], sides[0]], 1) / np.where(inside, whole, 1.0)[:, None]
-    return np.asarray(inside & (weights @ facet[:, 2] > points[:, 2]))
 
 
 def _within(terrain: Terrain, points: np.ndarray, margin: float = NEXT_TO) -> np.ndarray:
@@ -519,17 +489,5 @@ def in_the_air(case: Case, flights: Flights) -> np.ndarray:
     points = flights.deposits.x[stopped]
     on = np.zeros(len(points), dtype=bool)
     for facet in case.terrain.vertices[case.terrain.triangles]:
-        on |= _touches(facet, points)
+        on |= touches(facet, points)
     return stopped[~on]
-
-
-def _touches(facet: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return flags (N,), True for points (N, 3) m that are within DEEP of a facet (3, 3) m."""
-    normal = np.cross(facet[1] - facet[0], facet[2] - facet[0])
-    normal /= np.linalg.norm(normal)
-    on = np.abs((points - facet[0]) @ normal) <= DEEP
-    for k in range(3):
-        edge = facet[(k + 1) % 3] - facet[k]
-        inward = np.cross(normal, edge) / np.linalg.norm(edge)
-        on &= (points - facet[k]) @ inward >= -DEEP
-    return on

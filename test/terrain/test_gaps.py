@@ -104,6 +104,18 @@ def test_a_bay_leads_out_of_the_terrain_and_other_gaps_are_holes(name, outcomes)
     assert set(plan_caps(caps_of(surveyed(masks()[name])))[1].tolist()) == outcomes
 
 
+def test_a_rim_with_a_corner_exactly_in_the_middle_of_a_side_of_the_hull_has_bays_only():
+    """The bays are 1 mm deep, and nearly touch the hull between them, as after rounding a straight rim to 1 mm.
+
+    Rocks that left the terrain through such bays once counted as lost to a hole.
+    """
+    rim = [(0.0, 0.0, 0.0), (1.0, 0.001, 0.0), (2.0, 1e-10, 0.0), (3.0, 0.001, 0.0), (4.0, 0.0, 0.0)]
+    vertices = [*rim, (4.0, 3.0, 1.0), (-1.0, 3.0, 1.0)]
+    terrain = terrain_of(vertices, [(5, 6, 0), (0, 1, 5), (1, 2, 5), (2, 3, 5), (3, 4, 5)])
+    corners, outcome = plan_caps(caps_of(terrain))
+    assert len(corners) > 0 and set(outcome.tolist()) == {Outcome.LEFT_TERRAIN}
+
+
 def test_a_whole_upright_rectangle_has_no_cap_at_all():
     assert len(caps_of(surveyed(np.ones((9, 7), bool))).corners) == 0
 

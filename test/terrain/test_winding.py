@@ -10,6 +10,10 @@ CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0
 SIDES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]], dtype=np.int32)
 OUTWARD = SIDES[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
 
+CORNERS_OF_LIP = np.array([[x, y, z] for y in (0.0, 1.0) for x, z in [(0.0, 0.0), (4, 0), (3, -2), (8, -2)]])
+LIP = np.array([t for k in range(3) for t in ([k, k + 1, k + 5], [k, k + 5, k + 4])], dtype=np.int32)
+"""A surface that goes along, over a lip and back under it: the underside faces down."""
+
 
 def turned(triangles, flags):
     out = triangles.copy()
@@ -52,16 +56,29 @@ def test_each_piece_is_turned_on_its_own():
 
 
 def test_an_overhang_keeps_the_winding_of_its_neighbours():
-    # A section that goes along, over a lip and back under it: the underside must look down.
-    section = np.array([[0.0, 0.0], [4, 0], [3, -2], [8, -2]])
-    vertices = np.array([[x, y, z] for y in (0.0, 1.0) for x, z in section])
-    triangles = np.array(
-        [t for k in range(3) for t in ([k, k + 1, k + 5], [k, k + 5, k + 4])],
-        dtype=np.int32,
-    )
-    winding = repaired(vertices, turned(triangles, [0, 3]))
-    assert np.array_equal(winding.triangles, triangles)
+    winding = repaired(CORNERS_OF_LIP, turned(LIP, [0, 3]))
+    assert np.array_equal(winding.triangles, LIP)
     assert (winding.areas[2:4, 2] < 0).all()
+
+
+@pytest.mark.parametrize("corners", [[0, 1, 2], [1, 2, 0], [0, 2, 1]], ids=["copied", "rolled", "reversed"])
+def test_a_copy_of_a_facet_faces_as_the_facet_does(corners):
+    """A copy of a facet at the rim once faced down, and rocks had an impact on it from behind."""
+    vertices, triangles = grid(4, 5)
+    copies = triangles[::3]
+    winding = repaired(vertices, np.concatenate([triangles, copies[:, corners]]))
+    assert (winding.areas[:, 2] > 0).all()
+    assert np.array_equal(winding.flipped[: len(triangles)], np.zeros(len(triangles), bool))
+    assert winding.flipped[len(triangles) :].all() == (corners == [0, 2, 1])
+    assert (winding.piece == 0).all()
+
+
+def test_an_overhang_that_is_given_twice_keeps_its_winding():
+    """Every inner edge has four facets, and no two neighbours share an edge alone."""
+    once, twice = (repaired(CORNERS_OF_LIP, np.tile(LIP, (number, 1))) for number in (1, 2))
+    assert np.array_equal(twice.triangles, np.tile(once.triangles, (2, 1)))
+    assert np.array_equal(twice.areas, np.tile(once.areas, (2, 1)))
+    assert (once.areas[2:4, 2] < 0).all()
 
 
 def test_a_moebius_strip_is_left_as_it_is_and_counted():

@@ -2,7 +2,9 @@
 
 First, facets are turned over so that neighbours agree across every edge of exactly two facets. Then each component of
 the mesh is turned as a whole: an open component so that it faces up (the sum of n_z times area is not negative), a
-closed component so that it faces outwards (its signed volume is not negative).
+closed component so that it faces outwards (its signed volume is not negative). Facets on the same three vertices face
+the same way: only the first takes part in the repair, because a facet and its copy would form a closed component, of
+which one facet faces down.
 """
 
 from typing import NamedTuple
@@ -12,7 +14,7 @@ import numpy as np
 from rpf3d_core.terrain.facets import area_vectors
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.mesh.components import components
-from rpf3d_core.terrain.mesh.edges import Edges, Flags, Index, facets_on_borders, shared_by_two
+from rpf3d_core.terrain.mesh.edges import Edges, Flags, Index, edges_of, facets_on_borders, shared_by_two
 
 
 class Winding(NamedTuple):
@@ -44,6 +46,10 @@ def repair_winding(vertices: FloatArray, triangles: Index, edges: Edges) -> Wind
     edges : Edges
         The edges of these triangles.
     """
+    first = _first_copies(triangles, edges)
+    kept = np.flatnonzero(first == np.arange(len(first))).astype(np.int32)
+    if len(kept) < len(first):
+        return _with_copies(vertices, triangles, first, kept)
     piece, flipped, one_sided = _agreement(len(triangles), edges)
     areas = area_vectors(vertices, triangles)
     areas[flipped] *= -1.0
@@ -53,6 +59,41 @@ def repair_winding(vertices: FloatArray, triangles: Index, edges: Edges) -> Wind
     triangles = triangles.copy()
     triangles[flipped, 1:] = triangles[flipped, :0:-1]
     return Winding(triangles=triangles, areas=areas, flipped=flipped, piece=piece, one_sided=one_sided)
+
+
+def _first_copies(triangles: Index, edges: Edges) -> Index:
+    """Return the first facet (F,) with the same three vertices as each facet: the facet itself, if it is no copy.
+
+    A facet and its copies share all edges. So either two of them are the only facets at an edge, or more than two
+    facets share each edge; only such facets are compared.
+    """
+    first = np.arange(len(triangles), dtype=np.int32)
+    f, g, _ = shared_by_two(edges)
+    total = triangles.sum(axis=1)
+    twins = total[f] == total[g]  # two vertices of the facets are the same, so the third is as well
+    crowded = np.repeat(edges.uses > 2, edges.uses)
+    if not twins.any() and not crowded.any():
+        return first
+    some = np.unique(np.concatenate([f[twins], g[twins], edges.facet[crowded]]))
+    _, begin, number = np.unique(np.sort(triangles[some], axis=1), axis=0, return_index=True, return_inverse=True)
+    first[some] = some[begin[number.ravel()]]
+    return first
+
+
+def _with_copies(vertices: FloatArray, triangles: Index, first: Index, kept: Index) -> Winding:
+    """Return the winding of a mesh in which some facets are copies of others: a copy faces as the first facet does.
+
+    vertices : (V, 3) m; triangles : (F, 3); first : (F,) the first facet with the same vertices as each facet
+    kept : (K,) the facets that are no copies
+    """
+    whole = repair_winding(vertices, triangles[kept], edges_of(triangles[kept], len(vertices)))
+    row = np.searchsorted(kept, first)
+    areas = area_vectors(vertices, triangles)
+    flipped = (areas * whole.areas[row]).sum(axis=1) < 0.0
+    areas[flipped] *= -1.0
+    wound = triangles.copy()
+    wound[flipped, 1:] = wound[flipped, :0:-1]
+    return Winding(wound, areas, flipped, kept[whole.piece[row]], whole.one_sided)
 
 
 def _agreement(count: int, edges: Edges) -> tuple[Index, Flags, int]:
