@@ -30,7 +30,7 @@ class SourceBenches(NamedTuple):
 
 
 def maps_of_source(maps: HazardMaps, number: int) -> HazardMaps:
-    """Return hazard maps whose zones and areas have the values of one source only.
+    """Return hazard maps whose zones, areas and barriers have the values of one source only.
 
     Map cells and facets still have the values of all sources.
 
@@ -42,7 +42,7 @@ def maps_of_source(maps: HazardMaps, number: int) -> HazardMaps:
     sets = None if maps.sets is None else maps.sets.of_source(number)
     return replace(
         maps, flown=int(found.flown[number]), lost=int(found.lost[number]), zones=zones, areas=areas, sets=sets,
-        sources=None,
+        barriers=found.barriers[number] if found.barriers else (), sources=None,
     )  # fmt: skip
 
 

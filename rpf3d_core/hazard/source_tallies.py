@@ -31,6 +31,7 @@ class SourceMaps(NamedTuple):
 
     names : of the sources; flown, lost : (S,) rocks flown from each source, and lost to holes
     zones, areas : values of S Z zones, and of S A areas
+    barriers : (S,) for each source, `hazard.barriers.BarrierFigures` of each barrier; empty without barriers
     """
 
     names: tuple[str, ...]
@@ -38,6 +39,7 @@ class SourceMaps(NamedTuple):
     lost: IntArray
     zones: Layers
     areas: Layers
+    barriers: tuple[tuple[Any, ...], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -99,7 +99,7 @@ class Tallies:
         for mine, theirs in zip(self._tallies, other._tallies, strict=True):
             mine.add(theirs)
         if self.barriers is not None:
-            self.barriers.join(other.barriers.counted)
+            self.barriers.join(other.barriers.counts)
         if self.sources is not None and other.sources is not None:
             self.sources.add(other.sources)
 
@@ -123,10 +123,13 @@ class Tallies:
         """
         squares, facets, zones, inside = (layers_of(tally) for tally in self._tallies)
         zones, inside = without_passages(zones), without_passages(inside)
-        barriers = () if self.barriers is None else self.barriers.figures
+        barriers, each = (), ()
+        if self.barriers is not None:
+            barriers, each = self.barriers.figures, self.barriers.source_figures
+        sources = None if self.sources is None else self.sources.maps()._replace(barriers=each)
         return HazardMaps(
             flown, self.ground.raster, squares, facets, zones, inside, area_names, barriers, spins=self.spins,
-            lost=lost, sources=None if self.sources is None else self.sources.maps(),
+            lost=lost, sources=sources,
         )  # fmt: skip
 
     def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
