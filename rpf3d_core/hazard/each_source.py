@@ -11,7 +11,15 @@ from rpf3d_core.ensemble.statistics import sampling_of, wilson_interval
 from rpf3d_core.hazard.benches import ALL_SOURCES, AREA, Bench, bench_table, in_percent, share_text
 from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.hazard.source_tallies import part_of
-from rpf3d_core.hazard.worst import ALL, Counts, with_largest_share, with_largest_value, with_smallest_share
+from rpf3d_core.hazard.worst import (
+    ALL,
+    Counts,
+    further_figures,
+    with_largest_share,
+    with_largest_value,
+    with_smallest_share,
+)
+from rpf3d_core.hazard.worst_barriers import hidden_at_barriers
 from rpf3d_core.terrain.facets import Terrain
 
 UNNOTICED = 0.05
@@ -158,7 +166,7 @@ def doubts_of_sources(terrain: Terrain, maps: HazardMaps) -> list[str]:
     if maps.sources is None:
         return []
     pairs = list(zip(worst_benches(terrain, maps), bench_table(terrain, maps), strict=True))
-    return [*_hidden(pairs, maps), *_with_few_rocks(maps)]
+    return [*_hidden(pairs, maps), *hidden_at_barriers(maps), *_with_few_rocks(maps)]
 
 
 def _hidden(pairs: Sequence[tuple[Bench, Bench]], maps: HazardMaps) -> list[str]:
@@ -180,8 +188,7 @@ def _hidden(pairs: Sequence[tuple[Bench, Bench]], maps: HazardMaps) -> list[str]
         rest = share_text(together.retained)
     else:
         return []
-    more = len(reached) + len(retained) - 1
-    others = f" {more} more figures of the bench table differ as clearly." if more else ""
+    others = further_figures(len(reached) + len(retained) - 1, "the bench table")
     return [
         f"{begin}; of the rocks of all {len(maps.sources.names):,} sources together, {rest}.{others} Hazard maps, "
         "outcomes, barriers, fences and distances count all rocks together, so they depend on how many rocks each "

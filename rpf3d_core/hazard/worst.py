@@ -62,6 +62,16 @@ def clearly_above(counts: Counts) -> Any:
     return np.where(counts.each_of > 0, _ends(counts)[0], 0.0) > _ends_of_all(counts)[1]
 
 
+def further_figures(count: int, of: str) -> str:
+    """Return a sentence, after a space, that `count` more figures differ as clearly; "" for 0.
+
+    of : words for what the figures describe, such as "the bench table"
+    """
+    if not count:
+        return ""
+    return f" {count} more figure{'s' if count > 1 else ''} of {of} differ{'' if count > 1 else 's'} as clearly."
+
+
 def _ends(counts: Counts) -> tuple[FloatArray, FloatArray]:
     """Return the ends (S, P) of the intervals of the sources, at the level 1 - 0.05 / S; without meaning for 0 rocks.
 

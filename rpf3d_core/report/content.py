@@ -11,6 +11,7 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.benches import AT_MOST, CAUGHT_COUNT, in_percent, share_text
 from rpf3d_core.hazard.filled_cells import ReachedCells, filling_cell, rocks_that_fill, share_of_cells
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
+from rpf3d_core.report.barriers_part import from_of, worst_of
 from rpf3d_core.report.changed_inputs import changed_inputs
 from rpf3d_core.report.draped_map import FEW, caption_of
 from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
@@ -192,8 +193,9 @@ def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
         rows.append([f"rocks that reach the area {name}{_from(area, 'source')}", *share_cells(area["reached"])])
         if most := area.get("reached_at_most"):
             rows.append([f"{AT_MOST}: rocks that reach the area {name} or were lost to holes", *share_cells(most)])
-    for name, found in run.summary.get("barriers", {}).items():
-        rows += [[f"{words} {name}, of the rocks that reached it", *share_cells(found[did])]
+    for name, barrier in run.summary.get("barriers", {}).items():
+        found = worst_of(barrier)
+        rows += [[f"{words} {name}, of the rocks that reached it{from_of(found[did])}", *share_cells(found[did])]
                  for did, words in AT_BARRIERS.items()]  # fmt: skip
     retained = {name: bench for name, bench in _worst(run, "benches").items() if bench["reached"]["rocks"]}
     together = run.summary["benches"]
