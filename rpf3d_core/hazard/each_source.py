@@ -190,9 +190,9 @@ def _hidden(pairs: Sequence[tuple[Bench, Bench]], maps: HazardMaps) -> list[str]
         return []
     others = further_figures(len(reached) + len(retained) - 1, "the bench table")
     return [
-        f"{begin}; of the rocks of all {len(maps.sources.names):,} sources together, {rest}.{others} Hazard maps, "
-        "outcomes, barriers, fences and distances count all rocks together, so they depend on how many rocks each "
-        "source has: run a dangerous source alone for its own maps, and see hazard/sources.csv"
+        f"{begin}; of the rocks of all {len(maps.sources.names):,} sources together, {rest}.{others} Hazard maps and "
+        "outcomes count all rocks together, so they depend on how many rocks each source has: run a dangerous source "
+        "alone for its own maps, and see hazard/sources.csv"
     ]
 
 

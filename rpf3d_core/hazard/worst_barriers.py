@@ -64,7 +64,7 @@ def hidden_at_barriers(maps: HazardMaps) -> list[str]:
     if not found:
         return []
     more = further_figures(len(found) - 1, "barriers")
-    return [f"{found[0][1]}.{more} Tables show the worst source of each figure; see hazard/source_barriers.csv"]
+    return [f"{found[0][1]}.{more} hazard/source_barriers.csv has the figures of all sources"]
 
 
 def _hidden(maps: HazardMaps) -> Iterator[tuple[float, str]]:
