@@ -147,13 +147,13 @@ def _print_barriers(run: "Run") -> None:
     """Print what rocks did at each barrier (caught, broken through, flown over), if the scene has barriers."""
     if not run.maps.barriers:
         return
-    from rpf3d_core.results.hazard_files.barriers_text import NOTE, SAMPLING_NOTE, text_header, text_rows
+    from rpf3d_core.results.hazard_files.barriers_text import notes_below, text_header, text_rows
 
     table = Table(*text_header(run.maps), box=None, padding=GAP, pad_edge=False)
     for row in text_rows(run.maps):
         table.add_row(*row)
     screen.print(table)
-    screen.print(f"{NOTE};\n{SAMPLING_NOTE}", style="dim", highlight=False)
+    screen.print(";\n".join(notes_below(run.maps)), style="dim", highlight=False)
 
 
 def _print_open(run: "Run") -> None:

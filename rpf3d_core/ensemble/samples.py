@@ -36,6 +36,14 @@ class Sample:
         self.low, self.high = np.inf, -np.inf
         self.add(values)
 
+    @classmethod
+    def counted(cls, values: FloatArray, counts: IntArray, low: float, high: float) -> "Sample":
+        """Return a sample of distinct values (V,), ascending, that occur `counts` (V,) times; low, high : its ends."""
+        sample = cls()
+        sample._values, sample._counts, sample.count = values, counts, int(counts.sum())
+        sample.low, sample.high = low, high
+        return sample
+
     def add(self, values: ArrayLike) -> None:
         """Add more values (N,) to the sample."""
         some = np.asarray(values, dtype=float)
@@ -137,7 +145,7 @@ class Sample:
         self._counts = np.bincount(place, weights=counts, minlength=len(self._values)).astype(np.int64)
 
 
-def rounded(values: FloatArray) -> FloatArray:
-    """Return values (N,) rounded to BITS significant bits, so that a large sample has few distinct values."""
+def rounded(values: FloatArray, bits: int = BITS) -> FloatArray:
+    """Return values (N,) rounded to `bits` significant bits, so that a large sample has few distinct values."""
     mantissa, exponent = np.frexp(values)
-    return np.asarray(np.ldexp(np.round(mantissa * 2.0**BITS), exponent - BITS))
+    return np.asarray(np.ldexp(np.round(mantissa * 2.0**bits), exponent - bits))

@@ -32,7 +32,7 @@ class BarrierArrivals(NamedTuple):
         energy : J, of translation; for rocks with a shape, of translation and rotation
         height : m, of the rock's centre or of its top, as the scene chooses, above the foot of the panel
     held : (N, B) 1 if the barrier caught the rock in the end, else 0
-    events : (B, 4) number of arrivals of all rocks, by result in the order NEVER (always 0), OVER, THROUGH, HELD
+    events : (N, B, 4) number of arrivals of each rock, by result in the order NEVER (always 0), OVER, THROUGH, HELD
     """
 
     did: Any
@@ -100,7 +100,7 @@ def empty_arrivals(rocks: int, barriers: int) -> BarrierArrivals:
         energy=np.zeros(shape),
         height=np.zeros(shape),
         held=held,
-        events=np.zeros((barriers, 4), np.int64),
+        events=np.zeros((*shape, 4), np.int64),
     )
 
 
@@ -192,7 +192,7 @@ def _note(found: BarrierArrivals, r: int, b: int, did: int, t: float, energy: fl
 
     did : result of the arrival (OVER, THROUGH or HELD); t : s, since the release; energy : J; height : m above the foot
     """
-    found.events[b, did] += 1
+    found.events[r, b, did] += 1
     if did == HELD:
         found.held[r, b] = 1
     if t < found.t[r, b]:

@@ -27,6 +27,7 @@ from rpf3d_core.hazard.barrier_arrivals import (
     find_arrivals,
 )
 from rpf3d_core.hazard.flown import flown_rocks
+from rpf3d_core.hazard.source_arrivals import SourceArrivals
 
 
 @dataclass(eq=False)
@@ -79,6 +80,16 @@ class BarrierFigures(NamedTuple):
     counted: AtBarrier
 
 
+class BarrierCounts(NamedTuple):
+    """The counts of a part of an ensemble at all barriers, which can be sent to another process.
+
+    counted : counts at each barrier; sources : counts for each source, None if sources are not counted
+    """
+
+    counted: tuple[AtBarrier, ...] = ()
+    sources: SourceArrivals | None = None
+
+
 class BarrierTally:
     """Counts at all B barriers of a scene, added while rocks fly: call the object with each batch of flown rocks.
 
@@ -88,12 +99,16 @@ class BarrierTally:
     compiled : False to count in plain Python, for so few rocks that Python finishes before the loop is compiled
     part : (B,) counts of the parameter set that flies at present, to which each batch is also added; empty without
         parameter sets
+    sources : counts for each source, None if sources are not counted
     """
 
-    def __init__(self, barriers: Barriers, names: tuple[str, ...], gravity: float, compiled: bool = True) -> None:
+    def __init__(
+        self, barriers: Barriers, names: tuple[str, ...], gravity: float, compiled: bool = True, sources: int = 1
+    ) -> None:
         self.barriers, self.names, self.gravity, self.compiled = barriers, names, gravity, compiled
         self.counted = tuple(AtBarrier() for _ in names)
         self.part: tuple[AtBarrier, ...] = ()
+        self.sources = SourceArrivals(sources, len(names)) if sources > 1 else None
         self._lock = threading.Lock()
 
     def __call__(self, batch: Batch, releases: Releases) -> None:
@@ -107,20 +122,48 @@ class BarrierTally:
             for counts in (self.counted, self.part):
                 for b, counted in enumerate(counts):
                     self._add(counted, found, b)
+            if self.sources is not None:
+                self.sources.note(found, releases.source[batch.rows], self.barriers.panel.height)
 
-    def join(self, counted: tuple[AtBarrier, ...]) -> None:
-        """Add the counts at all barriers from another part of the same ensemble."""
+    @property
+    def counts(self) -> BarrierCounts:
+        """The counts so far, for `join`."""
+        return BarrierCounts(self.counted, self.sources)
+
+    def join(self, other: BarrierCounts) -> None:
+        """Add the counts at all barriers from another part of the same ensemble.
+
+        Raises
+        ------
+        ValueError
+            Only one of both parts counts each source.
+        """
+        if (self.sources is None) != (other.sources is None):
+            raise ValueError("a part of another ensemble cannot be counted in: only one of both counts each source")
         with self._lock:
-            for mine, theirs in zip(self.counted, counted, strict=True):
+            for mine, theirs in zip(self.counted, other.counted, strict=True):
                 mine.join(theirs)
+            if self.sources is not None and other.sources is not None:
+                self.sources.join(other.sources)
 
     @property
     def figures(self) -> tuple[BarrierFigures, ...]:
         """The counts at each barrier for tables and files, in the scene's order."""
-        return tuple(self._figures_of(b) for b in range(len(self.names)))
+        return tuple(self._figures_of(b, at) for b, at in enumerate(self.counted))
 
-    def _figures_of(self, b: int) -> BarrierFigures:
-        panel, at = self.barriers.panel, self.counted[b]
+    @property
+    def source_figures(self) -> tuple[tuple[BarrierFigures, ...], ...]:
+        """The counts of each source at each barrier, in the scene's order; () if sources are not counted."""
+        found = self.sources
+        if found is None:
+            return ()
+        return tuple(
+            tuple(self._figures_of(b, AtBarrier(*found.at(number, b))) for b in range(len(self.names)))
+            for number in range(found.sources)
+        )
+
+    def _figures_of(self, b: int, at: AtBarrier) -> BarrierFigures:
+        panel = self.barriers.panel
         first, events = at.first.tolist(), at.events.tolist()
         return BarrierFigures(
             name=self.names[b],
@@ -141,7 +184,7 @@ class BarrierTally:
         did, height = found.did[:, b], found.height[:, b]
         counted.first += np.bincount(did, minlength=4)
         counted.held += int(found.held[:, b].sum())
-        counted.events += found.events[b]
+        counted.events += found.events[:, b].sum(axis=0)
         counted.energy.add(found.energy[did != NEVER, b])
         counted.height.add(height[did != NEVER])
         counted.over.add(height[did == OVER] - self.barriers.panel.height[b])

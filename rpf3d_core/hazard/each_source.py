@@ -2,22 +2,28 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
 
 from rpf3d_core.ensemble.outward import HIGH
-from rpf3d_core.ensemble.statistics import sampling_of, wilson_interval, wilson_intervals
+from rpf3d_core.ensemble.statistics import sampling_of, wilson_interval
 from rpf3d_core.hazard.benches import ALL_SOURCES, AREA, Bench, bench_table, in_percent, share_text
 from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.hazard.source_tallies import part_of
+from rpf3d_core.hazard.worst import (
+    ALL,
+    Counts,
+    further_figures,
+    with_largest_share,
+    with_largest_value,
+    with_smallest_share,
+)
+from rpf3d_core.hazard.worst_barriers import hidden_at_barriers
 from rpf3d_core.terrain.facets import Terrain
 
 UNNOTICED = 0.05
 """Share (-) of the rocks of a source that may reach a place that none of its rocks reached, without a warning."""
-ALL = -1
-"""Number in place of a source: all rocks together."""
 
 
 class SourceBenches(NamedTuple):
@@ -32,7 +38,7 @@ class SourceBenches(NamedTuple):
 
 
 def maps_of_source(maps: HazardMaps, number: int) -> HazardMaps:
-    """Return hazard maps whose zones and areas have the values of one source only.
+    """Return hazard maps whose zones, areas and barriers have the values of one source only.
 
     Map cells and facets still have the values of all sources.
 
@@ -44,7 +50,7 @@ def maps_of_source(maps: HazardMaps, number: int) -> HazardMaps:
     sets = None if maps.sets is None else maps.sets.of_source(number)
     return replace(
         maps, flown=int(found.flown[number]), lost=int(found.lost[number]), zones=zones, areas=areas, sets=sets,
-        sources=None,
+        barriers=found.barriers[number] if found.barriers else (), sources=None,
     )  # fmt: skip
 
 
@@ -132,27 +138,20 @@ def _worst_sources(maps: HazardMaps) -> _Worst:
 
 def _worst_in(layers: Layers, together: Layers, maps: HazardMaps) -> _Worst:
     """Return the worst sources for P places; layers, together : values for each source, and of all rocks."""
-    sources, flown = len(maps.sources.names), maps.sources.flown[:, None].astype(float)
-    z = NormalDist().inv_cdf(1.0 - 0.025 / max(int((flown > 0).sum()), 1))
+    sources, flown = len(maps.sources.names), maps.sources.flown[:, None]
     reached, stopped, energy = (
-        layers.everywhere(values, missing).reshape(sources, -1).astype(float)
+        layers.everywhere(values, missing).reshape(sources, -1)
         for values, missing in ((layers.rocks, 0), (layers.deposits, 0), (layers.energy.p95, np.nan))
     )
-    reached = np.where(flown > 0, reached, 0.0)
-    all_reached, all_stopped = (together.everywhere(values, 0) for values in (together.rocks, together.deposits))
-    low = np.where(flown > 0, wilson_intervals(reached, np.maximum(flown, 1.0), z)[0], 0.0)
-    high = np.where(reached > 0, wilson_intervals(stopped, np.maximum(reached, 1.0), z)[1], 2.0)
-    most = np.minimum((reached + maps.sources.lost[:, None]) / np.maximum(flown, 1.0), 1.0)
-    energies, all_energies = (np.nan_to_num(values, nan=-1.0) for values in (
-        energy, together.everywhere(together.energy.p95, np.nan)
-    ))  # fmt: skip
-    is_above = low.max(axis=0) > wilson_intervals(all_reached.astype(float), max(maps.flown, 1))[1]
-    of_reached = np.maximum(all_reached, 1).astype(float)
-    is_below = high.min(axis=0) < wilson_intervals(all_stopped.astype(float), of_reached)[0]
+    all_reached, all_stopped, all_energy = (
+        together.everywhere(values, missing)
+        for values, missing in ((together.rocks, 0), (together.deposits, 0), (together.energy.p95, np.nan))
+    )
+    most = np.minimum((reached + maps.sources.lost[:, None]) / np.maximum(flown, 1), 1.0)
     return _Worst(
-        reached=np.where(is_above, low.argmax(axis=0), ALL).tolist(),
-        retained=np.where(is_below, high.argmin(axis=0), ALL).tolist(),
-        energy=np.where(energies.max(axis=0) > all_energies, energies.argmax(axis=0), ALL).tolist(),
+        reached=with_largest_share(Counts(reached, flown, all_reached, np.array(maps.flown))).tolist(),
+        retained=with_smallest_share(Counts(stopped, reached, all_stopped, all_reached)).tolist(),
+        energy=with_largest_value(energy, all_energy).tolist(),
         lost=most.argmax(axis=0).tolist() if maps.lost else [ALL] * len(all_reached),
     )
 
@@ -167,7 +166,7 @@ def doubts_of_sources(terrain: Terrain, maps: HazardMaps) -> list[str]:
     if maps.sources is None:
         return []
     pairs = list(zip(worst_benches(terrain, maps), bench_table(terrain, maps), strict=True))
-    return [*_hidden(pairs, maps), *_with_few_rocks(maps)]
+    return [*_hidden(pairs, maps), *hidden_at_barriers(maps), *_with_few_rocks(maps)]
 
 
 def _hidden(pairs: Sequence[tuple[Bench, Bench]], maps: HazardMaps) -> list[str]:
@@ -189,13 +188,19 @@ def _hidden(pairs: Sequence[tuple[Bench, Bench]], maps: HazardMaps) -> list[str]
         rest = share_text(together.retained)
     else:
         return []
-    more = len(reached) + len(retained) - 1
-    others = f" {more} more figures of the bench table differ as clearly." if more else ""
+    others = further_figures(len(reached) + len(retained) - 1, "the bench table")
     return [
-        f"{begin}; of the rocks of all {len(maps.sources.names):,} sources together, {rest}.{others} Hazard maps, "
-        "outcomes, barriers, fences and distances count all rocks together, so they depend on how many rocks each "
-        "source has: run a dangerous source alone for its own maps, and see hazard/sources.csv"
+        f"{begin}; of the rocks of all {len(maps.sources.names):,} sources together, {rest}.{others} Hazard maps and "
+        f"outcomes count all rocks together, so they depend on how many rocks each source has: {_advice(maps)}, and "
+        "see hazard/sources.csv"
     ]
+
+
+def _advice(maps: HazardMaps) -> str:
+    """Return advice where to find the hazard maps of a dangerous source."""
+    alone = "run a dangerous source alone for its own maps"
+    worst = "" if maps.sources.cells is None else "hazard/*_worst_source.tif have the worst source of each cell; "
+    return f"{worst}{alone}"
 
 
 def _gap(pair: tuple[Bench, Bench], name: str) -> float:

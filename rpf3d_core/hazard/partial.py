@@ -102,10 +102,14 @@ def _add(tally: CellTally, other: PackedTally) -> None:
 
 
 class PackedSources(NamedTuple):
-    """The counts of zones and areas for each source in small form; flown, lost : as in `SourceTallies`."""
+    """The counts of places and map cells for each source in small form; flown, lost : as in `SourceTallies`.
+
+    cells : None if the counts of map cells were given up
+    """
 
     zones: PackedTally
     inside: PackedTally
+    cells: PackedTally | None
     flown: IntArray
     lost: IntArray
 
@@ -114,7 +118,8 @@ def packed_sources(tallies: Tallies) -> PackedSources | None:
     """Return the counts for each source of a part of an ensemble in small form; None if they were not counted."""
     if (found := tallies.sources) is None:
         return None
-    return PackedSources(packed(found.zones), packed(found.inside), found.flown, found.lost)
+    cells = None if found.cells.tally is None else packed(found.cells.tally)
+    return PackedSources(packed(found.zones), packed(found.inside), cells, found.flown, found.lost)
 
 
 def add_packed_sources(tallies: Tallies, part: PackedSources | None) -> None:
@@ -126,6 +131,7 @@ def add_packed_sources(tallies: Tallies, part: PackedSources | None) -> None:
         return
     _add(found.zones, part.zones)
     _add(found.inside, part.inside)
+    found.cells.add(None if part.cells is None else unpacked(part.cells))
     found.note_counts(part.flown, part.lost)
 
 

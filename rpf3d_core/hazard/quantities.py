@@ -66,6 +66,21 @@ SPEED = Quantity(name="speed_m_s", unit="m/s", meaning="speed")
 HEIGHT = Quantity(name="height_m", unit="m", meaning="vertical height above the terrain straight below")
 
 
+REACH_WORST = Quantity(
+    name="reach_probability_worst_source",
+    unit="1",
+    meaning="largest share of the rocks of one source that reached this cell, given that they fall; band source: "
+    "number of this source in the scene, from 1",
+    elsewhere=0,
+)
+ENERGY_WORST = Quantity(
+    name="energy_j_worst_source",
+    unit="J",
+    meaning="largest p95 energy of all rocks together and of all sources with 20 rocks in this cell; band source: "
+    "number of this source in the scene, from 1, or 0 for all rocks together",
+)
+
+
 def shares_of(maps: HazardMaps, layers: Layers) -> list[tuple[Quantity, FloatArray]]:
     """Return the quantities reach probability (-) and first arrival (s), each with its array (S,)."""
     return [(REACH, reach_probability(layers, maps.flown)), (ARRIVAL, layers.first_arrival)]

@@ -4,6 +4,7 @@ At barriers, paths are used as simulated: they are not displaced by the error of
 """
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.hazard.barrier_arrivals import HELD, OVER, THROUGH
 from rpf3d_core.hazard.barriers import AtBarrier, BarrierTally
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
+from rpf3d_core.hazard.source_arrivals import SourceArrivals
 from rpf3d_core.unknowns.predictive import Interval, ranked_if_enough, shares_of_site
 
 P95 = 95
@@ -27,47 +29,84 @@ energy (J), height (m) : 95th percentiles over first arrivals
 """
 
 
+class SetCounts(NamedTuple):
+    """The counts of S parameter sets at one barrier, for N sources; N is 1 for all rocks together.
+
+    came, held : (S, N) number (-) of rocks that arrived, and that were caught in the end
+    first : (S, N, 4) number of rocks by the result of their first arrival, as `AtBarrier.first`
+    energy (J), height (m) : (S, N) 95th percentiles over first arrivals, NaN for fewer than 20 rocks
+    """
+
+    came: FloatArray
+    held: FloatArray
+    first: FloatArray
+    energy: FloatArray
+    height: FloatArray
+
+
 class BarrierSets:
     """The counts at B barriers, for each parameter set: call `begin` before the rocks of a set fly."""
 
     def __init__(self, tally: BarrierTally, sets: int) -> None:
         self._tally = tally
         self._counted = [tuple(AtBarrier() for _ in tally.names) for _ in range(sets)]
+        if tally.sources is not None:
+            tally.sources = tally.sources.over_sets(sets)
 
     def begin(self, number: int) -> None:
         """Start to count for parameter set `number`: all rocks from now until the next call of `begin` belong to it."""
         self._tally.part = self._counted[number]
+        if self._tally.sources is not None:
+            self._tally.sources.set = number
 
     def bands(self, rocks: FloatArray) -> tuple[Bands, ...]:
         """Return the predictive intervals at each barrier, of shares (-), p95 energies (J) and p95 heights (m).
 
         rocks : (S,) number (-) of rocks flown with each set
         """
-        return tuple(_bands(at, rocks) for at in zip(*self._counted, strict=True))
+        return tuple(_bands(_together(at), rocks[:, None])[0] for at in zip(*self._counted, strict=True))
+
+    def source_bands(self, rocks: FloatArray) -> tuple[tuple[Bands, ...], ...]:
+        """Return the intervals of `bands` for each of N sources; () if sources are not counted.
+
+        rocks : (S, N) number (-) of rocks flown with each set from each source
+        """
+        if self._tally.sources is None:
+            return ()
+        found = self._tally.sources
+        return tuple(zip(*(_bands(_each(found, b), rocks) for b in range(len(self._tally.names))), strict=True))
 
 
-def _bands(at: Sequence[AtBarrier], rocks: FloatArray) -> Bands:
-    """Return the predictive intervals at one barrier.
+def _together(at: Sequence[AtBarrier]) -> SetCounts:
+    """Return the counts of all rocks together at one barrier; at : the counts of each of S sets there."""
+    first = np.array([each.first for each in at], dtype=float)[:, None]
+    held = np.array([[float(each.held)] for each in at])
+    energy, height = (np.array([[_p95(getattr(each, name))] for each in at]) for name in ("energy", "height"))
+    return SetCounts(first[..., 1:].sum(axis=2), held, first, energy, height)
 
-    at : the counts of each of S sets at the barrier; rocks : (S,) number (-) of rocks flown with each set
+
+def _each(found: SourceArrivals, b: int) -> SetCounts:
+    """Return the counts of each source at barrier number `b`."""
+    first, held = found.first[:, :, b].astype(float), found.held[:, :, b].astype(float)
+    energy, height = (
+        values[b].percentiles(P95, FEWEST_ROCKS).reshape(found.sources, -1).T for values in (found.energy, found.height)
+    )
+    return SetCounts(first[..., 1:].sum(axis=2), held, first, energy, height)
+
+
+def _bands(counts: SetCounts, rocks: FloatArray) -> list[Bands]:
+    """Return the predictive intervals at one barrier for each of N sources.
+
+    rocks : (S, N) number (-) of rocks flown with each set
     """
-    came = np.array([float(each.first[1:].sum()) for each in at])
-    did = {name: np.array([float(each.first[place]) for each in at]) for name, place in FIRST.items()}
-    did["caught"] = np.array([float(each.held) for each in at])
-    p95 = {name: np.array([_p95(getattr(each, name)) for each in at]) for name in ("energy", "height")}
-    return {
-        "came": _share(came, rocks),
-        **{name: _share(count, came) for name, count in did.items()},
-        **{name: _ends(ranked_if_enough(values[:, None])) for name, values in p95.items()},
+    did = {name: counts.first[..., place] for name, place in FIRST.items()} | {"caught": counts.held}
+    found = {
+        "came": shares_of_site(counts.came, rocks),
+        **{name: shares_of_site(count, counts.came) for name, count in did.items()},
+        "energy": ranked_if_enough(counts.energy),
+        "height": ranked_if_enough(counts.height),
     }
-
-
-def _share(counts: FloatArray, of: FloatArray) -> tuple[float, float]:
-    """Return the predictive interval of a share (-); both ends are NaN if fewer than 39 sets have rocks.
-
-    counts, of : (S,) numbers of rocks of each set, numerator and denominator of the share
-    """
-    return _ends(shares_of_site(counts[:, None], of[:, None]))
+    return [{name: _ends(ends, number) for name, ends in found.items()} for number in range(rocks.shape[1])]
 
 
 def _p95(sample: Sample) -> float:
@@ -75,5 +114,5 @@ def _p95(sample: Sample) -> float:
     return sample.percentiles((P95,))[0] if sample.count >= FEWEST_ROCKS else np.nan
 
 
-def _ends(interval: Interval) -> tuple[float, float]:
-    return float(interval.low[0]), float(interval.high[0])
+def _ends(intervals: Interval, number: int) -> tuple[float, float]:
+    return float(intervals.low[number]), float(intervals.high[number])

@@ -1,7 +1,7 @@
 """Counts of each parameter set in zones and areas for each source."""
 
 from dataclasses import fields
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,11 +15,13 @@ class SourceSets(NamedTuple):
 
     rocks : (S, N) rocks flown from each source with each set
     zones, areas : counts in N Z zones and in N A areas, in the order of `SourceTallies`
+    barriers : (N,) for each source, `hazard.set_barriers.Bands` of each barrier; empty without barriers
     """
 
     rocks: FloatArray
     zones: PlaceCounts
     areas: PlaceCounts
+    barriers: tuple[tuple[Any, ...], ...] = ()
 
     def of_source(self, number: int) -> tuple[FloatArray, PlaceCounts, PlaceCounts]:
         """Return for one source the rocks of each set (S,), and the counts in the Z zones and in the A areas.

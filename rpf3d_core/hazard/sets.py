@@ -83,7 +83,7 @@ class SetFigures:
     sources: SourceSets | None = None
 
     def of_source(self, number: int) -> "SetFigures":
-        """Return the results of the sets in zones and areas for the rocks of one source; number : of the source.
+        """Return the results of the sets in zones and areas and at barriers for one source; number : of the source.
 
         Outcomes, percentiles and map cells are still those of all sources.
         """
@@ -93,7 +93,10 @@ class SetFigures:
         if self.displaced is not None and self.displaced.sources is not None:
             _, *places = self.displaced.sources.of_source(number)
             displaced = replace(self.displaced, zones=places[0], areas=places[1], sources=None)
-        return replace(self, rocks=rocks, zones=zones, areas=areas, displaced=displaced, sources=None)
+        barriers = self.sources.barriers[number] if self.sources.barriers else ()
+        return replace(
+            self, rocks=rocks, zones=zones, areas=areas, displaced=displaced, barriers=barriers, sources=None
+        )  # fmt: skip
 
     @property
     def flown(self) -> int:
@@ -294,6 +297,8 @@ class SetTally:
         zones = self._zones.counts()
         rocks = np.array([float(totals.rocks) for totals in self._totals])
         sources = None if self._sources is None else self._sources.counts()
+        if sources is not None and self._barriers is not None:
+            sources = sources._replace(barriers=self._barriers.source_bands(sources.rocks))
         return SetFigures(
             sets=self._sets,
             rocks=rocks,

@@ -1,4 +1,4 @@
-"""Count the rocks of each source separately in zones and areas of interest.
+"""Count the rocks of each source separately in zones and areas of interest, and in map cells if memory allows.
 
 Shares over the rocks of all sources depend on how many rocks each source has: many rocks of a harmless source hide the
 rocks of a dangerous one. So the places are counted for each source, too. All P places of the first source come first,
@@ -18,8 +18,9 @@ from rpf3d_core.ensemble.flights import IntArray
 from rpf3d_core.hazard.bins import Scales
 from rpf3d_core.hazard.layers import layers_of, without_passages
 from rpf3d_core.hazard.maps import CellStatistics, Layers
+from rpf3d_core.hazard.source_cells import SourceCells, WorstCells, fold_sources
 from rpf3d_core.hazard.tally import CellTally
-from rpf3d_core.hazard.walks.visits import USED, Visits
+from rpf3d_core.hazard.walks.walk import Scratch
 from rpf3d_core.values import Outcome
 
 MEMORY = 64e6
@@ -31,6 +32,8 @@ class SourceMaps(NamedTuple):
 
     names : of the sources; flown, lost : (S,) rocks flown from each source, and lost to holes
     zones, areas : values of S Z zones, and of S A areas
+    cells : the largest values of a source in each map cell; None if their counts needed too much memory
+    barriers : (S,) for each source, `hazard.barriers.BarrierFigures` of each barrier; empty without barriers
     """
 
     names: tuple[str, ...]
@@ -38,19 +41,22 @@ class SourceMaps(NamedTuple):
     lost: IntArray
     zones: Layers
     areas: Layers
+    cells: WorstCells | None = None
+    barriers: tuple[tuple[Any, ...], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class SourceTallies:
-    """The counts (tallies) of zones and areas for each of S sources.
+    """The counts (tallies) of zones, areas and map cells for each of S sources.
 
-    names : of the sources; zones, inside : tallies of S Z zones, and of S A areas
+    names : of the sources; zones, inside : tallies of S Z zones, and of S A areas; cells : counts of map cells
     flown, lost : (S,) rocks flown from each source, and lost to holes
     """
 
     names: tuple[str, ...]
     zones: CellTally
     inside: CellTally
+    cells: SourceCells
     flown: IntArray
     lost: IntArray
     _lock: threading.Lock = field(default_factory=threading.Lock)
@@ -62,21 +68,20 @@ class SourceTallies:
             np.add.at(self.flown, source, 1)
             np.add.at(self.lost, source[lost], 1)
 
-    def fold(self, zones: Visits, areas: Visits, source: IntArray) -> None:
-        """Add visits to zones and areas to the counts of their sources; the visits do not change.
+    def fold(self, scratch: Scratch, source: IntArray) -> None:
+        """Add visits to zones, areas and map cells to the counts of their sources; the visits do not change.
 
         source : (N,) number of the source of each rock of the batch
         """
-        for tally, visits in ((self.zones, zones), (self.inside, areas)):
-            used = int(visits.state[USED])
-            places = len(tally.slot) // len(self.names)
-            cell = source[visits.rock[:used]] * places + visits.cell[:used]
-            tally.fold(visits._replace(cell=cell.astype(np.int32), state=visits.state.copy(), rock=None))
+        for tally, visits in ((self.zones, scratch.zones), (self.inside, scratch.areas)):
+            fold_sources(tally, visits, source, len(tally.slot) // len(self.names))
+        self.cells.fold(scratch.squares, source)
 
     def add(self, other: "SourceTallies") -> None:
         """Add the counts of another part of the same ensemble."""
         self.zones.add(other.zones)
         self.inside.add(other.inside)
+        self.cells.add(other.cells.tally)
         self.note_counts(other.flown, other.lost)
 
     def note_counts(self, flown: IntArray, lost: IntArray) -> None:
@@ -86,30 +91,36 @@ class SourceTallies:
             self.lost[:] += lost
 
     def emptied(self) -> "SourceTallies":
-        """Return empty counts of the same sources and places."""
+        """Return empty counts of the same sources and places, but of no map cells."""
         zones, inside = (_empty(tally, len(tally.slot), tally.scales) for tally in (self.zones, self.inside))
-        return SourceTallies(self.names, zones, inside, np.zeros_like(self.flown), np.zeros_like(self.lost))
+        flown, lost = np.zeros_like(self.flown), np.zeros_like(self.lost)
+        return SourceTallies(self.names, zones, inside, SourceCells(None, 0), flown, lost)
 
-    def maps(self) -> SourceMaps:
-        """Return the values of zones and areas for each source; the counts may then go on."""
+    def maps(self, squares: Layers) -> SourceMaps:
+        """Return the values of zones, areas and map cells for each source; the counts may then go on.
+
+        squares : values of all rocks in map cells
+        """
         zones, areas = (without_passages(layers_of(tally)) for tally in (self.zones, self.inside))
-        return SourceMaps(self.names, self.flown.copy(), self.lost.copy(), zones, areas)
+        flown, cells = self.flown.copy(), self.cells.worst(squares, self.flown)
+        return SourceMaps(self.names, flown, self.lost.copy(), zones, areas, cells)
 
 
-def source_tallies(names: Sequence[str], zones: CellTally, inside: CellTally, coarse: Scales) -> SourceTallies:
-    """Return empty counts of zones and areas for each of S sources.
+def source_tallies(names: Sequence[str], zones: CellTally, inside: CellTally, squares: CellTally) -> SourceTallies:
+    """Return empty counts of zones, areas and map cells for each of S sources.
 
     names : of the sources; zones, inside : tallies of the Z zones and A areas, whose bins are used if memory allows
-    coarse : bins for too many places
+    squares : tally of the map cells, whose bins are used for too many places
     """
 
     def of_each(tally: CellTally) -> CellTally:
         cells = len(names) * len(tally.slot)
         fits = cells * sum(tally.scales.bins) <= MEMORY
-        return _empty(tally, cells, tally.scales if fits else coarse)
+        return _empty(tally, cells, tally.scales if fits else squares.scales)
 
     none = np.zeros(len(names), dtype=np.int64)
-    return SourceTallies(tuple(names), of_each(zones), of_each(inside), flown=none, lost=none.copy())
+    cells = SourceCells(squares, len(names))
+    return SourceTallies(tuple(names), of_each(zones), of_each(inside), cells, flown=none, lost=none.copy())
 
 
 def _empty(tally: CellTally, cells: int, scales: Scales) -> CellTally:

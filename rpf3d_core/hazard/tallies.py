@@ -44,7 +44,7 @@ class Tallies:
     squares, facets, zones, inside : tallies of map cells, facets, zones and areas of interest
     compiled : True to use compiled loops; idle : working memory that no thread uses at present
     spins : True if energies include rotation; barriers : counts at barriers, None if the scene has none
-    sources : counts of zones and areas for each source, None if they are not counted
+    sources : counts of zones, areas and map cells for each source, None if they are not counted
     """
 
     ground: WalkedTerrain
@@ -99,7 +99,7 @@ class Tallies:
         for mine, theirs in zip(self._tallies, other._tallies, strict=True):
             mine.add(theirs)
         if self.barriers is not None:
-            self.barriers.join(other.barriers.counted)
+            self.barriers.join(other.barriers.counts)
         if self.sources is not None and other.sources is not None:
             self.sources.add(other.sources)
 
@@ -123,10 +123,13 @@ class Tallies:
         """
         squares, facets, zones, inside = (layers_of(tally) for tally in self._tallies)
         zones, inside = without_passages(zones), without_passages(inside)
-        barriers = () if self.barriers is None else self.barriers.figures
+        barriers, each = (), ()
+        if self.barriers is not None:
+            barriers, each = self.barriers.figures, self.barriers.source_figures
+        sources = None if self.sources is None else self.sources.maps(squares)._replace(barriers=each)
         return HazardMaps(
             flown, self.ground.raster, squares, facets, zones, inside, area_names, barriers, spins=self.spins,
-            lost=lost, sources=None if self.sources is None else self.sources.maps(),
+            lost=lost, sources=sources,
         )  # fmt: skip
 
     def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
@@ -149,7 +152,7 @@ class Tallies:
             return self.idle.get_nowait()
         except queue.Empty:
             squares, facets, zones, areas = (
-                empty_visits(len(tally.slot), ROOM, tally.ways, self.spins, tally in (self.zones, self.inside))
+                empty_visits(len(tally.slot), ROOM, tally.ways, self.spins, tally is not self.facets)
                 for tally in self._tallies
             )
             return Scratch(squares=squares, facets=facets, zones=zones, areas=areas, spans=empty_spans())
@@ -160,7 +163,7 @@ class Tallies:
         source : (N,) number of each rock's source; None if sources are not counted, or if there are no visits
         """
         if self.sources is not None and source is not None:
-            self.sources.fold(scratch.zones, scratch.areas, source)
+            self.sources.fold(scratch, source)
         kinds = (scratch.squares, scratch.facets, scratch.zones, scratch.areas)
         for tally, visits in zip(self._tallies, kinds, strict=True):
             tally.fold(visits)
@@ -198,13 +201,13 @@ def with_ways(tallies: Tallies) -> Tallies:
 
 
 def with_sources(tallies: Tallies, names: Sequence[str]) -> Tallies:
-    """Return tallies that also count zones and areas for each source, if there are at least two sources.
+    """Return tallies that also count zones, areas and map cells for each source, if there are at least two sources.
 
     tallies : empty counts; names : of the sources, in the order of the numbers in `Releases.source`
     """
     if len(names) < 2:
         return tallies
-    return replace(tallies, sources=source_tallies(names, tallies.zones, tallies.inside, tallies.squares.scales))
+    return replace(tallies, sources=source_tallies(names, tallies.zones, tallies.inside, tallies.squares))
 
 
 def tallies_over(

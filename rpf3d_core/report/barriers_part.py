@@ -21,6 +21,11 @@ SAMPLING_ONLY = (
     "A sampling interval includes only the uncertainty due to the number of rocks, not that of the ground. Do not use "
     "it for design if the predictive interval is unknown."
 )
+OF_WORST = (
+    "A figure with a source counts the rocks from this source only. The number of rocks that came and the largest "
+    "energy are those of all rocks."
+)
+"""Note under the tables of a scene with several sources."""
 LEAVES_OUT = "Predictive intervals at barriers leave out the misfit of the model."
 
 
@@ -29,23 +34,40 @@ def barriers_part(barriers: dict[str, Any]) -> Iterator[Element]:
 
     barriers : the section `barriers` of summary.json
     """
+    shown = {name: worst_of(found) for name, found in barriers.items()}
     yield Heading("Barriers of the scene", 3)
     yield Table(("barrier", "came", "", "share", *BOTH), [
-        ["" if number else name, "" if number else f"{found['came']:,}", label, *share_cells(found[did])]
-        for name, found in barriers.items() for number, (did, label) in enumerate(SHARES.items())
+        ["" if number else name, "" if number else f"{found['came']:,}", f"{label}{from_of(found[did])}",
+         *share_cells(found[did])]
+        for name, found in shown.items() for number, (did, label) in enumerate(SHARES.items())
     ])  # fmt: skip
     yield Table(("barrier", "p95 energy", *BOTH, "largest energy", "capacity"), [
-        [name, *_design(found["first_energy_j"], kilojoules), kilojoules(found["first_energy_j"]["max"]),
-         kilojoules(found["capacity_j"])]
-        for name, found in barriers.items()
+        [f"{name}{from_of(found['first_energy_j'])}", *_design(found["first_energy_j"], kilojoules),
+         kilojoules(barriers[name]["first_energy_j"]["max"]), kilojoules(found["capacity_j"])]
+        for name, found in shown.items()
     ])  # fmt: skip
     yield Table(("barrier", "p95 height", *BOTH, "height of the panel"), [
-        [name, *_design(found["first_height_over_ground_m"], height), f"{given(found['height_m'])} m"]
-        for name, found in barriers.items()
+        [f"{name}{from_of(found['first_height_over_ground_m'])}",
+         *_design(found["first_height_over_ground_m"], height), f"{given(found['height_m'])} m"]
+        for name, found in shown.items()
     ])  # fmt: skip
-    yield Text(f"{NOTE} {SAMPLING_ONLY}", quiet=True)
+    of_worst = f" {OF_WORST}" if any("worst_source" in found for found in barriers.values()) else ""
+    yield Text(f"{NOTE}{of_worst} {SAMPLING_ONLY}", quiet=True)
     if any("leaves_out" in found for found in barriers.values()):
         yield Text(LEAVES_OUT, quiet=True)
+
+
+def worst_of(found: dict[str, Any]) -> dict[str, Any]:
+    """Return the section of a barrier, in which each figure is that of the source that is worst for the figure.
+
+    found : section in summary.json
+    """
+    return {**found, **found.get("worst_source", {})}
+
+
+def from_of(figure: dict[str, Any]) -> str:
+    """Return the source of a figure of `worst_of` as text, such as `, from crest`; "" if it is of all rocks."""
+    return f", from {figure['source']}" if figure.get("source") else ""
 
 
 def _design(found: dict[str, Any], words: Words) -> list[str]:

@@ -11,17 +11,20 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.benches import AT_MOST, CAUGHT_COUNT, in_percent, share_text
 from rpf3d_core.hazard.filled_cells import ReachedCells, filling_cell, rocks_that_fill, share_of_cells
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
+from rpf3d_core.report.barriers_part import from_of, worst_of
 from rpf3d_core.report.changed_inputs import changed_inputs
+from rpf3d_core.report.distances_part import distances_part, further_faces
 from rpf3d_core.report.draped_map import FEW, caption_of
 from rpf3d_core.report.elements import Bullets, Element, Heading, Picture, SignOff, Table, Text, View, Warnings
-from rpf3d_core.report.fences_part import fences_part, too_few_toes
+from rpf3d_core.report.fences_part import fences_part, from_source
 from rpf3d_core.report.inputs_part import inputs_part
-from rpf3d_core.report.passing import places_beyond
 from rpf3d_core.report.run_files import HazardGrid, RunFiles, read_hazard
 from rpf3d_core.report.section import CriticalSection, critical_section
 from rpf3d_core.report.section_part import section_part
 from rpf3d_core.report.segments import segments_of
-from rpf3d_core.report.toe import DESIGN, BeyondToe, beyond_toe, directions, held_beyond
+from rpf3d_core.report.source_places import fence_places
+from rpf3d_core.report.source_toes import SourceToes, farthest, source_toes
+from rpf3d_core.report.toe import DESIGN, BeyondToe, directions, held_beyond
 from rpf3d_core.report.view import MOST_TRIANGLES, maps_seen, terrain_seen, view_html
 from rpf3d_core.report.words import (
     UNKNOWN,
@@ -35,8 +38,6 @@ from rpf3d_core.report.words import (
 from rpf3d_core.results.inputs import ASSUMED
 from rpf3d_core.terrain.faces import LOWEST, STEEP
 
-HELD = (50, 75, 90, 95)
-"""Percentages of the rocks; for each percentage, a report states the distance beyond the toe within which they stop."""
 MOST_ROWS, FEWEST_BENCHES = 12, 3
 """Largest number of rows in the table of main figures, except that at least FEWEST_BENCHES zones have a row."""
 FILE_EXTENSION = re.compile(r"\.[A-Za-z]\w*")
@@ -61,9 +62,8 @@ IF_LOST_CAME = (
     "zone."
 )
 OF_WORST = (
-    "A row with a source counts the rocks of this source only, because its share is clearly worse than that of all "
-    "rocks together. All other figures count the rocks of all sources together, and depend on how many rocks each "
-    "source has."
+    "A row with a source counts the rocks of this source only, because they are clearly worse than all rocks together. "
+    "All other figures count the rocks of all sources together, and depend on how many rocks each source has."
 )
 """Note under the main figures of a scene with several sources."""
 ENERGY = "hazard/energy_p95.png"
@@ -107,19 +107,19 @@ def report_elements(run: RunFiles, site: str) -> list[Element]:
     InputError
         plotly is not installed.
     """
-    beyond, section = beyond_toe(run), critical_section(run)
-    segments = segments_of(run)
-    measured = places_beyond(run, beyond, segments) if beyond.enough else []
+    toes, section = source_toes(run), critical_section(run)
+    beyond, segments = toes.together, segments_of(run)
+    measured = fence_places(run, toes, segments)
     warnings = list(_warnings(run, beyond))
     return [
         Heading(f"Rockfall report: {site}", 1),
         *([Warnings("Read first", warnings)] if warnings else []),
         _run_facts(run, site),
-        *_answer(run, beyond),
+        *_answer(run, toes),
         *_pictures(run, section),
-        *section_part(run, beyond, section),
+        *section_part(run, toes, section),
         *_benches(run),
-        *_distances(run, beyond),
+        *distances_part(run, toes),
         *fences_part(run, measured, segments, beyond),
         *inputs_part(run),
         Heading("Limits of the answer"), Bullets(LIMITS),
@@ -180,20 +180,24 @@ def _as_sentence(warning: str) -> str:
     return f"{warning[:1] if is_file else warning[:1].upper()}{warning[1:]}{'' if warning.endswith('?') else '.'}"
 
 
-def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
+def _answer(run: RunFiles, toes: SourceToes) -> list[Element]:
     """Return the section with the main figures: distance beyond the toe, areas, barriers and zones.
 
     If there are too many zones for the table, the table has only the zones in which most rocks stopped.
     """
+    far = farthest(toes, DESIGN)
+    beyond = toes.of_source(far)
     some = "" if len(beyond.rows) == beyond.of else f" ({len(beyond.rows):,} of {beyond.of:,} have a face below)"
-    rows = [[f"distance beyond the toe of the first face that holds 90 % of the rocks{some}",
+    name = f"distance beyond the toe of the first face that holds {DESIGN} % of the rocks"
+    rows = [[f"{name}{from_source(toes.name_of(far))}{some}",
              *figure_cells(held_beyond(beyond, run.sets, DESIGN), metres)]]  # fmt: skip
     for name, area in _worst(run, "areas_of_interest").items():
         rows.append([f"rocks that reach the area {name}{_from(area, 'source')}", *share_cells(area["reached"])])
         if most := area.get("reached_at_most"):
             rows.append([f"{AT_MOST}: rocks that reach the area {name} or were lost to holes", *share_cells(most)])
-    for name, found in run.summary.get("barriers", {}).items():
-        rows += [[f"{words} {name}, of the rocks that reached it", *share_cells(found[did])]
+    for name, barrier in run.summary.get("barriers", {}).items():
+        found = worst_of(barrier)
+        rows += [[f"{words} {name}, of the rocks that reached it{from_of(found[did])}", *share_cells(found[did])]
                  for did, words in AT_BARRIERS.items()]  # fmt: skip
     retained = {name: bench for name, bench in _worst(run, "benches").items() if bench["reached"]["rocks"]}
     together = run.summary["benches"]
@@ -208,7 +212,7 @@ def _answer(run: RunFiles, beyond: BeyondToe) -> list[Element]:
     sentence = f"These zones are those in which most rocks stopped; {left} more are in the table of retention below."
     more = [Text(sentence)] if left else []
     return [
-        Heading("The answer"), Table(("", *THREE), rows), *more, *_not_reached(run), *_further_faces(beyond),
+        Heading("The answer"), Table(("", *THREE), rows), *more, *_not_reached(run), *further_faces(toes.together),
         Text(note, quiet=True),
     ]  # fmt: skip
 
@@ -264,16 +268,6 @@ def _if_lost_came(places: dict[str, dict[str, Any]]) -> str:
     """
     most = next((place["reached_at_most"] for place in places.values() if place.get("reached_at_most")), None)
     return f" If every rock lost to a hole reached such a zone, the share is {share_text(most)}." if most else ""
-
-
-def _further_faces(beyond: BeyondToe) -> list[Element]:
-    """Return a sentence on the rocks that went down a further face below the first one; [] without such rocks."""
-    further = int(beyond.further.sum())
-    if not further:
-        return []
-    return [Text(f"{further:,} of {len(beyond.rows):,} rocks went down a further face below the first one. Their "
-                 "distance from the toe of the first face includes berms and those faces: it is a distance from the "
-                 "upper bench, and not one from the toe of the wall.")]  # fmt: skip
 
 
 def _pictures(run: RunFiles, section: CriticalSection | None) -> Iterator[Element]:
@@ -375,23 +369,3 @@ def _benches(run: RunFiles) -> Iterator[Element]:
 def _caught(run: RunFiles) -> str:
     """Return a sentence that zones count rocks caught by barriers as retained; "" if no barrier caught a rock."""
     return f" {_as_sentence(CAUGHT_COUNT)}" if run.summary["outcomes"].get("caught", {}).get("rocks") else ""
-
-
-def _distances(run: RunFiles, beyond: BeyondToe) -> Iterator[Element]:
-    """Yield the table of the distances beyond the toe within which 50, 75, 90 and 95 % of the rocks stop.
-
-    If too few rocks have a toe, a sentence replaces the table.
-    """
-    yield Heading("Distance from the toe")
-    if not beyond.enough:
-        yield Text(too_few_toes(beyond))
-        return
-    yield Table(
-        ("holds", *THREE),
-        [[f"{p} % of the rocks", *figure_cells(held_beyond(beyond, run.sets, p), metres)] for p in HELD],
-    )
-    yield from _further_faces(beyond)
-    yield Text("Horizontal distance from the foot of the first face below the release to the end of the rock, along "
-               f"the rock's way in plan. A face is steeper than {STEEP:g} degrees and at least {LOWEST:g} m high. "
-               f"Of {len(beyond.rows):,} rocks.",
-               quiet=True)  # fmt: skip

@@ -44,8 +44,19 @@ NOT_STOPPED = (
     "their path ends before a place, they are not in its energy and height, which may be larger or smaller with them."
 )
 KEEP_MORE = "`outputs.trajectories` keeps more paths."
+OF_WORST = (
+    "A row with a source counts the rocks from this source only: clearly more of them pass, or their p95 energy or "
+    "height is the largest of all sources and of all rocks together. Known paths are those of the energy."
+)
+"""Note under the tables of a scene with several sources."""
+ALL_ROCKS = "all rocks"
 SLIGHT = 0.05
 """Smallest share (-) of a fence's line on steep ground that a report states."""
+
+
+def from_source(name: str) -> str:
+    """Return the source of a figure as text, such as `, from crest`; "" for the empty name, which means all rocks."""
+    return f", from {name}" if name else ""
 
 
 def too_few_toes(beyond: BeyondToe) -> str:
@@ -78,7 +89,7 @@ def fences_part(
 
 def _fence_tables(run: RunFiles, places: list[FencePlace], choices: list[Segments]) -> Iterator[Element]:
     yield Table(("beyond the toe", "ground there", "rocks that pass", *BOTH), [
-        [metres(place.distance), _ground(place.footing), share(place.passed.value),
+        [f"{metres(place.distance)}{from_source(place.passed_of)}", _ground(place.footing), share(place.passed.value),
          share_interval(place.passed.predictive), share_interval(place.passed.sampling)] for place in places
     ])  # fmt: skip
     if faces := [metres(place.distance) for place in places if place.footing.is_on_a_face]:
@@ -89,6 +100,8 @@ def _fence_tables(run: RunFiles, places: list[FencePlace], choices: list[Segment
         [_place(place), f"{place.crossed:,}", *figure_cells(place.energy, kilojoules),
          *figure_cells(place.height, height)] for place in places
     ])  # fmt: skip
+    if any(place.passed_of or place.energy_of or place.height_of for place in places):
+        yield Text(OF_WORST, quiet=True)
     yield Text(f"Energies (translational) and heights (of the centre) at the first passage, "
                f"{_from(run, places, choices)} Not known for fewer than 20 rocks. At an impact within {STEP:g} m of a "
                f"place, the larger of the energies before and after it counts. Known paths: number of rocks that pass "
@@ -124,8 +137,13 @@ def _from(run: RunFiles, places: list[FencePlace], choices: list[Segments]) -> s
 
 
 def _place(place: FencePlace) -> str:
-    """Return the distance of a place beyond the toe as text, with a mark if no fence can be built there."""
-    return f"{metres(place.distance)}{' (on a face)' if place.footing.is_on_a_face else ''}"
+    """Return the distance of a place beyond the toe as text, with the sources of energy and height.
+
+    A mark follows if no fence can be built there.
+    """
+    energy, high = place.energy_of or ALL_ROCKS, place.height_of or ALL_ROCKS
+    each = f", energy from {energy}, height from {high}" if energy != high else from_source(place.energy_of)
+    return f"{metres(place.distance)}{' (on a face)' if place.footing.is_on_a_face else ''}{each}"
 
 
 def _ground(footing: Footing) -> str:

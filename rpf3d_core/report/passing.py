@@ -31,6 +31,9 @@ NEAREST = 0.01
 """Smallest distance (m) of a place from the release; the misfit could otherwise put the place behind the release."""
 
 
+NOT_KNOWN = Figure(value=None, sampling=None, predictive=None)
+
+
 class FencePlace(NamedTuple):
     """The rocks that pass a place beyond the toe: their share, energies and heights.
 
@@ -39,6 +42,7 @@ class FencePlace(NamedTuple):
     energy, height : 95th percentiles (J, m) over the rocks that pass; height of the rock's centre above the ground
     crossed : number of rocks from which the energy is computed: rocks with a known path that passes the place
     source, height_source : data from which energy and height are computed, IMPACTS or KEPT (`segments`)
+    passed_of, energy_of, height_of : names of the sources of these figures; "" for all rocks (`source_places`)
     """
 
     distance: float
@@ -49,6 +53,9 @@ class FencePlace(NamedTuple):
     crossed: int
     source: str
     height_source: str
+    passed_of: str = ""
+    energy_of: str = ""
+    height_of: str = ""
 
 
 def shares_beyond(beyond: BeyondToe, sets: int, distance: FloatArray) -> list[Figure]:
@@ -112,14 +119,16 @@ def places_for(beyond: BeyondToe) -> FloatArray:
     return np.arange(0.0, last + 1e-9, step)[:MOST_PLACES]
 
 
-def places_beyond(run: RunFiles, beyond: BeyondToe, choices: Sequence[Segments]) -> list[FencePlace]:
-    """Return a `FencePlace` (share, energies and heights of the rocks that pass) for each distance of `places_for`.
+def places_beyond(
+    run: RunFiles, beyond: BeyondToe, choices: Sequence[Segments], distances: FloatArray | None = None
+) -> list[FencePlace]:
+    """Return a `FencePlace` (share, energies and heights of the rocks that pass) for each distance beyond the toe.
 
-    choices : possible path segments, from `segments_of`
+    choices : possible path segments, from `segments_of`; distances : (D,) m, ascending; None for those of `places_for`
     """
-    distances = places_for(beyond).tolist()
-    passed = shares_beyond(beyond, run.sets, np.array(distances))
-    return [_place(run, beyond, choices, distance, share) for distance, share in zip(distances, passed, strict=True)]
+    at = places_for(beyond) if distances is None else distances
+    passed = shares_beyond(beyond, run.sets, at)
+    return [_place(run, beyond, choices, distance, share) for distance, share in zip(at.tolist(), passed, strict=True)]
 
 
 def segments_at(
@@ -150,17 +159,31 @@ def _place(
     choices : possible path segments, from `segments_of`; passed : the share, from `shares_beyond`
     """
     segments, for_height = segments_at(run, beyond, choices, distance)
-    rows, energy, _ = passing(run, beyond, segments, distance)
-    high, _, height = passing(run, beyond, for_height, distance)
-    unknown = Figure(value=None, sampling=None, predictive=None)
+    energy, crossed = energy_at(run, beyond, segments, distance)
     return FencePlace(
-        distance=distance, passed=passed, crossed=len(rows), source=segments.source,
-        height_source=for_height.source,
-        footing=_footing(run, beyond, distance),
-        energy=percentile_of(energy, P95, _displaced(run, beyond, segments, distance))
-        if len(rows) >= FEWEST_ROCKS else unknown,
-        height=percentile_of(height, P95, _with_sets(run, high, height)) if len(high) >= FEWEST_ROCKS else unknown,
+        distance=distance, passed=passed, crossed=crossed, source=segments.source, height_source=for_height.source,
+        footing=_footing(run, beyond, distance), energy=energy, height=height_at(run, beyond, for_height, distance),
     )  # fmt: skip
+
+
+def energy_at(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float) -> tuple[Figure, int]:
+    """Return the p95 energy (J) of the rocks that pass a distance (m) beyond the toe, and the number of these rocks.
+
+    The energy is unknown for fewer than FEWEST_ROCKS rocks.
+    """
+    rows, energy, _ = passing(run, beyond, segments, distance)
+    if len(rows) < FEWEST_ROCKS:
+        return NOT_KNOWN, len(rows)
+    return percentile_of(energy, P95, _displaced(run, beyond, segments, distance)), len(rows)
+
+
+def height_at(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float) -> Figure:
+    """Return the p95 height (m) of the rocks that pass a distance (m) beyond the toe.
+
+    The height is unknown for fewer than FEWEST_ROCKS rocks.
+    """
+    rows, _, height = passing(run, beyond, segments, distance)
+    return percentile_of(height, P95, _with_sets(run, rows, height)) if len(rows) >= FEWEST_ROCKS else NOT_KNOWN
 
 
 def _footing(run: RunFiles, beyond: BeyondToe, distance: float) -> Footing:

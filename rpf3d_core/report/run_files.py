@@ -39,7 +39,8 @@ KEY = ("source", "rock", "piece")
 class Ends(NamedTuple):
     """The releases and ends of N rocks, in local coordinates with z up (m).
 
-    key : (N,) each rock as (source, rock, fragment); at_rest : (N,) True for a rock that stopped or was caught
+    key : (N,) each rock as (source, rock, fragment); source : (N,) number of its source
+    at_rest : (N,) True for a rock that stopped or was caught
     on_ground : (N,) True for a rock that stopped on the ground; max_speed : (N,) m/s
     since, t : (N,) s, times of the release and of the end; a fragment is released when its rock breaks
     release, end : (N, 3) m; runout : (N,) m, horizontal; mass : (N,) kg
@@ -47,6 +48,7 @@ class Ends(NamedTuple):
     """
 
     key: list[tuple[str, int, int]]
+    source: IntArray
     at_rest: NDArray[np.bool_]
     on_ground: NDArray[np.bool_]
     since: FloatArray
@@ -112,6 +114,11 @@ class RunFiles(NamedTuple):
             name: [local_plan(frame, np.array(ring, dtype=float)) for ring in rings]
             for name, rings in self.inputs.get("outlines", {}).items()  # results of earlier versions have no outlines
         }
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """The names of the sources, in the order of their numbers in `Ends.source`."""
+        return tuple(source["name"] for source in self.inputs["scene"]["sources"])
 
     @property
     def sets(self) -> int:
@@ -184,12 +191,14 @@ def _ends(path: Path, frame: Frame, sources: list[str], sets: int) -> Ends:
     sources : names of the sources in the order of the scene; sets : number of parameter sets, 0 without unknowns
     """
     table = pyarrow.csv.read_csv(path, convert_options=AS_TEXT)
-    names = table["source"].to_pylist()
+    names, number = table["source"].to_pylist(), {name: number for number, name in enumerate(sources)}
+    source = np.array([number[name] for name in names], dtype=np.int64)
     rocks = table["rock"].to_numpy().astype(np.int64)
     key = list(zip(names, rocks.tolist(), table["piece"].to_pylist(), strict=True))
     outcomes = np.array(table["outcome"].to_pylist(), dtype=object)
     return Ends(
         key=key,
+        source=source,
         at_rest=np.isin(outcomes, np.array(AT_REST, dtype=object)),
         on_ground=np.asarray(outcomes == Outcome.STOPPED.name.lower(), dtype=bool),
         since=_release_times(table),
@@ -199,7 +208,7 @@ def _ends(path: Path, frame: Frame, sources: list[str], sets: int) -> Ends:
         end=frame.points_to_local(_columns(table, ("x", "y", "z"))),
         runout=table["runout_m"].to_numpy().astype(float),
         mass=table["mass_kg"].to_numpy().astype(float),
-        set=_sets(np.array([sources.index(name) for name in names]), rocks, sets) if sets else None,
+        set=_sets(source, rocks, sets) if sets else None,
     )
 
 

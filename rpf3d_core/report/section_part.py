@@ -10,21 +10,26 @@ from collections.abc import Iterator
 import numpy as np
 
 from rpf3d_core.formats.words import whole_degrees
+from rpf3d_core.hazard.worst import ALL
 from rpf3d_core.report.elements import Element, Heading, Picture, Text
 from rpf3d_core.report.passing import shares_beyond
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.section import CriticalSection
 from rpf3d_core.report.section_fences import fences_in
+from rpf3d_core.report.source_toes import SourceToes, farthest
 from rpf3d_core.report.toe import DESIGN, FAR, BeyondToe, held_beyond
 from rpf3d_core.report.words import metres
 
 UNKNOWN_PATH = " The result does not have the path of this rock: run the scene again to draw it."
 
 
-def section_part(run: RunFiles, beyond: BeyondToe, section: CriticalSection | None) -> Iterator[Element]:
+def section_part(run: RunFiles, toes: SourceToes, section: CriticalSection | None) -> Iterator[Element]:
     """Yield the elements on the critical section: its place, its picture, and the names of barriers not in the picture.
 
-    beyond : for the shares of rocks that pass each distance; section : None if no rock stopped away from its release
+    With several sources, the shares of rocks that pass each distance are those of the source whose rocks stop clearly
+    farther than all rocks, if there is one.
+
+    toes : the distances beyond the toe; section : None if no rock stopped away from its release
     """
     yield Heading("Critical section")
     if section is None:
@@ -38,8 +43,10 @@ def section_part(run: RunFiles, beyond: BeyondToe, section: CriticalSection | No
                f"paths in a strip of {section.width:.0f} m{known}.{'' if known else UNKNOWN_PATH}")  # fmt: skip
     fences, elsewhere = fences_in(run, section)
     above = "the ground, the paths and the barriers" if fences else "the ground and the paths"
-    yield Picture(_section_png(run, beyond, section),
-                  f"Above: {above} in the section. Below: rocks of all sections that pass a distance, with "
+    far = farthest(toes, DESIGN)
+    rocks = "rocks" if far == ALL else f"rocks from {toes.name_of(far)}"
+    yield Picture(_section_png(run, toes.of_source(far), section),
+                  f"Above: {above} in the section. Below: {rocks} of all sections that pass a distance, with "
                   f"{'both intervals' if run.sets else 'the sampling interval'}.")  # fmt: skip
     if elsewhere:
         yield Text(f"Barriers of the scene that the picture leaves out: {', '.join(elsewhere)}. They do not cross the "

@@ -57,6 +57,7 @@ class BeyondToe(NamedTuple):
     The N rocks are the rocks with a toe among an evenly spread selection of all rocks.
 
     rows : (N,) rows of the rocks in `Ends`; along : (N, 2) unit vectors in plan, from release to end
+    source : (N,) number of each rock's source
     toe : (N,) m from the release to the toe
     distance : (N,) m from the toe to the stop, negative before the toe, BEYOND if the rock did not stop
     shift : (N,) m, displacement of each rock along its line, drawn from the misfit for its parameter set; 0 without a
@@ -68,6 +69,7 @@ class BeyondToe(NamedTuple):
 
     rows: NDArray[np.int64]
     along: FloatArray
+    source: NDArray[np.int64]
     toe: FloatArray
     distance: FloatArray
     shift: FloatArray
@@ -78,7 +80,15 @@ class BeyondToe(NamedTuple):
     @property
     def enough(self) -> bool:
         """True if enough rocks have a toe for the distances to describe all rocks of the run."""
-        return len(self.rows) >= max(1, min(FEWEST_WITH_TOE, self.of), LEAST_WITH_TOE * self.of)
+        return bool(enough_with_toe(np.array(len(self.rows)), np.array(self.of)))
+
+    def part(self, some: NDArray[np.bool_], of: int) -> "BeyondToe":
+        """Return the distances of some of the rocks.
+
+        some : (N,) True for the rocks to keep; of : number of rocks whose toe was searched for this part
+        """
+        arrays = {name: values[some] for name, values in self._asdict().items() if isinstance(values, np.ndarray)}
+        return self._replace(**arrays, of=of)
 
     @property
     def displaced(self) -> FloatArray:
@@ -86,17 +96,34 @@ class BeyondToe(NamedTuple):
         return self.distance + self.shift
 
 
-def beyond_toe(run: RunFiles) -> BeyondToe:
-    """Return the distances beyond the toe at which rocks stop; rocks with no face below their release are left out."""
-    rows = np.unique(np.linspace(0, len(run.ends.runout) - 1, MOST_ROCKS).astype(np.int64))
+def enough_with_toe(count: NDArray[np.int64], of: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return flags (N,): True if enough rocks have a toe for the distances to describe all rocks of a group.
+
+    count, of : (N,) number of rocks with a toe, and of rocks whose toe was searched
+    """
+    return np.asarray(count >= np.maximum(np.maximum(1, np.minimum(FEWEST_WITH_TOE, of)), LEAST_WITH_TOE * of))
+
+
+def evenly_spread(rocks: int, most: int) -> NDArray[np.int64]:
+    """Return the numbers of at most `most` rocks, evenly spread over all rocks; rocks : number of all rocks."""
+    return np.unique(np.linspace(0, rocks - 1, most).astype(np.int64))
+
+
+def beyond_toe(run: RunFiles, selected: NDArray[np.int64] | None = None) -> BeyondToe:
+    """Return the distances beyond the toe at which rocks stop; rocks with no face below their release are left out.
+
+    selected : rows in `Ends` of the rocks whose toe is searched; None for an evenly spread selection of all rocks
+    """
+    rows = evenly_spread(len(run.ends.runout), MOST_ROCKS) if selected is None else selected
     of = len(rows)
     along = directions(run.ends)[rows]
-    toe = toes(run, run.ends.release[rows], along, run.ends.runout[rows])
+    toe = toes(run, run.ends.release[rows], along, run.ends.runout[rows], run.ends.source[rows])
     distance = np.where(run.ends.at_rest[rows], run.ends.runout[rows] - toe, BEYOND)
     known = np.isfinite(toe)
     rows, along = rows[known], along[known]
     return BeyondToe(
-        rows=rows, along=along, toe=toe[known], distance=distance[known], shift=_shift(run, rows, along),
+        rows=rows, along=along, source=run.ends.source[rows], toe=toe[known], distance=distance[known],
+        shift=_shift(run, rows, along),
         set=None if run.ends.set is None else run.ends.set[rows],
         further=_further(run, rows, along, toe[known]),
         of=of,
@@ -134,25 +161,38 @@ def _shift(run: RunFiles, rows: NDArray[np.int64], along: FloatArray) -> FloatAr
 def directions(ends: Ends) -> FloatArray:
     """Return the unit vector (N, 2) in plan from the release to the end of each rock.
 
-    Rocks with a runout below SHORTEST get the mean direction of all rocks; (1, 0) if no rock has moved.
+    Rocks with a runout below SHORTEST get the mean direction of all rocks of their source; (1, 0) if none has moved.
     """
     way = ends.end[:, :2] - ends.release[:, :2]
     length = np.linalg.norm(way, axis=1)
-    mean = way.sum(axis=0)
-    mean = mean / np.linalg.norm(mean) if np.any(mean) else np.array([1.0, 0.0])
+    mean = np.empty_like(way)
+    for mine in rows_of_sources(ends.source):
+        total = way[mine].sum(axis=0)
+        mean[mine] = total / np.linalg.norm(total) if np.any(total) else (1.0, 0.0)
     long = length >= SHORTEST
     return np.where(long[:, None], way / np.where(long, length, 1.0)[:, None], mean)
 
 
-def toes(run: RunFiles, release: FloatArray, along: FloatArray, runout: FloatArray) -> FloatArray:
+def rows_of_sources(source: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    """Return for each source with rocks the positions (n,) of its rocks, ascending; source : (N,) of each rock."""
+    order = np.argsort(source, kind="stable")
+    return [rows for rows in np.split(order, np.flatnonzero(np.diff(source[order])) + 1) if len(rows)]
+
+
+def toes(
+    run: RunFiles, release: FloatArray, along: FloatArray, runout: FloatArray, source: NDArray[np.int64]
+) -> FloatArray:
     """Return the distance (N,) m in plan from each release to the foot of the first face; NaN where there is none.
 
-    release : (N, 3) m; along : (N, 2) unit vectors
-    runout : (N,) m; the search ends at the largest of: the runout, the 95th percentile of all runouts, LEAST_REACH
+    The search ends at the largest of: the runout, the 95th percentile of the runouts of the source, LEAST_REACH.
+
+    release : (N, 3) m; along : (N, 2) unit vectors; runout : (N,) m; source : (N,) number of each rock's source
     """
     if len(runout) == 0:
         return np.empty(0)
-    length = np.maximum(runout, max(float(np.percentile(runout, 95)), LEAST_REACH))
+    length = np.empty_like(runout)
+    for mine in rows_of_sources(source):
+        length[mine] = np.maximum(runout[mine], max(float(np.percentile(runout[mine], 95)), LEAST_REACH))
     ends = release[:, :2] + length[:, None] * along
     image = height_image(run.terrain, np.concatenate([release[:, :2], ends]), LEAST_REACH)
     toe = _feet(image, release[:, :2], along, np.minimum(length, NEAR))

@@ -5,6 +5,7 @@ from pathlib import Path
 from rpf3d_core.hazard.benches import bench_table
 from rpf3d_core.hazard.each_source import benches_of_sources
 from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.hazard.worst_barriers import has_source_barriers
 from rpf3d_core.results.hazard_files.benches_csv import write_benches, write_sources
 from rpf3d_core.results.hazard_files.geotiffs import write_hazard_rasters
 from rpf3d_core.results.hazard_files.zones_geojson import write_hazard_zones
@@ -32,6 +33,8 @@ def write_hazard(folder: Path, terrain: Terrain, maps: HazardMaps, spec: HazardS
     if maps.sources is not None:
         write_sources(folder / "sources.csv", benches_of_sources(terrain, maps))
     if maps.barriers:
-        from rpf3d_core.results.hazard_files.barriers_report import write_barriers
+        from rpf3d_core.results.hazard_files.barriers_report import write_barriers, write_source_barriers
 
         write_barriers(folder / "barriers.csv", maps)
+        if has_source_barriers(maps):
+            write_source_barriers(folder / "source_barriers.csv", maps)

@@ -214,12 +214,16 @@ def _left_out(figures: Any, name: str) -> dict[str, str]:
 
 
 def _barriers(maps: HazardMaps) -> dict[str, Any]:
-    """Return the section `barriers` of summary.json; with a misfit, it states that intervals omit the misfit."""
-    from rpf3d_core.results.hazard_files.barriers_report import barriers_section
+    """Return the section `barriers` of summary.json; with a misfit, it states that intervals omit the misfit.
+
+    With several sources, `worst_source` has the figures of the sources that are worst for them, with their names.
+    """
+    from rpf3d_core.results.hazard_files.barriers_report import barriers_section, worst_section
 
     has_misfit = maps.sets is not None and maps.sets.displaced is not None
     left_out = {"leaves_out": MISFIT_LEFT_OUT_AT_BARRIERS} if has_misfit else {}
-    return {name: {**found, **left_out} for name, found in barriers_section(maps).items()}
+    worst = {name: {"worst_source": found} for name, found in worst_section(maps).items()}
+    return {name: {**found, **left_out, **worst.get(name, {})} for name, found in barriers_section(maps).items()}
 
 
 def _unknowns(findings: Run) -> dict[str, Any]:

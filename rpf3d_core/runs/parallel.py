@@ -58,7 +58,7 @@ class RunPart:
     totals: Totals
     tallies: tuple[PackedTally, ...]
     flights: Flights
-    barriers: tuple[Any, ...] = ()
+    barriers: Any = None
     sources: Any = None
 
 
@@ -167,7 +167,7 @@ def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, path
     stream.fly(releases_in_ranges(prepared, ranges) for ranges in blocks_of(*part))
     totals.dust = stream.dust
     flights = stream.flights(compile_s, time.perf_counter() - began)
-    barriers = () if tallies.barriers is None else tallies.barriers.counted
+    barriers = None if tallies.barriers is None else tallies.barriers.counts
     return RunPart(
         digest=digest, totals=replace(totals, position=None), tallies=packed_tallies(tallies), flights=flights,
         barriers=barriers, sources=packed_sources(tallies),

@@ -334,8 +334,9 @@ def empty_tallies(prepared: Prepared) -> Tallies:
     tallies = tallies_over(ground, areas_of(prepared.outlines), zones, scene.gravity, binning, compiled)
     tallies = with_ways(tallies) if asks_ways(scene.hazard) else tallies
     tallies = replace(tallies, spins=spins_of(prepared.flight.models))
-    tallies = with_sources(tallies, [source.name for source in prepared.sources])
-    return replace(tallies, barriers=empty_barriers(scene, prepared.flight, compiled))
+    names = [source.name for source in prepared.sources]
+    barriers = empty_barriers(scene, prepared.flight, compiled, len(names))
+    return replace(with_sources(tallies, names), barriers=barriers)
 
 
 def _scales(prepared: Prepared, per_octave: int) -> Scales:

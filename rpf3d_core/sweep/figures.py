@@ -8,7 +8,7 @@ from rpf3d_core.ensemble.statistics import sampling_of, share_of
 from rpf3d_core.hazard.each_source import worst_benches
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.results.findings import Run
-from rpf3d_core.results.hazard_files.barriers_report import barriers_section
+from rpf3d_core.results.hazard_files.barriers_report import shown_section
 from rpf3d_core.values import UNSTOPPED, Outcome
 
 REACHED, STOPPED, RETAINED = "reached", "stopped", "retained"
@@ -48,7 +48,7 @@ class Figure(NamedTuple):
 
 def figures_of(run: Run) -> list[Figure]:
     """Return the figures of a run: of the whole run, then of each zone, area of interest and barrier."""
-    return [*_of_run(run), *_of_outcomes(run), *_of_benches(run), *_of_barriers(run.maps, run.totals.rocks)]
+    return [*_of_run(run), *_of_outcomes(run), *_of_benches(run), *_of_barriers(run.maps)]
 
 
 def _of_run(run: Run) -> Iterator[Figure]:
@@ -114,16 +114,14 @@ def _of_benches(run: Run) -> Iterator[Figure]:
         yield _figure((ENERGY, bench.kind, bench.name, "J"), bench.energy_p95, *intervals)
 
 
-def _of_barriers(maps: HazardMaps, rocks: int) -> Iterator[Figure]:
+def _of_barriers(maps: HazardMaps) -> Iterator[Figure]:
     """Yield the figures of each barrier: share of rocks that reached the barrier, caught share, p95 energy, p95 height.
 
     The caught share is a share of the rocks that reached the barrier. Energy (J), and height (m) above the ground, are
-    measured when a rock first reaches the barrier.
-
-    rocks : number of all rocks of the run
+    measured when a rock first reaches the barrier. With several sources, each figure is that of its worst source.
     """
-    for name, facts in barriers_section(maps).items():
-        shares = ((REACHED, facts.get("reached", share_of(facts["came"], rocks))), (RETAINED, facts["caught"]))
+    for name, facts in shown_section(maps).items():
+        shares = ((REACHED, facts["reached"]), (RETAINED, facts["caught"]))
         for result, share in shares:
             intervals = (share.get("predictive"), sampling_of(share))
             yield _figure((result, BARRIER, name, "-"), share["share"], *intervals)

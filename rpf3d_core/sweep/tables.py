@@ -37,8 +37,7 @@ RUN_RESULTS = ((RUNOUT, 1.0), (ENERGY, 1e-3), (HEIGHT, 1.0))
 SUFFIX = {ZONE: "", AREA: " (area)", BARRIER: " (barrier)"}
 COMMON = "all cells have seed {seed}: their rocks are drawn from the same random numbers"
 WORST_NOTE = (
-    "a scene has several sources: a figure of a zone or area is that of the worst source there, which may differ "
-    "between cells"
+    "a scene has several sources: a figure of a place is that of the worst source there, which may differ between cells"
 )
 PREDICTIVE_NOTE = (
     "the 95 % predictive interval, which holds the unknowns of the scene, and then the sampling interval of the number "

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from small_pit import scene_file
+from sources_of_pit import MISFIT, UNKNOWN, scene_of
 
 import rpf3d_core as rpf3d
 from rpf3d_core.hazard.benches import (
@@ -26,30 +26,7 @@ from rpf3d_core.results.hazard_files.benches_csv import write_sources
 from rpf3d_core.results.notes import doubts_of_run
 from rpf3d_core.results.summary import summary
 from rpf3d_core.runs.parallel import fly_parts
-from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.prepared import empty_tallies, prepare
-
-UNKNOWN = """\
-unknowns:
-  sets: 40
-  priors: {materials.default.normal_restitution: {min: 0.3, max: 0.6}}
-"""
-MISFIT = f"{UNKNOWN}  misfit: 12\n"
-
-
-def scene_of(folder: Path, *sources: str, more: str = "", rocks: dict[str, int] | None = None) -> Scene:
-    """Return the scene of the small pit with only the named sources, in this order.
-
-    rocks : source -> number of rocks, where it differs
-    """
-    scene = read_scene(scene_file(folder, more=more))
-    found = {source.name: source for source in scene.sources}
-    changed = [
-        found[name].model_copy(update={"rocks": (rocks or {}).get(name, found[name].rocks)})
-        for name in sources or found
-    ]  # fmt: skip
-    return scene.model_copy(update={"sources": tuple(changed)})
 
 
 @pytest.fixture(scope="module")

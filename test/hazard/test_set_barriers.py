@@ -49,6 +49,7 @@ class Tallied:
 
     names = ("fence",)
     part: tuple[AtBarrier, ...] = ()
+    sources = None
 
 
 def bands_of(sets: int, rocks: int):

@@ -42,3 +42,12 @@ def test_what_no_rock_reached_has_the_interval_of_the_source_with_fewest_rocks(e
     texts = [text.text for text in elements if isinstance(text, Text) and text.text.startswith("No rock reached")]
     assert len(texts) == 1
     assert "for the 20 rocks from top alone, 0-17 %" in texts[0]
+
+
+def test_distances_and_fences_name_the_source_that_all_other_rocks_would_hide(elements: list[Element]) -> None:
+    rows = rows_of(elements)
+    tables = [table for table in elements if isinstance(table, Table)]
+    each = next(table for table in tables if table.header[0] == "source: holds 90 %")
+    assert {row[0] for row in each.rows} <= {"top", "below"}
+    answer = next(row for name, row in rows.items() if name.startswith("distance beyond the toe"))
+    assert answer == next(row for name, row in rows.items() if name.startswith("90 % of the rocks"))

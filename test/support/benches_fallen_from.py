@@ -23,18 +23,20 @@ def bench() -> Terrain:
     return Terrain(vertices, triangles, np.zeros(6, dtype=np.int32), ("bench",))
 
 
-def fallen(runouts, at_rest=None, sets=0, paths=None) -> RunFiles:
+def fallen(runouts, at_rest=None, sets=0, paths=None, source=None) -> RunFiles:
     """Return the result files of a run whose rocks start at the crest and end at distances (N,) m in plan from it.
 
     at_rest : (N,) True for rocks that stopped on the ground; None if all rocks stopped there
     sets : number of parameter sets S, of which rock i has number i modulo S; 0 for a run without unknowns
     paths : kept paths of the run, None for no paths
+    source : (N,) number of the source of each rock; None if all rocks are from one source
     """
     runouts = np.asarray(runouts, dtype=float)
     count = len(runouts)
     y = np.linspace(-10.0, 10.0, count)
     ends = Ends(
         key=[("crest", i, 0) for i in range(count)],
+        source=np.zeros(count, dtype=np.int64) if source is None else np.asarray(source),
         at_rest=np.ones(count, dtype=bool) if at_rest is None else np.asarray(at_rest),
         on_ground=np.ones(count, dtype=bool) if at_rest is None else np.asarray(at_rest),
         since=np.zeros(count), t=np.full(count, 10.0), max_speed=np.full(count, 20.0),

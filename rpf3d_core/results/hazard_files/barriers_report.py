@@ -1,7 +1,7 @@
 """Report what rocks did at barriers (caught, broken through, flown over): summary.json and barriers.csv."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +9,11 @@ from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.ensemble.statistics import PERCENTILES, share_of
 from rpf3d_core.hazard.barriers import BarrierFigures
 from rpf3d_core.hazard.benches import with_predictive
+from rpf3d_core.hazard.each_source import maps_of_source
 from rpf3d_core.hazard.maps import HazardMaps
-from rpf3d_core.results.hazard_files.benches_csv import share_columns, write_csv
+from rpf3d_core.hazard.worst import ALL
+from rpf3d_core.hazard.worst_barriers import has_source_barriers, worst_at_barriers
+from rpf3d_core.results.hazard_files.benches_csv import OF_SOURCE, share_columns, write_csv
 
 FIRST = ("first_caught", "first_broken_through", "first_flown_over")
 ROCKS = (*FIRST, "caught")
@@ -57,14 +60,70 @@ def barriers_section(maps: HazardMaps) -> dict[str, Any]:
     return {figures.name: _facts(figures, maps.flown, band) for figures, band in zip(*_banded(maps), strict=True)}
 
 
+def worst_section(maps: HazardMaps) -> dict[str, dict[str, Any]]:
+    """Return for each barrier, by name, the figures of the sources that are worst for them.
+
+    Each figure has the form of `barriers_section` and the key `source`: the name of the source, None if the figure is
+    of all rocks together. The result is {} if barriers are not counted for each source.
+    """
+    if not has_source_barriers(maps):
+        return {}
+    worst = worst_at_barriers(maps)
+    wanted = {number for numbers in worst.values() for number in numbers} - {ALL}
+    each = {ALL: _with_reached(maps), **{number: _with_reached(maps_of_source(maps, number)) for number in wanted}}
+    names = {ALL: None, **dict(enumerate(maps.sources.names))}
+    return {
+        at.name: {
+            figure: {"source": names[numbers[b]], **each[numbers[b]][at.name][figure]}
+            for figure, numbers in worst.items()
+        }
+        for b, at in enumerate(maps.barriers)
+    }
+
+
+def shown_section(maps: HazardMaps) -> dict[str, Any]:
+    """Return the section of barriers for tables: with `reached`, and each figure of the source that is worst for it."""
+    worst = worst_section(maps)
+    return {name: {**facts, **worst.get(name, {})} for name, facts in _with_reached(maps).items()}
+
+
+def _with_reached(maps: HazardMaps) -> dict[str, Any]:
+    """Return the section of barriers, in which each barrier has `reached`, the share of all rocks flown."""
+    return {
+        name: {"reached": share_of(facts["came"], maps.flown), **facts}
+        for name, facts in barriers_section(maps).items()
+    }
+
+
 def write_barriers(path: Path, maps: HazardMaps) -> None:
     """Write barriers.csv, with a line for each barrier; unknown values are left empty.
 
     Shares, energies and heights are unknown if no rock reached the barrier. An end of an interval is also unknown if
     too few rocks reached the barrier.
     """
-    header = HEADER if maps.sets is None else [*HEADER, *OF_SETS]
-    write_csv(path, header, (_line(figures, band) for figures, band in zip(*_banded(maps), strict=True)))
+    write_csv(path, _header(maps), _lines(maps))
+
+
+def write_source_barriers(path: Path, maps: HazardMaps) -> None:
+    """Write source_barriers.csv: the lines of barriers.csv for each source, after the columns OF_SOURCE.
+
+    maps : of a scene in which barriers are counted for each source
+    """
+    sources = zip(maps.sources.names, maps.sources.flown.tolist(), strict=True)
+    lines = (
+        [name, rocks, *line] for number, (name, rocks) in enumerate(sources) if rocks
+        for line in _lines(maps_of_source(maps, number))
+    )  # fmt: skip
+    write_csv(path, [*OF_SOURCE, *_header(maps)], lines)
+
+
+def _header(maps: HazardMaps) -> list[str]:
+    return HEADER if maps.sets is None else [*HEADER, *OF_SETS]
+
+
+def _lines(maps: HazardMaps) -> Iterator[list[Any]]:
+    """Yield the line of each barrier in barriers.csv."""
+    return (_line(figures, band) for figures, band in zip(*_banded(maps), strict=True))
 
 
 def _banded(maps: HazardMaps) -> tuple[tuple[BarrierFigures, ...], tuple[Any, ...]]:

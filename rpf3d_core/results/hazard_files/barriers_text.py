@@ -4,10 +4,19 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from rpf3d_core.ensemble.outward import three_figures
-from rpf3d_core.ensemble.statistics import sampling_of, share_of
-from rpf3d_core.hazard.benches import NOT_KNOWN, SHORT, in_percent, interval_in_percent, interval_text
+from rpf3d_core.ensemble.statistics import sampling_of
+from rpf3d_core.hazard.benches import (
+    ALL_SOURCES,
+    NOT_KNOWN,
+    SHORT,
+    SOURCE,
+    in_percent,
+    interval_in_percent,
+    interval_text,
+)
 from rpf3d_core.hazard.maps import HazardMaps
-from rpf3d_core.results.hazard_files.barriers_report import ROCKS, barriers_section
+from rpf3d_core.hazard.worst_barriers import has_source_barriers
+from rpf3d_core.results.hazard_files.barriers_report import ROCKS, barriers_section, shown_section
 
 HEADER = ("barrier", "of first arrivals", "rocks", "value")
 PREDICTIVE, SAMPLING = "95 % predictive", "95 % sampling"
@@ -22,6 +31,12 @@ NOTE = (
 SAMPLING_NOTE = "sampling: includes only the uncertainty due to the number of rocks, not that of the ground"
 """Note under the table that says what its sampling intervals do not include."""
 
+NOTE_ON_SOURCES = (
+    f"source: {ALL_SOURCES} for the rocks of all sources together, or the source whose share is clearly worse, or "
+    "whose p95 is the largest; shares are of the rocks of this source; every source is in hazard/source_barriers.csv"
+)
+"""Note under the table of a scene with several sources."""
+
 KILO = 1000.0
 """Joules in a kilojoule."""
 
@@ -29,45 +44,62 @@ Ends = Sequence[float | None] | None
 
 
 def text_header(maps: HazardMaps) -> tuple[str, ...]:
-    """Return the header of the table; with a column of predictive intervals if the run was over parameter sets."""
-    return (*HEADER, SAMPLING) if maps.sets is None else (*HEADER, PREDICTIVE, SAMPLING)
+    """Return the header of the table.
+
+    The table has a column of sources with several sources, and of predictive intervals with parameter sets.
+    """
+    begin = (*HEADER[:2], SOURCE, *HEADER[2:]) if has_source_barriers(maps) else HEADER
+    return (*begin, SAMPLING) if maps.sets is None else (*begin, PREDICTIVE, SAMPLING)
+
+
+def notes_below(maps: HazardMaps) -> list[str]:
+    """Return the notes under the table."""
+    return [NOTE, *([NOTE_ON_SOURCES] if has_source_barriers(maps) else []), SAMPLING_NOTE]
 
 
 def text_rows(maps: HazardMaps) -> list[tuple[str, ...]]:
     """Return the rows of the table, with the columns of `text_header`, in the scene's order of barriers."""
-    rows = []
-    for name, facts in barriers_section(maps).items():
-        for number, (label, rocks, value, predictive, sampling) in enumerate(_rows(facts, maps.flown)):
+    rows, together = [], barriers_section(maps)
+    for name, facts in shown_section(maps).items():
+        largest = together[name]["first_energy_j"]["max"]
+        for number, (label, source, rocks, value, predictive, sampling) in enumerate(_rows(facts, largest)):
+            sources = (source,) if has_source_barriers(maps) else ()
             intervals = (sampling,) if maps.sets is None else (predictive, sampling)
-            rows.append(("" if number else name, label, rocks, value, *intervals))
+            rows.append(("" if number else name, label, *sources, rocks, value, *intervals))
     return rows
 
 
-def _rows(facts: dict[str, Any], flown: int) -> Iterator[tuple[str, str, str, str, str]]:
-    """Yield the row of each figure of a barrier: label, number of rocks, value, predictive and sampling interval.
+def _rows(facts: dict[str, Any], largest: float | None) -> Iterator[tuple[str, str, str, str, str, str]]:
+    """Yield the row of each figure of a barrier: label, source, rocks, value, predictive and sampling interval.
 
-    facts : counts, shares and percentiles of the barrier, from `barriers_section`; flown : number of rocks of the run
+    facts : counts, shares and percentiles of the barrier, from `shown_section`
+    largest : largest energy of all rocks (J), None if no rock arrived
     """
-    came = facts.get("reached", share_of(facts["came"], flown))
-    for label, share in zip(("came", *SHARES), (came, *(facts[did] for did in ROCKS)), strict=True):
+    for label, name in zip(("came", *SHARES), ("reached", *ROCKS), strict=True):
+        share = facts[name]
         value = "-" if share["share"] is None else f"{in_percent(share['share'], SHORT)} %"
-        yield label, f"{share['rocks']:,}", value, _percent(share.get("predictive")), _percent(sampling_of(share))
+        intervals = _percent(share.get("predictive")), _percent(sampling_of(share))
+        yield label, _source(share), f"{share['rocks']:,}", value, *intervals
     yield _design("p95 energy (kJ)", facts["first_energy_j"], KILO)
     # The largest energy may grow with the number of rocks, so it has no interval.
-    largest, capacity = facts["first_energy_j"]["max"], facts["capacity_j"]
-    yield "largest energy (kJ)", "", _number(largest, KILO), NOT_KNOWN, NOT_KNOWN
-    yield "capacity (kJ)", "", _number(capacity, KILO), "", ""
+    yield "largest energy (kJ)", ALL_SOURCES, "", _number(largest, KILO), NOT_KNOWN, NOT_KNOWN
+    yield "capacity (kJ)", "", "", _number(facts["capacity_j"], KILO), "", ""
     yield _design("p95 height (m)", facts["first_height_over_ground_m"], 1.0)
 
 
-def _design(label: str, found: dict[str, Any], unit: float) -> tuple[str, str, str, str, str]:
+def _source(figure: dict[str, Any]) -> str:
+    """Return the source of a figure as text."""
+    return figure.get("source") or ALL_SOURCES
+
+
+def _design(label: str, found: dict[str, Any], unit: float) -> tuple[str, str, str, str, str, str]:
     """Return the row of the 95th percentile of a quantity, with the columns of `_rows`.
 
     label : first cell; found : the quantity, from `barriers_section`, in SI units
     unit : number of SI units in one displayed unit, such as KILO for kJ
     """
     intervals = (interval_text(found.get("p95_predictive"), unit), interval_text(found["p95_interval_95"], unit))
-    return label, f"{found['rocks']:,}", _number(found["p95"], unit), *intervals
+    return label, _source(found), f"{found['rocks']:,}", _number(found["p95"], unit), *intervals
 
 
 def _percent(ends: Ends) -> str:

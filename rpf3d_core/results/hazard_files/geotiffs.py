@@ -23,9 +23,11 @@ from rpf3d_core.hazard.maps import CountArray, HazardMaps, Raster
 from rpf3d_core.hazard.passages import Passage, passage_per_metre
 from rpf3d_core.hazard.quantities import (
     ENERGY,
+    ENERGY_WORST,
     PER_METRE,
     REACH_HIGH,
     REACH_LOW,
+    REACH_WORST,
     STATISTICS,
     Quantity,
     counts_of,
@@ -55,7 +57,9 @@ def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: 
     `reach_probability`, `first_arrival_s`, `passages`, `impacts` and `deposits` have one band. `energy_j`, `speed_m_s`
     and `height_m` have the bands max, mean, p50, p90, p95 and p99, in this order. `passage_per_metre`, if the maps
     have it, has the bands value, low and high; low and high are the ends of the 95 % interval. A run over parameter
-    sets also has `reach_probability_low` and `reach_probability_high`, the ends of the predictive interval.
+    sets also has `reach_probability_low` and `reach_probability_high`, the ends of the predictive interval. A scene
+    with several sources also has `reach_probability_worst_source` and `energy_j_worst_source`, with the bands `value`
+    and `source`, unless their counts needed too much memory.
 
     Parameters
     ----------
@@ -82,6 +86,12 @@ def _write_all(folder: Path, terrain: Terrain, maps: HazardMaps, system: "CRS | 
         band = maps.reach_band
         for quantity, values in ((REACH_LOW, band.low), (REACH_HIGH, band.high)):
             _write(folder, quantity, terrain.frame, maps, system, [values.astype(np.float32)], band.cell)
+    if maps.sources is not None and maps.sources.cells is not None:
+        worst = maps.sources.cells
+        for quantity, values, source in (
+            (REACH_WORST, worst.reach, worst.reach_source), (ENERGY_WORST, worst.energy, worst.energy_source)
+        ):  # fmt: skip
+            _write(folder, quantity, terrain.frame, maps, system, [values.astype(np.float32), _numbers(values, source)])
     if maps.cells.has_ways:
         bands = [values.astype(np.float32) for values in passage_per_metre(maps)]
         _write(folder, PER_METRE, terrain.frame, maps, system, bands)
@@ -91,6 +101,11 @@ def _write_all(folder: Path, terrain: Terrain, maps: HazardMaps, system: "CRS | 
     for quantity, spread in spreads_of(maps.cells):
         bands = [values.astype(np.float32) for values in statistics_of(spread)]
         _write(folder, quantity, terrain.frame, maps, system, bands)
+
+
+def _numbers(values: NDArray[Any], source: NDArray[np.int64]) -> NDArray[np.float32]:
+    """Return the band of the sources (S,) of values: numbers from 1, 0 for all rocks together; NaN without a value."""
+    return np.where(np.isnan(values), np.nan, source + 1).astype(np.float32)
 
 
 def transform_of(raster: Raster, frame: Frame) -> Affine:
@@ -187,6 +202,8 @@ def _band_name(quantity: Quantity, number: int, bands: int) -> str:
     """Return the name of a band of a GeoTIFF, such as p95; number : from 1; bands : number of bands of the file."""
     if bands == 1:
         return quantity.name
+    if quantity in (REACH_WORST, ENERGY_WORST):
+        return ("value", "source")[number - 1]
     return (Passage._fields if quantity is PER_METRE else STATISTICS)[number - 1]
 
 
@@ -196,7 +213,10 @@ def _tags(quantity: Quantity, frame: Frame, maps: HazardMaps, bands: int) -> dic
     bands : number of bands of the file
     """
     meaning = f"{maps.energy_kind} kinetic energy" if quantity is ENERGY else quantity.meaning
+    worst = quantity in (REACH_WORST, ENERGY_WORST)
+    names = {"SOURCES": "; ".join(f"{i} {name}" for i, name in enumerate(maps.sources.names, 1))} if worst else {}
     return {
+        **names,
         "QUANTITY": quantity.name,
         "UNITS": quantity.unit,
         "MEANING": f"{meaning}; {SPREAD_OF}" if bands == len(STATISTICS) else meaning,

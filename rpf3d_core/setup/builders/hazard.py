@@ -26,10 +26,11 @@ def memory_of_bins(scene: Scene, raster: Raster, facets: Facets) -> float:
     return max(allowed - cells * BYTES_PER_CELL, LEAST_SHARE * allowed)
 
 
-def empty_barriers(scene: Scene, flight: Flight, compiled: bool) -> Any:
+def empty_barriers(scene: Scene, flight: Flight, compiled: bool, sources: int = 1) -> Any:
     """Return empty counts for the barriers of a scene; None if the scene has no barriers.
 
     compiled : True if compiled code counts the rocks at the barriers
+    sources : number of sources; if there are several, each source is also counted separately
     """
     spec = scene.effects.barriers
     if spec is None:
@@ -39,7 +40,7 @@ def empty_barriers(scene: Scene, flight: Flight, compiled: bool) -> Any:
 
     barriers = next(link for link in links_of(flight.models.effects) if isinstance(link, Barriers))
     names = tuple(panel.name for panel in spec.panels)
-    return BarrierTally(barriers, names, scene.gravity, compiled)
+    return BarrierTally(barriers, names, scene.gravity, compiled, sources)
 
 
 def scales_over(

@@ -1,0 +1,87 @@
+"""Choose the source that is worst for a figure of a place: a zone, an area of interest, a barrier or a distance.
+
+A share of a source counts as worse only if it is clearly worse than the share of all rocks together: the interval of
+the source lies outside the 95 % interval of all rocks. The interval of a source is at the level 1 - 0.05 / S, so that
+chance selects none of S equal sources with a probability above 5 %.
+"""
+
+from statistics import NormalDist
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.ensemble.flights import FloatArray, IntArray
+from rpf3d_core.ensemble.statistics import wilson_intervals
+
+ALL = -1
+"""Number in place of a source: all rocks together."""
+
+
+class Counts(NamedTuple):
+    """The numerators and denominators of shares at P places, for each of S sources and for all rocks together.
+
+    each, each_of : (S, P) rocks of each source that the share counts, and in total
+    all, all_of : (P,) the same for the rocks of all sources
+    """
+
+    each: Any
+    each_of: Any
+    all: Any
+    all_of: Any
+
+
+def with_largest_share(counts: Counts) -> IntArray:
+    """Return for each place the source (P,) with the largest lower end of a share; ALL if no source is clearly worse.
+
+    A source is clearly worse if its lower end is above the interval of all rocks.
+    """
+    low = np.where(counts.each_of > 0, _ends(counts)[0], 0.0)
+    return np.where(low.max(axis=0) > _ends_of_all(counts)[1], low.argmax(axis=0), ALL)
+
+
+def with_smallest_share(counts: Counts) -> IntArray:
+    """Return for each place the source (P,) with the smallest upper end of a share; ALL if no source is clearly worse.
+
+    A source is clearly worse if its upper end is below the interval of all rocks.
+    """
+    high = np.where(counts.each_of > 0, _ends(counts)[1], 2.0)
+    return np.where(high.min(axis=0) < _ends_of_all(counts)[0], high.argmin(axis=0), ALL)
+
+
+def with_largest_value(each: FloatArray, together: FloatArray) -> IntArray:
+    """Return for each place the source (P,) with the largest value; ALL if no source has a larger one than all rocks.
+
+    each, together : (S, P) and (P,) values >= 0 of each source, and of all rocks; NaN if unknown
+    """
+    values = np.nan_to_num(each, nan=-1.0)
+    return np.where(values.max(axis=0) > np.nan_to_num(together, nan=-1.0), values.argmax(axis=0), ALL)
+
+
+def clearly_above(counts: Counts) -> Any:
+    """Return flags (S, P): True where the lower end of the share of a source is above the interval of all rocks."""
+    return np.where(counts.each_of > 0, _ends(counts)[0], 0.0) > _ends_of_all(counts)[1]
+
+
+def further_figures(count: int, of: str) -> str:
+    """Return a sentence, after a space, that `count` more figures differ as clearly; "" for 0.
+
+    of : words for what the figures describe, such as "the bench table"
+    """
+    if not count:
+        return ""
+    return f" {count} more figure{'s' if count > 1 else ''} of {of} differ{'' if count > 1 else 's'} as clearly."
+
+
+def _ends(counts: Counts) -> tuple[FloatArray, FloatArray]:
+    """Return the ends (S, P) of the intervals of the sources, at the level 1 - 0.05 / S; without meaning for 0 rocks.
+
+    S counts the sources with rocks at any place.
+    """
+    of = np.maximum(counts.each_of, 1).astype(float)
+    z = NormalDist().inv_cdf(1.0 - 0.025 / max(int(np.any(counts.each_of > 0, axis=-1).sum()), 1))
+    return wilson_intervals(np.where(counts.each_of > 0, counts.each, 0).astype(float), of, z)
+
+
+def _ends_of_all(counts: Counts) -> tuple[FloatArray, FloatArray]:
+    """Return the ends (P,) of the 95 % intervals of all rocks together."""
+    return wilson_intervals(np.asarray(counts.all, dtype=float), np.maximum(counts.all_of, 1).astype(float))
