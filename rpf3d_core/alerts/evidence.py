@@ -22,7 +22,7 @@ UNFINISHED = (
 
 
 class AreaEvidence(NamedTuple):
-    """What the rocks of one answer did in one area: counts, energies and the first arrival.
+    """Evidence of the rocks of one answer in one area: counts, energies and the first arrival.
 
     flown : number of all rocks flown; reached : number of rocks that reached the area. With several clusters of
         sources, `flown` is the smallest number of rocks that a cluster has flown, and `reached` is the number of the

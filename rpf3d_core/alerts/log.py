@@ -303,8 +303,8 @@ class DecisionLog:
     def _why_unknown(self, tails: list[Tail]) -> str:
         """Return a sentence on why decisions may be missing in the log; "" without a sign of missing decisions.
 
-        If both the state file and the file of `Witness` are absent, this is no such sign: an older version of rpf3d
-        wrote neither file.
+        If both the state file and the file of `Witness` are absent, this is not a sign of missing decisions: an older
+        version of rpf3d wrote neither file.
         """
         assert self._state is not None
         newest = int(self._facts.get("file", 0))

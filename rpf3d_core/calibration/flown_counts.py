@@ -29,10 +29,10 @@ COPIES = 16
 
 
 class Extent(NamedTuple):
-    """How far along the slope each of R rocks went, as distances in the input's coordinates.
+    """Extent of the path of each of R rocks along the slope, as distances in the input's coordinates.
 
-    begin : (R,) m, distance along the slope at which the rock began
-    least, most : (R,) m, smallest and largest distance along the slope on its path
+    begin : (R,) m, distance along the slope at which the path begins
+    least, most : (R,) m, smallest and largest distance along the slope on the path
     """
 
     begin: FloatArray

@@ -31,7 +31,7 @@ from rpf3d_core.hazard.flown import flown_rocks
 
 @dataclass(eq=False)
 class AtBarrier:
-    """What rocks did at one barrier: counts, and distributions of energy and height.
+    """Counts of the rocks at one barrier, and distributions of their energy and height.
 
     first : (4,) number of rocks by the result of their first arrival: NEVER arrived, flew OVER, broke THROUGH, HELD
     held : number of rocks caught in the end
@@ -57,7 +57,7 @@ class AtBarrier:
 
 
 class BarrierFigures(NamedTuple):
-    """What rocks did at one barrier, for tables and files.
+    """Figures of the rocks at one barrier, for tables and files.
 
     height : of the panel (m); capacity : of the barrier (J); came : number of rocks that arrived at the barrier
     first_... : number of rocks whose first arrival had this result; caught : number of rocks caught in the end

@@ -39,7 +39,7 @@ RUNOUT = "runout"
 SAMPLES = (RUNOUT, "max_speed", "max_energy", "max_height", "ground_speed")
 """Names of the distributions in `Totals` whose percentiles are kept for each set."""
 AT_ONCE = 65_536
-"""Number of map cells whose intervals are computed at once, to save memory."""
+"""Number of map cells whose intervals are computed in one step, to save memory."""
 
 Reached = tuple[IntArray, NDArray[Any]]
 """Map cells (N,) that the rocks of a set reached, and how many rocks reached each (N,)."""

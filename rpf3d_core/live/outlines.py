@@ -16,7 +16,7 @@ REMEMBERED = 10_000
 """Largest number of former digests that are remembered for each area, and for the terrain.
 
 A digest that is no longer remembered counts as replaced when the watch began: evidence with this digest then causes a
-fault at once, which is safer than no fault.
+fault immediately, which is safer than no fault.
 """
 
 FORMER_AREAS = 1000

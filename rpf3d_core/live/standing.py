@@ -70,7 +70,7 @@ class Surveyed(Protocol):
 
     @property
     def changed(self) -> Changed | None:
-        """Where the last patch changed the terrain; None if the terrain was built from a whole survey."""
+        """Part of the terrain that the last patch changed; None if the terrain was built from a whole survey."""
 
 
 NEXT_FACET = 0.01

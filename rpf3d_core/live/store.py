@@ -106,7 +106,7 @@ def read_last(folder: Path) -> StoredSurveys | None:
 
 
 class Store:
-    """Writes each new terrain to a folder on a separate thread, so that a restarted simulator has a terrain at once.
+    """Writes each new terrain to a folder on a separate thread, so that a restarted simulator has a terrain.
 
     A new whole terrain replaces the surveys that are not yet written.
 

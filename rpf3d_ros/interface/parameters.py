@@ -341,7 +341,7 @@ class ParameterLock:
     """
 
     def __init__(self, node: Node, free: Sequence[str] = (), is_forever: bool = False) -> None:
-        """Begin to check all changes of the node's parameters; changes are refused while attribute `closed` is True.
+        """Start to check all changes of the node's parameters; changes are refused while attribute `closed` is True.
 
         free : parameters that may be set at any time
         is_forever : True for a node without a configured state: its parameters never change, and `closed` is True

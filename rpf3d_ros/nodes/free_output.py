@@ -1,4 +1,4 @@
-"""Keep a program running while the reader of its output hangs: output that cannot be written at once is dropped.
+"""Keep a program running while the reader of its output hangs: output that would have to wait is dropped.
 
 rclpy's logger holds Python's global lock while it writes. If standard error is a full pipe, it stops all threads of the
 process.

@@ -45,7 +45,7 @@ class MessageLog:
         self, frame: MapFrame, mesh_frame: str, now: Callable[[], int], thinning: Thinning = WHOLE,
         frames: InputFrames | None = None, sensors: RecordedSensors = DEFAULT_SENSORS,
     ) -> None:  # fmt: skip
-        """Begin without terrain, areas or alerts.
+        """Start with no terrain, areas or alerts.
 
         frame : the map frame and survey frame; mesh_frame : name of the frame of terrain/mesh
         now : returns the time (ns since the epoch) at which the current message was received

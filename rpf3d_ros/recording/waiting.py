@@ -11,7 +11,7 @@ SETTLED = 1_000_000_000
 
 
 class PacedMessages:
-    """Passes the messages of a topic on at a limited rate: the first at once, then the newest of each interval.
+    """Passes the messages of a topic on at a limited rate: the first immediately, then the newest of each interval.
 
     While messages wait, an interval begins when the previous interval ends, even if `due` is called late.
 

@@ -26,7 +26,7 @@ MOST_EXPANDED, LEAST_LIMIT = 200, 2**24
 """Largest allowed expansion of a compressed array (-), and size (bytes) up to which any expansion is allowed."""
 ZIP = b"PK\x03\x04"
 FORMAT_2, INDEXES_2 = b"Open Mining Format", {"index.json.gz", "project.json"}
-"""Begin of the comment of an OMF 2 file, and names of the file with its index, of which it has one."""
+"""First bytes of the comment of an OMF 2 file, and the two possible names of the file with its index."""
 MOST_NAMED = 3
 """Largest number of files in an archive that a message names."""
 
