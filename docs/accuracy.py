@@ -64,7 +64,7 @@ with exact contacts over the full terrain. `make accuracy` (`docs/accuracy.py`) 
 All errors are differences of two maps of reach probability. The **map error** is the sum over all cells of |p - q|,
 divided by the sum over all cells of p + q, with p and q the reach probabilities of a cell in the two maps. 0 means
 equal maps, 1 means maps without a common cell. The map error depends on `hazard.cell`: smaller cells need more rocks.
-There are four errors; for bodies and spheres, the numerical error is another error than for points:
+There are four errors. How the numerical error is measured depends on the shape of the rocks:
 
 - **numerical**: the error of the search for contacts. The same rocks fly with two methods: from event to event, which
   is exact, and in fixed time steps, as in the [thesis](design.md#what-is-rpf3d-for) (`method: {stepping: ...}` in a
@@ -122,9 +122,9 @@ next: more rocks, a finer survey, or a calibration.
 - **Events** have rounding errors only. The map error in the row *events* is an upper estimate: all rocks are shifted
   to the east by one contact tolerance, thousands of times more than rounding. For single impacts, the impacts are
   calculated again with 50 digits on the facets that the rocks hit. (`test/accuracy` checks that this calculation
-  agrees with closed forms to 45 digits, and that with exact arithmetic no rock hits another facet.) From these
-  errors, the error of the map does not follow, because each bounce off a new facet may multiply a small difference
-  between two paths.
+  agrees with closed forms to 45 digits, and that with exact arithmetic no rock hits another facet.) These errors
+  do not show the error of the map, because each bounce off a new facet may multiply a small difference between two
+  paths.
 
 ## How do I read the lines of a scene?
 - *events against 50 digits*: rounding errors of the impacts of 50 rocks.

@@ -54,7 +54,7 @@ class Counted(NamedTuple):
 
     place : name of the gate, area of interest or section; kind : passed, stopped or reached
     at : m, distance of the gate along the slope; None for an area or section
-    rocks : number of rocks that did so; of : number of observed rocks
+    rocks : number of these rocks; of : number of all observed rocks
     """
 
     place: str

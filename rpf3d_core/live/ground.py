@@ -8,7 +8,7 @@ Two parts of a terrain that share no vertex, called pieces in the code, can pass
 survey. Grids and clouds have one height at each place in plan, and a patch removes all facets in its footprint.
 
 Only a mesh survey can have open seams; narrow ones are closed before the search structure is built. A patch is joined
-to the terrain at the vertices of both, so it adds no T-junction.
+to the terrain at vertices of the patch and of the terrain, so it adds no T-junction.
 """
 
 import time

@@ -127,7 +127,8 @@ def _grid(
     The points are in rows along the axis u, one row after another along the axis v. A height is an offset along the
     vector product of u and v.
 
-    data, registry : as in `_surface`; geometry : element that describes the grid
+    data : bytes of the file; registry : elements of the file by identifier
+    geometry : element that describes the grid
     origin : (3,) m, sum of the origins of the project and of the surface
     """
     u, v = (np.array(geometry[f"axis_{axis}"], dtype=float) for axis in "uv")
