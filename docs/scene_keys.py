@@ -187,7 +187,7 @@ HAZARD = """\
 The maps, with an example: [outputs.md](outputs.md#hazard).
 """
 DRAWS = """## Distributions
-If a table of this page says "or a distribution", a distribution may replace the number. `min` and `max` cut the
+If a table of this page has "or a distribution", a distribution may replace the number. `min` and `max` cut the
 distribution off, and must be within the limits of the key.
 
 | written | drawn |

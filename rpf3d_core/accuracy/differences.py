@@ -124,8 +124,8 @@ def first_bounces(flights: Flights, gravity: float) -> FloatArray:
     """Return the bounce height (R,) m of each rock after its first impact, to compare the results of two methods.
 
     The height is v^2 / (2 gravity), where v is the speed along the facet's normal after the impact: the rise of a rock
-    that leaves level ground with this speed. The real rise is not used, because a rock may not rise at all from a steep
-    facet. NaN if the rock did not fly after the impact, hit an obstacle first, or has no path.
+    that leaves level ground with this speed. The real rise is not used, because it may be 0 on a steep facet. NaN if
+    the rock did not fly after the impact, hit an obstacle first, or has no path.
 
     flights : flights of R rocks, with impacts and paths; gravity : m/s^2
     """

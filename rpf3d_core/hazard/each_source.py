@@ -204,7 +204,7 @@ def _gap(pair: tuple[Bench, Bench], name: str) -> float:
 
 
 def _with_few_rocks(maps: HazardMaps) -> list[str]:
-    """Return a warning if a source flew so few rocks that none in a place says little; [] otherwise."""
+    """Return a warning if a source flew so few rocks that 0 rocks in a place show little; [] otherwise."""
     found = maps.sources
     assert found is not None
     fewest = int(found.flown.min())

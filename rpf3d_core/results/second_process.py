@@ -34,7 +34,7 @@ PATIENCE = 20.0
 
 
 class SecondProcessEnded(Exception):
-    """The second process ended before its work was done; the message says how it ended."""
+    """The second process ended before its work was done; the message states how it ended."""
 
 
 class SecondProcess:

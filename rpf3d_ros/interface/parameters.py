@@ -235,7 +235,7 @@ class SimulatorParameters(SourceParameters):
         return SensorTopics(poses=poses, clouds=clouds, expected=tuple(name for name in must if name not in optional))
 
     def _named(self, parameter_name: str) -> tuple[str, ...]:
-        """Return the topics that a user listed in a parameter; () for the default list, whose topics may not exist."""
+        """Return the topics that a user listed in a parameter; () for the default list: its topics might not exist."""
         default = next(each.default for each in fields(self) if each.name == parameter_name)
         value = tuple(getattr(self, parameter_name))
         return () if value == default else _not_empty(value)

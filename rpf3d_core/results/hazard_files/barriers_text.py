@@ -20,7 +20,7 @@ NOTE = (
 )
 """Note under the table that explains its rows."""
 SAMPLING_NOTE = "sampling: includes only the uncertainty due to the number of rocks, not that of the ground"
-"""Note under the table that says what its sampling intervals do not include."""
+"""Note under the table that states what its sampling intervals do not include."""
 
 KILO = 1000.0
 """Joules in a kilojoule."""
