@@ -95,7 +95,7 @@ def fly(prepared: Prepared, releases: Releases, budget: float = math.inf, paths:
 
 
 def affordable(rocks: int, seconds: float, budget: float) -> int:
-    """Return how many rocks can be flown within a time budget: the given number, halved until the rocks fit.
+    """Return the number of rocks that can be flown within a time budget: the given number, halved until the rocks fit.
 
     The result is at least PILOT (40), unless fewer rocks are given. Because the number can only be halved, machines of
     similar speed usually fly the same number of rocks, and so measure the same errors.

@@ -165,7 +165,7 @@ def untouched(names: Iterable[str]) -> tuple[AreaEvidence, ...]:
 
 
 def unfinished_of(outcomes: Mapping[Outcome, int]) -> int:
-    """Return how many rocks were cut off in flight and might have gone further, from the count of each outcome."""
+    """Return the number of rocks cut off in flight, which might have gone further, from the count of each outcome."""
     return sum(int(outcomes.get(outcome, 0)) for outcome in UNFINISHED)
 
 

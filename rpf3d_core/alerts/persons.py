@@ -33,7 +33,7 @@ def person_of(name: str) -> str:
 def acknowledged_by(
     previous: Alert | None, given: Acknowledgement | None, terms: AcknowledgeSpec, now_ns: int, is_reset: bool
 ) -> Acknowledged:
-    """Return which acknowledgements wait after a decision, and whether the new acknowledgement has an effect.
+    """Return the acknowledgements that wait after a decision, and why the new one has no effect, if it has none.
 
     previous : the previous decision
     given : the new acknowledgement, or None if there is none or another rule has made it void
@@ -59,7 +59,7 @@ def waiting_sentences(acknowledged: Acknowledged) -> tuple[str, ...]:
 
 
 def _persons_for(held: Level, terms: AcknowledgeSpec) -> int:
-    """Return how many persons must acknowledge before the held level `held` falls."""
+    """Return the number of persons who must acknowledge before the held level `held` falls."""
     return terms.persons if held >= Level[terms.held_from.upper()] else 1
 
 

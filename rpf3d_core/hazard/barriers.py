@@ -97,7 +97,7 @@ class BarrierTally:
         self._lock = threading.Lock()
 
     def __call__(self, batch: Batch, releases: Releases) -> None:
-        """Count what the N rocks of a batch did at the barriers."""
+        """Add the N rocks of a batch to the counts at the barriers."""
         found = empty_arrivals(len(batch.rows), len(self.names))
         crossed = empty_crossed(len(self.barriers.panel.x), len(self.names))
         find: Any = find_arrivals if self.compiled else find_arrivals.py_func  # type: ignore[attr-defined]

@@ -216,7 +216,7 @@ class SetFigures:
 
 
 def _counts_at(sets: Sequence[Reached], place: IntArray, some: slice) -> FloatArray:
-    """Return how many rocks of each of S sets reached each of N map cells, (S, N).
+    """Return the number (S, N) of rocks of each of S sets that reached each of N map cells.
 
     place : (C,) position of each map cell in a list of cells, -1 for a cell that is not in the list
     some : positions of the N cells in this list, a range

@@ -84,7 +84,7 @@ def _registry(path: Path, data: bytes) -> tuple[dict[str, Element], str]:
 
 
 def _zip_in_words(path: Path) -> str:
-    """Return what a ZIP archive with the ending .omf is, and what the user can do.
+    """Return the kind of a ZIP archive with the ending .omf, and advice for the user, as text.
 
     An OMF 2 file is a ZIP archive with an index of its elements; its comment names the format.
     """
