@@ -38,7 +38,7 @@ def acknowledged_by(
     previous : the previous decision
     given : the new acknowledgement, or None if there is none or another rule has made it void
     terms : the site's rules for acknowledgements; now_ns : time of the decision (ns)
-    is_reset : True if the evidence got worse or has a fault; then earlier acknowledgements do not count any more
+    is_reset : True if the evidence got worse or has a fault; then earlier acknowledgements no longer count
     """
     waiting = () if previous is None or is_reset else _still_waiting(previous, terms, now_ns)
     if given is None or previous is None:

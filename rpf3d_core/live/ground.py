@@ -199,7 +199,7 @@ class Workshop:
     def patched(self, ground: LiveTerrain, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> LiveTerrain:
         """Return the terrain after a patch, that is a survey of a part of the terrain.
 
-        The result uses the memory of `ground`, so `ground` must not be used any more. The footprint of a patch is the
+        The result uses the memory of `ground`, so `ground` must not be used afterwards. The footprint of a patch is the
         area that its triangles cover in plan; see `live.patching`. If no facet of `ground` stays, the result is built
         from the patch alone in other memory, and `ground` is unchanged.
 

@@ -24,7 +24,7 @@ class PacedMessages:
         self._open = True
 
     def take(self, now_ns: int, read: Read) -> list[Read]:
-        """Return the received message, in a list, if it is to be recorded now; else keep it and return an empty list.
+        """Return the received message, in a list, if its record is due now; else keep it and return an empty list.
 
         A message that already waits is dropped in both cases.
 
