@@ -187,7 +187,7 @@ def _section(name: str, measured: Measured) -> str:
         picture.write_bytes((Path(folder) / PICTURE).read_bytes())
     facts = (
         f"`config/scenes/{measured.stem}.yaml`, rebound `{scene.rebound.name}`: {prices.triangles:,} triangles, maps "
-        f"in cells of {prices.cell:g} m. Measured in {seconds:.0f} s of one core, compiling included."
+        f"in cells of {prices.cell:g} m.\nMeasured in {seconds:.0f} s of one core, compiling included."
     )
     found = "\n".join(bullet(line) for line in findings(prices, TARGET))
     shown = maps_alone(tables(prices)) if measured.maps_alone else [markdown(*one) for one in tables(prices)]
