@@ -64,7 +64,7 @@ with exact contacts over the full terrain. `make accuracy` (`docs/accuracy.py`) 
 All errors are differences of two maps of reach probability. The **map error** is the sum over all cells of |p - q|,
 divided by the sum over all cells of p + q, with p and q the reach probabilities of a cell in the two maps. 0 means
 equal maps, 1 means maps without a common cell. The map error depends on `hazard.cell`: smaller cells need more rocks.
-There are four errors:
+There are four errors. How the numerical error is measured depends on the shape of the rocks:
 
 - **numerical**: the error of the search for contacts. The same rocks fly with two methods: from event to event, which
   is exact, and in fixed time steps, as in the [thesis](design.md#what-is-rpf3d-for) (`method: {stepping: ...}` in a
@@ -90,8 +90,8 @@ There are four errors:
   between the maps of two sets, without the distance that chance causes between two groups of one set. If a scene
   gives one value for each coefficient, the parametric error exists, but its size is unknown.
 
-The **total** is the sum of the first three errors, because a systematic and a random error do not cancel. The full
-terrain has the geometric error 0.
+The **total** is the sum of the numerical, the geometric and the statistical error, because systematic and random errors
+do not cancel. The full terrain has the geometric error 0.
 
 The parametric error is not in the total, because no setting reduces it. If it is above the target, `rpf3d cost` and
 `run --accuracy` report that more rocks cannot reach the target. The largest of the four errors shows what to improve
@@ -112,8 +112,8 @@ next: more rocks, a finer survey, or a calibration.
 
 - **Chance.** Numerical and geometric rows compare the same rocks, so they show errors far below chance. But if a
   setting moves most rocks elsewhere, the error also contains chance and is an upper limit. Numerical rows have 2,000
-  rocks; if a setting is too slow, only a half, a quarter, ... of them fly (`rocks` in `cost.json`). Small map errors
-  are then uncertain: if one of 500 rocks ends elsewhere, the map error is a few thousandths.
+  rocks; if a setting is too slow, only a half, a quarter or fewer of them fly (`rocks` in `cost.json`). Small map
+  errors are then uncertain: if one of 500 rocks ends elsewhere, the map error is a few thousandths.
 - **Seconds of steps.** For these times, every step is tested for contact, as in the thesis, and no maps are made; the
   times of all other rows include maps. For *s / 1,000 rocks*, Python calls VTK as the thesis' program does.
   *compiled* (hollow markers in the picture) is the time of the same steps in compiled code; compared with the time of
@@ -122,8 +122,9 @@ next: more rocks, a finer survey, or a calibration.
 - **Events** have rounding errors only. The map error in the row *events* is an upper estimate: all rocks are shifted
   to the east by one contact tolerance, thousands of times more than rounding. For single impacts, the impacts are
   calculated again with 50 digits on the facets that the rocks hit. (`test/accuracy` checks that this calculation
-  agrees with closed forms to 45 digits, and that with exact arithmetic no rock hits another facet.) These errors say
-  little about the map, because each bounce off a new facet may multiply a small difference between two paths.
+  agrees with closed forms to 45 digits, and that with exact arithmetic no rock hits another facet.) These errors
+  do not show the error of the map, because each bounce off a new facet may multiply a small difference between two
+  paths.
 
 ## How do I read the lines of a scene?
 - *events against 50 digits*: rounding errors of the impacts of 50 rocks.
@@ -186,7 +187,7 @@ def _section(name: str, measured: Measured) -> str:
         picture.write_bytes((Path(folder) / PICTURE).read_bytes())
     facts = (
         f"`config/scenes/{measured.stem}.yaml`, rebound `{scene.rebound.name}`: {prices.triangles:,} triangles, maps "
-        f"in cells of {prices.cell:g} m. Measured in {seconds:.0f} s of one core, compiling included."
+        f"in cells of {prices.cell:g} m.\nMeasured in {seconds:.0f} s of one core, compiling included."
     )
     found = "\n".join(bullet(line) for line in findings(prices, TARGET))
     shown = maps_alone(tables(prices)) if measured.maps_alone else [markdown(*one) for one in tables(prices)]

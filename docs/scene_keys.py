@@ -144,10 +144,10 @@ A gap up to 20 mm wide between a vertex and the edge of another facet, as from r
 [closed](../explanation/never-below.md#how-does-rpf3d-close-open-seams): the facet is cut, its first part keeps the
 number of the facet, and the other parts follow after all facets. `rpf3d check` states how many gaps were closed.
 
-A surface in a zone of `split` becomes a zone if it is at least 2 % of the zone's area. A surface of at least 100 m2
-does so, too, unless its mean height is less than 3 m from the heights of a surface with a larger share. Surfaces whose
-mean heights differ by less than 3 m are one zone, and all other surfaces join the zone nearest in height. A note states
-which surfaces count with a zone whose mean height differs by more than 3 m.
+In a zone of `split`, a surface with at least 2 % of the zone's area becomes a zone of its own. A smaller surface of at
+least 100 m2 also becomes a zone, if its mean height is more than 3 m above or below all heights of each of these large
+surfaces. Surfaces whose mean heights differ by less than 3 m are one zone. Every other surface joins the zone nearest
+in height. A note states which surfaces joined a zone whose mean height differs from their own by more than 3 m.
 """
 ZONES = """\
 A facet belongs to the zone if its centroid lies inside one of the polygons in plan.
@@ -187,7 +187,7 @@ HAZARD = """\
 The maps, with an example: [outputs.md](outputs.md#hazard).
 """
 DRAWS = """## Distributions
-If a table of this page says "or a distribution", a distribution may replace the number. `min` and `max` cut the
+If a table of this page has "or a distribution", a distribution may replace the number. `min` and `max` cut the
 distribution off, and must be within the limits of the key.
 
 | written | drawn |

@@ -68,8 +68,8 @@ writes the page from the last measurement.
   without the rocks that did not stop. All other tables count rocks that did not stop as beyond every stop along the
   slope, so their counts differ a little.
 - **One basis**: the same functions evaluate field and simulation. All distances start at the mean drop point
-  (Authume) or the run's release (Tschamut), also for rocks that are released next to this place. A rock that left the
-  terrain counts with its distance to the boundary, although it would have gone farther.
+  (Authume) or the run's release (Tschamut), also for rocks that are released next to this place. For a rock that
+  left the terrain, the distance to the boundary counts, although the rock would have gone farther.
 - **Brackets**: in a row of the field or of published values, the brackets have the 95 % interval that follows from the
   small number of blocks (bootstrap percentiles). In a row of calibrated values or ranges, the brackets have the 5th and
   the 95th percentile of the results of the parameter sets, each flown alone. These percentiles include chance among the
@@ -145,7 +145,7 @@ TSCHAMUT_FAILS = """**Where the models fail.**
   alone gives correlations up to 0.47.
 - `constant` cannot fit the stops. Its friction angle is at the lower end of its range. Its mean runout is 26 to 29 m
   too short and hardly differs between runs. Along the slope, its intervals contain no kept-out stop.
-- The stops hardly determine any restitution, nor the friction of rocks with a shape.
+- The stops hardly determine any restitution, and hardly the friction of rocks with a shape.
 """
 
 DEFAULT = """## Why is `coulomb_limited` the default, and where is it weaker than `constant`?

@@ -46,5 +46,5 @@ the library.
 
 IMPACTS = """The next table has predictions with values from the eleven contacts of Chant Sura. Single impacts cannot
 calibrate the friction on the ground, so the missing values are Hoek's values for the first zone of the simulated site.
-At Tschamut, Hoek's values alone give nearly the same errors, so the table says little about single impacts:
+At Tschamut, Hoek's values alone give nearly the same errors, so the table shows little about single impacts:
 """

@@ -149,7 +149,7 @@ def statistical_error(lines: Sequence[Priced], rocks: int) -> float:
 
 
 def rocks_needed(lines: Sequence[Priced], allowed: float) -> int | None:
-    """Return how many rocks reduce the statistical error to `allowed` (-) or less.
+    """Return the number of rocks that reduces the statistical error to `allowed` (-) or less.
 
     The result is a measured number of rocks, or an extrapolation from the largest measured number: errors are
     proportional to 1 / sqrt(rocks). Return None if the result would be above MOST_ROCKS (10 million), or if `allowed`

@@ -38,7 +38,7 @@ class AnswerDifference(NamedTuple):
 
 
 def map_distance(a: Reached, b: Reached) -> float:
-    """Return how much two maps of reach probability differ, from 0 (the same) to 1 (no cell in common).
+    """Return the difference of two maps of reach probability, from 0 (the same) to 1 (no cell in common).
 
     The distance is the sum of |p - q| over all cells, divided by the sum of p + q, where p and q are the reach
     probabilities of a cell in the two maps: the share of all visits to cells that the two maps do not have in common.
@@ -78,7 +78,7 @@ def _pairs(a: Step, b: Step, name: str) -> list[tuple[float, float]]:
 
 
 def difference(found: FlownSample, exact: FlownSample, gravity: float) -> AnswerDifference:
-    """Return how far a result is from the exact result of the same rocks.
+    """Return the difference of a result from the exact result of the same rocks.
 
     The stopping places are compared only for rocks that stop, or are caught, in both results.
 
@@ -124,8 +124,8 @@ def first_bounces(flights: Flights, gravity: float) -> FloatArray:
     """Return the bounce height (R,) m of each rock after its first impact, to compare the results of two methods.
 
     The height is v^2 / (2 gravity), where v is the speed along the facet's normal after the impact: the rise of a rock
-    that leaves level ground with this speed. The real rise is not used, because a rock may not rise at all from a steep
-    facet. NaN if the rock did not fly after the impact, hit an obstacle first, or has no path.
+    that leaves level ground with this speed. The real rise is not used, because it may be 0 on a steep facet. NaN if
+    the rock did not fly after the impact, hit an obstacle first, or has no path.
 
     flights : flights of R rocks, with impacts and paths; gravity : m/s^2
     """

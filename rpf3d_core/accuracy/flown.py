@@ -38,10 +38,10 @@ class Reached:
 class FlownSample:
     """The result of N rocks flown with one engine or method: their flights, their map, and the time taken.
 
-    rows : (N,) rows of the flown rocks in the releases from which they were selected
+    rows : (N,) for each rock, its row in the `Releases` from which the N rocks were selected
     flights : the flights of all N rocks, with impacts and, if requested, paths
     reached : the map of the rocks; places : shares of rocks that reached or stopped in zones or areas of interest
-    seconds : of one core, to fly the rocks and to count them into maps
+    seconds : computing time to fly the rocks and to count them into maps, s of one core
     """
 
     rows: IntArray
@@ -95,7 +95,7 @@ def fly(prepared: Prepared, releases: Releases, budget: float = math.inf, paths:
 
 
 def affordable(rocks: int, seconds: float, budget: float) -> int:
-    """Return how many rocks can be flown within a time budget: the given number, halved until the rocks fit.
+    """Return the number of rocks that can be flown within a time budget: the given number, halved until the rocks fit.
 
     The result is at least PILOT (40), unless fewer rocks are given. Because the number can only be halved, machines of
     similar speed usually fly the same number of rocks, and so measure the same errors.

@@ -195,8 +195,8 @@ def price_of(prepared: Prepared, releases: Releases, setting: Steps, steps: floa
 def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:
     """Return flags (R,): True for a rock that passed through the ground and so left the terrain below its surface.
 
-    A rock that passes through the lowest ground leaves the terrain's box at once, at most one tolerance below the
-    ground. Such a rock is also flagged, unless it leaves the box at a side.
+    A rock that passes through the lowest ground leaves the terrain's box immediately, at most one tolerance below
+    the ground. Such a rock is also flagged, unless it leaves the box at a side.
     """
     slack = NEAR * engine.facets.tolerance
     depth = np.nan_to_num(highest_ground(engine, deposits.x).z - deposits.x[:, 2], nan=-np.inf)

@@ -117,7 +117,7 @@ def distance_from_truth(some: Reached, everything: Reached) -> float:
 
 
 def quantile_half_width(values: FloatArray, quantile: float) -> float | None:
-    """Return how uncertain a quantile is: half the width of its 95 % interval divided by its value (-).
+    """Return the relative uncertainty of a quantile: half the width of its 95 % interval divided by its value (-).
 
     The ends of the interval are two of the sorted values: the number of values below the true quantile has a binomial
     distribution, approximated by a normal distribution. Return None if the interval reaches beyond the smallest or

@@ -1,6 +1,6 @@
 """Decide the alert level of each area of interest: the level of the site alone does not show which area to evacuate.
 
-An area follows the same rules as the site. The held level of an area rises at once. It falls only when an
+An area follows the same rules as the site. The held level of an area rises immediately. It falls only when an
 acknowledgement lowers the held level of the site, and then the held levels of all areas fall together. Therefore the
 held level of the site is the highest held level of all areas. If the evidence is not believed, the state of every area
 is unknown.

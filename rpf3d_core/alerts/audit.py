@@ -262,7 +262,7 @@ class _AuditState:
     def _continues(self, place: str, decision: Decision, content: dict[str, Any]) -> None:
         """Check that a decision continues from the previous decision in the log, so that no decision is missing.
 
-        place, content : as in `_decision`; decision : the decision in this line
+        place : file and line, for messages; decision, content : the decision in this line, and the content of the line
         """
         if lost := content.get("lost"):
             self.blame(f"{place}: {lost} decisions before this line could not be written, so they are not in the log")

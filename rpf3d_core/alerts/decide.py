@@ -1,6 +1,6 @@
 """Make the decision: a pure function of the previous decision, the evidence, the site's thresholds and the time.
 
-The level rises at once, falls only by acknowledgement, and is never normal without fresh evidence
+The level rises immediately, falls only by acknowledgement, and is never normal without fresh evidence
 (docs/explanation/alerts.md shows the rules as a table). The function `decide` reads no clock and no file, and draws no
 random numbers, so `rpf3d audit` can repeat each decision with the same function.
 """
@@ -156,7 +156,7 @@ def _held(
     acknowledgement: Acknowledgement | None,
     void: str,
 ) -> _Held:
-    """Return the held level after this decision: it rises at once, and falls only by a valid acknowledgement.
+    """Return the held level after this decision: it rises immediately, and falls only by a valid acknowledgement.
 
     evident : the level that the evidence gives by itself; findings : level and reason for each area
     now_ns : time of the decision (ns)

@@ -22,7 +22,7 @@ UNFINISHED = (
 
 
 class AreaEvidence(NamedTuple):
-    """What the rocks of one answer did in one area: counts, energies and the first arrival.
+    """Evidence of the rocks of one answer in one area: counts, energies and the first arrival.
 
     flown : number of all rocks flown; reached : number of rocks that reached the area. With several clusters of
         sources, `flown` is the smallest number of rocks that a cluster has flown, and `reached` is the number of the
@@ -165,7 +165,7 @@ def untouched(names: Iterable[str]) -> tuple[AreaEvidence, ...]:
 
 
 def unfinished_of(outcomes: Mapping[Outcome, int]) -> int:
-    """Return how many rocks were cut off in flight and might have gone further, from the count of each outcome."""
+    """Return the number of rocks cut off in flight, which might have gone further, from the count of each outcome."""
     return sum(int(outcomes.get(outcome, 0)) for outcome in UNFINISHED)
 
 

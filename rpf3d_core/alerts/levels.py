@@ -49,9 +49,10 @@ class Acknowledgement(NamedTuple):
 
 
 class Since(NamedTuple):
-    """Since when (ns, by the node's clock) an alert level is shown without interruption.
+    """Times (ns, by the node's clock) since which the shown alert level has not changed, and has not been normal.
 
-    level_ns : start of this level; not_normal_ns : start of the levels other than normal, None if the level is normal
+    level_ns : time since which this level has been shown
+    not_normal_ns : time since which no alert has shown normal; None if the level is normal
     """
 
     level_ns: int

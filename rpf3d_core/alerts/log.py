@@ -189,7 +189,7 @@ class DecisionLog:
         """Update the state file after a decision was written to the log.
 
         If an earlier write failed, the file of `Witness` has a note. The note is removed if this log made the note,
-        nothing is missing on disk any more and `unknown` is empty, so that no person has to acknowledge the failure.
+        nothing is missing on disk now, and `unknown` is empty, so that no person must acknowledge the failure.
         """
         wanted = {"lost": 0, "alert": None, "file": self._number, "unknown": self.unknown}
         is_current = all(self._facts.get(name) == value for name, value in wanted.items()) or not self._keep(**wanted)
@@ -303,8 +303,8 @@ class DecisionLog:
     def _why_unknown(self, tails: list[Tail]) -> str:
         """Return a sentence on why decisions may be missing in the log; "" without a sign of missing decisions.
 
-        If both the state file and the file of `Witness` are absent, this is no such sign: an older version of rpf3d
-        wrote neither file.
+        If both the state file and the file of `Witness` are absent, this is not a sign of missing decisions: an older
+        version of rpf3d wrote neither file.
         """
         assert self._state is not None
         newest = int(self._facts.get("file", 0))

@@ -20,7 +20,7 @@ class Origin(NamedTuple):
 
 
 class Origins(NamedTuple):
-    """For each figure of an area that is compared with a limit: the cluster that gave the figure; None if unknown.
+    """The cluster that gave each figure of an area that is compared with a limit; None if unknown.
 
     reached : the cluster that gave the share of rocks and its sampling interval
     predictive : the cluster that gave the upper end of the predictive interval

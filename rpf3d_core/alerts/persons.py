@@ -33,12 +33,12 @@ def person_of(name: str) -> str:
 def acknowledged_by(
     previous: Alert | None, given: Acknowledgement | None, terms: AcknowledgeSpec, now_ns: int, is_reset: bool
 ) -> Acknowledged:
-    """Return which acknowledgements wait after a decision, and whether the new acknowledgement has an effect.
+    """Return the acknowledgements that wait after a decision, and why the new one has no effect, if it has none.
 
     previous : the previous decision
     given : the new acknowledgement, or None if there is none or another rule has made it void
     terms : the site's rules for acknowledgements; now_ns : time of the decision (ns)
-    is_reset : True if the evidence got worse or has a fault; then earlier acknowledgements do not count any more
+    is_reset : True if the evidence got worse or has a fault; then earlier acknowledgements no longer count
     """
     waiting = () if previous is None or is_reset else _still_waiting(previous, terms, now_ns)
     if given is None or previous is None:
@@ -59,7 +59,7 @@ def waiting_sentences(acknowledged: Acknowledged) -> tuple[str, ...]:
 
 
 def _persons_for(held: Level, terms: AcknowledgeSpec) -> int:
-    """Return how many persons must acknowledge before the held level `held` falls."""
+    """Return the number of persons who must acknowledge before the held level `held` falls."""
     return terms.persons if held >= Level[terms.held_from.upper()] else 1
 
 

@@ -80,7 +80,7 @@ class Witness:
     def settle(self) -> None:
         """Remove the note that decisions or facts are missing on disk; do nothing if the file cannot be changed.
 
-        Call this only if nothing is missing any more, or if a person has acknowledged that something is missing.
+        Call this only if nothing is missing now, or if a person has acknowledged that something is missing.
         """
         with contextlib.suppress(OSError):
             if self.unlogged_path.exists():

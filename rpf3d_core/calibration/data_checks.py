@@ -41,7 +41,7 @@ def check_stops(prepared: Prepared, directions: Directions, field: Field) -> Non
     Raises
     ------
     InputError
-        The message says where the end points lie, and where the terrain lies.
+        The message states where the end points lie, and where the terrain lies.
     """
     if len(field.stops) and len(off_terrain(prepared, directions, field)) == len(field.stops):
         plan = in_plan(prepared.terrain.frame, _local(directions, field))

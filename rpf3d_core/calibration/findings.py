@@ -164,7 +164,7 @@ def findings_of(slope: Slope, spec: CalibrationSpec, result: Result, book: Flown
 
 
 def _columns(slope: Slope) -> int:
-    """Return how many observations can be kept out: all end points or, if there are none, all values at gates."""
+    """Return the number of observations that may be kept out: all end points or, without them, all values at gates."""
     return len(slope.field.stops) or sum(len(one.observed) for one in slope.field.values)
 
 

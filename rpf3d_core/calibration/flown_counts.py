@@ -29,10 +29,10 @@ COPIES = 16
 
 
 class Extent(NamedTuple):
-    """How far along the slope each of R rocks went, as distances in the input's coordinates.
+    """Extent of the path of each of R rocks along the slope, as distances in the input's coordinates.
 
-    begin : (R,) m, distance along the slope at which the rock began
-    least, most : (R,) m, smallest and largest distance along the slope on its path
+    begin : (R,) m, distance along the slope at which the path begins
+    least, most : (R,) m, smallest and largest distance along the slope on the path
     """
 
     begin: FloatArray
@@ -46,7 +46,7 @@ def deposited_in(batch: Batch) -> NDArray[np.bool_]:
 
 
 def extent_of(batch: Batch, directions: Directions) -> Extent:
-    """Return how far along the slope the recorded path of each rock goes; only ends of path segments are compared."""
+    """Return the extent of each rock's recorded path along the slope; only ends of path segments are compared."""
     rows = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
     distance = directions.places(batch.pieces[:, 1:4])[:, 0]
     begin, least, most = (directions.places(batch.finals[:, 1:4])[:, 0] for _ in range(3))

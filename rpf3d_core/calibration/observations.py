@@ -50,11 +50,11 @@ class Values(NamedTuple):
 
 
 class Counted(NamedTuple):
-    """How many of the observed rocks did something: passed a gate, stopped in a place or reached it.
+    """Number of observed rocks that passed a gate, or stopped in or reached a place.
 
     place : name of the gate, area of interest or section; kind : passed, stopped or reached
     at : m, distance of the gate along the slope; None for an area or section
-    rocks : number of rocks that did so; of : number of observed rocks
+    rocks : number of these rocks; of : number of all observed rocks
     """
 
     place: str

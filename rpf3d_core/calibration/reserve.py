@@ -1,4 +1,4 @@
-"""Compute how much time of a calibration is reserved for the work after the flights: scores, pictures and files."""
+"""Compute the time of a calibration that is reserved for the work after the flights: scores, pictures and files."""
 
 import time
 from dataclasses import dataclass

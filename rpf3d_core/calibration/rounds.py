@@ -47,7 +47,7 @@ class Status(NamedTuple):
 
 
 class Control(NamedTuple):
-    """How a caller controls a calibration.
+    """Time limit of a calibration, number of threads, and functions that report progress and stop the calibration.
 
     deadline : `time.monotonic()` at which everything must be written
     began : `time.monotonic()` at the start of the budget; None if the budget starts with the first round

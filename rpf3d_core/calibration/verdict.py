@@ -54,7 +54,7 @@ def is_refused(found: Findings) -> bool:
 
 
 def warnings_of(found: Findings) -> list[str]:
-    """Return what a user must know before using a calibration, as sentences."""
+    """Return the warnings that a user must read before using a calibration, as sentences."""
     of_data = [*found.of_data, *found.left_out]
     return [*_of_predictions(found), *of_data, *_combinations(found), *_of_parameters(found)]
 
@@ -209,7 +209,7 @@ def _gain(score: Score, other: Score) -> tuple[float, float]:
 
 
 def advice_of(found: Findings) -> list[str]:
-    """Return what would help a calibration that has too few effective samples, as sentences."""
+    """Return advice for a calibration that has too few effective samples, as sentences."""
     least = min(found.estimates, key=lambda estimate: estimate.shrinkage)
     drop = [f"remove {least.name} from the unknowns, which the data hardly determines"]
     return [*_helps(found), *(drop if _can_drop(found, least) else []),

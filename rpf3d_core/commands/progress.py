@@ -61,7 +61,7 @@ def interruptible() -> Iterator[tuple[Callable[[], bool], Callable[[bool], None]
 
     Yield two functions. The first function returns True after a signal. Call the second function with True before the
     first rock flies, and with False after the last rock has flown. A signal at any other time, or a second signal, ends
-    the program at once with KeyboardInterrupt.
+    the program immediately with KeyboardInterrupt.
     """
     flying, asked = False, False
 

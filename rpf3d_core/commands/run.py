@@ -106,7 +106,7 @@ def _print_run(result: "Run", times: str) -> None:
 
 
 def _print_outcomes(run: "Run") -> None:
-    """Print how many rocks ended in each outcome, with intervals, and the materials with the default friction angle."""
+    """Print the number of rocks of each outcome, with intervals, and the materials with the default friction angle."""
     from rpf3d_core.results.outcomes import HEADER, outcome_rows
     from rpf3d_core.scene.zone_materials import without_friction, words_on_friction
 
@@ -144,7 +144,7 @@ def _print_maps(run: "Run") -> None:
 
 
 def _print_barriers(run: "Run") -> None:
-    """Print what rocks did at each barrier (caught, broken through, flown over), if the scene has barriers."""
+    """Print the figures of each barrier (rocks caught, broken through, flown over), if the scene has barriers."""
     if not run.maps.barriers:
         return
     from rpf3d_core.results.hazard_files.barriers_text import notes_below, text_header, text_rows

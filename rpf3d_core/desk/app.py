@@ -172,7 +172,7 @@ class Desk:
     def _run(self) -> None:
         """Simulate the rocks; if the last edit was refused, raise an InputError with the reason instead, but only once.
 
-        A click on Run also ends the edit of a field, so the user may not have seen the refusal.
+        A click on Run also ends the edit of a field, so the user has perhaps not seen the refusal.
         """
         refused, self._refused_edit = self._refused_edit, ""
         if refused:

@@ -90,7 +90,7 @@ def new_gate(port: int) -> Gate:
     Raises
     ------
     InputError
-        The port is in use, or may not be used.
+        The port is in use, or this program is not permitted to use it.
     """
     with socket.socket() as probe:
         try:

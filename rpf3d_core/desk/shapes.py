@@ -133,7 +133,7 @@ def _reach(maps: HazardMaps) -> tuple[str, str, FloatArray]:
     """Return title, unit and values (C,) of the map of reach probability; NaN in cells without a value.
 
     With parameter sets, the map is the upper end of the predictive interval, as the first map in the 3D view of a
-    report. The title says so, and also if too few sets have flown for an interval.
+    report. The title states this, and also if too few sets have flown for an interval.
     """
     band = maps.reach_band
     if band is not None and np.isfinite(band.high).any():

@@ -21,7 +21,7 @@ MASK = _mask()
 
 
 def check_target(path: Path, replace: bool) -> None:
-    """Raise an `InputError` if a file to write exists and may not be replaced, or if its folder does not exist."""
+    """Raise an `InputError` if a file to write exists and must not be replaced, or if its folder does not exist."""
     if not path.parent.is_dir():
         raise InputError(f"{path}: there is no folder {path.parent}")
     if path.exists() and not replace:

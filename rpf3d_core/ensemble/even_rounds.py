@@ -109,7 +109,7 @@ def _too_few(counts: Sequence[int], rocks: Sequence[int]) -> bool:
 
 
 def _points(source: Source) -> int:
-    """Return how many release points a source has; 1 for a source with random places (line or area)."""
+    """Return the number of release points of a source; 1 for a source with random places (line or area)."""
     return 1 if source.line or source.triangles is not None else len(source.points)
 
 

@@ -13,7 +13,7 @@ from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.releases import Releases
 
 LARGEST_BATCH = 4096
-"""Largest number of rocks that one thread of the compiled engine flies at once (a batch)."""
+"""Largest number of rocks that one thread of the compiled engine flies at the same time (a batch)."""
 BATCHES_A_GROUP = 2
 """Number of batches in a group of rocks, if all batches have the largest size.
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import Literal
 
 Side = Literal[-1, 0, 1]
-"""Which way a number is rounded: LOW (down), NEAREST or HIGH (up)."""
+"""Direction of rounding: LOW (down), NEAREST or HIGH (up)."""
 LOW: Side = -1
 NEAREST: Side = 0
 HIGH: Side = 1

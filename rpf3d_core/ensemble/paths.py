@@ -237,7 +237,7 @@ def _steps_of_pieces(paths: Paths, pieces: IntArray, step: float) -> IntArray:
 
 
 def _ends_with_a_jump(paths: Paths, pieces: IntArray) -> IntArray:
-    """Return how many additional points (P,) must be drawn at the end of each path segment: 1 or 0.
+    """Return the number (P,) of additional points that must be drawn at the end of each path segment: 1 or 0.
 
     The result is 1 if the velocity jumps at the end of the segment, else 0.
 

@@ -57,7 +57,8 @@ def fisher_p(a: int, n_a: int, b: int, n_b: int) -> float:
     """Return the two-sided p value that two shares, a / n_a and b / n_b, are equal, by Fisher's exact test.
 
     The test is meant for small counts. All pairs of counts with the totals `n_a`, `n_b` and `a + b` are compared with
-    the observed pair. The p value is the sum of the chances of all pairs that are no likelier than the observed pair.
+    the observed pair. The p value is the sum of the probabilities of all pairs that are at most as likely as the
+    observed pair.
 
     Sources
     -------

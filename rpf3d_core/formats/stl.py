@@ -20,9 +20,9 @@ HEADER = 84
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 LONGEST_HEAD = 4096
-"""Number of bytes at the begin of a file that show its format."""
+"""Number of bytes at the beginning of a file that are searched for signs of its format."""
 DXF_BEGIN = re.compile(rb"(?:999\s*\n[^\n]*\n\s*)*0\s*\n\s*SECTION", re.IGNORECASE)
-"""Begin of a DXF file without leading spaces: comments, then the first section."""
+"""Beginning of a DXF file without leading spaces: comments, then the first section."""
 BEGINS = (
     (b"AutoCAD Binary DXF", "a DXF file in binary", "save it as DXF in text, with the ending .dxf"),
     (b"AC10", "a DWG drawing", "save the drawing as DXF"),
@@ -35,7 +35,7 @@ BEGINS = (
     (b"PK\x03\x04", "a ZIP archive", "unpack it, and name the terrain file in it"),
     (b"glTF", "a glTF file", "export a PLY, OBJ or DXF file"),
 )
-"""Begin of the files of other formats, the name of the format, and the right ending or other advice."""
+"""For each other format: the first bytes of its files, its name, and the right ending or other advice."""
 RECORDS_AT_A_TIME = 2**14
 """Number of facets of a binary STL that are read in one step: 0.8 MB, which fits into the processor's cache."""
 LINES_AT_A_TIME = 2**24

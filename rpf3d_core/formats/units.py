@@ -63,13 +63,13 @@ _NO_DIAMETER = {
     ("querschnitt", "querschnitte", "section", "querschnittsfläche"): "a cross section, "
     "which may be an area, but its numbers are read as diameters; if they are, name the column a diameter",
 }
-"""What a word in the name of a column states instead of a diameter, and what to do."""
+"""For words in the name of a column: the quantity that they state instead of a diameter, and what to do."""
 _PERHAPS_TONNES = re.compile(r"\btonnage\b|\st$")
 """Names of columns without a unit whose numbers may be in tonnes, in small letters."""
 _UNIT_OF_A_COORDINATE = re.compile(
     r"(.*?)(?:\s*[(\[]\s*(?P<bracket>[^()\[\]]*?)\s*[)\]]|(?:_|,\s*|\s)(?P<suffix>mm|cm|dm|m|km|ft|us_ft))"
 )
-"""Name of a coordinate's column, and its unit in brackets or as a suffix such as `_m`; `in` is no suffix."""
+"""Name of a coordinate's column, and its unit in brackets or as a suffix such as `_m`; `in` is not a suffix."""
 
 
 class TableUnit(NamedTuple):

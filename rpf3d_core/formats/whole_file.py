@@ -1,4 +1,4 @@
-"""Read a file with a reader of its format; if it cannot be read, the error says why."""
+"""Read a file with a reader of its format; if it cannot be read, the error states why."""
 
 from collections.abc import Callable
 from pathlib import Path

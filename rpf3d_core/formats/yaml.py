@@ -202,7 +202,7 @@ def yaml_values(text: str, name: str) -> Any:
     Raises
     ------
     SceneError
-        The text is not YAML, or has a value that scene files may not have.
+        The text is not YAML, or has a value that is not allowed in scene files.
     """
     try:
         document = _document(text)

@@ -32,7 +32,7 @@ from rpf3d_core.hazard.source_arrivals import SourceArrivals
 
 @dataclass(eq=False)
 class AtBarrier:
-    """What rocks did at one barrier: counts, and distributions of energy and height.
+    """Counts of the rocks at one barrier, and distributions of their energy and height.
 
     first : (4,) number of rocks by the result of their first arrival: NEVER arrived, flew OVER, broke THROUGH, HELD
     held : number of rocks caught in the end
@@ -58,7 +58,7 @@ class AtBarrier:
 
 
 class BarrierFigures(NamedTuple):
-    """What rocks did at one barrier, for tables and files.
+    """Figures of the rocks at one barrier, for tables and files.
 
     height : of the panel (m); capacity : of the barrier (J); came : number of rocks that arrived at the barrier
     first_... : number of rocks whose first arrival had this result; caught : number of rocks caught in the end
@@ -112,7 +112,7 @@ class BarrierTally:
         self._lock = threading.Lock()
 
     def __call__(self, batch: Batch, releases: Releases) -> None:
-        """Count what the N rocks of a batch did at the barriers."""
+        """Add the N rocks of a batch to the counts at the barriers."""
         found = empty_arrivals(len(batch.rows), len(self.names))
         crossed = empty_crossed(len(self.barriers.panel.x), len(self.names))
         find: Any = find_arrivals if self.compiled else find_arrivals.py_func  # type: ignore[attr-defined]

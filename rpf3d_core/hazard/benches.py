@@ -245,7 +245,7 @@ def text_rows(benches: Sequence[Bench]) -> list[tuple[str, ...]]:
 
 
 def left_out(benches: Sequence[Bench]) -> int:
-    """Return how many of the zones that rocks reached have no row in the printed table, for a note below it."""
+    """Return the number of zones that rocks reached, but that have no row in the printed table, for a note below it."""
     return max(0, len(_reached_zones(benches)) - SHOWN)
 
 
@@ -364,5 +364,5 @@ def in_percent(share: float, decimals: int, side: Side = NEAREST) -> str:
 
 
 def _decimals(share: float) -> int:
-    """Return how many decimals show the first non-zero digit of a share > 0 in per cent, at most MOST_DECIMALS."""
+    """Return the number of decimals, at most MOST_DECIMALS, for the first non-zero digit of a share > 0 in per cent."""
     return min(max(0, -math.floor(math.log10(100.0 * share))), MOST_DECIMALS)

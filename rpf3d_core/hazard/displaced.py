@@ -116,7 +116,7 @@ class DisplacedTally:
     def _in_plan(self, sources: SourceSets, known: NDArray[np.bool_]) -> SourceSets:
         """Return the counts for each source, from the displaced paths in each zone that has an area in plan.
 
-        sources : counts with paths as simulated; known : (Z,) flag of each zone with an area in plan
+        sources : counts from the simulated paths, not displaced; known : (Z,) flag of each zone with an area in plan
         """
         assert self._sources is not None
         moved = self._sources.counts()

@@ -117,7 +117,7 @@ def _retained_at_most(bench: Bench) -> float:
 
 
 class _Worst(NamedTuple):
-    """For each zone, then for each area, the number of the source that is worst for a figure; ALL for all rocks."""
+    """Numbers of the worst sources for each figure, one for each zone, then one for each area; ALL for all rocks."""
 
     reached: list[int]
     retained: list[int]
@@ -126,7 +126,7 @@ class _Worst(NamedTuple):
 
 
 def _worst_sources(maps: HazardMaps) -> _Worst:
-    """Return the worst sources; they are found for all sources at once, because a scene may have thousands."""
+    """Return the worst sources, found with arrays over all sources, because a scene may have thousands of sources."""
     found = maps.sources
     assert found is not None
     worst = _Worst([], [], [], [])
@@ -209,7 +209,7 @@ def _gap(pair: tuple[Bench, Bench], name: str) -> float:
 
 
 def _with_few_rocks(maps: HazardMaps) -> list[str]:
-    """Return a warning if a source flew so few rocks that none in a place says little; [] otherwise."""
+    """Return a warning if a source flew so few rocks that 0 rocks in a place show little; [] otherwise."""
     found = maps.sources
     assert found is not None
     fewest = int(found.flown.min())

@@ -39,7 +39,7 @@ RUNOUT = "runout"
 SAMPLES = (RUNOUT, "max_speed", "max_energy", "max_height", "ground_speed")
 """Names of the distributions in `Totals` whose percentiles are kept for each set."""
 AT_ONCE = 65_536
-"""Number of map cells whose intervals are computed at once, to save memory."""
+"""Number of map cells whose intervals are computed in one step, to save memory."""
 
 Reached = tuple[IntArray, NDArray[Any]]
 """Map cells (N,) that the rocks of a set reached, and how many rocks reached each (N,)."""
@@ -219,7 +219,7 @@ class SetFigures:
 
 
 def _counts_at(sets: Sequence[Reached], place: IntArray, some: slice) -> FloatArray:
-    """Return how many rocks of each of S sets reached each of N map cells, (S, N).
+    """Return the number (S, N) of rocks of each of S sets that reached each of N map cells.
 
     place : (C,) position of each map cell in a list of cells, -1 for a cell that is not in the list
     some : positions of the N cells in this list, a range

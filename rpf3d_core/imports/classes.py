@@ -62,7 +62,7 @@ def classes_of(grids: tuple[FloatArray, ...], binned: tuple[bool, ...], facets: 
     Parameters
     ----------
     grids : K grids (H, W), each in its own unit, finite where there are facets
-    binned : (K,) True if the values of a grid may be sorted into bins (codes may not)
+    binned : (K,) True if the values of a grid may be sorted into bins (codes must not)
     facets : (H, W) from `facets_of_cells`
     """
     there = facets > 0

@@ -1,1 +1,1 @@
-"""Live simulation while a mine works: the terrain changes, many sources arrive at once, and answers must be fast."""
+"""Live simulation while a mine works: terrain changes, many sources arrive together, and answers must be fast."""

@@ -64,7 +64,7 @@ If the function returns True for stage 0, the sources get no answer.
 
 @dataclass(frozen=True)
 class EnsembleSize:
-    """How many rocks an answer flies, and how its sources are divided into clusters.
+    """Number of rocks of an answer, and size of the clusters into which its sources are divided.
 
     first : approximate number of rocks in the first stage, of all clusters together
     least : smallest number of rocks of each cluster from the second stage on, even if the result of fewer rocks is

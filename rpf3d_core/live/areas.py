@@ -47,7 +47,7 @@ SMALLEST = 1.0
 
 
 def too_small(rings: Iterable[FloatArray]) -> str:
-    """Return a clause that says why an area of interest is too small to watch; "" if the area is large enough.
+    """Return a clause that states why an area of interest is too small to watch; "" if the area is large enough.
 
     The caller writes the name of the area before the clause.
 

@@ -1,4 +1,4 @@
-"""Find which share of an area of interest has no terrain below it, and how low the ground in the area is.
+"""Find the share of an area of interest that has no terrain below it, and the lowest ground in the area.
 
 A part of an area has no terrain below it if this part lies beyond the survey or over a hole of the survey. If a single
 outline of the area has a larger share without terrain than the whole area, and this larger share is above one half, the

@@ -8,7 +8,7 @@ Two parts of a terrain that share no vertex, called pieces in the code, can pass
 survey. Grids and clouds have one height at each place in plan, and a patch removes all facets in its footprint.
 
 Only a mesh survey can have open seams; narrow ones are closed before the search structure is built. A patch is joined
-to the terrain at the vertices of both, so it adds no T-junction.
+to the terrain at vertices of the patch and of the terrain, so it adds no T-junction.
 """
 
 import time
@@ -199,7 +199,7 @@ class Workshop:
     def patched(self, ground: LiveTerrain, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> LiveTerrain:
         """Return the terrain after a patch, that is a survey of a part of the terrain.
 
-        The result uses the memory of `ground`, so `ground` must not be used any more. The footprint of a patch is the
+        The result uses the memory of `ground`, so `ground` must not be used afterwards. The footprint of a patch is the
         area that its triangles cover in plan; see `live.patching`. If no facet of `ground` stays, the result is built
         from the patch alone in other memory, and `ground` is unchanged.
 

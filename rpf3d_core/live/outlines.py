@@ -16,7 +16,7 @@ REMEMBERED = 10_000
 """Largest number of former digests that are remembered for each area, and for the terrain.
 
 A digest that is no longer remembered counts as replaced when the watch began: evidence with this digest then causes a
-fault at once, which is safer than no fault.
+fault immediately, which is safer than no fault.
 """
 
 FORMER_AREAS = 1000
@@ -69,7 +69,7 @@ class DigestHistory:
                 del self._counts[forgotten]
 
     def replaced_ns(self, digest: str, made_ns: int) -> int | None:
-        """Return when (ns) a digest was replaced; None if it is the present digest.
+        """Return the time (ns) at which a digest was replaced; None if it is the present digest.
 
         If the digest was present in several periods, the last period that began before `made_ns` counts. If no period
         began before `made_ns`, the first period counts. So evidence never counts as younger than its rocks, even if an

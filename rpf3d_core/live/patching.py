@@ -36,7 +36,7 @@ FOLDED = "the patch folds over itself or stands upright in plan: only a patch th
 class PatchChange(NamedTuple):
     """The planned changes of a patch to a terrain with F facets and V vertices.
 
-    gone : (G,) facets that are removed; freed : (U,) vertices that no facet uses any more
+    gone : (G,) facets that are removed; freed : (U,) vertices that no facet uses after the patch
     vertices : (N, 3) m, added vertices; triangles : (S, 3) added triangles, numbers from V on refer to `vertices`
     block, entries : range of search cells (buckets) of all changed facets, and the added facets in each of these cells
     low, high : corners of the box in plan of all removed and added facets, m

@@ -40,7 +40,7 @@ IN_SPEED = (Purpose.VELOCITY_X, Purpose.VELOCITY_Y, Purpose.VELOCITY_Z)
 
 @dataclass(frozen=True)
 class ReleaseSpread:
-    """How rocks are spread around each source, because monitoring gives only a rough place and speed.
+    """Settings of the spread of rocks around each source: monitoring gives only a rough place and speed.
 
     position, velocity : half-widths of a uniform spread, m in plan and m/s in each direction
     above_ground : height above the ground (m) to which each source is moved; None to keep the height in the message

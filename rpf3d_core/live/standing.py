@@ -70,7 +70,7 @@ class Surveyed(Protocol):
 
     @property
     def changed(self) -> Changed | None:
-        """Where the last patch changed the terrain; None if the terrain was built from a whole survey."""
+        """Part of the terrain that the last patch changed; None if the terrain was built from a whole survey."""
 
 
 NEXT_FACET = 0.01
@@ -235,7 +235,7 @@ def stand_after(before: PreparedTerrain, ground: Surveyed) -> PreparedTerrain:
     Everything is computed again if the patch changes the raster of the maps or the terrain's frame, and with the
     reference engine.
 
-    before : the prepared terrain without the patch; the result uses its memory, so `before` must not be used any more
+    before : the prepared terrain without the patch; the result uses its memory, so `before` must not be used afterwards
     ground : the terrain with the patch
     """
     terrain, facets, engine, changed = ground.terrain, ground.facets, ground.engine, ground.changed

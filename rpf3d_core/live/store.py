@@ -46,7 +46,7 @@ class StoredSurveys(NamedTuple):
     unread: int = 0
 
     def age_s(self, now_ns: int | None = None) -> float:
-        """Return how long ago (s) the terrain was last built or patched, by the machine's clock; never below 0.
+        """Return the time (s) since the terrain was last built or patched, by the machine's clock; never below 0.
 
         now_ns : present time (ns), None to read the clock
         """
@@ -54,7 +54,7 @@ class StoredSurveys(NamedTuple):
         return max(now - self.pieces[-1].received_ns, 0) / 1e9
 
     def patches_ns(self, latest_ns: int) -> tuple[int, ...]:
-        """Return when each patch of the terrain was received (ns, by the machine's clock).
+        """Return the times at which the patches of the terrain were received (ns, by the machine's clock).
 
         A time later than `latest_ns` is replaced by `latest_ns`. For a terrain that was stored whole after patches, the
         times of these patches are not known: each gets the time at which that terrain was built. The number of these
@@ -106,7 +106,7 @@ def read_last(folder: Path) -> StoredSurveys | None:
 
 
 class Store:
-    """Writes each new terrain to a folder on a separate thread, so that a restarted simulator has a terrain at once.
+    """Writes each new terrain to a folder on a separate thread, so that a restarted simulator has a terrain.
 
     A new whole terrain replaces the surveys that are not yet written.
 

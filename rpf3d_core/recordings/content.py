@@ -15,7 +15,7 @@ LONGEST = 600.0
 """Time (s) after which a tool of rerun counts as failed; a recording of 1 GB takes about 10 s."""
 
 IN_FLIGHT = "/trajectories/rocks"
-"""End of the names of the entities with the predicted positions of rocks.
+"""Last part of the names of the entities with the predicted positions of rocks.
 
 Times of these entities lie in the future, so they do not count for the last moment of a recording.
 """

@@ -132,7 +132,7 @@ def end_recording(recording: Any, stream: Any, path: Path) -> None:
 
 
 def import_rerun() -> Any:
-    """Import and return the package rerun; if rerun is missing, raise an InputError that says how to install rerun."""
+    """Import and return the package rerun; if rerun is missing, raise an InputError with the command to install it."""
     try:
         import rerun
     except ImportError as fault:

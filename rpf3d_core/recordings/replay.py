@@ -22,7 +22,7 @@ def replay(folder: str | Path) -> "subprocess.Popen[bytes]":
     """Open the viewer with a recording file, or with the recording of a result folder; return the viewer's process.
 
     The function waits SETTLED (4) seconds for an error of the viewer, then returns and leaves the viewer open. If the
-    viewer ends earlier without an error, the function returns at once.
+    viewer ends earlier without an error, the function returns immediately.
 
     Raises
     ------

@@ -54,7 +54,7 @@ class WebReplay(ThreadingHTTPServer):
         Raises
         ------
         InputError
-            The port is in use, or may not be used.
+            The port is in use, or this program is not permitted to use it.
         """
         self.recording, self.pages, self.token = recording, pages, secrets.token_urlsafe(16)
         try:

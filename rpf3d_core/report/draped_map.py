@@ -155,11 +155,10 @@ def _touched_range(plan: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _cut(grid: HazardGrid, corners: FloatArray, longest: float, most: int) -> FloatArray | None:
-    """Cut triangles (N, 3, 3) m near cells with a value into smaller triangles (M, 3, 3) m.
+    """Cut triangles (N, 3, 3) m into triangles (M, 3, 3) m whose edges in plan are at most `longest` (m) long.
 
-    Small triangles that touch no cell with a value are left out.
+    Parts of a cut triangle whose box in plan touches no cell with a value are left out.
 
-    longest : m, largest edge of a small triangle in plan
     most : largest number M of triangles; the result is None if there are more
     """
     while (coarse := (_edges(corners) > longest).any(axis=1)).any():

@@ -38,7 +38,7 @@ class Footing(NamedTuple):
 
 
 def footing_at(terrain: Terrain, places: FloatArray) -> Footing:
-    """Return how steep the ground is at places (N, 2) m in plan, local frame, as a `Footing`."""
+    """Return the slope of the ground at places (N, 2) m in plan, local frame, as a `Footing`."""
     slope = slopes_at(terrain, places)
     slope = slope[np.isfinite(slope)]
     if len(slope) == 0:

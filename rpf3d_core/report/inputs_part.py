@@ -21,7 +21,7 @@ GROUND = {
 }
 SIZES = (("diameter", "m"), ("mass", "kg"), ("volume", "m3"))
 DEGREES = "_deg"
-"""End of the keys of a material that are angles in degrees."""
+"""Suffix of the keys of a material that are angles in degrees."""
 IDLE = ("draw", "library", "stop_speed")
 """Keys of a material that are not in the table of coefficients."""
 STATED = "stated in the scene"

@@ -1,4 +1,4 @@
-"""Compute how many rocks pass places beyond the toe, with which energies and heights, for the design of fences."""
+"""Compute the share of rocks that pass places beyond the toe, and their energies and heights, to design fences."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -187,7 +187,7 @@ def height_at(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: fl
 
 
 def _footing(run: RunFiles, beyond: BeyondToe, distance: float) -> Footing:
-    """Return how steep the ground is at a distance (m) beyond the toe, on the lines in plan of all rocks with a toe."""
+    """Return the slope of the ground at a distance (m) beyond the toe, on the lines in plan of all rocks with a toe."""
     away = np.maximum(beyond.toe + distance, NEAREST)[:, None] * beyond.along
     return footing_at(run.terrain, run.ends.release[beyond.rows, :2] + away)
 

@@ -83,7 +83,7 @@ def _onto(run: RunFiles, path: FloatArray | None, start: FloatArray, along: Floa
 
     The result is None if `path` is None.
 
-    start, along : as in `_in_strip`
+    start, along : (2,) m, local frame, and (2,) unit vector of the line of the section in plan
     """
     if path is None:
         return None

@@ -1,4 +1,4 @@
-"""Find how far beyond the toe of the first face rocks stop, with the intervals of these distances.
+"""Find the distances beyond the toe of the first face at which rocks stop, with their intervals.
 
 The toe of a rock is the foot of the first face below its release, along the straight line in plan from its release to
 its end (`terrain.faces`). At the foot, the ground becomes less steep for a metre, after a stretch that is steep and

@@ -19,7 +19,7 @@ def is_calibration(folder: Path) -> bool:
 def words_on_calibration(folder: Path) -> str:
     """Return the second part of an error message: "is the folder of ...", which follows the path of this folder.
 
-    The text says whether the calibration is finished, refused or unfinished, and which command to use instead.
+    The text states whether the calibration is finished, refused or unfinished, and which command to use instead.
     """
     if (folder / CALIBRATED).is_file():
         return (f"is the folder of a calibration, not of a run; its report is {folder / REPORT}; fly the "

@@ -32,7 +32,7 @@ def zones_of_facets(terrain: Terrain, facet: NDArray[np.integer]) -> NDArray[np.
 
 
 def struck_of(facet: NDArray[np.integer], obstacles: Obstacles) -> NDArray[np.integer]:
-    """Return what each impact struck (I,): 0 for the ground, 1 + k for an obstacle whose name is `obstacles.names[k]`.
+    """Return the target (I,) of each impact: 0 for the ground, 1 + k for the obstacle named `obstacles.names[k]`.
 
     facet : (I,) struck facet of the terrain or, for an obstacle, FIRST_OBSTACLE minus the number of the obstacle (< 0)
     """

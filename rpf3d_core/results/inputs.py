@@ -91,7 +91,7 @@ def _ground(run: Run) -> str:
 
 
 def ground_known_by(scene: Scene) -> str:
-    """Return what the coefficients of a scene's ground are based on, as one of four constants.
+    """Return the basis of the coefficients of a scene's ground, as one of four constants.
 
     ASSUMED : single values; RANGES : ranges from books or estimates; CALIBRATED : the sample of a calibration only
     PARTLY : the sample of a calibration, and further ranges

@@ -46,7 +46,7 @@ def write_mesh(path: Path, terrain: Terrain) -> None:
 def check_mesh_path(path: Path) -> str:
     """Check that a mesh may be written to a path, and return the extension of the path in lower case, such as ".stl".
 
-    Call this function before long work, so that a wrong path is refused at once.
+    Call this function before long work, so that a wrong path is refused before this work.
 
     Raises
     ------

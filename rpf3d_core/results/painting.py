@@ -56,7 +56,7 @@ class Painting:
         painter.draw(folder, shown)
 
     def end(self) -> None:
-        """End the second process; pictures that are not complete are lost."""
+        """Stop the second process; pictures that are not complete are lost."""
         if self._second is not None:
             self._second.end()
             self._second = None
@@ -87,7 +87,7 @@ class Painting:
 
 @contextmanager
 def painting(threads: int | None = None) -> Iterator[Painting]:
-    """Yield the `Painting` of a run; its second process starts at once, and ends with the `with` block.
+    """Yield the `Painting` of a run; its second process starts immediately, and ends with the `with` block.
 
     There is no second process if no core is free, or if the run uses one thread.
 

@@ -34,7 +34,7 @@ PATIENCE = 20.0
 
 
 class SecondProcessEnded(Exception):
-    """The second process ended before its work was done; the message says how it ended."""
+    """The second process ended before its work was done; the message states how it ended."""
 
 
 class SecondProcess:
@@ -60,7 +60,7 @@ class SecondProcess:
         return self._began
 
     def ask(self, method: str, *arguments: Any) -> None:
-        """Request the call of a method; returns at once. The arguments are values that can be pickled.
+        """Request the call of a method, and return immediately. The arguments are values that can be pickled.
 
         Arrays are not copied, so they must not change until `wait` returns.
         """
@@ -88,7 +88,7 @@ class SecondProcess:
             self._open -= 1
 
     def end(self) -> None:
-        """End the process, and the threads that exchange messages with it; work that is not done is lost."""
+        """Stop the process, and the threads that exchange messages with it; work that is not done is lost."""
         self._process.kill()
         self._requests.put(None)
         self._process.wait()
@@ -102,7 +102,7 @@ BEGUN, ENDED = "begun", "ended"
 def second_process(module: str, name: str) -> Iterator[SecondProcess | None]:
     """Yield a second process that makes an object of a class and calls its methods; None if no process can start.
 
-    The process starts at once, because its imports take a second. The process ends with the `with` block.
+    The process starts immediately, because its imports take a second. The process ends with the `with` block.
 
     module, name : of the class, whose constructor takes no arguments
     """

@@ -39,7 +39,7 @@ class RunCounts(NamedTuple):
         return f"{whole:,} {'rock' if whole == 1 else 'rocks'}{broken}"
 
     def describe_some(self, number: int) -> str:
-        """Return how many rocks a picture shows, as text for its title, such as '100 of 1,000 rocks'.
+        """Return the number of rocks that a picture shows, as text for its title, such as '100 of 1,000 rocks'.
 
         number : number of rocks in the picture; if all rocks flown are in the picture, the text is that of `describe`
         """

@@ -1,8 +1,8 @@
 """Write the tables of a run: deposits.csv, impacts.parquet and trajectories.parquet.
 
 Positions and directions are in the input's own axes and coordinates; lengths in m, times in s, speeds in m/s, energies
-in J. Energies are translational unless the name of the column says rotational or total. A value that does not exist (no
-ground contact, height not computed) is left empty.
+in J. Energies are translational unless the name of the column contains rotational or total. A value that does not
+exist (no ground contact, height not computed) is left empty.
 
 Rocks with a shape have additional columns, and their impact energies include rotation (`with_blows`). Positions and
 heights of these rocks refer to the centre of mass.

@@ -69,7 +69,7 @@ def percent(counted: Counted, decimals: int = 0) -> str:
 
 
 def decimals_of(counted: Counted) -> int:
-    """Return how many decimals a share in per cent needs, so that the ends of its 95 % interval differ."""
+    """Return the number of decimals that a share in per cent needs, so that the ends of its 95 % interval differ."""
     low, high = wilson_interval(*counted)
     return decimals_for(high - low)
 
@@ -86,7 +86,7 @@ def points(change: float, interval: tuple[float, float], decimals: int = 0) -> s
 
 
 def decimals_for(width: float) -> int:
-    """Return how many decimals (1 to 4) a share in per cent needs to show an interval of the share.
+    """Return the number of decimals (1 to 4) that a share in per cent needs to show an interval of the share.
 
     width : of the interval (-)
     """

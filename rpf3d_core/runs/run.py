@@ -50,7 +50,7 @@ def simulate(
     Raises
     ------
     InputError
-        The scene, one of its files or a source is refused; the message names the fault and says what would be right.
+        The scene, one of its files or a source is refused; the message names the fault and states what would be right.
     """
     chosen = chosen_scene(scene, rocks, engine, seed)
     with precompiler_of(chosen) as precompiler:

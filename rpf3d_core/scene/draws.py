@@ -244,7 +244,7 @@ def drawn(unit: str, further: Mapping[str, type[StrictModel]] = MappingProxyType
     """Return the type of a scene field whose value is a number or a distribution within limits (ge, gt, le, lt).
 
     A mark is the name in brackets with which pydantic selects the type of a value, such as `[uniform]`.
-    further : types, by mark, that the value may also have besides KINDS; these types check their own limits
+    further : types, by mark, that the value may have in addition to KINDS; these types check their own limits
     unit : unit of the numbers, for messages
     """
     kinds = {**KINDS, **further}

@@ -61,7 +61,7 @@ def _without_entries(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     range for the same coefficient; the new range replaces the prior later. The priors then have the same order as in a
     scene file with the new entry.
 
-    changes : tree of changes, as in `_put`
+    changes : new values, in nested dictionaries with the keys of the scene and a `_Value` at each end
     """
     of_materials = changes.get("materials", {})
     if isinstance(of_materials, _Value):
@@ -85,7 +85,7 @@ def _without_priors_of(scene: Scene, changes: Mapping[str, Any]) -> Scene:
 
     A prior stays if it also belongs to values that are not replaced.
 
-    changes : tree of changes, as in `_put`
+    changes : new values, in nested dictionaries with the keys of the scene and a `_Value` at each end
     """
     if scene.unknowns is None or not scene.unknowns.priors:
         return scene
@@ -100,7 +100,8 @@ def _without_priors_of(scene: Scene, changes: Mapping[str, Any]) -> Scene:
 def _is_changed(changes: Any, steps: Steps) -> bool:
     """Return True if a tree of changes replaces the value of a scene at some steps, or a section that contains it.
 
-    changes : tree of changes, as in `_put`; steps : the keys and indices that lead to the value
+    changes : new values, in nested dictionaries with the keys of the scene and a `_Value` at each end
+    steps : the keys and indices that lead to the value
     """
     for step in steps:
         if isinstance(changes, _Value) or step not in changes:
@@ -258,7 +259,7 @@ def _merged(part: Any, changes: Any) -> Any:
 
     Sections without a change stay objects.
 
-    changes : tree of changes to this part, as in `_put`
+    changes : new values of this part, in nested dictionaries with the keys of the scene and a `_Value` at each end
     """
     if isinstance(changes, _Value):
         return changes.value

@@ -276,6 +276,6 @@ def _scene(path: Path, values: dict[str, Any]) -> Scene:
 
 
 def _data_hint(error: ValidationError, values: dict[str, Any]) -> str:
-    """Return the scene's `data_hint`, which says where to get its files, if a file is missing; else ""."""
+    """Return the scene's `data_hint`, which states where to get its files, if a file is missing; else ""."""
     is_missing = any(detail["type"] == MISSING_FILE for detail in error.errors())
     return f"\n{values['data_hint']}" if is_missing and "data_hint" in values else ""

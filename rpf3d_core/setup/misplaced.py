@@ -35,7 +35,7 @@ The deepest open pit is 1,200 m deep; the highest mountain faces have 4,000 m.
 EASTINGS, LEAST_NORTHING = (100_000.0, 900_000.0), 1_000_000.0
 """Range of UTM eastings (m), and a northing (m) that no easting reaches."""
 HIGHEST, NO_HEIGHT = 9_000.0, 30_000.0
-"""Height (m) that no terrain reaches, and a number that is no height, neither in metres nor in feet.
+"""Height (m) that no terrain reaches, and a number that cannot be a height in metres or in feet.
 
 Mount Everest is 8,849 m or 29,032 ft high.
 """

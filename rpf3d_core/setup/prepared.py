@@ -297,7 +297,7 @@ def releases_in_ranges(prepared: Prepared, ranges: Sequence[range | IntArray]) -
 
 
 def places_of(prepared: Prepared) -> list[int]:
-    """Return how many release points each source has; 1 for a source with random places (line or area).
+    """Return the number of release points of each source; 1 for a source with random places (line or area).
 
     Rocks use the points of a source in turn.
     """

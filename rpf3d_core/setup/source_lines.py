@@ -1,4 +1,4 @@
-"""Warn about closed lines of sources: rocks also start along the closing segment, which the user may not expect.
+"""Warn about closed lines of sources: rocks also start along the closing segment, which the user might not expect.
 
 The closing segment of a closed line is its last segment, which leads back to the first point.
 """

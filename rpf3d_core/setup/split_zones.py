@@ -19,7 +19,7 @@ def split_zones(terrain: Terrain, scene: Scene, edges: Edges) -> tuple[Terrain, 
     """Return the terrain with the zones of `terrain.split` split by height, and notes on surfaces that share a zone.
 
     A first note names the other zones with surfaces at different heights, which could be split, too. A further note for
-    each split zone states which surfaces count with a part at another height (`words_on_merged`), and a note for each
+    each split zone states which surfaces belong to a part at another height (`words_on_merged`), and a note for each
     zone states benches that a ramp joins (`words_on_joined`). If the scene names no zone, two kinds of terrain have no
     note: synthetic terrain, where each zone is one bench, and terrain of a single zone, where benches are not
     distinguished.
@@ -71,7 +71,7 @@ def words_on_parts(found: Sequence[ZoneParts], origin: float) -> str:
 
 
 def words_on_merged(split: Sequence[ZoneParts]) -> tuple[str, ...]:
-    """Return a note for each split zone with surfaces that count with the nearest part, although their heights differ.
+    """Return a note for each split zone with surfaces that belong to the nearest part, although the heights differ.
 
     Such surfaces are small, or lie within the heights of a large surface (`terrain.zone_parts.parts_by_height`).
     split : the parts of each split zone

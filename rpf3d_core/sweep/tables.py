@@ -189,7 +189,7 @@ def _is_printed(figure: Figure) -> bool:
 def _percent(figure: Figure | None, has_unknowns: bool) -> str:
     """Return a share in per cent with its intervals, such as `84.5 % (79-89; 83-86)`; "-" if the share is unknown.
 
-    has_unknowns : as in `_brackets`
+    has_unknowns : True if a cell of the sweep has unknowns
     """
     if figure is None or figure.value is None:
         return "-"
@@ -202,7 +202,7 @@ def _number(figure: Figure | None, scale: float, has_unknowns: bool) -> str:
     The predictive interval comes first. An unknown figure gives "-"; a p95 runout that is unknown because too many
     rocks did not stop gives BEYOND_TERRAIN ("beyond the terrain").
 
-    has_unknowns : as in `_brackets`
+    has_unknowns : True if a cell of the sweep has unknowns
     """
     if figure is None or figure.value is None:
         return BEYOND_TERRAIN if figure is not None and is_beyond_terrain(figure) else "-"

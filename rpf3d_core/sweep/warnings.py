@@ -1,4 +1,4 @@
-"""Warnings about a sweep: warnings of its runs without repetition, too few parameter sets, places that do not move."""
+"""Warnings about a sweep: each warning of its runs once, too few parameter sets, and places that do not move."""
 
 import re
 from collections.abc import Iterator, Sequence

@@ -130,7 +130,7 @@ def _is_among(pairs: Near, others: Near, vertices: int) -> NDArray[np.bool_]:
 
 
 def _seams_left(left: Near, closed: Near | None, sampled: bool) -> Seams:
-    """Return what was closed and what is still open; closed : None if nothing was closed."""
+    """Return the seams that were closed and those that are still open; closed : None if no seam was closed."""
     return Seams(
         closed=0 if closed is None else np.unique(closed.vertex).size,
         widest=0.0 if closed is None else float(closed.gap.max(initial=0.0)),

@@ -86,7 +86,7 @@ def default_cell(points: FloatArray) -> float:
 
 
 def _different(values: NDArray[Any]) -> int:
-    """Return how many different values an array (N,) has."""
+    """Return the number of different values in an array (N,)."""
     return int(np.count_nonzero(np.diff(np.sort(values)))) + 1
 
 

@@ -106,7 +106,7 @@ def height_at(ridge: Ridge, points: FloatArray, slack: float) -> FloatArray:
 
 
 def left_of(points: FloatArray, begin: FloatArray, edge: FloatArray) -> FloatArray:
-    """Return how far (N,) m points (N, 2) m lie to the left of a line in plan; negative to the right.
+    """Return the distances (N,) m of points (N, 2) m from a line in plan: positive on its left, negative on its right.
 
     begin : (2,) m, a point of the line; edge : (2,) direction of the line, of any length
     """

@@ -173,7 +173,7 @@ def _facets_near(terrain: Terrain, begin: FloatArray, end: FloatArray) -> NDArra
 
 
 def _shares_over(corners: FloatArray, begin: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return where a line enters and leaves facets (N, 3, 3) m in plan, as shares of the line's length (N,), (N,).
+    """Return the places where a line enters and leaves facets (N, 3, 3) m in plan, as shares (N,), (N,) of its length.
 
     The second share is below the first share if the facet has no area in plan, or if the line does not cross the facet.
     Source: Cyrus and Beck 1978, Computers and Graphics 3:23-28.

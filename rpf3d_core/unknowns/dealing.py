@@ -11,7 +11,7 @@ GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 def rocks_of_set(number: int, sets: int, first: int, last: int, source: int) -> IntArray:
-    """Return which rocks of a source fly with one parameter set: their numbers (N,), within a given range.
+    """Return the numbers (N,) of the rocks of a source that fly with one parameter set, within a given range.
 
     For n sets, each n successive rocks of the source form a round, with one rock for each set. The order of the sets
     differs from round to round: a source uses its release points in turn, so with a fixed order the rocks of a set

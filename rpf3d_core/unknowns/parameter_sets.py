@@ -144,9 +144,10 @@ def read_place(path: str | Path) -> Surroundings | None:
 
 
 def _place_of(note: str | None) -> Surroundings | None:
-    """Return the place of a calibration from its text: west, south, east and north (m), separated by blanks.
+    """Return the rectangle in plan in which a sample was calibrated, read from the note in the sample's file.
 
-    None if there is no text, or if the text does not consist of four numbers.
+    note : west, south, east and north (m), separated by blanks; the result is None if the file has no such note, or if
+        the note does not consist of four numbers
     """
     try:
         west, south, east, north = map(float, (note or "").split())

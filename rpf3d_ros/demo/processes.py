@@ -61,7 +61,7 @@ def _end_with_parent() -> None:
 
 
 def ended(process: subprocess.Popen[bytes]) -> int:
-    """End a node by SIGINT and return its exit code; kill the node if it still runs after GRACE (s)."""
+    """Stop a node with SIGINT and return its exit code; kill the node if it still runs after GRACE (s)."""
     if process.poll() is None:
         process.send_signal(signal.SIGINT)
     try:

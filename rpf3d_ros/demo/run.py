@@ -35,7 +35,7 @@ EXPECTED = (
 """Topics that the recorder must have recorded."""
 
 ENTITIES = ("/terrain", "/sources", "/trajectories", "/trajectories/points", "/impacts", "/alerts", "/alert_level")
-"""Parts of the recording that must exist; /deposits is not among them, because a rock may not stop."""
+"""Parts of the recording that must exist; /deposits is not among them, because possibly no rock stops."""
 
 LEVELS = ("evacuate", "normal")
 """Alert levels that the site must show, in this order: one alert rises and falls."""

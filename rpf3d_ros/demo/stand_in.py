@@ -39,7 +39,7 @@ class StandIn:
     def __init__(self, publishes: tuple[str, ...] = (), name: str = "rpf3d_stand_in", namespace: str = "") -> None:
         """Create the node.
 
-        publishes : topics whose publishers are created at once, because discovery takes time
+        publishes : topics whose publishers are created immediately, because discovery takes time
         namespace : of the node, its topics and the simulator; "" for the root namespace
         """
         self._context = Context()

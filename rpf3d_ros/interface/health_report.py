@@ -1,4 +1,4 @@
-"""Publish the states of a node's parts on /diagnostics: at once after a change, and every second."""
+"""Publish the states of a node's parts on /diagnostics: immediately after a change, and every second."""
 
 import re
 import threading
@@ -34,7 +34,7 @@ class HealthReport:
     """The last state of each part of a node, published together on /diagnostics. Any thread may call."""
 
     def __init__(self, node: Node, timer: bool = True) -> None:
-        """Begin without any part.
+        """Create a report that has no states of parts yet.
 
         timer : False if the node itself calls `publish` every PERIOD (s), from a timer that it needs anyway
         """
@@ -53,8 +53,8 @@ class HealthReport:
     def set(self, part: str, level: int, message: str, values: Mapping[str, str] | None = None) -> None:
         """Set the state of a part of the node, for example "terrain".
 
-        A changed level or sentence is published at once, or within PERIOD (s) if the last publication was less than
-        SPACING (s) ago. The state is logged if it is not OK, and when it is OK again.
+        A changed level or sentence is published immediately, or within PERIOD (s) if the last publication was less
+        than SPACING (s) ago. The state is logged if it is not OK, and when it is OK again.
 
         level : OK, WARN, ERROR or STALE; message : a sentence; values : further figures, by name
         """
@@ -81,7 +81,7 @@ class HealthReport:
             self._publish()
 
     def _publish_soon(self) -> None:
-        """Publish at once, unless the last publication was less than SPACING (s) ago; the timer then publishes."""
+        """Publish now; if the last publication was less than SPACING (s) ago, the timer publishes later."""
         if time.monotonic() - self._published >= SPACING:
             self._publish()
 

@@ -235,7 +235,7 @@ class SimulatorParameters(SourceParameters):
         return SensorTopics(poses=poses, clouds=clouds, expected=tuple(name for name in must if name not in optional))
 
     def _named(self, parameter_name: str) -> tuple[str, ...]:
-        """Return the topics that a user listed in a parameter; () for the default list, whose topics may not exist."""
+        """Return the topics that a user listed in a parameter; () for the default list: its topics might not exist."""
         default = next(each.default for each in fields(self) if each.name == parameter_name)
         value = tuple(getattr(self, parameter_name))
         return () if value == default else _not_empty(value)
@@ -341,7 +341,7 @@ class ParameterLock:
     """
 
     def __init__(self, node: Node, free: Sequence[str] = (), is_forever: bool = False) -> None:
-        """Begin to check all changes of the node's parameters; changes are refused while attribute `closed` is True.
+        """Start to check all changes of the node's parameters; changes are refused while attribute `closed` is True.
 
         free : parameters that may be set at any time
         is_forever : True for a node without a configured state: its parameters never change, and `closed` is True

@@ -40,7 +40,7 @@ A sensor may report its walls one after the other without a pause. The queue tak
 
 
 def depth_of(qos: QoSProfile) -> int:
-    """Return how many messages may wait in a subscription before the oldest is deleted; 0 if none is ever deleted."""
+    """Return the largest number of waiting messages, above which a subscription deletes the oldest; 0: no limit."""
     return 0 if qos.history == HistoryPolicy.KEEP_ALL else qos.depth
 
 

@@ -66,8 +66,8 @@ class SceneParameters:
 def descriptor_of(field: SceneField) -> ParameterDescriptor:
     """Return the description, range and choices of a scene field, as ROS tools show them.
 
-    A range in ROS includes both ends. If the scene's model excludes an end, `additional_constraints` says so, and the
-    scene refuses this value.
+    A range in ROS includes both ends. If the scene's model excludes an end, `additional_constraints` states this, and
+    the scene refuses this value.
     """
     about = ParameterDescriptor(description=_description(field), additional_constraints="; ".join(_constraints(field)))
     bounds = field.bounds or {}

@@ -55,7 +55,7 @@ class SimulatedClock:
             self._speed = speed
 
     def publish(self) -> None:
-        """Publish the simulated time at once; call this before you publish a message with this time as its stamp."""
+        """Publish the simulated time now; call this before you publish a message with this time as its stamp."""
         with self._lock:  # publishes the times in order
             self._publisher.publish(Clock(clock=stamp_of(self._now_ns())))
 

@@ -36,7 +36,7 @@ class TfTransforms:
         self._listener: Any = tf2_ros.TransformListener(self._buffer, node)
 
     def lookup(self, target: str, source: str, stamp_ns: int) -> FoundTransform | str:
-        """Return at once the transform from `source` into `target`; if there is none, the reason as text.
+        """Return the transform from `source` into `target` without waiting; if there is none, the reason as text.
 
         stamp_ns : time (ns) of the transform, NEWEST for the newest of all; if all transforms are older than this time,
             the newest is returned
@@ -62,7 +62,7 @@ class TfTransforms:
         self._buffer.clear()
 
     def close(self) -> None:
-        """End the subscriptions to /tf and /tf_static."""
+        """Unsubscribe from /tf and /tf_static."""
         self._listener.unregister()
 
 

@@ -37,7 +37,7 @@ class TransformLookup(Protocol):
     """A provider of transforms between frames. Any thread may call."""
 
     def lookup(self, target: str, source: str, stamp_ns: int) -> FoundTransform | str:
-        """Return at once the transform from `source` into `target`; if there is none, the reason as text.
+        """Return the transform from `source` into `target` without waiting; if there is none, the reason as text.
 
         stamp_ns : time (ns) of the transform, NEWEST for the newest of all; if all transforms are older than this time,
             the newest is returned
@@ -47,7 +47,7 @@ class TransformLookup(Protocol):
         """Forget all transforms except static transforms, because the clock went back."""
 
     def close(self) -> None:
-        """End the subscriptions: receive no more transforms."""
+        """Unsubscribe: receive no more transforms."""
 
 
 class InputFrames:

@@ -11,7 +11,7 @@ TAKEN_UP = "the acknowledgement is received, but the disk of the decision log is
 
 
 class MessageRefused(InputError):
-    """Raised if a received message cannot be used; the text says what is wrong, and often what would be right."""
+    """Raised if a received message cannot be used; the text states what is wrong, and often what would be right."""
 
 
 def report_error(report: Callable[[BaseException], None], error: BaseException) -> None:

@@ -103,7 +103,7 @@ class FileContact:
         self._thread.start()
 
     def set(self, is_closed: bool) -> None:
-        """Ask the contact's thread to close the contact if `is_closed` is True, else to open it; return at once.
+        """Ask the contact's thread to close the contact if `is_closed` is True, else to open it; do not wait.
 
         Call this at least every LOOKED seconds; otherwise the thread opens the contact.
 
@@ -196,7 +196,7 @@ class TcpContact:
         self._wanted.set(is_closed)
 
     def close(self) -> None:
-        """End all connections and free the port."""
+        """Close all connections and free the port."""
         self._wanted.end()
         with contextlib.suppress(OSError):
             self._server.shutdown(socket.SHUT_RDWR)

@@ -24,7 +24,7 @@ class ExecutorDelay:
     """
 
     def __init__(self, node: Node, health: HealthReport) -> None:
-        """Begin to measure; the node must call `report` every PERIOD (s)."""
+        """Start to measure; the node must call `report` every PERIOD (s)."""
         self._node, self._health = node, health
         self._last = time.monotonic()
         self.longest = 0.0

@@ -50,7 +50,7 @@ class FramesOnArrival:
         return self._when_known(lambda: self._frames.static(frame_id, because))
 
     def close(self) -> None:
-        """End all waiting; the messages that wait for a transform are then refused."""
+        """Refuse the messages that still wait for a transform, and let no further message wait."""
         self._closed.set()
 
     def _when_known(self, find: Callable[[], MapFrame]) -> MapFrame:

@@ -1,4 +1,4 @@
-"""Keep a program running while the reader of its output hangs: output that cannot be written at once is dropped.
+"""Keep a program running while the reader of its output hangs: output that would have to wait is dropped.
 
 rclpy's logger holds Python's global lock while it writes. If standard error is a full pipe, it stops all threads of the
 process.
@@ -22,8 +22,8 @@ FLUSHED = 0.5
 def free_output() -> Iterator[None]:
     """Context manager in which threads pass on standard output and error, so that a write of the program never blocks.
 
-    If the reader hangs, about 64 KiB wait, and later output is dropped. All output is dropped if the reader has gone,
-    or if the descriptor was closed when the program started.
+    If the reader hangs, about 64 KiB wait, and later output is dropped. All output is dropped if the reader has closed
+    the pipe, or if the descriptor was closed when the program started.
     """
     for descriptor in (1, 2):
         _open_if_closed(descriptor)
@@ -77,9 +77,10 @@ class _Pump:
                 data = data[self._passed_on(data) :]
 
     def _passed_on(self, data: bytes) -> int:
-        """Write bytes to the original file; return the number of bytes written, or of all bytes if the reader has gone.
+        """Write bytes to the original file; return the number of bytes written.
 
-        Return 0 if nothing can be written now; the caller then tries again.
+        Return the number of all bytes if the reader has closed the pipe: the bytes are then dropped. Return 0 if
+        nothing can be written now; the caller then tries again.
         """
         try:
             return os.write(self._real, data)

@@ -104,7 +104,7 @@ class Inputs:
         self.publishers = PublisherReports(node, {**own, **self._surveys.qos}, parameters, station, health)
 
     def close(self) -> None:
-        """End all subscriptions."""
+        """Unsubscribe from all inputs."""
         self._frames.close()
         self._surveys.close()
         if self._middleware:

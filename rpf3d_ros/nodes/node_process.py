@@ -119,7 +119,7 @@ def _refused(sentence: str) -> int:
 
 
 def _leave_at_once() -> None:
-    """End the process at once with exit code 0, even while rocks fly or modules are imported.
+    """End the process immediately with exit code 0, even while rocks fly or modules are imported.
 
     Python's own exit would wait for threads, such as those that fly rocks.
     """

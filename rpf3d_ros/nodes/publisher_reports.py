@@ -59,7 +59,7 @@ class PublisherReports:
         self, node: Node, inputs: Mapping[str, QoSProfile], parameters: SimulatorParameters, station: Station,
         health: HealthReport,
     ) -> None:  # fmt: skip
-        """Begin without findings.
+        """Create an object that has not looked at any publisher yet.
 
         inputs : quality of service of the node's subscription to each input, by topic
         station, health : receive the faults, and the state of the part `inputs` of the diagnostics

@@ -137,7 +137,7 @@ class SimulatorNode(LifecycleNode):
 
     @noting_errors
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """End all subscriptions, forget waiting sources, and stop publishing."""
+        """Unsubscribe from all inputs, discard waiting sources, and stop publishing."""
         self._stop()
         self._report("inactive", OK)
         self.health.set("run", OK, "inactive")
@@ -255,14 +255,14 @@ class SimulatorNode(LifecycleNode):
             self._named_at = time.monotonic()
 
     def destroy_node(self) -> None:
-        """End the station's threads, then destroy the node; threads that do not end in time are abandoned."""
+        """Stop the station's threads, then destroy the node; threads that do not end in time are abandoned."""
         for each in (self.outlets.answers, self.outlets.alerts, self.health):
             each.closed = True
         self._close_station()
         super().destroy_node()
 
     def _stop(self) -> None:
-        """End all subscriptions and stop answering; the last published alert is a fault."""
+        """Unsubscribe from all inputs and stop answering; the last published alert is a fault."""
         self._unsubscribe()
         if self.station is not None:
             self.station.deactivate()

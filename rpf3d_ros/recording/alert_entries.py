@@ -20,7 +20,7 @@ class AlertEntries:
     """Converts messages of alerts, the alarm and diagnostics to entries of a recording."""
 
     def __init__(self, times: EntryTimes) -> None:
-        """Begin without alerts; attribute `changes` counts the messages that changed a level of the site or an area."""
+        """Start with no alerts; attribute `changes` counts the messages that changed a level of the site or an area."""
         self._times, self._logged = times, LoggedStates()
         self._areas_with_alerts: set[str] = set()
         self._levels: object = None

@@ -33,7 +33,7 @@ class AnswerEntries:
     """Converts the messages of an answer to entries of a recording; all belong to the event of the answer's sources."""
 
     def __init__(self, frame: MapFrame, times: EntryTimes, last: LastContents | None = None) -> None:
-        """Begin before the first answer.
+        """Start with no answers.
 
         frame : the frame of the messages; times : gives each entry its time and event
         last : contents of the last recorded maps, so that an equal map is not recorded again; None to record every map

@@ -25,7 +25,7 @@ class AreaEntries:
     """Converts messages of areas of interest to entries of a recording."""
 
     def __init__(self, frame: MapFrame, frames: InputFrames, times: EntryTimes) -> None:
-        """Begin without areas; attribute `rings` has the outlines (T, 3) m of each area, by name, map frame.
+        """Start with no areas; attribute `rings` has the outlines (T, 3) m of each area, by name, map frame.
 
         frame : the frame of the outlines that the simulator publishes; frames : the frames of the inputs
         """

@@ -25,7 +25,7 @@ FAULTS = (OSError, RuntimeError)
 
 @dataclass(frozen=True)
 class Rotation:
-    """When a recording begins a new file, and how many files are kept.
+    """Size and age at which a recording begins a new file, and the number of files that are kept.
 
     megabytes, minutes : size and age at which a new file begins; 0: no limit
     keep : number of files kept; 0: all

@@ -25,7 +25,7 @@ MAPS = ("hazard/grid", "hazard/zones", "hazard/points")
 
 
 class Reading(NamedTuple):
-    """A message that is to be recorded: its topic, and a function that returns its entries.
+    """A message to record: its topic, and a function that returns its entries.
 
     entries : function that deserializes the message and returns its entries; raises MessageRefused for a message that
         cannot be used
@@ -45,7 +45,7 @@ class MessageLog:
         self, frame: MapFrame, mesh_frame: str, now: Callable[[], int], thinning: Thinning = WHOLE,
         frames: InputFrames | None = None, sensors: RecordedSensors = DEFAULT_SENSORS,
     ) -> None:  # fmt: skip
-        """Begin without terrain, areas or alerts.
+        """Start with no terrain, areas or alerts.
 
         frame : the map frame and survey frame; mesh_frame : name of the frame of terrain/mesh
         now : returns the time (ns since the epoch) at which the current message was received
@@ -100,7 +100,7 @@ class MessageLog:
         yield from (self._reading(topic, each) for topic, kept in self._waiting.items() for each in kept.rest())
 
     def entries(self, topic: str, message: Any) -> list[RecordingEntry]:
-        """Note a received message, and return the entries of all messages that are to be recorded now.
+        """Note a received message, and return the entries of all messages to record now.
 
         Messages that have waited may be among them. Raises MessageRefused if one of the messages is refused.
 

@@ -42,7 +42,7 @@ class RockEntries:
     """
 
     def __init__(self, frame: MapFrame, times: EntryTimes, areas: Areas, most: int) -> None:
-        """Begin without rocks.
+        """Start with no rocks.
 
         frame : the frame of the messages; times : gives each entry its time and event
         areas : returns the present outlines; most : number of recorded rocks of an answer, 0: all

@@ -24,8 +24,8 @@ from rpf3d_ros.recording.entries import (
 class SourceEntries:
     """Converts messages of sources to entries of a recording; each new stamp begins an event.
 
-    Each sensor whose topic is not a default topic has separate rows, because its messages say nothing about other
-    sensors.
+    Each sensor whose topic is not a default topic has separate rows, because its messages have no information about
+    other sensors.
     """
 
     def __init__(self, frames: InputFrames, times: EntryTimes, sensors: RecordedSensors) -> None:

@@ -27,7 +27,7 @@ class TerrainEntries:
     """
 
     def __init__(self, frames: InputFrames, mesh_frame: str, times: EntryTimes) -> None:
-        """Begin without terrain.
+        """Start with no terrain.
 
         frames : the frames of the inputs; mesh_frame : name of the frame of terrain/mesh
         times : gives each entry its time and event

@@ -6,7 +6,7 @@ from rpf3d_ros.interface.recorded_topics import RecordedSensors
 
 
 class Thinning(NamedTuple):
-    """How much of the answers is recorded; inputs, alerts and the figures of answers are always recorded.
+    """Part of the answers that is recorded; inputs, alerts and the figures of answers are always recorded.
 
     rocks : number of recorded rocks of an answer; rocks that reach an area are always recorded; 0: all
     maps_every : shortest time (s) between recorded hazard maps, unless an alert level changes; 0: no limit

@@ -92,7 +92,7 @@ class ViewerFeed:
             self.dropped += 1
 
     def close(self, seconds: float) -> bool:
-        """End the thread; return False if a hung viewer blocks the thread, which then ends with the process.
+        """Stop the thread; return False if a hung viewer blocks the thread, which then ends with the process.
 
         seconds : longest time (s) to wait for the thread
         """

@@ -81,7 +81,7 @@ def _around() -> Any:
 
 
 def extent_of(strips: Sequence[Strip]) -> float:
-    """Return how far trajectories extend: the diagonal (m) of their box; 0 without points."""
+    """Return the extent of trajectories: the diagonal (m) of their box; 0 without points."""
     points = np.concatenate([np.empty((0, 3)), *(strip.points for strip in strips)])
     return float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
 

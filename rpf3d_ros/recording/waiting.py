@@ -11,7 +11,7 @@ SETTLED = 1_000_000_000
 
 
 class PacedMessages:
-    """Passes the messages of a topic on at a limited rate: the first at once, then the newest of each interval.
+    """Passes the messages of a topic on at a limited rate: the first immediately, then the newest of each interval.
 
     While messages wait, an interval begins when the previous interval ends, even if `due` is called late.
 
@@ -24,7 +24,7 @@ class PacedMessages:
         self._open = True
 
     def take(self, now_ns: int, read: Read) -> list[Read]:
-        """Return the received message, in a list, if it is to be recorded now; else keep it and return an empty list.
+        """Return the received message, in a list, if its record is due now; else keep it and return an empty list.
 
         A message that already waits is dropped in both cases.
 

@@ -45,7 +45,7 @@ class _Content:
         self.text: list[str] | None = None
 
     def start(self, name: str, attributes: dict[str, str]) -> None:
-        """Begin a point, face or surface, or store an attribute of the file; called by the XML parser.
+        """Start to read a point, face or surface, or store an attribute of the file; called by the XML parser.
 
         name : name of the element that starts, with or without a namespace
         """

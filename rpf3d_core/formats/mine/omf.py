@@ -26,7 +26,7 @@ MOST_EXPANDED, LEAST_LIMIT = 200, 2**24
 """Largest allowed expansion of a compressed array (-), and size (bytes) up to which any expansion is allowed."""
 ZIP = b"PK\x03\x04"
 FORMAT_2, INDEXES_2 = b"Open Mining Format", {"index.json.gz", "project.json"}
-"""Begin of the comment of an OMF 2 file, and names of the file with its index, of which it has one."""
+"""First bytes of the comment of an OMF 2 file, and the two possible names of the file with its index."""
 MOST_NAMED = 3
 """Largest number of files in an archive that a message names."""
 
@@ -84,7 +84,7 @@ def _registry(path: Path, data: bytes) -> tuple[dict[str, Element], str]:
 
 
 def _zip_in_words(path: Path) -> str:
-    """Return what a ZIP archive with the ending .omf is, and what the user can do.
+    """Return the kind of a ZIP archive with the ending .omf, and advice for the user, as text.
 
     An OMF 2 file is a ZIP archive with an index of its elements; its comment names the format.
     """
@@ -127,7 +127,8 @@ def _grid(
     The points are in rows along the axis u, one row after another along the axis v. A height is an offset along the
     vector product of u and v.
 
-    data, registry : as in `_surface`; geometry : element that describes the grid
+    data : bytes of the file; registry : elements of the file by identifier
+    geometry : element that describes the grid
     origin : (3,) m, sum of the origins of the project and of the surface
     """
     u, v = (np.array(geometry[f"axis_{axis}"], dtype=float) for axis in "uv")

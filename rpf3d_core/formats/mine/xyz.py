@@ -107,7 +107,7 @@ def _all_at_once(path: Path, layout: _Layout, places: list[int]) -> FloatArray |
 
 
 def _class_cells(path: Path, layout: _Layout) -> FloatArray | None:
-    """Return the numbers (N,) in the column of classes, read line by line; None as in `_points_and_classes`."""
+    """Return the numbers (N,) in the column of classes, read line by line; None without numbers in each line."""
     if layout.class_column is None:
         return None
     rows = list(rows_of(path, text_of(path)))[1:]

@@ -1,4 +1,4 @@
-"""Report what rocks did at barriers (caught, broken through, flown over): summary.json and barriers.csv."""
+"""Report the rocks at barriers (caught, broken through, flown over): summary.json and barriers.csv."""
 
 import math
 from collections.abc import Iterator, Mapping

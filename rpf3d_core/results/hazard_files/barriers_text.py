@@ -29,7 +29,7 @@ NOTE = (
 )
 """Note under the table that explains its rows."""
 SAMPLING_NOTE = "sampling: includes only the uncertainty due to the number of rocks, not that of the ground"
-"""Note under the table that says what its sampling intervals do not include."""
+"""Note under the table that states what its sampling intervals do not include."""
 
 NOTE_ON_SOURCES = (
     f"source: {ALL_SOURCES} for the rocks of all sources together, or the source whose share is clearly worse, or "

@@ -37,7 +37,7 @@ LEAST_COLUMN = 7.0
 MOST_POINTS = 20_000
 """Largest number of points drawn, because more would cover each other.
 
-If there are more points, an evenly spread selection is drawn, and the legend says so.
+If there are more points, an evenly spread selection is drawn, and the legend states this.
 """
 
 MOST_RELEASES = 250

@@ -20,7 +20,7 @@ COLOURS = ("#1f4e9c", "#c8501e", "#2e7d32", "#7b3fa0", "#9a7b00", "#00838f", "#a
 MARKERS = "osD^vP*X"
 INTERVAL = {True: "95 % predictive interval, unknowns included", False: "95 % sampling interval of the number of rocks"}
 DRAWN = {True: "bands", False: "bars"}
-"""How intervals are drawn, by `Curve.is_predictive`; predictive and sampling intervals thus look different."""
+"""Style in which intervals are drawn, by `Curve.is_predictive`: predictive intervals do not look like sampling ones."""
 CAP, BROAD = 6.0, 9.0
 """Width (points) of the ends of a bar, and of the bar that replaces the band at a point without known neighbours."""
 UNKNOWN, BESIDE = "?", 7.0

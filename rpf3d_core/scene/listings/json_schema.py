@@ -263,7 +263,8 @@ def _with_priors(schema: Any, definitions: Schema, copies: Schema) -> Any:
 def _inside(key: str, value: Any, definitions: Schema, copies: Schema) -> Any:
     """Return the value of a keyword of JSON Schema; if the keyword contains schemas, their numbers may be unknown.
 
-    key : the keyword, such as `properties`; value : its value; definitions, copies : as in `_with_priors`
+    key : the keyword, such as `properties`; value : its value; definitions : all definitions of the schema, by name
+    copies : receives a changed copy of each definition that the value refers to
     """
     if key in ("properties", "patternProperties"):
         return {name: _with_priors(each, definitions, copies) for name, each in value.items()}
@@ -274,7 +275,7 @@ def _inside(key: str, value: Any, definitions: Schema, copies: Schema) -> Any:
 def _copied(name: str, definitions: Mapping[str, Schema], copies: Schema) -> str:
     """Return the name of a definition's copy in which numbers may be unknown; the copy is made at the first use.
 
-    name : name of the definition; definitions, copies : as in `_with_priors`
+    name : name of the definition; definitions : all definitions of the schema, by name; copies : receives the copy
     """
     new = name + UNKNOWN
     if new not in copies:

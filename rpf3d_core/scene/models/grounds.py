@@ -1,4 +1,4 @@
-"""The ground models that a scene may name besides `none`, `sliding` and `sphere`, with their parameters."""
+"""The ground models that a scene may name, except `none`, `sliding` and `sphere`, with their parameters."""
 
 from typing import ClassVar
 

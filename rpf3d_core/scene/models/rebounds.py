@@ -1,4 +1,4 @@
-"""The rebound models that a scene may name besides `constant`, with their parameters."""
+"""The rebound models that a scene may name, except `constant`, with their parameters."""
 
 from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal, Self

@@ -12,7 +12,7 @@ from pydantic import Field
 from rpf3d_core.scene.values import StrictModel
 
 Confirmed = Literal["C", "CC", "S", "D", "UNCONFIRMED"]
-"""How well a number of a model is confirmed, from C (primary text) to UNCONFIRMED.
+"""Mark that states how well a number of a model is confirmed, from C (primary text) to UNCONFIRMED.
 
 C: read in the primary text; CC: read in an independent public implementation; S: quoted by another text; D: derived in
 this project; UNCONFIRMED: general knowledge, which the user must check.

@@ -162,7 +162,7 @@ def _nearly_on(lines: FloatArray, section: FloatArray, slack: float) -> NDArray[
     Both ends of the section are then at most `slack` from the line, which is extended beyond its ends.
 
     lines : (N, 2, 2) m, ends of the lines in plan; section : (2, 2) m, ends of the section
-    slack : m, as in `_in_one_place`
+    slack : m, largest distance of both ends of the section from the line
     """
     way = lines[:, 1] - lines[:, 0]
     length = np.maximum(np.hypot(way[:, 0], way[:, 1]), np.finfo(float).tiny)

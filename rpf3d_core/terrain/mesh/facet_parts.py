@@ -73,7 +73,10 @@ def _cut_at_one_side(grown: Triangles, rows: Numbers, some: Numbers, pairs: Near
 
 
 def _last_of_each(side: Numbers) -> NDArray[np.bool_]:
-    """Return flags (M,): true for the last of the consecutive pairs of each side (M,)."""
+    """Return flags (M,): True for the last pair of each side.
+
+    side : (M,) the side of each pair; pairs of the same side follow each other
+    """
     last = np.ones(len(side), bool)
     last[:-1] = side[1:] != side[:-1]
     return last
