@@ -10,7 +10,7 @@ class FirstScans:
     """The first and the last message of each topic since the start, a restart, a step back of the clock, or a pause.
 
     Both the stamps and a steady clock must show the whole period, because the clock of the stamps may jump ahead.
-    After a pause that is longer than the period, or so long that the topic counted as silent, a scan begins anew: the
+    After a pause that is longer than the period, or so long that the topic counted as silent, a scan begins again: the
     sensor has not reported every place within the period.
 
     period_s : time (s) within which a sensor reports every place again; None or 0 if each message has all places

@@ -116,7 +116,7 @@ def test_the_first_scan_is_a_fault_until_it_is_complete_also_after_a_restart():
 
 
 @pytest.mark.parametrize(("silent_s", "pause"), [(90.0, 61), (20.0, 21)])
-def test_after_a_pause_of_its_topic_a_scan_begins_anew(silent_s, pause):
+def test_after_a_pause_of_its_topic_a_scan_begins_again(silent_s, pause):
     scans = FirstScans(60.0, silent_s)
     for second in (*range(0, 70, 10), 60 + pause - 1):
         scans.note(RADAR, NOW + second * S, float(second))
