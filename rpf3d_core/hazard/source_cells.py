@@ -18,9 +18,9 @@ from rpf3d_core.hazard.worst import ALL
 
 P95 = 95
 SHARE = 0.5
-"""Share (-) of the memory for the bins of map cells that the counts of each source may take in addition.
+"""Share (-) of the memory for the bins of map cells that the counts of each source may take in addition, in two parts.
 
-Half of it is for the numbers of the cells, and half for the counts of the cells that rocks reached.
+The share limits the memory for the numbers of all cells, and the memory for the counts of the cells that rocks reached.
 """
 NUMBER_BYTES = 4
 """Memory (bytes) for the number of a cell of a source, whether rocks reached the cell or not."""
@@ -56,7 +56,7 @@ class SourceCells:
         self.tally: CellTally | None = None
         self.cells, self.most = 0, 0.0
         if squares is not None:
-            limit, numbers = 0.5 * SHARE * squares.limit, sources * len(squares.slot)
+            limit, numbers = SHARE * squares.limit, sources * len(squares.slot)
             self.cells = len(squares.slot)
             self.most = limit / (BYTES_PER_SLOT + (sum(squares.scales.bins) >> MOST_MERGES))
             if numbers <= MOST_NUMBERS and NUMBER_BYTES * numbers <= limit:
@@ -135,7 +135,10 @@ def _largest(
     """Return for each wanted cell (S,) the largest of the values there, and its source; NaN and ALL without values.
 
     cell, source, values : (N,) a value of a source in a cell; of equal values, that of the first source counts
+    wanted : (S,) ascending
     """
+    some = np.isin(cell, wanted)  # while rocks fly, a source may have reached a cell that the map does not have yet
+    cell, source, values = cell[some], source[some], values[some]
     order = np.lexsort((-source, values, cell))
     last = order[np.append(cell[order][1:] != cell[order][:-1], True)[: len(order)]]
     largest, of = np.full(len(wanted), np.nan), np.full(len(wanted), ALL, dtype=np.int64)

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from rpf3d_core.formats.words import whole_degrees
-from rpf3d_core.hazard.worst import ALL
 from rpf3d_core.report.elements import Element, Heading, Picture, Text
 from rpf3d_core.report.passing import shares_beyond
 from rpf3d_core.report.run_files import RunFiles
@@ -44,17 +43,17 @@ def section_part(run: RunFiles, toes: SourceToes, section: CriticalSection | Non
     fences, elsewhere = fences_in(run, section)
     above = "the ground, the paths and the barriers" if fences else "the ground and the paths"
     far = farthest(toes, DESIGN)
-    rocks = "rocks" if far == ALL else f"rocks from {toes.name_of(far)}"
-    yield Picture(_section_png(run, toes.of_source(far), section),
-                  f"Above: {above} in the section. Below: {rocks} of all sections that pass a distance, with "
-                  f"{'both intervals' if run.sets else 'the sampling interval'}.")  # fmt: skip
+    whose, intervals = toes.name_of(far), "both intervals" if run.sets else "the sampling interval"
+    yield Picture(_section_png(run, toes.of_source(far), section, whose),
+                  f"Above: {above} in the section. Below: rocks{f' from {whose}' if whose else ''} of all sections "
+                  f"that pass a distance, with {intervals}.")  # fmt: skip
     if elsewhere:
         yield Text(f"Barriers of the scene that the picture leaves out: {', '.join(elsewhere)}. They do not cross the "
                    "section, or the file of their line is no longer there.", quiet=True)  # fmt: skip
 
 
-def _section_png(run: RunFiles, beyond: BeyondToe, section: CriticalSection) -> bytes:
-    """Return the picture of the critical section as PNG."""
+def _section_png(run: RunFiles, beyond: BeyondToe, section: CriticalSection, source: str) -> bytes:
+    """Return the picture of the critical section as PNG; source : whose rocks `beyond` has, "" for all rocks."""
     from rpf3d_core.results.plots.section import SectionDrawing, section_figure
 
     zero = section.toe if np.isfinite(section.toe) else 0.0
@@ -71,6 +70,7 @@ def _section_png(run: RunFiles, beyond: BeyondToe, section: CriticalSection) -> 
         predictive=None if not shares or None in predictive else np.array(predictive, dtype=float).T,
         origin="the toe of the first face" if np.isfinite(section.toe) else "the release",
         fences=[fence._replace(distance=fence.distance - zero) for fence in fences_in(run, section)[0]],
+        source=source,
     ))  # fmt: skip
     content = io.BytesIO()
     figure.savefig(content, format="png", dpi=150)

@@ -17,6 +17,7 @@ from rpf3d_core.simulation.physics import Physics, ground_of, rock_at
 from rpf3d_core.simulation.record import Record, note_impact
 from rpf3d_core.simulation.state import State, ended, with_ground, with_impact
 from rpf3d_core.simulation.sustained import STOPPED, UNRESOLVED, WEDGED
+from rpf3d_core.terrain.facet_geometry import stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Motion, Vec
 from rpf3d_core.vectors import add, along, dot, norm, scale
@@ -33,6 +34,8 @@ STEEP = 0.05
 
 Along a wall, a sphere that is lifted straight up would be released far above its place, or would never be free.
 """
+STRAIGHT = 1.0 - 2.0**-20
+"""Least cosine (-) between the normal of a facet and the direction to a centre that is nearest to its interior."""
 
 
 @locator_for.rule(CoulombSphere)
@@ -48,18 +51,34 @@ def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion
     Each step lifts the sphere until it just touches the ground point that was nearest before the step. A step never
     lifts the sphere too far, so the steps approach the right position from below. A sphere at a wall, or under an
     overhang, is moved away from the nearest ground point instead. In a narrow place there may be no position without
-    overlap; the sphere is then released where the last step ends, and `sphere_has_room` is False there.
+    overlap; the sphere is then released where the last step ends, and `sphere_has_room` is False there. If the steps
+    lead through a wall, as in a slot narrower than the sphere, the sphere stays where it overlaps the ground.
     """
     x, radius = motion.x, locator.radius
+    touch = nearest_to(locator.locator, facets, x, radius)
+    behind = _is_behind(facets, touch)
     for _ in range(LIFTS):
-        touch = nearest_to(locator.locator, facets, x, radius)
         if not touch.t < radius - facets.tolerance:
             break
         if touch.n[2] < STEEP and touch.t > SURE * facets.crack:
             x = add(x, scale(radius - touch.t, touch.n))
         else:
             x = x[0], x[1], x[2] + _lift_off(touch, radius)
+        touch = nearest_to(locator.locator, facets, x, radius)
+    if not behind and _is_behind(facets, touch):
+        x = motion.x
     return Motion(t=motion.t, x=x, v=motion.v, w=motion.w)
+
+
+@kernel
+def _is_behind(facets: Facets, touch: Touch) -> bool:
+    """Return True if a sphere's centre lies behind its nearest facet, farther than SURE crack widths.
+
+    At an edge or corner of a facet, the side of one facet does not show where the ground is; then the result is False.
+    """
+    if touch.facet < 0 or touch.t <= SURE * facets.crack:
+        return False
+    return bool(dot(touch.n, stored_normal(facets, touch.facet)) < -STRAIGHT)
 
 
 @has_room.rule(CoulombSphere)

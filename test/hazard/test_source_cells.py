@@ -106,7 +106,7 @@ def test_memory_is_bounded(run: Run, folder: Path, monkeypatch: pytest.MonkeyPat
     tallies = empty_tallies(prepare(scene_of(folder, rocks=ROCKS)))
     squares = tallies.squares
     assert SourceCells(squares, 2).tally is not None
-    assert SourceCells(squares, int(0.25 * squares.limit / 4 / len(squares.slot)) + 1).tally is None
+    assert SourceCells(squares, int(0.5 * squares.limit / 4 / len(squares.slot)) + 1).tally is None
     assert SourceCells(None, 0).tally is None
     reached = len(run.maps.cells.cell)
 

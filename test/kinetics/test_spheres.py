@@ -370,6 +370,21 @@ def test_a_sphere_released_on_a_facet_however_wide_and_steep_is_lifted_until_it_
     assert clearance(over, flights.paths.x) == pytest.approx(0.5, abs=ROUNDED)
 
 
+@BOTH
+def test_a_sphere_released_in_a_slot_narrower_than_itself_is_not_moved_through_a_wall_of_the_slot(engine):
+    """The walls are steeper than 87 degrees, so each step moves the sphere away from a wall, not up.
+
+    The centre once came to lie in the ground, a radius behind the other wall, and fell.
+    """
+    profile = np.array([(-9.0, 0.0), (-0.05, 0.0), (0.0, -3.0), (0.05, 0.0), (9.0, 0.0)])
+    vertices = [(x, y, z) for x, z in profile for y in (-5.0, 5.0)]
+    slot = terrain_of(vertices, [t for a in range(0, 8, 2) for t in ((a, a + 2, a + 3), (a, a + 3, a + 1))])
+    starts = np.array([(0.01, 1.0, -0.5), (-0.01, 1.0, -1.0), (0.0, 1.0, -0.2)])
+    ends = roll(engine_over(engine, slot), spheres(ground(), max_time=5.0), 0.4, starts).deposits
+    for x, outcome in zip(ends.x, ends.outcome, strict=True):
+        assert outcome == Outcome.UNRESOLVED_CONTACT or x[2] > 0.4 - 1e-6
+
+
 @pytest.mark.long
 @BOTH
 def test_without_a_ground_model_a_sphere_stops_by_its_speed_alone(engine):

@@ -40,11 +40,12 @@ def test_both_panels_name_their_axes_and_the_scale_is_stated_and_true(length: fl
 
 @pytest.mark.parametrize(("length", "relief"), [(300.0, 100.0), (100.0, 200.0)])
 @pytest.mark.parametrize("predictive", [None, np.array([np.zeros(20), np.ones(20)])])
+@pytest.mark.parametrize("source", ["", "the crest above the northern ramp"])
 def test_the_legend_of_the_shares_covers_neither_the_curve_nor_a_label(
-    length: float, relief: float, predictive: np.ndarray | None
+    length: float, relief: float, predictive: np.ndarray | None, source: str
 ) -> None:
     """All rocks may pass all distances, so the curve may be anywhere in the panel."""
-    figure = section_figure(drawing(length, relief)._replace(predictive=predictive))
+    figure = section_figure(drawing(length, relief)._replace(predictive=predictive, source=source))
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     renderer = canvas.get_renderer()

@@ -22,6 +22,8 @@ TOP, BETWEEN, BELOW, LEFT, RIGHT = 0.35, 0.75, 0.6, 0.75, 0.15
 """Sizes (inches) of the title, of the labels between, below and left of the panels, and of the margin on the right."""
 ONE_ROW, ROW = 5.2, 0.2
 """Width (inches) of the panels from which the legend of the lower panel has one row, and height of a second row."""
+LONGEST = 12
+"""Largest number of letters of the name of a source in a legend."""
 LIMIT, BAND, FENCE, CRITICAL = "#b3007a", "#9bb8e0", "#111111", "#d1480f"
 
 
@@ -36,6 +38,7 @@ class SectionDrawing(NamedTuple):
     sampling, predictive : (2, D) lower and upper ends of the intervals of `passed`; predictive is None if unknown
     origin : name of the place where distances start: the toe, or the release if there is no toe
     fences : name, distance (m), and elevations (m) of foot and top of each barrier that crosses the section
+    source : name of the source whose rocks `held` and `passed` count; "" for all rocks
     """
 
     distance: FloatArray
@@ -49,6 +52,13 @@ class SectionDrawing(NamedTuple):
     origin: str
     fences: Sequence[tuple[str, float, float, float]] = ()
     path: FloatArray | None = None
+    source: str = ""
+
+    @property
+    def from_source(self) -> str:
+        """The source as text, such as `from crest`; long names are cut, so that legends fit; "" for all rocks."""
+        name = self.source if len(self.source) <= LONGEST else f"{self.source[:LONGEST]}..."
+        return f"from {name}" if name else ""
 
 
 def section_figure(drawing: SectionDrawing) -> Figure:
@@ -111,7 +121,8 @@ def _draw_section(axes: Axes, drawing: SectionDrawing, floor: float, exaggerated
         axes.plot([distance, distance], [foot, top], color=FENCE, linewidth=3.0, solid_capstyle="butt", zorder=4,
                   label=f"barrier {name}: {top - foot:g} m high")  # fmt: skip
     if drawing.held is not None:
-        axes.plot([], [], color=LIMIT, linestyle="--", label=f"holds 90 % of the rocks: {short_length(drawing.held)} m")
+        of = drawing.from_source or "of the rocks"
+        axes.plot([], [], color=LIMIT, linestyle="--", label=f"holds 90 % {of}: {short_length(drawing.held)} m")
     label(axes, _distance(drawing), "elevation (m)")
     axes.set_title(scale_in_words(exaggerated), loc="left", fontsize=10)
     axes.legend(loc="upper right", framealpha=0.9, fontsize=8)
@@ -132,7 +143,8 @@ def _draw_shares(axes: Axes, drawing: SectionDrawing, columns: int) -> None:
                           label="95 % predictive interval")  # fmt: skip
     axes.fill_between(drawing.at, *(100.0 * drawing.sampling), color=PATH, alpha=0.35, linewidth=0,
                       label="95 % sampling interval")  # fmt: skip
-    axes.plot(drawing.at, 100.0 * drawing.passed, color=PATH, linewidth=1.4, label="rocks of all sections")
+    rocks = drawing.from_source or "rocks of all sections"
+    axes.plot(drawing.at, 100.0 * drawing.passed, color=PATH, linewidth=1.4, label=rocks)
     axes.set_ylim(0.0, 100.0)
     label(axes, _distance(drawing), "rocks that pass (%)")
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, frameon=False, fontsize=8,
