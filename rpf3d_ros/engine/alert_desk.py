@@ -122,7 +122,7 @@ class AlertDesk:
         self._thread.start()
 
     def decide_on(self, region: Hashable, evidence: Evidence, topic: str) -> None:
-        """Request a decision on new evidence of a region (one wall of the pit), and return at once.
+        """Request a decision on new evidence of a region (one wall of the pit), and return immediately.
 
         Evidence without sources applies to all regions of its topic. If MOST_WAITING answers already wait for their
         decision, the evidence is dropped, and the message with its sources counts as lost.
@@ -166,7 +166,7 @@ class AlertDesk:
     def watch(self, outlines: Callable[[], Mapping[str, str]], terrain: Callable[[], str] | None = None) -> None:
         """Set the present outlines of the areas and the present terrain, for all further decisions.
 
-        Evidence for a former outline or terrain is outdated at once, even if many requests wait. Any thread may call.
+        Evidence for a former outline or terrain is outdated immediately, even if many requests wait. Any thread may call.
 
         outlines : returns the digest of the present outline of each area, by name
         terrain : returns the digest of the present terrain, or "" without terrain; pass None in place of this function
@@ -200,7 +200,7 @@ class AlertDesk:
         self._requests.put(Request(faults=why, is_error=True))
 
     def acknowledge(self, by: str, why: str, reply: Reply, client: str = "") -> None:
-        """Request a decision with an acknowledgement, and return at once.
+        """Request a decision with an acknowledgement, and return immediately.
 
         A fault that the alert shows when this method is called makes the acknowledgement void, even if the fault ends
         before the decision. The only exception is the fault that the level before the start is unknown.

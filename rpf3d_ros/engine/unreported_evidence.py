@@ -153,7 +153,7 @@ class UnreportedEvidence:
     def end(self, topic: str, stamp_ns: int = -1) -> None:
         """Note that a topic has no unreported places; a fault ends as soon as a message of this stamp is answered.
 
-        stamp_ns : stamp of the message that ends them (ns); -1 to end a fault at once
+        stamp_ns : stamp of the message that ends them (ns); -1 to end a fault immediately
         """
         now_ns = self._now()
         with self._lock:
