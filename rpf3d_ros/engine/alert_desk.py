@@ -166,7 +166,7 @@ class AlertDesk:
     def watch(self, outlines: Callable[[], Mapping[str, str]], terrain: Callable[[], str] | None = None) -> None:
         """Set the present outlines of the areas and the present terrain, for all further decisions.
 
-        Evidence for a former outline or terrain is outdated immediately, even if many requests wait. Any thread may call.
+        Evidence for a former outline or terrain is then outdated, even if many requests wait. Any thread may call.
 
         outlines : returns the digest of the present outline of each area, by name
         terrain : returns the digest of the present terrain, or "" without terrain; pass None in place of this function
