@@ -75,6 +75,8 @@ class GroupedSample:
     def percentiles(self, wanted: int, fewest: int) -> FloatArray:
         """Return a percentile of each group (G,), as `Sample.percentiles`; NaN for fewer values than `fewest`.
 
+        The percentile has the unit of the values.
+
         wanted : the percentile, in percent
         """
         self._settle()

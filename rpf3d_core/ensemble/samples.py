@@ -38,7 +38,10 @@ class Sample:
 
     @classmethod
     def counted(cls, values: FloatArray, counts: IntArray, low: float, high: float) -> "Sample":
-        """Return a sample of distinct values (V,), ascending, that occur `counts` (V,) times; low, high : its ends."""
+        """Return a sample of distinct values (V,), ascending, that occur `counts` (V,) times.
+
+        low, high : smallest and largest value, in the unit of the values
+        """
         sample = cls()
         sample._values, sample._counts, sample.count = values, counts, int(counts.sum())
         sample.low, sample.high = low, high

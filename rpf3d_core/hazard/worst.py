@@ -51,7 +51,7 @@ def with_smallest_share(counts: Counts) -> IntArray:
 def with_largest_value(each: FloatArray, together: FloatArray) -> IntArray:
     """Return for each place the source (P,) with the largest value; ALL if no source has a larger one than all rocks.
 
-    each, together : (S, P) and (P,) values >= 0 of each source, and of all rocks; NaN if unknown
+    each, together : (S, P) and (P,) values >= 0 of each source, and of all rocks, in one unit; NaN if unknown
     """
     values = np.nan_to_num(each, nan=-1.0)
     return np.where(values.max(axis=0) > np.nan_to_num(together, nan=-1.0), values.argmax(axis=0), ALL)

@@ -112,7 +112,7 @@ def evenly_spread(rocks: int, most: int) -> NDArray[np.int64]:
 def beyond_toe(run: RunFiles, selected: NDArray[np.int64] | None = None) -> BeyondToe:
     """Return the distances beyond the toe at which rocks stop; rocks with no face below their release are left out.
 
-    selected : rows in `Ends` of the rocks whose toe is searched; None for an evenly spread selection of all rocks
+    selected : (R,) rows in `Ends` of the rocks whose toe is searched; None for an evenly spread selection of all rocks
     """
     rows = evenly_spread(len(run.ends.runout), MOST_ROCKS) if selected is None else selected
     of = len(rows)
