@@ -79,8 +79,8 @@ class AnswerSchedule:
         The latest trigger is returned again if the terrain or the areas have changed, or if another trigger was
         answered after it.
         """
-        if self._outdated:  # before the first trigger is taken, there is nothing to answer again
-            self._again, self._outdated = [] if self._latest is None else self._in_turn(self._latest), False
+        if self._outdated:
+            self._again, self._outdated = self._in_turn(), False
         finishing, trigger = False, self._sources.take()
         if trigger is not None:
             self._answered.note(self._sources.region_of(trigger), trigger)
@@ -135,12 +135,9 @@ class AnswerSchedule:
         others = self._answered.others(self._latest)
         return next((each for each in self._interrupted if any(each is one for one in others)), None)
 
-    def _in_turn(self, latest: Trigger) -> list[Trigger]:
-        """Return all triggers to answer again, in order: first triggers that still wait since an earlier change.
-
-        latest : the newest trigger
-        """
-        every = [*self._answered.others(latest), latest]
+    def _in_turn(self) -> list[Trigger]:
+        """Return all triggers to answer again, in order: first triggers that still wait since an earlier change."""
+        every = self._kept()
         return [*self._again, *(trigger for trigger in every if not any(trigger is each for each in self._again))]
 
     def _next_again(self) -> Trigger | None:
@@ -148,6 +145,13 @@ class AnswerSchedule:
 
         A trigger is skipped if a newer trigger of its region has replaced it, or if it is too old.
         """
-        kept = [] if self._latest is None else [*self._answered.others(self._latest), self._latest]
+        kept = self._kept()
         self._again = [trigger for trigger in self._again if any(trigger is each for each in kept)]
         return self._again.pop(0) if self._again else None
+
+    def _kept(self) -> list[Trigger]:
+        """Return the triggers that are answered again after a change, the newest last.
+
+        Before the first message is taken from the queue, the places that are no longer reported may be among them.
+        """
+        return [*self._answered.others(self._latest), *([] if self._latest is None else [self._latest])]

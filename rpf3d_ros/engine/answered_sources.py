@@ -8,6 +8,9 @@ from collections.abc import Hashable
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.messages.stamps import SECOND
 
+NEVER = 2**63
+"""A time (ns) after every stamp."""
+
 
 class AnsweredSources:
     """The last trigger (sources of one message) of each region, to be answered again when terrain or areas change."""
@@ -38,13 +41,13 @@ class AnsweredSources:
         if len(counted) > self._most:
             del self._last[counted[0]]
 
-    def others(self, latest: Trigger) -> list[Trigger]:
+    def others(self, latest: Trigger | None) -> list[Trigger]:
         """Return the kept triggers except `latest`, in the order in which they were noted.
 
         A trigger is left out if its stamp is more than `age_s` before the stamp of `latest`, the newest trigger. Places
-        that are no longer reported have no age limit.
+        that are no longer reported have no age limit; if `latest` is None, only these are returned.
         """
-        oldest_ns = latest.stamp_ns - self._age
+        oldest_ns = NEVER if latest is None else latest.stamp_ns - self._age
         return [
             one for one in self._last.values()
             if one is not latest and (one.is_unreported or one.stamp_ns >= oldest_ns)

@@ -6,20 +6,26 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any, NamedTuple
 
 from rpf3d_core.alerts.site_model import Thresholds
-from rpf3d_core.alerts.time_units import ns_of
+from rpf3d_core.alerts.time_units import ns_of, when
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.engine.topic_votes import TopicVotes
-from rpf3d_ros.engine.unreported_evidence import UnreportedEvidence
+from rpf3d_ros.engine.unreported_evidence import Place, UnreportedEvidence
 from rpf3d_ros.engine.unreported_places import ReportedPlaces
 
 CAUSE = "places: {}"
 """Name of the cause of a standing fault: the node had to forget places of a topic; the topic replaces the braces."""
 
 FORGOTTEN = (
-    "{} had reported {} that it reports no longer, and the node has forgotten some of these places: look at the slope "
-    "and acknowledge, or publish an empty message if the sensor sees no source"
+    "{} had reported {} that it reports no longer, and the node has forgotten some of these places{}: look at the "
+    "slope and acknowledge, or publish an empty message if the sensor sees no source"
 )
-"""Sentence of the fault of forgotten places: topic, and how many places."""
+"""Sentence of the fault of forgotten places: topic, how many places, and when the last were forgotten."""
+
+FORGOTTEN_IN_A_SCAN = (
+    "{} has reported {} within evidence.scan_period_s, and the node has forgotten some of these places{}: report fewer "
+    "places, or correct this time in the site file; or look at the slope and acknowledge"
+)
+"""As FORGOTTEN, for a site with a scan period."""
 
 
 class Forgotten(NamedTuple):
@@ -61,8 +67,10 @@ class PlaceChecks:
         update = self._places.received(trigger, now_s, is_suspect, is_due)
         if update.too_many:
             self._forget(topic, update.too_many, trigger.stamp_ns, now_s)
-        elif self._is_known_again(trigger, now_s):
+        elif update.is_nothing or self._is_known_again(trigger, now_s):
             self._end_forgotten(topic)
+        if len(trigger.positions):
+            self._checks.received(topic, trigger.stamp_ns)
         if update.is_ended:
             self._checks.end(topic, trigger.stamp_ns)
             self._end(topic)
@@ -74,28 +82,33 @@ class PlaceChecks:
     def acknowledged(self, by: str, shown: Collection[str]) -> tuple[str, ...]:
         """Note an acknowledgement by a person; return the topics whose faults of unreported places it ends.
 
-        An acknowledgement counts only for the faults that the person saw, so persons who saw different places of a
-        topic end no fault together.
+        An acknowledgement counts only for the places whose faults the person saw. Several persons end the fault of the
+        places that all of them saw.
 
         shown : the faults of the last alert. A fault that is not shown yet cannot be acknowledged
         """
-        faults = [
-            *self._checks.faults().items(), *((topic, each.sentence) for topic, each in self._forgotten.items())
-        ]  # fmt: skip
-        seen = [(topic, sentence) for topic, sentence in faults if sentence in shown]
-        ended = self._votes.given(by, time.monotonic(), seen)
-        for topic, sentence in ended:
-            if topic in self._forgotten and self._forgotten[topic].sentence == sentence:
+        seen: list[tuple[str, Place | str]] = [
+            (topic, place) for topic in self._checks.faults() for place in self._checks.places_of(topic, shown)
+        ]
+        seen += [(topic, each.sentence) for topic, each in self._forgotten.items() if each.sentence in shown]
+        acknowledged = self._votes.given(by, time.monotonic(), seen)
+        ended = []
+        for topic in dict.fromkeys(topic for topic, _ in acknowledged):
+            about = {each for other, each in acknowledged if other == topic}
+            if topic in self._forgotten and self._forgotten[topic].sentence in about:
                 self._end_forgotten(topic)
-            else:
-                self._places.forget([topic])
+                ended.append(topic)
+            places = [each for each in about if not isinstance(each, str)]
+            if places and self._places.forget(topic, set(places)):
                 self._checks.end(topic)
                 self._end(topic)
-        return tuple(dict.fromkeys(topic for topic, _ in ended))
+                ended.append(topic)
+        return tuple(dict.fromkeys(ended))
 
     def restart(self) -> None:
         """Note that all answers were forgotten, because the clock went back or the node is not active."""
         self._places.restart()
+        self._forgotten = {topic: each._replace(at_ns=0) for topic, each in self._forgotten.items()}  # not a valid time
 
     def to_remember(self) -> dict[str, Any]:
         """Return the places to save for the next start, as plain values, if danger is possible there; {} for none."""
@@ -107,26 +120,27 @@ class PlaceChecks:
 
         saved : value of the key "places" of `to_remember`
         """
-        places, lacking = self._places.restore(saved, topics)
+        places, lacking = self._places.restore(saved, topics, time.monotonic())
         for topic in places:
             self._checks.suspect(topic)
         for topic in lacking:
             self._forget(topic, "too many places before the start of the node", 0, -math.inf)
 
     def _is_known_again(self, trigger: Trigger, now_s: float) -> bool:
-        """Return True if a message ends the fault of forgotten places; now_s : present time (s, steady clock).
+        """Return True if all places have been reported again since places were forgotten; False without a scan period.
 
-        With a scan period, all places must have been reported again since. Otherwise, a message must be empty.
+        now_s : present time (s, steady clock)
         """
         known = self._forgotten.get(trigger.topic)
         if known is None or self._period is None:
-            return not len(trigger.positions)
+            return False
         is_over = trigger.stamp_ns - known.at_ns > ns_of(self._period)
         return is_over and now_s - known.at_s > self._period
 
     def _forget(self, topic: str, many: str, at_ns: int, at_s: float) -> None:
         """Report that places of a topic were forgotten; many : how many places; at_ns, at_s : as in `Forgotten`."""
-        sentence = many if self._period is not None else FORGOTTEN.format(topic, many)
+        at = f", the last of them at {when(at_ns)}" if at_ns > 0 else ""
+        sentence = (FORGOTTEN if self._period is None else FORGOTTEN_IN_A_SCAN).format(topic, many, at)
         self._forgotten = {**self._forgotten, topic: Forgotten(sentence=sentence, at_ns=at_ns, at_s=at_s)}
         self._report(CAUSE.format(topic), sentence)
 

@@ -106,6 +106,8 @@ class RegionEvidence:
         terrain : digest of the terrain, "" without terrain; None if the terrain is not watched
         """
         self._outlines.watch(outlines, now_ns)
+        if self._unreported is not None:
+            self._unreported.watch(outlines)
         if terrain is not None:
             self._ground.watch(terrain, now_ns)
 

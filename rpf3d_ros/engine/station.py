@@ -133,10 +133,11 @@ class Station:
             # before the start is noted first.
             self._remember_refusals()
             self.desk = self._desk_of(configuration, configuration.thresholds)
+            self._places = self._places_of(configuration.thresholds, self.desk)
+            self._restore_places(self._places)
             self._report_terrain()
             self._refused_inputs.repeat()
             self._areas.repeat()
-            self._places = self._places_of(configuration.thresholds, self.desk)
         if configuration.log_fault:
             self.decisions.begin(configuration.log_fault)
         if configuration.standing is not None:
@@ -184,13 +185,14 @@ class Station:
                 self._refused_inputs.refused(topic, why, at=now)
 
     def _places_of(self, thresholds: Thresholds, desk: AlertDesk) -> PlaceChecks:
-        """Return the check of the places of sources, which continues from the places before the start."""
-        parameters = self._configuration.parameters
-        checks = PlaceChecks(
-            thresholds, parameters.position_spread, desk.unreported, self.report_fault, self.flyer.end_unreported
-        )
-        checks.restore(self._memory.get("places", {}), (*parameters.sensors.poses, *parameters.sensors.clouds))
-        return checks
+        """Return the check of the places of sources."""
+        spread = self._configuration.parameters.position_spread
+        return PlaceChecks(thresholds, spread, desk.unreported, self.report_fault, self.flyer.end_unreported)
+
+    def _restore_places(self, places: PlaceChecks) -> None:
+        """Continue from the places before the start."""
+        sensors = self._configuration.parameters.sensors
+        places.restore(self._memory.get("places", {}), (*sensors.poses, *sensors.clouds))
 
     def _inputs_to_remember(self) -> dict[str, Any]:
         """Return the state to save for the next start, as plain values; called on the thread of the alert desk.

@@ -6,7 +6,7 @@ publishes an empty message, or persons acknowledge.
 """
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -18,6 +18,15 @@ from rpf3d_core.live.triggers import Trigger
 
 ALWAYS = 2**62
 """A time (ns) after every stamp."""
+
+ANY = -1
+"""Stands for the stamp of any message."""
+
+Place = tuple[float, ...]
+"""Coordinates x, y, z (m) of a place."""
+
+MOST_SHOWN = 20
+"""Number of the last sets of places of a topic that a person may have seen in a fault when acknowledging it."""
 
 MOST_EXPECTED = 100
 """Largest number of answers that are expected for one topic; further messages count as one with the last of these."""
@@ -33,14 +42,14 @@ REMEDY = (
 class Expected(NamedTuple):
     """An expected answer to the unreported places after one message.
 
-    stamp_ns : stamp of the message (ns); -1 if it is not known, then any answer is the expected one
+    stamp_ns : stamp of the message (ns); ANY if any answer is the expected one
     digest : digest of the places, as in `Trigger`; "" if it is not known
-    since_ns : time since which the answer is expected (ns)
+    until_ns : time until which the answer must arrive (ns)
     """
 
     stamp_ns: int
     digest: str
-    since_ns: int
+    until_ns: int
 
 
 @dataclass
@@ -58,9 +67,11 @@ class CheckedPlaces:
         answered
     why_failed : why the places could not be simulated; "" if they could
     is_due : True if they must be simulated again for that reason
+    received_ns : stamp (ns) of the newest message of the topic
     main_ns : stamp (ns) of the newest message of the topic that is answered
     danger_ns : stamp (ns) of the newest message whose answer may reach a limit; -1 if there is none
     evidence : the last answer to unreported places that counts
+    shown : the last beginnings of sentences, each with the places (x, y, z) (m) that it is about
     """
 
     where: str = ""
@@ -72,9 +83,11 @@ class CheckedPlaces:
     stands: bool = False
     why_failed: str = ""
     is_due: bool = False
+    received_ns: int = -1
     main_ns: int = -1
     danger_ns: int = -1
     evidence: Evidence | None = None
+    shown: dict[str, frozenset[Place]] = field(default_factory=dict)
 
     @property
     def is_open(self) -> bool:
@@ -84,7 +97,7 @@ class CheckedPlaces:
     @property
     def is_suspect(self) -> bool:
         """True if rocks from the reported or unreported places of the topic may reach a limit, or this is not known."""
-        return self.is_unsettled or self.main_ns <= self.danger_ns
+        return self.is_unsettled or self.main_ns <= max(self.danger_ns, self.received_ns - 1)
 
     @property
     def is_unsettled(self) -> bool:
@@ -98,11 +111,10 @@ class CheckedPlaces:
         elif self.main_ns >= self.judged_ns:
             self.stands = False
 
-    def expect(self, stamp_ns: int, digest: str, now_ns: int) -> None:
-        """Note one more expected answer; stamp_ns, digest, now_ns : as in `Expected`."""
-        new = Expected(stamp_ns=stamp_ns, digest=digest, since_ns=now_ns)
+    def expect(self, new: Expected) -> None:
+        """Note one more expected answer."""
         if len(self.expected) >= MOST_EXPECTED:
-            new = new._replace(since_ns=self.expected.pop().since_ns)
+            new = new._replace(until_ns=self.expected.pop().until_ns)
         self.expected.append(new)
 
     def received(self, evidence: Evidence) -> None:
@@ -110,13 +122,17 @@ class CheckedPlaces:
         digests = [each.digest for each in self.expected]
         if evidence.sources_digest in digests:
             del self.expected[: digests.index(evidence.sources_digest) + 1]
+            self.expected = [each for each in self.expected if each.stamp_ns != ANY]
         else:  # an answer to places as they were before
             self.expected = [each for each in self.expected if each.stamp_ns >= evidence.trigger_stamp_ns]
         self.judged_ns = evidence.trigger_stamp_ns
 
-    def expect_all_again(self, now_ns: int) -> None:
-        """Note that no answer counts any more, and that the places, if there are any, must be simulated again."""
-        self.expected = [] if self.is_ended else [Expected(stamp_ns=-1, digest="", since_ns=now_ns)]
+    def expect_all_again(self, until_ns: int) -> None:
+        """Note that no answer counts any more, and that the places, if there are any, must be simulated again.
+
+        until_ns : as in `Expected`
+        """
+        self.expected = [] if self.is_ended else [Expected(stamp_ns=ANY, digest="", until_ns=until_ns)]
         self.danger_ns = ALWAYS if self.danger_ns >= 0 else -1
         self.evidence, self.is_dangerous = None, False
         self.judged_ns = -1 if self.is_ended else ALWAYS
@@ -131,6 +147,8 @@ class UnreportedEvidence:
     def __init__(self, thresholds: Thresholds, now: Callable[[], int], changed: Callable[[], None]) -> None:
         self._thresholds, self._now, self._changed = thresholds, now, changed
         self._longest_ns = ns_of(thresholds.evidence.changed_terrain_s)
+        self._moved_ns = min(self._longest_ns, ns_of(thresholds.evidence.moved_area_s))
+        self._has_areas = False
         self._topics: dict[str, CheckedPlaces] = {}
         self._lock = threading.Lock()
 
@@ -148,7 +166,34 @@ class UnreportedEvidence:
         with self._lock:
             one = self._of(trigger.topic)
             one.where, one.oldest_ns, one.is_ended = _where(trigger, last_ns), first_ns, False
-            one.expect(trigger.stamp_ns, trigger.digest, self._now())
+            one.expect(Expected(trigger.stamp_ns, trigger.digest, self._now() + self._longest_ns))
+            one.shown.pop(one.where, None)
+            one.shown[one.where] = frozenset(map(tuple, trigger.positions.tolist()))
+            one.shown = dict(list(one.shown.items())[-MOST_SHOWN:])
+
+    def received(self, topic: str, stamp_ns: int) -> None:
+        """Note a message of a topic with sources: until it is answered, its sources may be dangerous; stamp_ns : ns."""
+        with self._lock:
+            one = self._of(topic)
+            one.received_ns = max(one.received_ns, stamp_ns)
+
+    def watch(self, outlines: Mapping[str, str]) -> None:
+        """Set the present areas: answers from before the first area judge nothing; outlines : of each area, by name."""
+        until_ns = self._now() + self._moved_ns
+        with self._lock:
+            is_first, self._has_areas = bool(outlines) and not self._has_areas, bool(outlines)
+            for one in self._topics.values() if is_first else ():
+                if one.evidence is not None and not one.evidence.areas:
+                    one.expect(Expected(stamp_ns=ANY, digest="", until_ns=until_ns))
+
+    def places_of(self, topic: str, shown: Collection[str]) -> frozenset[Place]:
+        """Return the places (x, y, z) (m) that the shown faults of a topic are about; shown : faults of an alert."""
+        with self._lock:
+            known = dict(self._topics[topic].shown) if topic in self._topics else {}
+        begins = {_begin(topic, where): places for where, places in known.items()}
+        return frozenset().union(
+            *(places for begin, places in begins.items() if any(fault.startswith(begin) for fault in shown))
+        )
 
     def end(self, topic: str, stamp_ns: int = -1) -> None:
         """Note that a topic has no unreported places; a fault ends as soon as a message of this stamp is answered.
@@ -183,9 +228,7 @@ class UnreportedEvidence:
             is_danger = may_reach_a_limit(evidence, self._thresholds)
             if evidence.faults:
                 one.why_failed, one.is_due = evidence.faults[0], not evidence.areas
-            if evidence.areas:
-                one.evidence = evidence
-            if is_danger or (not evidence.faults and _is_harmless(evidence, self._thresholds)):
+            if is_danger or (not evidence.faults and self._is_harmless(evidence)):
                 one.received(evidence)
                 one.evidence, one.is_dangerous = evidence, is_danger
                 if not evidence.faults:
@@ -197,7 +240,8 @@ class UnreportedEvidence:
         is_danger = may_reach_a_limit(evidence, self._thresholds) or not evidence.areas
         with self._lock:
             one = self._of(topic)
-            one.main_ns = max(one.main_ns, evidence.trigger_stamp_ns)
+            if is_danger or is_judged(evidence, self._thresholds) or not evidence.sources:
+                one.main_ns = max(one.main_ns, evidence.trigger_stamp_ns)
             if is_danger and evidence.sources:
                 one.danger_ns = max(one.danger_ns, evidence.trigger_stamp_ns)
             one.settle()
@@ -214,7 +258,7 @@ class UnreportedEvidence:
 
     def _fault_of(self, topic: str, one: CheckedPlaces, now_ns: int) -> str:
         """Return the fault of a topic, "" for none; now_ns : present time (ns)."""
-        is_late = bool(one.expected) and now_ns - one.expected[0].since_ns >= self._longest_ns
+        is_late = bool(one.expected) and now_ns >= min(each.until_ns for each in one.expected)
         if one.why_failed:
             verdict = f"could not be simulated ({one.why_failed})"
         elif one.stands or one.is_open:
@@ -223,13 +267,17 @@ class UnreportedEvidence:
             verdict = f"have not been simulated within {self._longest_ns / 1e9:g} s (evidence.changed_terrain_s)"
         else:
             return ""
-        return f"topic {topic} no longer reports {one.where}; rocks from there {verdict}: {REMEDY}"
+        return f"{_begin(topic, one.where)} {verdict}: {REMEDY}"
+
+    def _is_harmless(self, evidence: Evidence) -> bool:
+        """Return True if an answer shows no danger and enough rocks flew, or if there is no area yet."""
+        return is_judged(evidence, self._thresholds) or not (evidence.areas or self._has_areas)
 
     def ends_ns(self) -> list[int]:
         """Return the times (ns), later than now, at which expected answers become faults if they do not arrive."""
         now_ns = self._now()
         with self._lock:
-            late_ns = [one.expected[0].since_ns + self._longest_ns for one in self._topics.values() if one.expected]
+            late_ns = [min(each.until_ns for each in one.expected) for one in self._topics.values() if one.expected]
         return [each for each in late_ns if each > now_ns]
 
     def parts(self) -> list[Evidence]:
@@ -254,22 +302,23 @@ class UnreportedEvidence:
         with self._lock:
             for topic, one in self._topics.items():
                 one.stands = bool(self._fault_of(topic, one, now_ns))
-                one.expect_all_again(now_ns)
-                one.main_ns, one.why_failed, one.is_due = -1, "", False
+                one.expect_all_again(now_ns + self._longest_ns)
+                one.received_ns = one.main_ns = -1
+                one.why_failed, one.is_due = "", False
 
     def lose(self) -> None:
         """Note that an error lost the answers: unreported places are a fault until they are simulated again."""
         now_ns = self._now()
         with self._lock:
             for one in self._topics.values():
-                one.expect_all_again(now_ns)
+                one.expect_all_again(now_ns + self._longest_ns)
                 if not one.is_ended:
                     one.why_failed, one.is_due = "their answer was lost", True
 
 
-def _is_harmless(evidence: Evidence, thresholds: Thresholds) -> bool:
-    """Return True if an answer shows no danger and enough rocks flew, or if the site has no areas yet."""
-    return is_judged(evidence, thresholds) or not evidence.areas
+def _begin(topic: str, where: str) -> str:
+    """Return the beginning of the sentence of a fault; topic : of the sources; where : as in `CheckedPlaces`."""
+    return f"topic {topic} no longer reports {where}; rocks from there"
 
 
 def _where(trigger: Trigger, last_ns: int) -> str:

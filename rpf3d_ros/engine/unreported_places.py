@@ -8,7 +8,7 @@ or merely not part of this message. `evidence.scan_period_s` of the site file de
   their answer can only be a fault (`unreported_evidence.py`).
 """
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -115,7 +115,8 @@ class Update(NamedTuple):
     unreported : unreported places to simulate; None if they are the same as before, or if there are none
     first_ns, last_ns : when the first and the last of the unreported places were last reported (ns); 0 if not known
     is_ended : True if the topic had unreported places, and has none now
-    too_many : why places were forgotten that may be dangerous; "" if none were
+    is_nothing : True if the message says that the topic sees no source at all
+    too_many : of how many places some were forgotten that may be dangerous; "" if none were
     """
 
     trigger: Trigger
@@ -123,6 +124,7 @@ class Update(NamedTuple):
     first_ns: int = 0
     last_ns: int = 0
     is_ended: bool = False
+    is_nothing: bool = False
     too_many: str = ""
 
 
@@ -163,10 +165,7 @@ class ReportedPlaces:
         kept = kept.far_from(new, self._distance)
         too_many = ""
         if len(kept) > MOST_IN_A_SCAN:
-            too_many = (
-                f"{trigger.topic} reported more than {MOST_IN_A_SCAN:,} places within evidence.scan_period_s: report "
-                "fewer places, or correct this time in the site file"
-            )
+            too_many = f"more than {MOST_IN_A_SCAN:,} places"
             kept = kept.only(slice(-MOST_IN_A_SCAN, None))
         every = kept.and_also(new)
         self._note(trigger.topic, TopicPlaces(reported=every, stamp_ns=trigger.stamp_ns))
@@ -179,7 +178,7 @@ class ReportedPlaces:
             if stamp_ns <= known.stamp_ns:  # of two messages with one stamp, the message with sources counts
                 return Update(trigger)
             self._note(topic, TopicPlaces(stamp_ns=stamp_ns))
-            return Update(trigger, is_ended=bool(len(known.unreported)))
+            return Update(trigger, is_ended=bool(len(known.unreported)), is_nothing=True)
         before, gone = known.unreported, known.reported.far_from(new, self._distance)
         if not is_suspect:
             before = before.younger_than(ns_of(KEPT_S), stamp_ns, now_s)
@@ -214,11 +213,17 @@ class ReportedPlaces:
             for topic, places in self._topics.items()
         }
 
-    def forget(self, topics: Iterable[str]) -> None:
-        """Forget the unreported places of some topics, because persons have acknowledged them."""
-        for topic in topics:
-            if topic in self._topics:
-                self._note(topic, self._topics[topic]._replace(unreported=NOWHERE, is_due=False))
+    def forget(self, topic: str, places: Collection[tuple[float, ...]]) -> bool:
+        """Forget unreported places of a topic, because persons have acknowledged them; return True if none is left.
+
+        Other unreported places of the topic are simulated again after its next message.
+
+        places : their coordinates x, y, z (m)
+        """
+        known = self._topics.get(topic, TopicPlaces())
+        left = np.array([tuple(place) not in places for place in known.unreported.positions.tolist()], dtype=bool)
+        self._note(topic, known._replace(unreported=known.unreported.only(left), is_due=bool(left.any())))
+        return not left.any()
 
     def to_remember(self, suspects: Collection[str], forgotten: Collection[str] = ()) -> dict[str, Any]:
         """Return the places to save for the next start, as plain values; {} if there are none.
@@ -229,8 +234,6 @@ class ReportedPlaces:
         The result has for each topic the rows (x, y, z, velocity x, y, z, diameter), rounded to a centimetre. If there
         are too many places, the topics of the missing ones are listed under the key "", as are `forgotten` ones.
         """
-        if self._period_ns is not None:
-            return {}
         saved: dict[str, Any] = {}
         room, lacking = REMEMBERED, list(forgotten)
         for topic, places in sorted(self._topics.items()):
@@ -245,20 +248,25 @@ class ReportedPlaces:
                 saved[topic] = [[None if np.isnan(x) else round(x, 2) for x in row] for row in rows.tolist()]
         return {**saved, **({"": sorted(set(lacking))} if lacking else {})}
 
-    def restore(self, saved: Mapping[str, Any], topics: Collection[str]) -> tuple[list[str], list[str]]:
+    def restore(
+        self, saved: Mapping[str, Any], topics: Collection[str], now_s: float
+    ) -> tuple[list[str], list[str]]:  # fmt: skip
         """Continue from the places that `to_remember` saved before a restart, for topics that the node still has.
 
-        Return the topics with places, and the topics whose places could not be saved.
+        With a scan period, the places count as sources for this period. Return the topics with places, and the topics
+        whose places could not be saved; none of the latter with a scan period, because the first scan is a fault then.
+
+        now_s : present time (s, steady clock)
         """
-        if self._period_ns is not None:
-            return [], []
         for topic, rows in saved.items():
             if topic and topic in topics:
                 values = np.array([[np.nan if x is None else x for x in row] for row in rows], dtype=float)
-                at_ns, at_s = np.zeros(len(values), dtype=np.int64), np.full(len(values), -np.inf)
+                at_ns = np.zeros(len(values), dtype=np.int64)
+                at_s = np.full(len(values), -np.inf if self._period_ns is None else now_s)
                 places = Places(values[:, :3], values[:, 3:6], values[:, 6], at_ns, at_s)
                 self._note(topic, TopicPlaces(reported=places))
-        return list(self._topics), [topic for topic in saved.get("", ()) if topic in topics]
+        lacking = saved.get("", ()) if self._period_ns is None else ()
+        return list(self._topics), [topic for topic in lacking if topic in topics]
 
 
 def places_of(trigger: Trigger, now_s: float) -> Places:
@@ -278,5 +286,5 @@ def is_near(positions: FloatArray, others: FloatArray, distance: float) -> np.nd
     """
     if not len(positions) or not len(others):
         return np.zeros(len(positions), dtype=bool)
-    apart, _ = KDTree(others).query(positions)
-    return apart <= distance
+    apart, _ = KDTree(others).query(positions, distance_upper_bound=np.nextafter(distance, np.inf))  # exclusive
+    return np.asarray(apart <= distance)

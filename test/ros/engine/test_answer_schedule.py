@@ -1,5 +1,7 @@
 """Tests of the order in which triggers are answered again while areas change faster than the node answers."""
 
+from dataclasses import replace
+
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
@@ -53,3 +55,13 @@ def test_after_the_last_change_every_wall_is_answered_the_newest_last(schedule):
         schedule.begin(trigger, can_answer=True)
         schedule.progress(trigger, complete=True)
     assert set(stamps) == set(range(WALLS)) and stamps[-1] == WALLS - 1
+
+
+def test_missing_places_are_answered_again_although_no_message_was_answered_yet():
+    schedule = AnswerSchedule(WaitingSources(50.0, 10), AnsweredSources(30.0, 40))
+    unreported = replace(over_the_wall(1), is_unreported=True)
+    schedule.submit(unreported)
+    assert schedule.next_trigger() is unreported
+    schedule.finish()
+    schedule.answer_again()
+    assert schedule.next_trigger() is unreported and schedule.next_trigger() is None
