@@ -99,7 +99,7 @@ GUARDS = (
           f"{ENGINE}/region_evidence.py", "            parts = [*parts, *self._unreported.parts()]\n", "",
           "scanning by turns", also="places that are no longer reported are simulated again over changed terrain"),
     Guard("1.13", "a place that is no longer reported is remembered after a restart", f"{ENGINE}/place_checks.py",
-          "        places, lacking = self._places.restore(saved, topics)\n", "        return\n",
+          "        places, lacking = self._places.restore(saved, topics, time.monotonic())\n", "        return\n",
           "scanning by turns,restarted"),
     Guard("1.14", "places of earlier messages count until the scan period is over", f"{ENGINE}/unreported_places.py",
           "            kept = known.younger_than(period_ns, trigger.stamp_ns, now_s)\n",
