@@ -31,7 +31,7 @@ setup(
         "rerun-sdk>=0.41,<0.42",  # its interface changes often, so the minor version is fixed
         "rich>=13",
         "rosbags>=0.11,<0.12",  # rosbag2 bags without ROS; a young library, so the minor version is fixed
-        "scipy>=1.11",  # convex hulls of blocks
+        "scipy>=1.11",  # convex hulls of blocks, and the nearest places of sources
         "shapely>=2.1",  # first version with constrained_delaunay_triangles
         "typer>=0.12",
         "vtk>=9.4",  # first version with wheels that can be imported without libGL

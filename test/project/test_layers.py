@@ -77,7 +77,7 @@ CONFINED = {
         "rpf3d_core/results/plots/path_profiles.py", "rpf3d_core/desk/window.py",
     ),
     "contourpy": ("rpf3d_core/imports/face_borders.py",),
-    "scipy": ("rpf3d_core/shapes/polyhedron.py",),
+    "scipy": ("rpf3d_core/shapes/polyhedron.py", "rpf3d_ros/engine/unreported_places.py"),
     "rclpy": ("rpf3d_ros/",),
     "rerun": ("rpf3d_core/recordings/",),
     "tf2_ros": ("rpf3d_ros/interface/tf_buffer.py",),
