@@ -35,7 +35,7 @@ def with_largest_share(counts: Counts) -> IntArray:
 
     A source is clearly worse if its lower end is above the interval of all rocks.
     """
-    low = np.where(counts.each_of > 0, _ends(counts)[0], 0.0)
+    low = _lower_ends(counts)
     return np.where(low.max(axis=0) > _ends_of_all(counts)[1], low.argmax(axis=0), ALL)
 
 
@@ -59,7 +59,7 @@ def with_largest_value(each: FloatArray, together: FloatArray) -> IntArray:
 
 def clearly_above(counts: Counts) -> Any:
     """Return flags (S, P): True where the lower end of the share of a source is above the interval of all rocks."""
-    return np.where(counts.each_of > 0, _ends(counts)[0], 0.0) > _ends_of_all(counts)[1]
+    return _lower_ends(counts) > _ends_of_all(counts)[1]
 
 
 def further_figures(count: int, of: str) -> str:
@@ -80,6 +80,11 @@ def _ends(counts: Counts) -> tuple[FloatArray, FloatArray]:
     of = np.maximum(counts.each_of, 1).astype(float)
     z = NormalDist().inv_cdf(1.0 - 0.025 / max(int(np.any(counts.each_of > 0, axis=-1).sum()), 1))
     return wilson_intervals(np.where(counts.each_of > 0, counts.each, 0).astype(float), of, z)
+
+
+def _lower_ends(counts: Counts) -> FloatArray:
+    """Return the lower ends (S, P) of the intervals of the sources; 0 for a source without rocks at a place."""
+    return np.where(counts.each_of > 0, _ends(counts)[0], 0.0)
 
 
 def _ends_of_all(counts: Counts) -> tuple[FloatArray, FloatArray]:

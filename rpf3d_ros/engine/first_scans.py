@@ -19,7 +19,7 @@ class FirstScans:
 
     def __init__(self, period_s: float | None, silent_s: float) -> None:
         self._period_s, self._period_ns = period_s or 0.0, ns_of(period_s or 0.0)
-        self._longest_s = min(self._period_s, silent_s)
+        self._longest_ns = min(self._period_ns, ns_of(silent_s))
         self._scans: dict[str, Scan] = {}
 
     def note(self, topic: str, stamp_ns: int, now_s: float) -> None:
@@ -30,12 +30,9 @@ class FirstScans:
         if topic == BY_HAND or not self._period_ns:
             return
         known = self._scans.get(topic)
-        if known is None:
-            self._scans[topic] = Scan(first_ns=stamp_ns, first_s=now_s, last_ns=stamp_ns)
-        elif stamp_ns - known.last_ns > ns_of(self._longest_s):
-            self._scans[topic] = Scan(
-                first_ns=stamp_ns, first_s=now_s, last_ns=stamp_ns, paused_ns=stamp_ns - known.last_ns
-            )
+        pause_ns = 0 if known is None else stamp_ns - known.last_ns
+        if known is None or pause_ns > self._longest_ns:
+            self._scans[topic] = Scan(first_ns=stamp_ns, first_s=now_s, last_ns=stamp_ns, paused_ns=pause_ns)
         else:
             received_ns = min(stamp_ns - known.first_ns, ns_of(now_s - known.first_s))
             self._scans[topic] = known._replace(

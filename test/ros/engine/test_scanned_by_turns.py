@@ -47,6 +47,20 @@ def report(run, at, *places):
     run.node.tick()
 
 
+def survey_with_a_hole(run):
+    """Publish a survey with a hole at the place SHELTERED."""
+    hole = survey(TRUTH, 4.0).copy()
+    hole[28:33, 3:8] = np.nan
+    run.deliver(Send(sent=4.0, at=4.0, topic="terrain/points", kind="grid", places=hole))
+
+
+def faults_from_before_the_start(run):
+    """Report the area and a harmless source after a restart at 3 s; return the faults of places from before it."""
+    outline(run, 3.2, pit.ROAD)
+    report(run, 3.5, HARMLESS)
+    return [each for each in faults(run) if "before the start of the node" in each]
+
+
 def faults(run):
     return run.node.station.desk.alert.faults
 
@@ -139,9 +153,7 @@ def test_after_a_restart_a_missing_place_is_a_fault_too(started, is_missing_befo
         report(run, 2.5, HARMLESS)
     run.at = 3.0
     run.restart()
-    outline(run, 3.2, pit.ROAD)
-    report(run, 3.5, HARMLESS)
-    assert [each for each in faults(run) if "before the start of the node" in each]
+    assert faults_from_before_the_start(run)
     report(run, 4.5, HARMLESS, DANGEROUS)
     assert evident(run) == "evacuate"
 
@@ -161,9 +173,7 @@ def test_a_hole_in_the_ground_at_a_missing_place_is_a_fault_that_an_acknowledgem
     report(run, 0.5, HARMLESS, SHELTERED)
     report(run, 2.5, HARMLESS)
     assert evident(run) == "normal"
-    hole = survey(TRUTH, 4.0).copy()
-    hole[28:33, 3:8] = np.nan
-    run.deliver(Send(sent=4.0, at=4.0, topic="terrain/points", kind="grid", places=hole))
+    survey_with_a_hole(run)
     report(run, 4.5, HARMLESS)
     (fault,) = [each for each in faults(run) if "no longer reports" in each]
     assert "could not be simulated (" in fault
@@ -188,9 +198,7 @@ def test_a_place_that_cannot_be_simulated_is_a_fault_at_all_times_while_messages
     run = started()
     report(run, 0.5, HARMLESS, SHELTERED)
     report(run, 2.5, HARMLESS)
-    hole = survey(TRUTH, 4.0).copy()
-    hole[28:33, 3:8] = np.nan
-    run.deliver(Send(sent=4.0, at=4.0, topic="terrain/points", kind="grid", places=hole))
+    survey_with_a_hole(run)
     levels = []
     run.node.station.desk._listener.decided = lambda alert, evidence: levels.append(alert.faults)
     for at in np.arange(4.5, 8.0, 0.25).tolist():
@@ -211,9 +219,7 @@ def test_after_a_pause_of_the_node_and_a_restart_a_missing_place_is_still_a_faul
     run.node.settle()
     run.at = 3.0
     run.restart()
-    outline(run, 3.2, pit.ROAD)
-    report(run, 3.5, HARMLESS)
-    assert [each for each in faults(run) if "before the start of the node" in each]
+    assert faults_from_before_the_start(run)
 
 
 def test_after_two_restarts_without_a_message_between_a_missing_place_is_still_a_fault(started):
@@ -222,9 +228,7 @@ def test_after_two_restarts_without_a_message_between_a_missing_place_is_still_a
     report(run, 2.5, HARMLESS)
     for run.at in (3.0, 3.1):
         run.restart()
-    outline(run, 3.2, pit.ROAD)
-    report(run, 3.5, HARMLESS)
-    assert [each for each in faults(run) if "before the start of the node" in each]
+    assert faults_from_before_the_start(run)
 
 
 def test_with_a_scan_period_longer_than_the_age_of_sources_a_refused_message_is_a_fault_for_the_period(started):

@@ -110,7 +110,7 @@ GUARDS = (
           " | (now_s - self.at_s <= period_ns / NS)", "", "scanning by turns,clock ahead",
           also="a scan begins again after a pause or a jump of the clock"),
     Guard("1.14", "a scan begins again after a pause or a jump of the clock", f"{ENGINE}/first_scans.py",
-          "elif stamp_ns - known.last_ns > ns_of(self._longest_s):", "elif False:", "scanning by turns,clock ahead",
+          "if known is None or pause_ns > self._longest_ns:", "if known is None:", "scanning by turns,clock ahead",
           also="a clock that jumps ahead ends no place of a scan"),
     Guard("2.1", "a survey that was refused is a fault", f"{ENGINE}/station.py",
           '        self.report_fault("surveys", lack.survey_sentence)\n', "", "survey not understood",
