@@ -22,6 +22,7 @@ from rpf3d_core.alerts.log_files import NotLogged
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.errors import InputError
 from rpf3d_ros.engine.alert_requests import CHANGED, CLOSING, MOVED, TICK, Reply, Request
+from rpf3d_ros.engine.first_scans import FirstScans
 from rpf3d_ros.engine.region_evidence import RegionEvidence
 from rpf3d_ros.engine.standing_faults import StandingFaults
 from rpf3d_ros.engine.unknown_before import UnknownBefore
@@ -88,6 +89,7 @@ class AlertDesk:
     listener : publishes the alerts, and receives the reports of problems
     standing : (attribute) the faults that every decision contains until their cause has ended
     unreported : (attribute) the answers to places that their topic no longer reports
+    scans : (attribute) the first scan of each topic
     expected : topics of sources that must publish
     has_sensors : True if the node also has topics of sensors; False if its only topic of sources is `clicked_point`
     heard : topics of sources that had published before the start, and must publish again
@@ -105,7 +107,9 @@ class AlertDesk:
         self._thresholds, self._log, self._now, self._listener = thresholds, log, now, listener
         self.alert: Alert | None = log.last_alert if log is not None else None
         self.unreported = UnreportedEvidence(thresholds, now, lambda: self._ask(CHANGED))
-        self._evidence = RegionEvidence(thresholds.evidence, expected, has_sensors, heard, self.unreported)
+        terms = thresholds.evidence
+        self.scans = FirstScans(terms.scan_period_s, terms.sources_max_age_s)
+        self._evidence = RegionEvidence(terms, expected, has_sensors, heard, self.unreported, self.scans)
         self._missed = dict(missed or {})  # lost messages that the thread has not yet taken into account
         self._unknown, self._remembered = UnknownBefore(unknown, thresholds.acknowledge), remembered
         self._present: tuple[Mapping[str, str], str | None] = ({}, None)

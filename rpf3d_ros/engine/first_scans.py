@@ -1,17 +1,22 @@
 """Notice topics whose first scan is not complete: the node does not yet know all places that the sensor reports."""
 
+import threading
 from typing import NamedTuple
 
 from rpf3d_core.alerts.time_units import ns_of, span
 from rpf3d_ros.engine.source_topics import BY_HAND
 
+PAUSES = "; if the sensor pauses so long in each scan, state a longer time"
+"""What to do, in the fault after a pause: the scan period of a site is wrong if its sensor needs longer for a scan."""
+
 
 class FirstScans:
-    """The first and the last message of each topic since the start, a restart, a step back of the clock, or a pause.
+    """The first scan of each topic since the start, a restart, a step back of the clock, or a pause.
 
-    Both the stamps and a steady clock must show the whole period, because the clock of the stamps may jump ahead.
+    A scan is complete if messages were received for the whole period, and one with the places of the whole period is
+    answered. Both the stamps and a steady clock must show the period, because the clock of the stamps may jump ahead.
     After a pause that is longer than the period, or so long that the topic counted as silent, a scan begins again: the
-    sensor has not reported every place within the period.
+    sensor has not reported every place within the period. Any thread may call.
 
     period_s : time (s) within which a sensor reports every place again; None or 0 if each message has all places
     silent_s : time (s) after which a topic without messages counts as silent
@@ -21,44 +26,66 @@ class FirstScans:
         self._period_s, self._period_ns = period_s or 0.0, ns_of(period_s or 0.0)
         self._longest_ns = min(self._period_ns, ns_of(silent_s))
         self._scans: dict[str, Scan] = {}
+        self._lock = threading.Lock()
 
-    def note(self, topic: str, stamp_ns: int, now_s: float) -> None:
-        """Note a message that is answered; do nothing for topic `clicked_point`.
+    def received(self, topic: str, stamp_ns: int, now_s: float) -> None:
+        """Note a message, which need not be answered; do nothing for topic `clicked_point`.
 
         stamp_ns : stamp of the message (ns); now_s : present time (s, steady clock)
         """
         if topic == BY_HAND or not self._period_ns:
             return
-        known = self._scans.get(topic)
-        pause_ns = 0 if known is None else stamp_ns - known.last_ns
-        if known is None or pause_ns > self._longest_ns:
-            self._scans[topic] = Scan(first_ns=stamp_ns, first_s=now_s, last_ns=stamp_ns, paused_ns=pause_ns)
-        else:
+        with self._lock:
+            known = self._scans.get(topic)
+            pause_ns = 0 if known is None else stamp_ns - known.last_ns
+            if known is None or pause_ns > self._longest_ns:
+                self._scans[topic] = Scan(first_ns=stamp_ns, first_s=now_s, last_ns=stamp_ns, paused_ns=pause_ns)
+                return
             received_ns = min(stamp_ns - known.first_ns, ns_of(now_s - known.first_s))
+            if known.whole_ns is None and received_ns >= self._period_ns:
+                known = known._replace(whole_ns=stamp_ns)
             self._scans[topic] = known._replace(
                 last_ns=max(known.last_ns, stamp_ns), received_ns=max(known.received_ns, received_ns)
             )
 
+    def answered(self, topic: str, stamp_ns: int) -> None:
+        """Note the answer to a message; do nothing if the message is from before the scan was complete.
+
+        stamp_ns : stamp of the message (ns)
+        """
+        with self._lock:
+            scan = self._scans.get(topic)
+            if scan is not None and scan.whole_ns is not None and stamp_ns >= scan.whole_ns:
+                self._scans[topic] = scan._replace(is_answered=True)
+
     def faults(self) -> tuple[str, ...]:
-        """Return a fault for each topic that has not been received for the whole period."""
-        return tuple(
-            f"the first scan of {topic}{_after(scan)} is not complete: the topic has been received for "
-            f"{span(scan.received_ns)} of {self._period_s:g} s (evidence.scan_period_s)"
-            for topic, scan in self._scans.items()
-            if scan.received_ns < self._period_ns
+        """Return a fault for each topic whose first scan is not complete."""
+        with self._lock:
+            return tuple(self._fault_of(topic, scan) for topic, scan in self._scans.items() if not scan.is_answered)
+
+    def _fault_of(self, topic: str, scan: "Scan") -> str:
+        after = f" after a pause of {span(scan.paused_ns)}" if scan.paused_ns else ""
+        if scan.whole_ns is not None:
+            return f"the first scan of {topic}{after} is not complete: its sources have no answer yet"
+        return (
+            f"the first scan of {topic}{after} is not complete: the topic has been received for "
+            f"{span(scan.received_ns)} of {self._period_s:g} s (evidence.scan_period_s){PAUSES if after else ''}"
         )
 
     def restart(self) -> None:
         """Forget all stamps, because they are invalid or messages were missed: the first scan begins again."""
-        self._scans.clear()
+        with self._lock:
+            self._scans.clear()
 
 
 class Scan(NamedTuple):
     """The messages of a topic since its first scan began.
 
-    first_ns, last_ns : first and last stamp (ns); first_s : when the first message was answered (s, steady clock)
+    first_ns, last_ns : first and last stamp (ns); first_s : when the first message was received (s, steady clock)
     received_ns : time (ns) for which the topic has been received, the shorter one by both clocks
     paused_ns : pause (ns) of the topic before the first message; 0 if there was none
+    whole_ns : stamp (ns) of the first message after the whole period; None before it
+    is_answered : True if this message or a later one is answered
     """
 
     first_ns: int
@@ -66,7 +93,5 @@ class Scan(NamedTuple):
     last_ns: int
     received_ns: int = 0
     paused_ns: int = 0
-
-
-def _after(scan: Scan) -> str:
-    return f" after a pause of {span(scan.paused_ns)}" if scan.paused_ns else ""
+    whole_ns: int | None = None
+    is_answered: bool = False

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.alerts.time_units import ns_of, when
 from rpf3d_core.live.triggers import Trigger
+from rpf3d_ros.engine.first_scans import FirstScans
 from rpf3d_ros.engine.topic_votes import TopicVotes
 from rpf3d_ros.engine.unreported_evidence import Place, UnreportedEvidence
 from rpf3d_ros.engine.unreported_places import ReportedPlaces
@@ -27,6 +28,12 @@ FORGOTTEN_IN_A_SCAN = (
 )
 """As FORGOTTEN, for a site with a scan period."""
 
+FORGOTTEN_BEFORE = (
+    "{} had reported more places before the start of the node than the node remembers: look at the slope and "
+    "acknowledge, or publish an empty message if the sensor sees no source"
+)
+"""As FORGOTTEN, for places from before a restart; topic."""
+
 
 class Forgotten(NamedTuple):
     """A fault of a topic whose places the node had to forget.
@@ -44,25 +51,27 @@ class PlaceChecks:
     """The places that each topic has reported, and the faults of places that are no longer reported.
 
     thresholds : thresholds of the site; distance : distance (m) within which two reports are about the same place
-    checks : the answers to unreported places; report : called with the cause and the sentence of a standing fault
+    checks : the answers to unreported places; scans : the first scan of each topic
+    report : called with the cause and the sentence of a standing fault
     end : called with a topic whose unreported places need no further answers
 
     Only one thread may call; any thread may call `to_remember`.
     """
 
     def __init__(
-        self, thresholds: Thresholds, distance: float, checks: UnreportedEvidence,
+        self, thresholds: Thresholds, distance: float, checks: UnreportedEvidence, scans: FirstScans,
         report: Callable[[str, str], None], end: Callable[[str], None],
     ) -> None:  # fmt: skip
         self._period = thresholds.evidence.scan_period_s
         self._places = ReportedPlaces(self._period, distance)
-        self._checks, self._report, self._end = checks, report, end
+        self._checks, self._scans, self._report, self._end = checks, scans, report, end
         self._votes = TopicVotes(thresholds.acknowledge)
         self._forgotten: Mapping[str, Forgotten] = {}
 
     def submitted(self, trigger: Trigger) -> list[Trigger]:
         """Return the triggers to answer after a message of sources: unreported places, if any, then the sources."""
         topic, now_s = trigger.topic, time.monotonic()
+        self._scans.received(topic, trigger.stamp_ns, now_s)
         is_suspect, is_due = topic in self._checks.suspects, self._checks.is_due(topic)
         update = self._places.received(trigger, now_s, is_suspect, is_due)
         if update.too_many:
@@ -108,6 +117,7 @@ class PlaceChecks:
     def restart(self) -> None:
         """Note that all answers were forgotten, because the clock went back or the node is not active."""
         self._places.restart()
+        self._scans.restart()
         self._forgotten = {topic: each._replace(at_ns=0) for topic, each in self._forgotten.items()}  # not a valid time
 
     def to_remember(self) -> dict[str, Any]:
@@ -124,7 +134,7 @@ class PlaceChecks:
         for topic in places:
             self._checks.suspect(topic)
         for topic in lacking:
-            self._forget(topic, "too many places before the start of the node", 0, -math.inf)
+            self._report_forgotten(topic, FORGOTTEN_BEFORE.format(topic), 0, -math.inf)
 
     def _is_known_again(self, trigger: Trigger, now_s: float) -> bool:
         """Return True if all places have been reported again since places were forgotten; False without a scan period.
@@ -141,6 +151,9 @@ class PlaceChecks:
         """Report that places of a topic were forgotten; many : how many places; at_ns, at_s : as in `Forgotten`."""
         at = f", the last of them at {when(at_ns)}" if at_ns > 0 else ""
         sentence = (FORGOTTEN if self._period is None else FORGOTTEN_IN_A_SCAN).format(topic, many, at)
+        self._report_forgotten(topic, sentence, at_ns, at_s)
+
+    def _report_forgotten(self, topic: str, sentence: str, at_ns: int, at_s: float) -> None:
         self._forgotten = {**self._forgotten, topic: Forgotten(sentence=sentence, at_ns=at_ns, at_s=at_s)}
         self._report(CAUSE.format(topic), sentence)
 

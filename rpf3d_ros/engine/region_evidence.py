@@ -1,6 +1,5 @@
 """Keep the evidence for each wall (region), and combine evidence that is not too old into one for a decision."""
 
-import time
 from collections.abc import Hashable, Mapping, Sequence
 from typing import NamedTuple
 
@@ -49,14 +48,15 @@ class RegionEvidence:
 
     def __init__(
         self, terms: EvidenceSpec, expected: Sequence[str] = (), has_sensors: bool = False, heard: Sequence[str] = (),
-        unreported: UnreportedEvidence | None = None,
+        unreported: UnreportedEvidence | None = None, scans: FirstScans | None = None,
     ) -> None:  # fmt: skip
         """Begin without evidence.
 
         terms : the conditions of the site for evidence; expected, has_sensors, heard : as in `SourceTopics`
         unreported : the answers to places that their topic no longer reports; None if there can be none
+        scans : the first scan of each topic; None if no message is checked for its places
         """
-        self._unreported, self._scans = unreported, FirstScans(terms.scan_period_s, terms.sources_max_age_s)
+        self._unreported, self._scans = unreported, scans or FirstScans(None, terms.sources_max_age_s)
         self._max_age_ns = int(terms.sources_max_age_s * SECOND)
         self._ground = WatchedTerrain(terms.changed_terrain_s)
         self._evidence: dict[Hashable, TopicEvidence] = {}
@@ -84,7 +84,7 @@ class RegionEvidence:
             self._unreported.note(topic, evidence)
             return
         self._topics.note(topic, evidence.trigger_stamp_ns)
-        self._scans.note(topic, evidence.trigger_stamp_ns, time.monotonic())
+        self._scans.answered(topic, evidence.trigger_stamp_ns)
         if self._unreported is not None:
             self._unreported.note_reported(topic, evidence)
         new, known = TopicEvidence(topic, evidence), self._evidence.get(region)
@@ -164,7 +164,6 @@ class RegionEvidence:
         """
         self._clear()
         self._topics.forget()
-        self._scans.restart()
         if self._unreported is not None:
             self._unreported.forget()
         self._outlines.restart(now_ns)

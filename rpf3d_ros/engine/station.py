@@ -187,7 +187,9 @@ class Station:
     def _places_of(self, thresholds: Thresholds, desk: AlertDesk) -> PlaceChecks:
         """Return the check of the places of sources."""
         spread = self._configuration.parameters.position_spread
-        return PlaceChecks(thresholds, spread, desk.unreported, self.report_fault, self.flyer.end_unreported)
+        return PlaceChecks(
+            thresholds, spread, desk.unreported, desk.scans, self.report_fault, self.flyer.end_unreported
+        )
 
     def _restore_places(self, places: PlaceChecks) -> None:
         """Continue from the places before the start."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from rpf3d_core.alerts.evidence import Evidence
-from rpf3d_core.alerts.site_model import Thresholds
+from rpf3d_core.alerts.site_model import EvidenceSpec, Thresholds
 from rpf3d_core.alerts.time_units import ns_of, when
 from rpf3d_core.alerts.unreported import is_judged, may_reach_a_limit
 from rpf3d_core.live.triggers import Trigger
@@ -44,12 +44,13 @@ class Expected(NamedTuple):
 
     stamp_ns : stamp of the message (ns); ANY if any answer is the expected one
     digest : digest of the places, as in `Trigger`; "" if it is not known
-    until_ns : time until which the answer must arrive (ns)
+    until_ns : time until which the answer must arrive (ns); within : why, as the end of a sentence
     """
 
     stamp_ns: int
     digest: str
     until_ns: int
+    within: str
 
 
 @dataclass
@@ -114,7 +115,8 @@ class CheckedPlaces:
     def expect(self, new: Expected) -> None:
         """Note one more expected answer."""
         if len(self.expected) >= MOST_EXPECTED:
-            new = new._replace(until_ns=self.expected.pop().until_ns)
+            last = self.expected.pop()
+            new = new._replace(until_ns=last.until_ns, within=last.within)
         self.expected.append(new)
 
     def received(self, evidence: Evidence) -> None:
@@ -127,12 +129,12 @@ class CheckedPlaces:
             self.expected = [each for each in self.expected if each.stamp_ns >= evidence.trigger_stamp_ns]
         self.judged_ns = evidence.trigger_stamp_ns
 
-    def expect_all_again(self, until_ns: int) -> None:
+    def expect_all_again(self, until_ns: int, within: str) -> None:
         """Note that no answer counts any more, and that the places, if there are any, must be simulated again.
 
-        until_ns : as in `Expected`
+        until_ns, within : as in `Expected`
         """
-        self.expected = [] if self.is_ended else [Expected(stamp_ns=ANY, digest="", until_ns=until_ns)]
+        self.expected = [] if self.is_ended else [Expected(ANY, digest="", until_ns=until_ns, within=within)]
         self.danger_ns = ALWAYS if self.danger_ns >= 0 else -1
         self.evidence, self.is_dangerous = None, False
         self.judged_ns = -1 if self.is_ended else ALWAYS
@@ -146,8 +148,11 @@ class UnreportedEvidence:
 
     def __init__(self, thresholds: Thresholds, now: Callable[[], int], changed: Callable[[], None]) -> None:
         self._thresholds, self._now, self._changed = thresholds, now, changed
-        self._longest_ns = ns_of(thresholds.evidence.changed_terrain_s)
-        self._moved_ns = min(self._longest_ns, ns_of(thresholds.evidence.moved_area_s))
+        terms = thresholds.evidence
+        self._longest_ns, self._longest = ns_of(terms.changed_terrain_s), _within(terms, "changed_terrain_s")
+        self._moved_ns, self._moved = self._longest_ns, self._longest
+        if terms.moved_area_s < terms.changed_terrain_s:
+            self._moved_ns, self._moved = ns_of(terms.moved_area_s), _within(terms, "moved_area_s")
         self._has_areas = False
         self._topics: dict[str, CheckedPlaces] = {}
         self._lock = threading.Lock()
@@ -166,7 +171,8 @@ class UnreportedEvidence:
         with self._lock:
             one = self._of(trigger.topic)
             one.where, one.oldest_ns, one.is_ended = _where(trigger, last_ns), first_ns, False
-            one.expect(Expected(trigger.stamp_ns, trigger.digest, self._now() + self._longest_ns))
+            until_ns = self._now() + self._longest_ns
+            one.expect(Expected(trigger.stamp_ns, trigger.digest, until_ns, self._longest))
             one.shown.pop(one.where, None)
             one.shown[one.where] = frozenset(map(tuple, trigger.positions.tolist()))
             one.shown = dict(list(one.shown.items())[-MOST_SHOWN:])
@@ -184,7 +190,7 @@ class UnreportedEvidence:
             is_first, self._has_areas = bool(outlines) and not self._has_areas, bool(outlines)
             for one in self._topics.values() if is_first else ():
                 if one.evidence is not None and not one.evidence.areas:
-                    one.expect(Expected(stamp_ns=ANY, digest="", until_ns=until_ns))
+                    one.expect(Expected(stamp_ns=ANY, digest="", until_ns=until_ns, within=self._moved))
 
     def places_of(self, topic: str, shown: Collection[str]) -> frozenset[Place]:
         """Return the places (x, y, z) (m) that the shown faults of a topic are about; shown : faults of an alert."""
@@ -258,13 +264,13 @@ class UnreportedEvidence:
 
     def _fault_of(self, topic: str, one: CheckedPlaces, now_ns: int) -> str:
         """Return the fault of a topic, "" for none; now_ns : present time (ns)."""
-        is_late = bool(one.expected) and now_ns >= min(each.until_ns for each in one.expected)
+        late = [each for each in one.expected if now_ns >= each.until_ns]
         if one.why_failed:
             verdict = f"could not be simulated ({one.why_failed})"
         elif one.stands or one.is_open:
             verdict = "may reach a limit of the site"
-        elif is_late:
-            verdict = f"have not been simulated within {self._longest_ns / 1e9:g} s (evidence.changed_terrain_s)"
+        elif late:
+            verdict = f"have not been simulated within {late[0].within}"
         else:
             return ""
         return f"{_begin(topic, one.where)} {verdict}: {REMEDY}"
@@ -302,7 +308,7 @@ class UnreportedEvidence:
         with self._lock:
             for topic, one in self._topics.items():
                 one.stands = bool(self._fault_of(topic, one, now_ns))
-                one.expect_all_again(now_ns + self._longest_ns)
+                one.expect_all_again(now_ns + self._longest_ns, self._longest)
                 one.received_ns = one.main_ns = -1
                 one.why_failed, one.is_due = "", False
 
@@ -311,7 +317,7 @@ class UnreportedEvidence:
         now_ns = self._now()
         with self._lock:
             for one in self._topics.values():
-                one.expect_all_again(now_ns + self._longest_ns)
+                one.expect_all_again(now_ns + self._longest_ns, self._longest)
                 if not one.is_ended:
                     one.why_failed, one.is_due = "their answer was lost", True
 
@@ -319,6 +325,10 @@ class UnreportedEvidence:
 def _begin(topic: str, where: str) -> str:
     """Return the beginning of the sentence of a fault; topic : of the sources; where : as in `CheckedPlaces`."""
     return f"topic {topic} no longer reports {where}; rocks from there"
+
+
+def _within(terms: EvidenceSpec, key: str) -> str:
+    return f"{getattr(terms, key):g} s (evidence.{key})"
 
 
 def _where(trigger: Trigger, last_ns: int) -> str:

@@ -102,31 +102,58 @@ def test_too_many_places_within_the_period_are_told(monkeypatch):
 
 def test_the_first_scan_is_a_fault_until_it_is_complete_also_after_a_restart():
     scans = FirstScans(60.0, silent_s=90.0)
-    scans.note(RADAR, NOW, 0.0)
-    scans.note(RADAR, NOW + 59 * S, 99.0)
+    scanned(scans, 0, 0.0)
+    scanned(scans, 59, 99.0)
     (fault,) = scans.faults()
     assert fault.startswith(f"the first scan of {RADAR} is not complete: the topic has been received for 59.000 s of")
-    scans.note(RADAR, NOW + 99 * S, 59.0)
+    scanned(scans, 99, 59.0)
     assert scans.faults(), "the clock jumped ahead"
-    scans.note(RADAR, NOW + 99 * S, 60.0)
+    scanned(scans, 99, 60.0)
     assert scans.faults() == ()
     scans.restart()
-    scans.note(RADAR, NOW, 0.0)
+    scanned(scans, 0, 0.0)
     assert scans.faults()
+
+
+def test_where_answers_take_longer_than_the_scan_period_the_first_scan_is_complete_with_the_first_answer_after_it():
+    scans = FirstScans(3.0, silent_s=90.0)
+    for second in range(8):
+        scans.received(RADAR, NOW + second * S, float(second))
+    scans.answered(RADAR, NOW + 2 * S)
+    assert scans.faults() == (f"the first scan of {RADAR} is not complete: its sources have no answer yet",)
+    scans.answered(RADAR, NOW + 7 * S)
+    assert scans.faults() == ()
+
+
+def test_an_answer_from_before_a_restart_completes_no_scan():
+    scans = FirstScans(3.0, silent_s=90.0)
+    scanned(scans, 1000, 0.0)
+    scans.restart()
+    scans.answered(RADAR, NOW + 1000 * S)
+    scans.received(RADAR, NOW, 1.0)
+    scans.answered(RADAR, NOW + 1000 * S)
+    assert scans.faults()
+
+
+def scanned(scans, second, now_s):
+    """Note a message that is answered immediately."""
+    scans.received(RADAR, NOW + second * S, now_s)
+    scans.answered(RADAR, NOW + second * S)
 
 
 @pytest.mark.parametrize(("silent_s", "pause"), [(90.0, 61), (20.0, 21)])
 def test_after_a_pause_of_its_topic_a_scan_begins_again(silent_s, pause):
     scans = FirstScans(60.0, silent_s)
     for second in (*range(0, 70, 10), 60 + pause - 1):
-        scans.note(RADAR, NOW + second * S, float(second))
+        scanned(scans, second, float(second))
     assert scans.faults() == ()
     again = 60 + pause - 1 + pause
-    scans.note(RADAR, NOW + again * S, float(again))
+    scanned(scans, again, float(again))
     (fault,) = scans.faults()
+    assert fault.endswith("if the sensor pauses so long in each scan, state a longer time")
     assert fault.startswith(f"the first scan of {RADAR} after a pause of {pause}.000 s is not complete: the topic has")
     for second in range(again, again + 70, 10):
-        scans.note(RADAR, NOW + second * S, float(second))
+        scanned(scans, second, float(second))
     assert scans.faults() == ()
 
 
@@ -142,7 +169,7 @@ def test_lost_messages_are_a_fault_until_the_sensor_has_reported_every_place_aga
 def test_where_each_message_has_all_places_no_scan_is_awaited():
     for period in (None, 0.0):
         scans = FirstScans(period, silent_s=90.0)
-        scans.note(RADAR, NOW, 0.0)
+        scanned(scans, 0, 0.0)
         assert scans.faults() == ()
 
 
@@ -492,7 +519,7 @@ def test_an_answer_from_before_the_first_area_judges_nothing_when_there_is_one()
     assert min(checks.ends_ns()) == NOW + 1 * S, "moved_area_s"
     checks.note(RADAR, answered(1)._replace(areas=()))
     checks.at = 1
-    assert checks.faults()
+    assert "have not been simulated within 1 s (evidence.moved_area_s)" in checks.faults()[RADAR]
     checks.note(RADAR, answered(1, HARMLESS))
     assert checks.faults() == {}
 
@@ -523,7 +550,8 @@ def place_checks(period=None, **site_facts):
         thresholds = type(thresholds).model_validate({**thresholds.model_dump(), **site_facts})
     told, ended = {}, []
     checks = UnreportedEvidence(thresholds, lambda: NOW, lambda: None)
-    return PlaceChecks(thresholds, 2.0, checks, told.__setitem__, ended.append), checks, told, ended
+    scans = FirstScans(period, silent_s=90.0)
+    return PlaceChecks(thresholds, 2.0, checks, scans, told.__setitem__, ended.append), checks, told, ended
 
 
 def test_a_message_gives_the_unreported_places_then_its_sources():
@@ -641,7 +669,7 @@ def test_forgotten_places_are_remembered_for_every_restart(monkeypatch):
         one, _checks, told, _ended = place_checks()
         one.restore(saved, (RADAR,))
         (fault,) = told.values()
-        assert "too many places before the start" in fault
+        assert "had reported more places before the start of the node than the node remembers" in fault
 
 
 def test_with_a_scan_period_too_many_places_are_a_fault_until_all_have_been_reported_again(monkeypatch):
