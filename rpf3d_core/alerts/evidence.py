@@ -34,6 +34,8 @@ class AreaEvidence(NamedTuple):
     largest_energy : J; first_arrival_s : s, shortest time from the release of a rock to its arrival in the area; both
         None if no rock reached the area
     left : number of the flown rocks that left the terrain and might still have reached the area (`live.leaving`)
+    without_energy : share (-) of the rocks in `left` among the rocks that are in `left` or reached the area, the
+        largest of all clusters; 1 for a cluster without a p95 energy; None if it follows from the other figures
     uncovered : share (-) of the area in plan that has no terrain below it; larger if more than half of one of several
         outlines of the area has no terrain (`live.coverage`)
     clusters : number of clusters of sources; each figure is from the cluster with the worst figure; 0 if the sources
@@ -78,6 +80,19 @@ class AreaEvidence(NamedTuple):
     energy_high: float | None = None
     energy_sets: int = 0
     first_arrival_low_s: float | None = None
+    without_energy: float | None = None
+
+    @property
+    def share_without_energy(self) -> float:
+        """The largest share (-) of rocks with unknown energy that a cluster may have in the area, as `without_energy`.
+
+        1 if several clusters were combined and the share is not known.
+        """
+        if self.without_energy is not None or self.left <= 0:
+            return self.without_energy or 0.0
+        if self.p95_energy is None or self.clusters > 1:
+            return 1.0
+        return self.left / (self.left + max(self.reached, 0))
 
     @property
     def pooled_energy(self) -> float | None:

@@ -165,6 +165,8 @@ def _unknown_faults(area: AreaEvidence, thresholds: Thresholds) -> Iterator[str]
     level if these rocks were counted as rocks that reached the area. An impossible number is also a fault.
     """
     terms = thresholds.evidence
+    if not 0.0 <= area.share_without_energy <= 1.0:
+        yield f"a share of {area.share_without_energy} of rocks with unknown energy is impossible"
     if not 0.0 <= area.uncovered <= 1.0 or not 0 <= area.left <= max(area.flown, 0):
         yield f"{area.uncovered:g} of the area without terrain, or {area.left} rocks that left it, is impossible"
         return

@@ -9,8 +9,8 @@ from rpf3d_core.alerts.origins import Origin, Origins
 TEXTS = ("name", "outline")
 """Text fields of the evidence of an area; in other fields, text stands for a number that JSON cannot express (NaN)."""
 
-OVER_SETS = ("energy_high", "energy_sets", "first_arrival_low_s")
-"""Fields of an area's evidence that the log leaves out at their default value, as in a scene without unknowns."""
+OFTEN_DEFAULT = ("energy_high", "energy_sets", "first_arrival_low_s", "without_energy")
+"""Fields of an area's evidence that the log leaves out at their default value."""
 
 DEFAULTS = AreaEvidence._field_defaults
 
@@ -32,7 +32,7 @@ def evidence_content(evidence: Evidence) -> dict[str, Any]:
 
 
 def _area_evidence_content(area: AreaEvidence) -> dict[str, Any]:
-    stated = {key: value for key, value in area._asdict().items() if key not in OVER_SETS or value != DEFAULTS[key]}
+    stated = {key: value for key, value in area._asdict().items() if key not in OFTEN_DEFAULT or value != DEFAULTS[key]}
     content = {key: _written(value) for key, value in stated.items() if key != "origins"}
     return content if area.origins is None else {**content, "origins": _origins_content(area.origins)}
 

@@ -82,14 +82,15 @@ def hidden_level(area: AreaEvidence, thresholds: Thresholds) -> Level | None:
     """Return the level of an area as if all rocks in `left` had reached the area; None if no rock left the terrain.
 
     The energy of these rocks counts as infinite and their arrival as immediate, because both are unknown. If these
-    rocks are at most 5 % (RARE) of all rocks in the area, the largest known energy replaces the p95 energy. If
-    `left_high` is None, all rocks in `left` are counted in one parameter set, the worst case.
+    rocks are at most 5 % (RARE) of all rocks in the area, the largest known energy replaces the p95 energy. This must
+    hold for each cluster of sources, so that the rocks of one do not hide those of another. If `left_high` is None, all
+    rocks in `left` are counted in one parameter set, the worst case.
     """
     if area.left <= 0:
         return None
     share = with_more_reached(area, area.left)
     predictive = share.predictive_high if area.left_high is None else area.left_high
-    is_rare = area.p95_energy is not None and area.left <= RARE * share.reached
+    is_rare = area.share_without_energy <= RARE
     return level_of(
         share._replace(
             predictive_high=predictive, p95_energy=area.largest_energy if is_rare else None, largest_energy=math.inf,

@@ -15,7 +15,16 @@ from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, reach_probability
 from rpf3d_core.hazard.scales import FEW_COLOUR
 from rpf3d_core.report.draped_map import FEW, caption_of
 from rpf3d_core.report.run_files import HazardGrid
-from rpf3d_core.report.view import LIGHT, MOST_TRIANGLES, UPPER_REACH, Seen, draped, raised_by
+from rpf3d_core.report.view import (
+    LIGHT,
+    MOST_TRIANGLES,
+    UPPER_REACH,
+    WORST_ENERGY,
+    WORST_REACH,
+    Seen,
+    draped,
+    raised_by,
+)
 from rpf3d_core.results.findings import Run
 from rpf3d_core.terrain.draped_outlines import MARGIN, draped_outlines
 from rpf3d_core.terrain.facets import Terrain, unit_normals
@@ -133,13 +142,16 @@ def _reach(maps: HazardMaps) -> tuple[str, str, FloatArray]:
     """Return title, unit and values (C,) of the map of reach probability; NaN in cells without a value.
 
     With parameter sets, the map is the upper end of the predictive interval, as the first map in the 3D view of a
-    report. The title states this, and also if too few sets have flown for an interval.
+    report. The title states this, and also if too few sets have flown for an interval. With several sources, the map is
+    that of the worst source.
     """
     band = maps.reach_band
     if band is not None and np.isfinite(band.high).any():
         high = np.full(maps.cells.count, np.nan)
         high[band.cell] = np.where(band.high > 0.0, 100.0 * band.high, np.nan)
         return UPPER_REACH, "%", high
+    if maps.sources is not None and maps.sources.cells is not None:
+        return WORST_REACH, "%", maps.cells.everywhere(100.0 * maps.sources.cells.reach, np.nan)
     title = "reach probability" if band is None else "reach probability, mean; its predictive interval is unknown"
     values = 100.0 * reach_probability(maps.cells, maps.flown)
     return title, "%", maps.cells.everywhere(np.where(maps.cells.rocks > 0, values, np.nan), np.nan)
@@ -147,10 +159,11 @@ def _reach(maps: HazardMaps) -> tuple[str, str, FloatArray]:
 
 def _energy(maps: HazardMaps) -> tuple[str, str, FloatArray]:
     """Return title, unit and values (C,) of the map of p95 energy; FEW in reached cells without a value, else NaN."""
-    values = maps.cells.energy.p95 / 1e3
+    worst = None if maps.sources is None else maps.sources.cells
+    values = (maps.cells.energy.p95 if worst is None else worst.energy) / 1e3
     known = np.where(values > 0.0, values, FEW)
     laid_out = maps.cells.everywhere(np.where(maps.cells.rocks > 0, known, np.nan), np.nan)
-    return f"p95 energy, cells with {FEWEST_ROCKS} rocks or more", "kJ", laid_out
+    return f"{'p95 energy' if worst is None else WORST_ENERGY}, cells with {FEWEST_ROCKS} rocks or more", "kJ", laid_out
 
 
 def _grid(maps: HazardMaps, laid_out: FloatArray) -> HazardGrid:

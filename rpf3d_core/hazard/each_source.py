@@ -190,16 +190,16 @@ def _hidden(pairs: Sequence[tuple[Bench, Bench]], maps: HazardMaps) -> list[str]
         return []
     others = further_figures(len(reached) + len(retained) - 1, "the bench table")
     return [
-        f"{begin}; of the rocks of all {len(maps.sources.names):,} sources together, {rest}.{others} Hazard maps and "
-        f"outcomes count all rocks together, so they depend on how many rocks each source has: {_advice(maps)}, and "
-        "see hazard/sources.csv"
+        f"{begin}; of the rocks of all {len(maps.sources.names):,} sources together, {rest}.{others} Outcomes and "
+        "hazard maps of all sources count all rocks together, so they depend on how many rocks each source has: "
+        f"{_advice(maps)}, and see hazard/sources.csv"
     ]
 
 
 def _advice(maps: HazardMaps) -> str:
     """Return advice where to find the hazard maps of a dangerous source."""
     alone = "run a dangerous source alone for its own maps"
-    worst = "" if maps.sources.cells is None else "hazard/*_worst_source.tif have the worst source of each cell; "
+    worst = "" if maps.sources.cells is None else "hazard/*_worst_source.* have the worst source of each cell; "
     return f"{worst}{alone}"
 
 

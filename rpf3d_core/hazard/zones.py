@@ -11,12 +11,18 @@ from numpy.typing import NDArray
 
 from rpf3d_core.hazard.maps import HazardMaps, reach_probability
 from rpf3d_core.hazard.passages import reached_over
+from rpf3d_core.hazard.source_cells import P95
 from rpf3d_core.terrain.frame import FloatArray
 
 Flags = NDArray[np.bool_]
 
+REACH, CLASS = "reach_probability", "matrix"
+"""`Zone.kind` of zones that count all rocks together."""
 UPPER = "reach_probability_upper"
 """`Zone.kind` of zones for the upper end of the predictive interval of reach probability."""
+
+WORST_REACH, WORST_CLASS = "reach_probability_worst_source", "matrix_worst_source"
+"""`Zone.kind` of zones that count the rocks of each source, so that harmless sources do not hide a dangerous one."""
 
 
 class Matrix(NamedTuple):
@@ -47,9 +53,10 @@ class Matrix(NamedTuple):
 class Zone(NamedTuple):
     """A hazard zone: the map cells of one level of reach probability, or of one class of the matrix.
 
-    kind : "reach_probability", all cells whose reach probability is at least the level (zones of lower levels contain
+    kind : REACH, all cells whose reach probability is at least the level (zones of lower levels contain
         zones of higher levels); UPPER, all cells for which the upper end of the predictive interval is at least the
-        level; "matrix", all cells of a class
+        level; CLASS, all cells of a class; WORST_REACH, all cells that at least this share of the rocks of a source
+        reached; WORST_CLASS, all cells of a class by the largest values of a source
     level : of reach probability (-), None for a class; name : of the class, None for a level
     cells : (C,) True for each cell of the zone; guessed : number of cells of the zone whose largest energy replaces a
         missing percentile
@@ -69,7 +76,7 @@ def reach_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
     """Return a hazard zone for each level (-) of reach probability, in the order given; a zone may have no cells."""
     share = reach_probability(maps.cells, maps.flown)
     return [
-        Zone(kind="reach_probability", level=level, name=None, cells=_flags(maps, share >= level)) for level in levels
+        Zone(kind=REACH, level=level, name=None, cells=_flags(maps, share >= level)) for level in levels
     ]
 
 
@@ -100,6 +107,43 @@ def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
     width = matrix.object_width
     share = reach_probability(maps.cells, maps.flown) if width is None else reached_over(maps, width)
     energy, guessed = _energy(maps, matrix.percentile)
+    return _classes(maps, matrix, CLASS, share, energy, guessed)
+
+
+def worst_reach_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
+    """Return a hazard zone for each level (-) of the largest share of the rocks of a source; [] if it is not known.
+
+    Such a zone contains the zone of `reach_zones` for this level.
+    """
+    if maps.sources is None or maps.sources.cells is None:
+        return []
+    share = maps.sources.cells.reach
+    return [Zone(kind=WORST_REACH, level=level, name=None, cells=_flags(maps, share >= level)) for level in levels]
+
+
+def worst_matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
+    """Return a hazard zone for each class of the matrix, by the largest share and the largest energy of a source.
+
+    The two may be of different sources, so the class is never below that of a source, but may be above it. The energy
+    is the p95 energy for lower percentiles, too; for the 99th, and in cells without a percentile, it is the largest
+    energy. The list is empty if the largest values are not known, or if the matrix has the width of an object: passages
+    per metre are not counted for each source.
+    """
+    if maps.sources is None or maps.sources.cells is None or matrix.object_width is not None:
+        return []
+    worst = maps.sources.cells
+    guessed = np.isnan(worst.energy) | (matrix.percentile > P95)
+    energy = np.where(guessed, maps.cells.energy.largest, worst.energy)
+    return _classes(maps, matrix, WORST_CLASS, worst.reach, energy, guessed)
+
+
+def _classes(
+    maps: HazardMaps, matrix: Matrix, kind: str, share: FloatArray, energy: FloatArray, guessed: Flags
+) -> list[Zone]:
+    """Return a hazard zone of a kind for each class of the matrix, the highest class first.
+
+    share (S,) -, energy (S,) J : of the reached cells; guessed : (S,) True where the largest energy replaces another
+    """
     row = np.searchsorted(matrix.energy_levels, energy, side="right")
     column = np.searchsorted(matrix.probability_levels, share, side="right")
     names = matrix.names
@@ -110,12 +154,12 @@ def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
         belongs = found == index
         zones.append(
             Zone(
-                kind="matrix",
+                kind=kind,
                 level=None,
                 name=name,
                 cells=_flags(maps, belongs),
                 guessed=int((guessed & belongs).sum()),
-                object_width=width,
+                object_width=matrix.object_width,
             )
         )
     return zones

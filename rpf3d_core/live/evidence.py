@@ -81,6 +81,7 @@ def worst_of(results: list[AreaEvidence], flown: int) -> AreaEvidence:
         left_high=_left_high_of(results, predictive_high),
         origins=_origins_of(results, flown),
         outline=results[-1].outline,
+        without_energy=max(area.share_without_energy for area in results) if left > 0 else None,
         **_ends_over_sets(results),
     )
 

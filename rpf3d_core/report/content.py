@@ -67,18 +67,24 @@ OF_WORST = (
 )
 """Note under the main figures of a scene with several sources."""
 ENERGY = "hazard/energy_p95.png"
+WORST_REACH = "hazard/reach_probability_worst_source.png"
+WORST_REACH_WORDS = "Largest share of the rocks of one source that reached the cell."
 PICTURES = (
     (("map.png", "Map: paths, releases and ends of rocks."),),
     (
         ("hazard/reach_probability_high.png",
          "Reach probability of the cells: upper end of its 95 % predictive interval."),
+        (WORST_REACH, WORST_REACH_WORDS),
         ("hazard/reach_probability.png", "Reach probability of the cells."),
     ),
+    ((WORST_REACH, WORST_REACH_WORDS),),
+    (("hazard/energy_p95_worst_source.png", "Largest p95 energy of all rocks together and of all sources with "
+      f"{FEWEST_ROCKS} rocks in the cell."),),
     ((ENERGY, "95th percentile of the energy in each cell. It may be larger than the p95 energy of the cell's zone, "
       "because it counts only the rocks that reached the cell, often few."),),
 )  # fmt: skip
 """Pictures of the run that a report shows: for each picture, possible files with captions; the first existing file is
-shown.
+shown, if no picture before shows it.
 """
 LIMITS = (
     "The results describe rocks after a release. They say nothing about how often rocks are released.",
@@ -285,10 +291,12 @@ def _pictures(run: RunFiles, section: CriticalSection | None) -> Iterator[Elemen
     yield Heading("Terrain, paths and hazard")
     view = view_html(run, seen, looking, None if section is None else section.key, maps)
     yield View(view, caption, "The rotatable 3D view is in the HTML file of this report.")
+    done: set[str] = set()
     for choices in PICTURES:
         shown = next(((name, words) for name, words in choices if (run.folder / name).is_file()), None)
-        if shown is not None:
+        if shown is not None and shown[0] not in done:
             name, words = shown
+            done.add(name)
             more = _cells_without_energy(run) if name == ENERGY else ""
             yield Picture(_trimmed(run.folder / name), f"{words}{more}", 0.9)
     if not (run.folder / "map.png").is_file():

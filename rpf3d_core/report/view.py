@@ -44,9 +44,13 @@ Key = tuple[str, int, int]
 """A rock, as (source, rock, fragment)."""
 UPPER_REACH = "reach probability, upper end of the predictive interval"
 """Title of the map that the report and the desk show first for a run over parameter sets."""
+WORST_REACH, WORST_ENERGY = "reach probability, worst source", "p95 energy, worst source"
+"""Titles of the maps of the worst source of each cell, which the report and the desk show for several sources."""
 MAPS = (
     ("reach_probability_high", None, UPPER_REACH, 100.0, "%"),
+    ("reach_probability_worst_source", "value", WORST_REACH, 100.0, "%"),
     ("reach_probability", None, "reach probability", 100.0, "%"),
+    ("energy_j_worst_source", "value", WORST_ENERGY, 1e-3, "kJ"),
     ("energy_j", "p95", "p95 energy", 1e-3, "kJ"),
 )
 """Hazard maps of the view: file, band, title, factor from the file's unit to the unit shown, and the unit shown."""

@@ -1,5 +1,6 @@
 """Tests of the maps of the worst source of each cell: harmless sources do not hide a dangerous one in any cell."""
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +11,7 @@ import rasterio
 from sources_of_pit import UNKNOWN, scene_of
 
 import rpf3d_core as rpf3d
+from rpf3d_core.desk.shapes import ground_seen, hazard_map
 from rpf3d_core.hazard import source_cells
 from rpf3d_core.hazard.layers import layers_of
 from rpf3d_core.hazard.maps import HazardMaps, Layers, reach_probability
@@ -17,9 +19,13 @@ from rpf3d_core.hazard.source_cells import SourceCells, WorstCells
 from rpf3d_core.hazard.source_tallies import part_of
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.worst import ALL
+from rpf3d_core.hazard.zones import CLASS, REACH, WORST_CLASS, WORST_REACH, Zone, worst_matrix_zones
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_files.geotiffs import write_hazard_rasters
+from rpf3d_core.results.hazard_files.zones_geojson import hazard_zones, zones_without_cells
+from rpf3d_core.results.plots.hazard import themes
 from rpf3d_core.runs.parallel import fly_parts
+from rpf3d_core.scene.hazard import HazardSpec, matrix_of
 from rpf3d_core.setup.prepared import empty_tallies, prepare
 
 ROCKS = {"top": 200, "below": 2000}
@@ -153,3 +159,49 @@ def test_percentiles_in_many_cells_are_computed_a_part_at_a_time(folder: Path) -
         patch.setattr(source_cells, "AT_ONCE", 7)
         few = rpf3d.simulate(scene_of(folder, rocks=ROCKS)).maps.sources.cells
     assert values_of(few) == values_of(rpf3d.simulate(scene_of(folder, rocks=ROCKS)).maps.sources.cells)
+
+
+LEVELS = HazardSpec.model_validate({
+    "reach_levels": [0.03, 0.99],
+    "matrix": {"energy_levels_kj": [100], "probability_levels": [0.03], "classes": [["low", "low"], ["low", "high"]]},
+})  # fmt: skip
+
+
+def cells_of(zones: Sequence[Zone], kind: str, which: float | str) -> np.ndarray:
+    (zone,) = [zone for zone in zones if zone.kind == kind and which in (zone.level, zone.name)]
+    return zone.cells
+
+
+def test_zones_of_the_worst_source_are_the_zones_of_the_dangerous_source_alone(folder: Path, run: Run) -> None:
+    """Almost all rocks are from the source `below`, and do not reach the cells of the source `top`."""
+    alone = hazard_zones(flown(folder, "top", rocks=ROCKS)[0].maps, LEVELS)
+    assert not any(zone.kind in (WORST_REACH, WORST_CLASS) for zone in alone)
+    both = hazard_zones(run.maps, LEVELS)
+    for worst, kind, which in ((WORST_REACH, REACH, 0.03), (WORST_CLASS, CLASS, "high")):
+        dangerous, found = cells_of(alone, kind, which), cells_of(both, worst, which)
+        assert dangerous.sum() > (dangerous & cells_of(both, kind, which)).sum(), "the pool hides some of the cells"
+        assert found[dangerous].all()
+
+
+def test_where_the_pool_has_no_zone_the_user_is_told_that_a_source_has_one(run: Run) -> None:
+    notes = zones_without_cells(run.terrain, run.maps, LEVELS)
+    assert any(f"but such a zone of the worst source (kind {WORST_REACH})" in note for note in notes), notes
+
+
+def test_classes_for_a_higher_percentile_count_the_largest_energy(run: Run) -> None:
+    matrix = matrix_of(LEVELS)._replace(percentile=99)
+    assert all(zone.guessed == zone.cells.sum() for zone in worst_matrix_zones(run.maps, matrix))
+    assert worst_matrix_zones(run.maps, matrix._replace(object_width=5.0)) == []
+
+
+def test_pictures_and_the_desk_show_the_worst_source(folder: Path, run: Run) -> None:
+    worst, shown = run.maps.sources.cells, themes(run.maps)
+    reach = run.maps.cells.everywhere(worst.reach, np.nan)
+    assert np.array_equal(shown["reach_probability_worst_source"].values, reach, equal_nan=True)
+    energy = run.maps.cells.everywhere(worst.energy, np.nan)
+    assert np.array_equal(shown["energy_p95_worst_source"].values, energy, equal_nan=True)
+    desk = [hazard_map(ground_seen(run.terrain), run.maps, kind) for kind in ("reach", "energy")]
+    assert [each.title.partition(",")[2].split(",")[0] for each in desk] == [" worst source"] * 2
+    assert desk[0].largest == pytest.approx(100 * np.nanmax(reach))
+    assert desk[1].largest == pytest.approx(np.nanmax(energy) / 1000)
+    assert not [name for name in themes(flown(folder, "top", rocks=ROCKS)[0].maps) if "worst" in name]

@@ -24,6 +24,23 @@ def test_few_strong_rocks_of_one_wall_are_not_hidden_by_many_weak_ones_of_anothe
     assert shown(*((strong, QUIET) if first else (QUIET, strong))).level == Level.RESTRICT
 
 
+@pytest.mark.parametrize("first", [True, False], ids=["first", "last"])
+def test_weak_rocks_of_one_wall_do_not_make_the_rocks_rare_that_left_the_terrain_at_another(first):
+    """28 rocks of one wall may come with any energy. Among the 700 weak rocks of the other wall they would be rare."""
+    left = evidence(area(0, p95_energy=None, largest_energy=None, first_arrival_s=None, left=28))
+    weak = evidence(area(700, p95_energy=1e3, largest_energy=2e3))
+    limits = site({"ramp": {"restrict": {"p95_energy_j": 1e5}}})
+    alone, both = (
+        decide(None, together(parts), limits, NOW)
+        for parts in ([left], [left, weak] if first else [weak, left])
+    )  # fmt: skip
+    assert alone.level == both.level == Level.FAULT
+    assert any("28 of" in fault and "left the terrain" in fault for fault in both.faults)
+    assert decide(None, weak, limits, NOW).level == Level.NORMAL
+    three = together([together([left, weak]), weak])
+    assert decide(None, three, limits, NOW).level == Level.FAULT, "combined twice"
+
+
 def test_each_figure_is_of_the_wall_that_gave_it():
     facts = {"sets": 9, "predictive_low": 0.0}
     many = area(900, predictive_high=0.2, origins=all_from(origin("many")), **facts)

@@ -6,6 +6,7 @@ from rpf3d_core.ensemble.outward import interval_as, three_figures
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, reach_probability
 from rpf3d_core.hazard.passages import passage_per_metre
 from rpf3d_core.hazard.raster import round_cells
+from rpf3d_core.terrain.frame import FloatArray
 
 
 def words_on_maps(maps: HazardMaps) -> str:
@@ -18,7 +19,7 @@ def words_on_maps(maps: HazardMaps) -> str:
     cells = f"hazard maps: cells of {cell:g} m, of which {len(maps.cells.cell):,} were reached"
     if not len(share):
         return cells
-    most = f"a cell by {three_figures(100.0 * float(share.max()))} % of the rocks at most (grows with the cell)"
+    most = f"a cell by {_percent(share)} of the rocks{_of_a_source(maps)} at most (grows with the cell)"
     if not maps.cells.has_ways:
         return f"{cells}, {most}"
     passage = passage_per_metre(maps)
@@ -26,6 +27,16 @@ def words_on_maps(maps: HazardMaps) -> str:
     value, *ends = (100.0 * float(values[place]) for values in passage)
     in_text = f"{three_figures(value)} % ({interval_as(ends, three_figures)})"
     return f"{cells}, {most}; at most {in_text} pass a metre across their way, whatever the cell"
+
+
+def _of_a_source(maps: HazardMaps) -> str:
+    """Return the largest share of the rocks of a source that reached a cell, "" if it is not known."""
+    worst = None if maps.sources is None else maps.sources.cells
+    return "" if worst is None else f", or {_percent(worst.reach)} of the rocks of a source,"
+
+
+def _percent(shares: FloatArray) -> str:
+    return f"{three_figures(100.0 * float(shares.max()))} %"
 
 
 def words_on_empty(maps: HazardMaps) -> str:

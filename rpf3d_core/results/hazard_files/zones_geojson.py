@@ -20,7 +20,18 @@ from rpf3d_core.formats.reference_system import reference_system
 from rpf3d_core.hazard.benches import AREA, share_text
 from rpf3d_core.hazard.each_source import from_source, worst_benches
 from rpf3d_core.hazard.maps import HazardMaps
-from rpf3d_core.hazard.zones import UPPER, Zone, matrix_zones, reach_zones, upper_zones
+from rpf3d_core.hazard.zones import (
+    CLASS,
+    REACH,
+    WORST_CLASS,
+    WORST_REACH,
+    Zone,
+    matrix_zones,
+    reach_zones,
+    upper_zones,
+    worst_matrix_zones,
+    worst_reach_zones,
+)
 from rpf3d_core.results.hazard_files.geotiffs import transform_of, upright
 from rpf3d_core.scene.hazard import HazardSpec, matrix_of
 from rpf3d_core.terrain.facets import Terrain
@@ -44,7 +55,8 @@ def write_hazard_zones(
     """Write zones.geojson: a polygon feature for each hazard zone that has cells.
 
     Zones of reach probability are first, lowest level first; then, in a run over parameter sets, zones of the upper end
-    of the predictive interval; then the zones of the matrix, highest class first.
+    of the predictive interval; then the zones of the matrix, highest class first. With several sources, both kinds also
+    have zones of the worst source.
 
     Parameters
     ----------
@@ -74,29 +86,44 @@ def write_hazard_zones(
 def hazard_zones(maps: HazardMaps, spec: HazardSpec) -> Sequence[Zone]:
     """Return the hazard zones that a scene asks for (levels of reach probability, matrix), also zones without cells."""
     matrix = matrix_of(spec)
-    reach = [*reach_zones(maps, spec.reach_levels), *upper_zones(maps, spec.reach_levels)]
-    return [*reach, *([] if matrix is None else matrix_zones(maps, matrix))]
+    zones = [each for of in (reach_zones, upper_zones, worst_reach_zones) for each in of(maps, spec.reach_levels)]
+    if matrix is not None:
+        zones += [*matrix_zones(maps, matrix), *worst_matrix_zones(maps, matrix)]
+    return zones
 
 
 def zones_without_cells(terrain: Terrain, maps: HazardMaps, spec: HazardSpec) -> list[str]:
     """Return sentences for the user on requested hazard zones that have no cells, and so are not in zones.geojson.
 
-    Zones of the upper end of the predictive interval are not mentioned.
+    Zones of the upper end of the predictive interval are not mentioned. Zones of the worst source are mentioned if they
+    have cells where all rocks together have none.
     """
-    missing = [zone for zone in hazard_zones(maps, spec) if not zone.cells.any() and zone.kind != UPPER]
+    zones, cell = hazard_zones(maps, spec), f"no cell of {maps.raster.cell:g} m"
+    missing = [zone for zone in zones if zone.kind in (REACH, CLASS) and not zone.cells.any()]
     levels = [f"{100.0 * zone.level:g} %" for zone in missing if zone.level is not None]
     classes = [repr(zone.name) for zone in missing if zone.name is not None]
     sentences = []
     if levels:
         sentences.append(
-            f"no cell of {maps.raster.cell:g} m is reached by {' or '.join(levels)} of the rocks: zones.geojson has no "
-            f"such zone. {_of_areas(terrain, maps)}"
+            f"{cell} is reached by {' or '.join(levels)} of the rocks: {_absent(zones, WORST_REACH, missing)}. "
+            f"{_of_areas(terrain, maps)}"
         )
     if classes:
-        sentences.append(
-            f"no cell of {maps.raster.cell:g} m is of the class {' or '.join(classes)}: zones.geojson has no such zone"
-        )
+        sentences.append(f"{cell} is of the class {' or '.join(classes)}: {_absent(zones, WORST_CLASS, missing)}")
     return sentences
+
+
+def _absent(zones: Sequence[Zone], kind: str, missing: Sequence[Zone]) -> str:
+    """Return that the file lacks zones of all rocks together, and for how many of them the worst source has a zone.
+
+    kind : of the zones of the worst source; missing : the zones of all rocks together without cells
+    """
+    lacking = {(zone.level, zone.name) for zone in missing}
+    of_worst = sum(zone.kind == kind and zone.cells.any() and (zone.level, zone.name) in lacking for zone in zones)
+    if not of_worst:
+        return "zones.geojson has no such zone"
+    which = "such a zone" if of_worst == 1 else f"{of_worst} such zones"
+    return f"zones.geojson has no such zone of all sources together, but {which} of the worst source (kind {kind})"
 
 
 def _of_areas(terrain: Terrain, maps: HazardMaps) -> str:

@@ -117,7 +117,8 @@ def write_hazard_pictures(
     """Write the hazard pictures into an existing folder: reach_probability.png, energy_p95.png and height_p95.png.
 
     A run over parameter sets has reach_probability_high.png as well, and maps with passages per metre have
-    passage_per_metre.png.
+    passage_per_metre.png. With several sources there are reach_probability_worst_source.png and
+    energy_p95_worst_source.png, too.
 
     releases : (N, 2 or 3) m, release points of the rocks, local frame
     pictures : pictures of the terrain that other maps share; None to make them here
@@ -152,6 +153,25 @@ def _upper_end(maps: HazardMaps) -> dict[str, Theme]:
     }  # fmt: skip
 
 
+def _of_worst(maps: HazardMaps) -> dict[str, Theme]:
+    """Return the pictures of the worst source of each cell as entries of `themes`; empty if it is not known."""
+    if maps.sources is None or maps.sources.cells is None:
+        return {}
+    cells, worst, wide = maps.cells, maps.sources.cells, f"in cells of {maps.raster.cell:g} m"
+    return {
+        "reach_probability_worst_source": Theme(
+            "reach probability, worst source", f"largest share of the rocks of a source that\ncome to a cell of "
+            f"{maps.raster.cell:g} m (%)", cells.everywhere(worst.reach, np.nan),
+            reach_scale(int(maps.sources.flown.max()), worst.reach), 0.01,
+        ),
+        "energy_p95_worst_source": Theme(
+            "95th percentile of the rocks' largest energy, worst source",
+            f"{maps.energy_kind} kinetic energy, p95 (kJ),\n{wide}", cells.everywhere(worst.energy, np.nan),
+            scale_of_energy(worst.energy), JOULE_PER_KJ,
+        ),
+    }  # fmt: skip
+
+
 def themes(maps: HazardMaps) -> dict[str, Theme]:
     """Return a `Theme` for each hazard picture of a run, by the name of the picture's file without extension."""
     cells, wide = maps.cells, f"in cells of {maps.raster.cell:g} m"
@@ -172,6 +192,7 @@ def themes(maps: HazardMaps) -> dict[str, Theme]:
             f"{p95} height", f"height above the ground, p95 (m),\n{wide}", cells.everywhere(cells.height.p95, np.nan),
             scale_of_height(cells.height.p95),
         ),
+        **_of_worst(maps),
     }  # fmt: skip
 
 
