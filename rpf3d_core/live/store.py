@@ -114,12 +114,13 @@ class Store:
     """
 
     def __init__(
-        self, folder: Path, most_patches: int = MOST_PATCHES, map_origin: tuple[float, ...] | None = None
-    ) -> None:
+        self, folder: Path, most_patches: int = MOST_PATCHES, map_origin: tuple[float, ...] | None = None,
+        longest_edge: float | None = None,
+    ) -> None:  # fmt: skip
         """Open the store in a folder, which is created if it is missing.
 
         most_patches : largest number of stored patches; the next patch is stored as a whole terrain instead
-        map_origin : (m) origin of the map frame of all surveys, written with each of them; None if it is not known
+        map_origin, longest_edge : (m) as in `StoredSurvey`, written with each survey; None if they are not known
 
         Raises
         ------
@@ -129,6 +130,7 @@ class Store:
             The folder cannot be created.
         """
         self.folder, self._most, self._map_origin = folder, most_patches, map_origin
+        self._longest_edge = longest_edge
         folder.mkdir(parents=True, exist_ok=True)
         self._lock, self._unlocked = _locked(folder)
         self._waiting: deque[StoredSurvey] = deque()
@@ -156,6 +158,7 @@ class Store:
             survey=survey, digest=ground.digest, upon=upon, stamp_ns=ground.stamp_ns, received_ns=ground.received_ns,
             whole_ns=ground.whole_ns, patches=0 if upon else max(ground.patches, int(is_patch)),
             whole_digest=ground.whole_digest, map_origin=self._map_origin,
+            longest_edge=self._longest_edge,
         )  # fmt: skip
         with self._changed:
             if not upon:

@@ -38,6 +38,8 @@ class StoredSurvey(NamedTuple):
         patch that has replaced the whole terrain; else 0
     map_origin : (m) origin of the map frame of the survey, from the node's parameter `map_origin`; None if it is not
         known
+    longest_edge : (m) limit for the sides of triangles when the survey was built, from the node's parameter; 0 without
+        a limit, None if it is not known
     """
 
     survey: Survey
@@ -49,6 +51,7 @@ class StoredSurvey(NamedTuple):
     patches: int = 0
     whole_digest: str = ""
     map_origin: tuple[float, ...] | None = None
+    longest_edge: float | None = None
 
 
 def write_piece(path: Path, piece: StoredSurvey) -> None:
@@ -99,8 +102,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def _header_of(piece: StoredSurvey) -> dict[str, Any]:
-    names = ("digest", "upon", "stamp_ns", "received_ns", "whole_ns", "patches", "whole_digest", "map_origin")
-    return {name: getattr(piece, name) for name in names}
+    return {name: getattr(piece, name) for name in StoredSurvey._fields if name != "survey"}
 
 
 def _arrays(survey: Survey) -> list[NDArray[Any]]:
@@ -134,6 +136,7 @@ def _piece(body: memoryview) -> StoredSurvey:
         stamp_ns=header["stamp_ns"],
         received_ns=header["received_ns"],
         map_origin=tuple(header["map_origin"]) if header.get("map_origin") is not None else None,
+        longest_edge=header.get("longest_edge"),
     )
     if "whole_ns" in header:
         piece = piece._replace(whole_ns=header["whole_ns"], patches=header["patches"])

@@ -29,6 +29,7 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.zone_materials import check_materials
 from rpf3d_core.setup.areas import plan_rings, read_areas
 from rpf3d_core.simulation.engines import Reference
+from rpf3d_ros.engine.source_topics import BY_HAND
 from rpf3d_ros.engine.terrain_faults import TerrainBefore
 from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA
@@ -91,6 +92,15 @@ class StationConfiguration:
             return self.parameters.most_ahead
         return min(self.parameters.most_ahead, self.thresholds.evidence.clock_tolerance_s)
 
+    @property
+    def most_behind(self) -> dict[str, float]:
+        """Time (s) that stamps may be behind the clock, by topic.
+
+        A clicked source ends without a fault when it is too old, so a click that is almost too old when it is received
+        would hardly count. Other topics have no limit, because old evidence of a sensor is a fault.
+        """
+        return {} if self.thresholds is None else {BY_HAND: self.thresholds.evidence.sources_max_age_s / 2.0}
+
 
 def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_ns: int) -> StationConfiguration:
     """Read and prepare everything for a configured simulator; call this on a thread, because it takes seconds.
@@ -113,7 +123,7 @@ def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], 
     try:
         compile_s = warm(scene, parameters)
         workshop = _workshop_of(scene, parameters)
-        standing, standing_report, before = _restored(store, scene, workshop, parameters.frame.origin, now_ns)
+        standing, standing_report, before = _restored(store, scene, workshop, parameters, now_ns)
         log, log_fault = _log_of(parameters) if thresholds is not None else (None, "")
     except BaseException:
         if store is not None:
@@ -256,21 +266,22 @@ def _store_of(parameters: SimulatorParameters) -> Store | None:
     if not parameters.store:
         return None
     try:
-        return Store(Path(parameters.store), map_origin=parameters.frame.origin)
+        origin, longest = parameters.frame.origin, parameters.longest_edge
+        return Store(Path(parameters.store), map_origin=origin, longest_edge=longest)
     except (OSError, InputError) as fault:
         raise InputError(f"store: {fault}") from fault
 
 
 def _restored(
-    store: Store | None, scene: Scene, workshop: Workshop, map_origin: tuple[float, float, float], now_ns: int
+    store: Store | None, scene: Scene, workshop: Workshop, parameters: SimulatorParameters, now_ns: int
 ) -> tuple[PreparedTerrain | None, str, TerrainBefore]:
     """Return the prepared terrain from a store, a sentence on its age, and which patches it contains or lacks.
 
     Without a store, or if the store is empty, the terrain is None and the sentence "". If the terrain cannot be read,
-    or was stored with another origin of the map, the terrain is None and the sentence gives the reason. The simulator
-    then starts without a terrain.
+    or was stored with other parameters, the terrain is None and the sentence gives the reason. The simulator then
+    starts without a terrain.
 
-    map_origin : survey coordinates (m) of the map's origin; now_ns : present time (ns)
+    now_ns : present time (ns)
     """
     before = TerrainBefore(read_ns=time.time_ns())
     if store is None:
@@ -278,7 +289,8 @@ def _restored(
     try:
         last = read_last(store.folder)
         if last is not None:
-            _check_origin(last, map_origin)
+            _check_origin(last, parameters.frame.origin)
+            _check_longest_edge(last, parameters.longest_edge)
         standing = stand_on(last.ground(workshop), scene) if last is not None else None
     except (OSError, InputError) as fault:
         why = f"the last terrain could not be restored: {fault}"
@@ -303,6 +315,21 @@ def _check_origin(last: StoredSurveys, map_origin: tuple[float, float, float]) -
         raise InputError(
             f"it was stored with map_origin {list(stored)}, but map_origin is now {list(map_origin)}: publish the "
             "whole terrain"
+        )
+
+
+def _check_longest_edge(last: StoredSurveys, longest_edge: float) -> None:
+    """Raise InputError if the stored terrain may have longer sides of triangles than the node allows.
+
+    A terrain that was stored whole after patches is a mesh, so its triangles are not made again.
+
+    longest_edge : (m) the node's parameter; 0 without a limit
+    """
+    first = last.pieces[0]
+    if first.patches > 0 and longest_edge and first.longest_edge != longest_edge:
+        before = "an unknown longest_edge" if first.longest_edge is None else f"longest_edge {first.longest_edge:g}"
+        raise InputError(
+            f"it was stored with {before}, but longest_edge is now {longest_edge:g}: publish the whole terrain"
         )
 
 

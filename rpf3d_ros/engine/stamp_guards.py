@@ -1,5 +1,6 @@
-"""Refuse messages with wrong time stamps: older than the last stamp of the topic, or in the future."""
+"""Refuse messages with wrong time stamps: negative, older than the topic's last stamp, too old, or in the future."""
 
+import math
 import threading
 from collections.abc import Mapping
 
@@ -15,13 +16,14 @@ class StampGuards:
     activated again. Any thread may call.
     """
 
-    def __init__(self, most_ahead: float) -> None:
+    def __init__(self, most_ahead: float, most_behind: Mapping[str, float] | None = None) -> None:
         """Begin without stamps.
 
         most_ahead : time (s) that a stamp may be ahead of the clock
+        most_behind : time (s) that a stamp may be behind the clock, by topic; other topics have no such limit
         """
         self._last: dict[str, int] = {}
-        self._most_ahead, self._is_continued = most_ahead, False
+        self._most_ahead, self._most_behind, self._is_continued = most_ahead, dict(most_behind or {}), False
         self._changing = threading.Lock()
 
     def continue_from(self, stamps: Mapping[str, int]) -> None:
@@ -41,15 +43,22 @@ class StampGuards:
             return dict(self._last)
 
     def check(self, topic: str, stamp_ns: int, now_ns: int) -> None:
-        """Raise MessageRefused if a stamp (ns) is older than the topic's last stamp, or too far ahead of the clock.
+        """Raise MessageRefused if a stamp (ns) is negative, older than the topic's last, or too far from the clock.
 
-        now_ns : present time (ns); 0 if the clock does not run yet, so that no stamp counts as ahead
+        now_ns : present time (ns); 0 if the clock does not run yet, so that no stamp counts as ahead or behind
         """
+        if stamp_ns < 0:
+            raise MessageRefused(f"its stamp is negative, {stamp_ns / SECOND:.3f} s: set the stamp of its header")
         ahead = (stamp_ns - now_ns) / SECOND
         if now_ns > 0 and ahead > self._most_ahead:
             raise MessageRefused(
                 f"its stamp is in the future, {ahead:.3f} s ahead of this clock; at most {self._most_ahead:g} s are "
                 "allowed (most_ahead, clock_tolerance_s)"
+            )
+        if now_ns > 0 and -ahead > self._most_behind.get(topic, math.inf):
+            raise MessageRefused(
+                f"its stamp is {-ahead:.3f} s behind this clock; at most {self._most_behind[topic]:g} s are allowed on "
+                f"{topic} (half of sources_max_age_s): set the clock of the computer that publishes it"
             )
         if self._is_continued and now_ns > 0:
             self._is_continued = False

@@ -103,7 +103,7 @@ class Station:
         self._closing = self._was_deactivated = False
         self._configuration, self._outlets = configuration, outlets
         parameters, scene = configuration.parameters, configuration.scene
-        self.guards = StampGuards(configuration.most_ahead)
+        self.guards = StampGuards(configuration.most_ahead, configuration.most_behind)
         self.terrain: WaitingTerrain[Arrival] = WaitingTerrain(parameters.waiting_patches)
         terms = configuration.thresholds.evidence if configuration.thresholds is not None else None
         age, least = (terms.sources_max_age_s, terms.fewest_rocks) if terms is not None else (0.0, 0)

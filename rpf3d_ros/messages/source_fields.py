@@ -17,9 +17,11 @@ UNCERTAINTY = frozenset(
     ["std", "stdev", "sd", "var", "cov", "sigma", "err", "error", "uncertainty", "accuracy", "quality"]
 )
 """Words in the name of a field that states the uncertainty of a value; such a field may stay unread."""
-VELOCITY_ANYWHERE = re.compile("(?<!le)vel|speed|doppler|rangerate|geschwindigkeit")  # a level is no velocity
+VELOCITY_ANYWHERE = re.compile(
+    "(?<!le)vel|speed|doppler|rangerate|geschwindigkeit|vitesse"  # a level is no velocity
+)
 VELOCITY_WHOLE = re.compile(
-    "v[xyzenudr]|v(?:east|north|up|down|radial)|[xyz]dot|linear[xyz]|v[xyz](?:ms1?|mps|k[mp]h|si)"
+    "v|v[xyzenudr]|v(?:east|north|up|down|radial)|[xyz]dot|linear[xyz]|v[xyz](?:ms1?|mps|k[mp]h|si)"
 )
 """Patterns of field names for a velocity: for a part of a name, and for a whole name.
 
@@ -27,7 +29,7 @@ The names are compared in lower case, with letters and digits only.
 """
 SIZE_ANYWHERE = re.compile("size|diam|radius|volume|mass|weight|durchmesser")
 SIZE_WHOLE = re.compile(
-    "d|dia|vol|deq|length|width|d(?:[0-9]{2,3}|max|mean)|(?:rock|block)(?:d|dia|vol)(?:m|cm|mm|m3)?"
+    "d|dm|dcm|dmm|dia|vol|deq|length|width|d(?:[0-9]{2,3}|max|mean)|(?:rock|block)(?:d|dia|vol)(?:m|cm|mm|m3)?"
 )
 """Patterns of field names for the size of a rock: for a part of a name, and for a whole name."""
 
@@ -44,7 +46,11 @@ def check_names(names: Collection[str]) -> None:
     values = [name for name in names if UNCERTAINTY.isdisjoint(re.findall("[a-z]+", name.lower()))]
     plain = {name: re.sub("[^a-z0-9]", "", name.lower()) for name in values}
     if not any(name in VELOCITY for name in names):
-        for name in (name for name, word in plain.items() if _is_like(word, VELOCITY_ANYWHERE, VELOCITY_WHOLE)):
+        pixel = "u" in plain.values()  # then `v` is a row of an image
+        for name in (
+            name for name, word in plain.items()
+            if _is_like(word, VELOCITY_ANYWHERE, VELOCITY_WHOLE) and not (pixel and word == "v")
+        ):  # fmt: skip
             raise MessageRefused(
                 f"field '{name}' looks like a velocity, which must be in the fields 'vx', 'vy' and 'vz' (m/s, lower "
                 "case): rename or convert the field; if it is something else, give it another name or leave it out"

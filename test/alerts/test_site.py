@@ -42,6 +42,9 @@ def test_a_site_comes_back_from_its_text_with_the_same_digest() -> None:
 
 
 REFUSALS = [
+    ("    restrict: {reach_probability: 0.005}", "    restrict:",
+     "`areas.crusher.restrict` has no value: give one, or remove the key"),
+    ("reach_probability: 0.10", "reach_probability: 1", "`areas.haul_ramp.evacuate.reach_probability` is 1, which is"),
     ("alarm_from:", "alarm_form:", "line 7: `alarm_form` is not a key of a site file; did you mean `alarm_from`?"),
     ("valid_s: 10  ", "valid_s: .nan", "line 6: `valid_s` is nan, but must be a number above 0 (s), how long"),
     ("  fewest_rocks: 1000", "  # none", "`evidence.fewest_rocks` is missing; it must be a whole number of at least 1"),
@@ -103,3 +106,11 @@ def test_an_area_without_levels_and_arrivals_out_of_order_are_refused(tmp_path: 
     times = (f"restrict: {early}", f"evacuate: {late}")
     said = refusal(tmp_path, "  crusher:", "\n    ".join(["  dump:", *times]) + "\n  crusher:")
     assert "`areas.dump.evacuate.first_arrival_s` is longer than that of restrict" in said
+
+
+def test_an_alarm_from_a_level_without_limits_is_refused(tmp_path: Path) -> None:
+    text = TEXT.split("areas:")[0].replace("alarm_from: restrict", "alarm_from: evacuate")
+    path = tmp_path / "site.yaml"
+    path.write_text(f"{text}areas:\n  ramp: {{restrict: {{reach_probability: 0.1}}}}\n")
+    with pytest.raises(SceneError, match="`alarm_from` is evacuate, but no area has limits of this level or above"):
+        read_site(path)

@@ -39,10 +39,14 @@ areas:
 """
 
 
+def at(origin, **others):
+    return SimulatorParameters(map_origin=origin, **others)
+
+
 @pytest.fixture
 def restored(tmp_path):
     """Yield a function that restores terrain from a store with a survey and two patches, for a given `map_origin`."""
-    store, workshop = Store(tmp_path, map_origin=ORIGIN), Workshop(reference=True)
+    store, workshop = Store(tmp_path, map_origin=ORIGIN, longest_edge=0.0), Workshop(reference=True)
     ground = workshop.whole(grid(), stamp_ns=SECOND)
     store.keep(ground, grid())
     for stamp in (2, 3):
@@ -50,7 +54,7 @@ def restored(tmp_path):
         store.keep(ground, grid(8, 8, 12.3, 9.2, seed=stamp))
     assert store.flush(20.0)
     scene = pit_scene(tmp_path).model_copy(update={"areas_of_interest": ()})
-    yield lambda origin=ORIGIN: _restored(store, scene, Workshop(reference=True), origin, 9 * SECOND)
+    yield lambda origin=ORIGIN: _restored(store, scene, Workshop(reference=True), at(origin), 9 * SECOND)
     store.close(20.0)
 
 
@@ -83,9 +87,27 @@ def test_a_terrain_that_an_older_version_stored_without_an_origin_is_not_restore
     store = Store(tmp_path)
     store.keep(Workshop(reference=True).whole(grid()), grid())
     assert store.flush(20.0)
-    standing, report, _ = _restored(store, pit_scene(tmp_path), Workshop(reference=True), ORIGIN, 0)
+    standing, report, _ = _restored(store, pit_scene(tmp_path), Workshop(reference=True), at(ORIGIN), 0)
     store.close(20.0)
     assert standing is None and "stored by an older version, without map_origin: publish the whole terrain" in report
+
+
+@pytest.mark.parametrize(("before", "now", "is_restored"), [(0.0, 0.0, True), (5.0, 5.0, True), (5.0, 0.0, True),
+                                                            (0.0, 5.0, False), (9.0, 5.0, False), (None, 5.0, False)])
+def test_a_terrain_stored_with_its_patches_obeys_the_longest_edge_of_now_or_is_not_restored(
+    tmp_path, before, now, is_restored
+):  # fmt: skip
+    """Its triangles are not made again, so ground that a stricter limit leaves out would stay."""
+    store = Store(tmp_path, most_patches=0, map_origin=ORIGIN, longest_edge=before)
+    workshop = Workshop(reference=True)
+    ground = workshop.patched(workshop.whole(grid()), grid(8, 8, 12.3, 9.2, seed=2), stamp_ns=2 * SECOND)
+    store.keep(ground, grid(8, 8, 12.3, 9.2, seed=2), is_patch=True)
+    assert store.flush(20.0)
+    scene = pit_scene(tmp_path).model_copy(update={"areas_of_interest": ()})
+    standing, report, _ = _restored(store, scene, Workshop(reference=True), at(ORIGIN, longest_edge=now), 9 * SECOND)
+    store.close(20.0)
+    assert (standing is not None) == is_restored
+    assert is_restored or f"but longest_edge is now {now:g}: publish the whole terrain" in report
 
 
 def test_configuring_that_fails_leaves_the_store_free_for_the_next_time(tmp_path, monkeypatch):

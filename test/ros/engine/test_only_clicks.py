@@ -56,3 +56,13 @@ def test_a_click_alone_is_a_fault_until_a_sensor_reports(started):
 def test_a_click_alone_is_enough_where_the_node_has_no_topics_of_sensors(started):
     run = started(source_topics=("",), source_cloud_topics=("",), optional_topics=("",))
     assert faults_after(run, WHOLE, AREA, CLICKED) == ()
+
+
+@pytest.mark.parametrize(("behind_s", "is_fault"), [(2.4, False), (2.6, True), (6.0, True), (1e5, True)])
+def test_a_click_that_is_too_old_when_it_is_received_is_a_fault(started, behind_s, is_fault):
+    """A click counts until it is older than `sources_max_age_s` (5 s): a late click would end before its answer."""
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING) == ()
+    faults = faults_after(run, CLICKED._replace(sent=3.0, at=3.0, offset=-behind_s))
+    assert bool(faults) == is_fault
+    assert all("behind this clock; at most 2.5 s are allowed on clicked_point" in fault for fault in faults)

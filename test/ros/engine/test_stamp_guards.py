@@ -24,6 +24,13 @@ def test_a_stamp_that_goes_back_is_refused_for_its_topic_alone():
         guards.check("sources", 9 * SECOND, NOW)
 
 
+def test_a_negative_stamp_is_refused_also_before_the_clock_runs():
+    """Otherwise the topic would neither have fresh sources nor count as silent."""
+    for now in (0, NOW):
+        with pytest.raises(MessageRefused, match=r"its stamp is negative, -1\.000 s"):
+            StampGuards(AHEAD).check("sources", -SECOND, now)
+
+
 def test_after_the_clock_went_back_stamps_from_after_the_step_are_accepted_and_older_ones_refused():
     guards = StampGuards(AHEAD)
     guards.note("areas/polygon", NOW)

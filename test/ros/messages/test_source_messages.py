@@ -195,6 +195,7 @@ def named(names):
         ("vel.x", "vel.y", "vel.z"), ("linear_velocity_x",), ("v_east", "v_north", "v_up"), ("speed [km/h]",),
         ("doppler_velocity",), ("v_radial",), ("v_r",), ("range_rate",), ("vel_e", "vel_n", "vel_u"), ("v_down",),
         ("velocity_m_per_s",), ("speed_abs",), ("linear.x", "linear.y", "linear.z"),
+        ("v",), ("vitesse",),
     ],
 )  # fmt: skip
 def test_a_velocity_in_a_field_that_is_not_read_is_refused_because_the_rock_would_start_at_rest(names):
@@ -206,7 +207,8 @@ def test_a_velocity_in_a_field_that_is_not_read_is_refused_because_the_rock_woul
 @pytest.mark.parametrize(
     "name",
     ["size", "Diameter", "diameter_m", "diameter_mm", "DIAMETER", "radius", "d50", "mass", "Mass_kg", "rock_size",
-     "block_volume_m3", "weight", "diam", "size_x", "length", "diameter_max", "est_diameter", "d_eq", "d100", "volume"],
+     "block_volume_m3", "weight", "diam", "size_x", "length", "diameter_max", "est_diameter", "d_eq", "d100", "volume",
+     "d_m", "d_mm"],
 )  # fmt: skip
 def test_a_size_in_a_field_that_is_not_read_is_refused_because_the_rock_would_have_another_size(name):
     with pytest.raises(MessageRefused, match=f"field '{name}' looks like the size of a rock.*the field 'diameter'"):
