@@ -10,6 +10,7 @@ import json
 import math
 import re
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -35,6 +36,9 @@ COLUMN_NAMES = {
     "z": ("elevation", "elev", "height", "altitude", "alt", "rl"),
 }
 """Names that a coordinate's column may have in survey files in addition to x, y or z."""
+
+FEWEST_COUNTED, MOST_COUNTED = 3, 1000
+"""Fewest and most lines from which a first column counts as the numbers of points."""
 
 QUOTED = re.compile(r'"[^"]*"')
 REMARK = re.compile(r"\s#.*")
@@ -68,9 +72,10 @@ def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
     In a text, numbers are separated by blanks, and `#` starts a comment. If the first line has a comma, semicolon or
     tab, the file is a CSV: this character separates cells, and a line that begins with `#` is a comment. Empty lines
     are skipped. A first line without any number is a header that names the columns (`COLUMN_NAMES`); without a header,
-    the coordinates are the first three columns. Coordinates are converted to m if the header states another unit of
-    length, such as `E (mm)`. A file with the extension .geojson or .json is GeoJSON with Points or
-    MultiPoints; GeoPackages, Shapefiles, DXF and Surpac strings are read as `features.py` describes.
+    the coordinates are the first three columns, and a first column that counts the lines is refused. Coordinates are
+    converted to m if the header states another unit of length, such as `E (mm)`. A file with the extension .geojson or
+    .json is GeoJSON with Points or MultiPoints; GeoPackages, Shapefiles, DXF and Surpac strings are read as
+    `features.py` describes.
 
     Parameters
     ----------
@@ -129,9 +134,26 @@ def _text_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[flo
     if not any(NUMBER.fullmatch(cell) for cell in first.cells):
         columns = _named_columns(path, first, up, heights)
         return [_point(path, row, columns, first.cells) for row in rows[1:]]
+    _refuse_point_numbers(path, rows)
     axes = _plan_axes(up) if not heights and len(first.cells) == 2 else AXES
     columns = {axis: AxisColumn(place) for place, axis in enumerate(axes)}
     return [_point(path, row, columns, None) for row in rows]
+
+
+def _refuse_point_numbers(path: Path, rows: Sequence[Row]) -> None:
+    """Refuse lines without a header if their first cells count the lines and three or more cells follow.
+
+    Survey programs often write the number of a point first; it would be read as x, and x as y.
+    """
+    counted = rows[:MOST_COUNTED]
+    if len(counted) < FEWEST_COUNTED or not all(len(row.cells) > 3 and row.cells[0].isdecimal() for row in counted):
+        return
+    numbers = [int(row.cells[0]) for row in counted]
+    if all(after == before + 1 for before, after in pairwise(numbers)):
+        raise InputError(
+            f"{path}, line {rows[0].line}: the first column counts the lines ({numbers[0]}, {numbers[1]}, ...), so it "
+            "may be the numbers of the points, not x; name the columns in a first line, such as id,x,y,z"
+        )
 
 
 def rows_of(path: Path, text: str) -> Iterator[Row]:
@@ -151,10 +173,12 @@ def columns_of(path: Path, text: str) -> tuple[str | None, int, tuple[AxisColumn
     Raises
     ------
     InputError
-        A header does not name x, y and z, or states an unknown unit.
+        A header does not name x, y and z, or states an unknown unit; or the first column has the numbers of points.
     """
-    first = next(iter(rows_of(path, text)), None)
+    rows = rows_of(path, text)
+    first = next(rows, None)
     if first is None or any(NUMBER.fullmatch(cell) for cell in first.cells):
+        _refuse_point_numbers(path, [*([] if first is None else [first]), *rows])
         return _separator(text), 0, (AxisColumn(0), AxisColumn(1), AxisColumn(2))
     columns = _named_columns(path, first, "z", True)
     return _separator(text), first.line, tuple(columns[axis] for axis in AXES)

@@ -16,6 +16,7 @@ from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.sizes import diameter_of, mass_range
 from rpf3d_core.ensemble.stream import taken
+from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import GIGABYTE
 from rpf3d_core.hazard.tally import BYTES_PER_CELL
@@ -25,9 +26,9 @@ from rpf3d_core.runs.check_effects import effects_called_for, idle_effects
 from rpf3d_core.runs.check_shapes import measured_sizes, shapes_in_words
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.zone_materials import unused_materials, without_friction
-from rpf3d_core.setup.extents import TERRAIN, Extent, input_extents
+from rpf3d_core.setup.extents import TERRAIN, Extent, input_extents, other_extents
 from rpf3d_core.setup.hanging_rims import hanging_rims
-from rpf3d_core.setup.misplaced import placing_hints, placing_notes
+from rpf3d_core.setup.misplaced import placing_hints, placing_notes, refuse_other_systems
 from rpf3d_core.setup.placement import placement_warnings, rocks_of_sources, some_releases, source_heights
 from rpf3d_core.setup.prepared import Prepared, check_engine, engine_for, prepare, read_companions
 from rpf3d_core.setup.source_heights import SourceHeight
@@ -211,6 +212,10 @@ def _terrain_after_showing(scene: Scene, show: Shown | None) -> tuple[Terrain, F
     try:
         read = read_terrain(scene)
         return read
+    except InputError:
+        # Lines of berms or polygons of zones in another reference system cause other errors, which do not say so.
+        refuse_other_systems(other_extents(scene), scene.terrain.crs)
+        raise
     finally:
         if show is not None:
             _show_extents(scene, None if read is None else read[1], show)

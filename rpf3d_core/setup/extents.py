@@ -76,7 +76,7 @@ def input_extents(scene: Scene, faults: FaultReport | None) -> list[Extent]:
 
 def other_extents(scene: Scene) -> list[Extent]:
     """Return the extents of all inputs of a scene except the terrain, and except inputs that cannot be read."""
-    found = [*_sources(scene), *_areas(scene), *_lines(scene), *_observed(scene)]
+    found = [*_sources(scene), *_areas(scene), *_lines(scene), *_regions(scene), *_observed(scene)]
     return [extent for extent in found if extent is not None]
 
 
@@ -137,13 +137,26 @@ def _areas(scene: Scene) -> Iterator[Extent | None]:
 
 
 def _lines(scene: Scene) -> Iterator[Extent | None]:
-    for berm in scene.terrain.berms:
-        file = berm.along if isinstance(berm.along, Path) else None
-        try:
-            lines = np.concatenate(lines_along(berm.along))
-            yield _in_plan(f"berm {berm.name}", lines, scene.terrain.up, file, "line")
-        except InputError:
-            continue
+    """Yield the extents of berms and barriers."""
+    barriers = scene.effects.barriers
+    named = [(f"berm {berm.name}", berm.along) for berm in scene.terrain.berms]
+    named += [(f"barrier {panel.name}", panel.along) for panel in (barriers.panels if barriers is not None else ())]
+    for name, along in named:
+        file = along if isinstance(along, Path) else None
+        with suppress(InputError):
+            yield _in_plan(name, np.concatenate(lines_along(along)), scene.terrain.up, file, "line")
+
+
+def _regions(scene: Scene) -> Iterator[Extent | None]:
+    """Yield the extents of the polygons in which effects act."""
+    forest, drag_layer = scene.effects.forest, scene.effects.drag_layer
+    for name, file in (
+        ("forest", None if forest is None else forest.within),
+        ("drag_layer", None if drag_layer is None else drag_layer.polygons),
+    ):
+        if file is not None:
+            with suppress(InputError):
+                yield _in_plan(name, shapely.get_coordinates(read_polygons(file)), scene.terrain.up, file)
 
 
 def _observed(scene: Scene) -> Iterator[Extent | None]:

@@ -148,3 +148,32 @@ def test_a_damaged_file_of_points_is_refused_with_its_name_and_line(
     with pytest.raises(InputError) as caught:
         read_points(tmp_path / name)
     assert str(caught.value).startswith(f"{tmp_path / name}") and sentence in str(caught.value)
+
+
+NUMBERED = "1,512000.5,6712000.25,420.1\n2,512001.5,6712000.25,420.2\n3,512002.5,6712000.25,420.3\n"
+
+
+@pytest.mark.parametrize("begin", ["", "# exported\n"])
+@pytest.mark.parametrize("blanks", [True, False])
+@pytest.mark.parametrize("read", [read_points, read_xyz], ids=["points", "cloud"])
+def test_numbers_of_points_without_a_header_are_not_read_as_x(tmp_path: Path, read, blanks: bool, begin: str) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text(begin + (NUMBERED.replace(",", " ") if blanks else NUMBERED))
+    with pytest.raises(InputError, match=r"the first column counts the lines \(1, 2, ...\).*such as id,x,y,z"):
+        read(path)
+    path.write_text(f"id,x,y,z\n{NUMBERED}")
+    read_again = read(path)
+    points = read_again if read is read_points else read_again.points
+    assert points[0].tolist() == [512000.5, 6712000.25, 420.1]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["0 0 5.1 12\n1 0 5.2 13\n0 1 5.3 13\n1 1 5.3 9\n", "1 2 3\n2 2 3\n3 2 3\n", "1,2,3,4\n2,2,3,4\n",
+     "1.0 2 3 4\n2.0 2 3 4\n3.0 2 3 4\n"],
+    ids=["grid", "three columns", "two lines", "decimals"],
+)  # fmt: skip
+def test_whole_numbers_that_may_be_coordinates_are_read(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "points.xyz"
+    path.write_text(text)
+    assert len(read_points(path)) == len(read_xyz(path).points) == text.count("\n")

@@ -13,6 +13,8 @@ from typer.testing import CliRunner
 
 from rpf3d_core.cli import app
 from rpf3d_core.errors import InputError
+from rpf3d_core.formats.polygons import read_polygons
+from rpf3d_core.formats.polylines import read_lines
 from rpf3d_core.runs.check import Check, check_scene
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.extents import Extent
@@ -31,10 +33,13 @@ sources: [{{name: top, points: [{point}], above_ground: 1.0}}]
 
 
 def seen(
-    folder: Path, terrain: str, point: list[float], more: str = ""
+    folder: Path, terrain: str, point: list[float], more: str = "", of_terrain: str = ""
 ) -> tuple[dict[str, str], list[str], str, Check]:
-    """Return the extents (by name) and hints that the check showed, the refusal ("" without), and the report."""
-    text = SCENE.format(terrain=terrain, point=point) + more
+    """Return the extents (by name) and hints that the check showed, the refusal ("" without), and the report.
+
+    more, of_terrain : lines that are added to the scene, and to its terrain
+    """
+    text = SCENE.format(terrain=terrain, point=point).replace("materials:", f"{of_terrain}materials:") + more
     (folder / "scene.yaml").write_text(with_models(text))
     scene = read_scene(folder / "scene.yaml")
     shown: dict[str, str] = {}
@@ -430,3 +435,40 @@ def test_coordinates_outside_every_zone_of_utm_are_asked_for_their_system_before
     if in_feet is not None:
         words = ". If the coordinates are in feet, the terrain would be 122 m wide and 122 m high instead of 400 m wide"
         assert f"{named}{words}" in found[0] and in_feet in found[0]
+
+
+BERM = "  berms: [{name: b, along: a.gpkg, height: 1.0, width: 3.0}]\n"
+ELSEWHERE = {
+    "barrier b": ("line", "effects: {barriers: {panels: [{name: b, along: a.gpkg, height: 3, capacity_kj: 100}]}}\n"),
+    "forest": ("polygon", "effects: {forest: {stems_per_ha: 100, within: a.gpkg}}\n"),
+    "drag_layer": ("polygon", "effects: {drag_layer: {coefficient: 1.0, height: 1.0, polygons: a.gpkg}}\n"),
+    "zone soft": ("polygon", "zones: [{zone: soft, polygons: a.gpkg}]\n"),
+    "berm b": ("line", ""),
+}
+
+
+@pytest.mark.parametrize("crs", ["EPSG:32718", "EPSG:4326"])
+@pytest.mark.parametrize("name", ELSEWHERE)
+def test_a_file_of_an_effect_zone_or_berm_in_another_reference_system_is_refused(folder, name, crs):
+    pytest.importorskip("pyogrio", reason="pyogrio is not installed: it is in the extra `mine`")
+    import shapely
+
+    kind, text = ELSEWHERE[name]
+    x, y = (EAST, NORTH) if crs != "EPSG:4326" else (-69.4, -21.2)
+    size = 1.0 if crs != "EPSG:4326" else 1e-5
+    made = shapely.box(x, y, x + 9 * size, y + 9 * size)
+    write_vector(folder / "a.gpkg", [made if kind == "polygon" else shapely.LineString(made.exterior.coords[:3])], crs)
+    shown, _, refusal, _ = seen(folder, "pit.xml", [*MIDDLE, 0], text, BERM if name == "berm b" else "")
+    assert shown[name].endswith(f"({crs})")
+    assert f"{name} is in {crs}, and the terrain in EPSG:32719; transform it: rpf3d import layer" in refusal
+    assert f"--kind {kind} --from {crs}" in refusal
+
+
+@pytest.mark.parametrize("kind", ["line", "polygon"])
+@pytest.mark.parametrize("suffix", [".gpkg", ".shp"])
+def test_a_layer_without_a_shape_is_refused_as_such(folder, kind, suffix):
+    pytest.importorskip("pyogrio", reason="pyogrio is not installed: it is in the extra `mine`")
+    write_vector(folder / f"a{suffix}", [], kind={"line": "LineString"}.get(kind, "Polygon"))
+    read = {"line": read_lines, "polygon": read_polygons}[kind]
+    with pytest.raises(InputError, match=f"holds no {kind}; it must have at least one"):
+        read(folder / f"a{suffix}")

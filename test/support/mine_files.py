@@ -111,8 +111,13 @@ def write_e57(path: Path, points: np.ndarray) -> Path:
     return path
 
 
-def write_vector(path: Path, shapes: list[object], crs: str | None = "EPSG:32719", layer: str = "areas") -> Path:
-    """Write shapely geometries as a GeoPackage or Shapefile with pyogrio; an existing GeoPackage gets a new layer."""
+def write_vector(
+    path: Path, shapes: list[object], crs: str | None = "EPSG:32719", layer: str = "areas", kind: str = "Polygon"
+) -> Path:
+    """Write shapely geometries as a GeoPackage or Shapefile with pyogrio; an existing GeoPackage gets a new layer.
+
+    kind : kind of geometry of a layer without shapes
+    """
     import pyogrio
     import shapely
 
@@ -120,7 +125,7 @@ def write_vector(path: Path, shapes: list[object], crs: str | None = "EPSG:32719
     has_z = any(shapely.has_z(shapes))
     pyogrio.raw.write(
         path, geometry=shapely.to_wkb(np.array(shapes, dtype=object), flavor="iso"), field_data=[], fields=[],
-        geometry_type=next(iter(kinds.values())) + " Z" * has_z, crs=crs,
+        geometry_type=next(iter(kinds.values()), kind) + " Z" * has_z, crs=crs,
         **({"layer": layer, "append": path.exists()} if path.suffix == ".gpkg" else {}),
     )  # fmt: skip
     return path
