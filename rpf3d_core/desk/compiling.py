@@ -1,26 +1,33 @@
 """Prepare a scene for the compiled engine in a thread, while the user looks at it and the first rocks fly.
 
-The thread is a daemon, so that the end of the desk does not wait for the compiler.
+A second process compiles what is not in the disk cache, because this process could call no compiled function meanwhile
+(`jit.from_cache`): the first rocks and **Stop** would wait for the compiler. The thread is a daemon, so that the end of
+the desk does not wait for the compiler.
 """
 
 import threading
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.jit.cache import compile_apart, compiled_apart
 from rpf3d_core.jit.dispatch import HAS_NUMBA
+from rpf3d_core.jit.from_cache import NotCached, only_from_cache
+from rpf3d_core.results.second_process import SecondProcess, SecondProcessEnded, second_process
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.reading import scene_of_text
 from rpf3d_core.setup.choices import with_choices
 from rpf3d_core.setup.precompiler import Precompiler
 from rpf3d_core.setup.prepared import Prepared, empty_tallies, prepare
+from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.simulation.engines import Compiled
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport
 
 ONE = threading.Lock()
 """Lock during a compilation, so that the loops of several quickly edited scenes are not compiled at the same time."""
-PAUSE = 0.05
-"""Time (s) between two checks whether the user has stopped the rocks."""
-
 
 def prepared_for(scene: Scene, engine: str, ground: tuple[Terrain, FaultReport]) -> Prepared:
     """Return a scene prepared for the given engine, even if the scene names another engine.
@@ -33,48 +40,71 @@ def prepared_for(scene: Scene, engine: str, ground: tuple[Terrain, FaultReport])
     return replace(prepare(with_choices(scene, None, engine, None), terrain_read=ground), scene=scene)
 
 
+def compiled_for(scene: Scene, ground: tuple[Terrain, FaultReport]) -> Prepared:
+    """Return a scene prepared for the compiled engine, with compiled loops; ground : as in `prepared_for`."""
+    prepared = prepared_for(scene, Compiled.name, ground)
+    Precompiler().compile(prepared, empty_tallies(prepared))
+    return prepared
+
+
+class CacheFiller:
+    """Compiles the loops of scenes into the disk cache; an object of this class is in a second process."""
+
+    def fill(self, text: str, path: Path, digests: Sequence[str]) -> None:
+        """Compile all loops of a scene; do nothing if the scene is refused.
+
+        text, path : of the scene; digests : of the user's own code, as from `compiled_apart` in the first process
+        """
+        for digest in digests:
+            compile_apart(digest)
+        with suppress(InputError):  # the first process refuses the same scene
+            scene = scene_of_text(text, path)
+            compiled_for(scene, read_terrain(scene))
+
+
 class Compiling:
     """A thread that prepares a scene for the compiled engine, and compiles its loops."""
 
-    def __init__(self, scene: Scene, ground: tuple[Terrain, FaultReport]) -> None:
-        """Start the thread; without numba, no thread is started, and nothing is compiled."""
+    def __init__(self, scene: Scene, text: str, ground: tuple[Terrain, FaultReport]) -> None:
+        """Start the thread; without numba, no thread is started, and nothing is compiled.
+
+        text : text of the scene; ground : as in `prepared_for`
+        """
         self._found: Prepared | None = None
-        self._ended = threading.Event()
         self._cancelled = False
+        self._second: SecondProcess | None = None
         if HAS_NUMBA:
-            threading.Thread(target=self._compile, args=(scene, ground), name="compile", daemon=True).start()
-        else:
-            self._ended.set()
+            threading.Thread(target=self._compile, args=(scene, text, ground), name="compile", daemon=True).start()
 
     def cancel(self) -> None:
-        """Ask the thread not to compile; a compilation that has already started is not interrupted."""
+        """Ask the thread not to compile, and end its second process."""
         self._cancelled = True
+        if (second := self._second) is not None:
+            second.end()
 
     def done(self) -> Prepared | None:
         """Return the prepared scene if its loops are compiled, else None, without waiting."""
         return self._found
 
-    def wait(self, stop: threading.Event) -> Prepared | None:
-        """Wait until the loops are compiled, and return the prepared scene.
-
-        Return None if the user stops the rocks, or if the thread ended without compiled loops, for example because the
-        scene was refused.
-
-        stop : set when the user stops the rocks
-        """
-        while not self._ended.wait(PAUSE):
-            if stop.is_set():
-                return None
-        return self._found
-
-    def _compile(self, scene: Scene, ground: tuple[Terrain, FaultReport]) -> None:
+    def _compile(self, scene: Scene, text: str, ground: tuple[Terrain, FaultReport]) -> None:
         try:
             with ONE:
                 if not self._cancelled:
-                    prepared = prepared_for(scene, Compiled.name, ground)
-                    Precompiler().compile(prepared, empty_tallies(prepared))
-                    self._found = prepared
+                    self._found = self._prepared(scene, text, ground)
         except InputError:
             pass  # the thread that flies prepares the same scene, and reports the refusal
-        finally:
-            self._ended.set()
+
+    def _prepared(self, scene: Scene, text: str, ground: tuple[Terrain, FaultReport]) -> Prepared | None:
+        """Return the scene prepared for the compiled engine; None if the thread was cancelled meanwhile.
+
+        If the second process cannot start or fails, this process compiles.
+        """
+        with suppress(NotCached), only_from_cache():
+            return compiled_for(scene, ground)
+        with second_process(__name__, CacheFiller.__name__) as second, suppress(SecondProcessEnded):
+            self._second = second
+            if second is not None and not self._cancelled:
+                second.ask("fill", text, scene.path, compiled_apart())
+                second.wait()
+        self._second = None
+        return None if self._cancelled else compiled_for(scene, ground)

@@ -157,18 +157,18 @@ class Runner:
         ground = self._ground_of(scene, stamp)
         ready = Ready(written=written, stamp=stamp, prepared=prepared_for(scene, Reference.name, ground))
         self._ready = ready
-        self._compile(scene, ground)
+        self._compile(scene, written.text, ground)
         self._listener.prepared(written, ready.prepared)
         return ready
 
-    def _compile(self, scene: Scene, ground: tuple[Terrain, FaultReport]) -> None:
+    def _compile(self, scene: Scene, text: str, ground: tuple[Terrain, FaultReport]) -> None:
         """Start to compile the loops of a scene in another thread, unless the scene names the reference engine.
 
-        The compilation for the previous scene is cancelled.
+        The compilation for the previous scene is cancelled. text : text of the scene
         """
         if self._compiled is not None:
             self._compiled.cancel()
-        self._compiled = None if scene.engine == Reference.name else Compiling(scene, ground)
+        self._compiled = None if scene.engine == Reference.name else Compiling(scene, text, ground)
 
     def _ground_of(self, scene: Scene, stamp: Stamp) -> tuple[Terrain, FaultReport]:
         """Return the terrain of a scene and the faults of its mesh.
@@ -185,40 +185,44 @@ class Runner:
     def _fly(self, written: Written) -> None:
         """Fly the rocks of a scene and write their results to a temporary folder.
 
-        If the loops are not compiled yet, the reference engine first flies a few rocks to show results early.
+        While the loops are not compiled, the reference engine flies. If they are ready before its last rock, the
+        compiled engine flies all rocks again; the results are equal to the last bit.
         """
         ready = self._prepare(written)
-        prepared = ready.prepared
+        prepared, compiling = ready.prepared, self._compiled
         self._forget()
         self._listener.busy("flying")
-        compiled = None if self._compiled is None else self._compiled.done()
-        if compiled is None and self._compiled is not None and engine_name(prepared.scene) != Reference.name:
-            self._preview(prepared, self._compiled)
-            self._listener.busy("compiling for the first run; the reference engine shows the first rocks")
-            compiled = self._compiled.wait(self._stop)
-        self._folder = Path(tempfile.mkdtemp(prefix=FOLDER))
-        control = RunControl(first=FIRST, stop=self._stop.is_set, after_round=_not_too_often(self._listener.results))
-        run = fly_into(self._folder, compiled or prepared, control)
+        run = None
+        if compiling is not None and compiling.done() is None and engine_name(prepared.scene) != Reference.name:
+            self._listener.busy("compiling for the first run; meanwhile, the reference engine flies")
+            run = self._flown_before(compiling, prepared)
+            self._listener.busy("flying")
+        if run is None:
+            compiled = None if compiling is None else compiling.done()
+            run = self._into_folder(compiled or prepared, self._stop.is_set)
         self._flown = ready, run
         self._listener.results(run, True)
 
-    def _preview(self, prepared: Prepared, compiling: Compiling) -> None:
-        """Fly the first rocks of a scene with the reference engine and show their results, while the loops compile.
+    def _flown_before(self, compiling: Compiling, prepared: Prepared) -> Run | None:
+        """Fly the rocks of a scene with the reference engine until the compiled engine is ready.
 
-        The compiled engine later flies these rocks again, with results that are equal to the last bit. The preview ends
-        after the first result. It ends earlier if the compiled engine is ready, or if the user stops the rocks.
+        Return the run if all rocks have flown before, or if the user has stopped them; else None.
         """
-        shown = threading.Event()
+        run = self._into_folder(prepared, lambda: self._stop.is_set() or compiling.done() is not None)
+        is_whole = self._stop.is_set() or compiling.done() is None or run.totals.rocks == run.planned
+        return run if is_whole else None
 
-        def show(run: Run) -> None:
-            self._listener.results(run, False)
-            shown.set()
+    def _into_folder(self, prepared: Prepared, stop: Callable[[], bool]) -> Run:
+        """Fly the rocks of a scene until `stop` returns True, and write their results to a new temporary folder.
 
-        with tempfile.TemporaryDirectory(prefix=FOLDER) as folder:
-            fly_into(Path(folder), prepared, RunControl(
-                first=FIRST, after_round=show,
-                stop=lambda: shown.is_set() or self._stop.is_set() or compiling.done() is not None,
-            ))  # fmt: skip
+        The listener receives results during the flight.
+        """
+        self._forget()
+        self._folder = Path(tempfile.mkdtemp(prefix=FOLDER))
+        control = RunControl(
+            first=FIRST, stop=stop, after_round=_not_too_often(self._listener.results), checks_in_turn=True
+        )
+        return fly_into(self._folder, prepared, control)
 
     def _report(self, written: Written, path: Path) -> None:
         """Write the report of the last run; refuse it if the scene or one of its files has changed since the run."""

@@ -43,6 +43,8 @@ class RunControl:
         that the scene itself asks for; ignored with `rocks: auto`
     after_round : called after each round except the last, with the result so far
     painting : object that draws the pictures; None if `run_scene` should make such an object itself
+    checks_in_turn : True to check the releases of a later round only before this round, so that the first rocks fly
+        soon; the reference engine checks about 1,500 releases in a second. The run may then be refused after a round
     """
 
     progress: Progress | None = None
@@ -52,6 +54,7 @@ class RunControl:
     first: int | None = None
     after_round: Callable[[Run], None] | None = None
     painting: Painting | None = None
+    checks_in_turn: bool = False
 
 
 UNCONTROLLED = RunControl()
@@ -82,7 +85,7 @@ def fly_scene(
     prepared = prepared if of_sets is None else replace(prepared, flight=of_sets[1][0])
     tallies, totals = empty_tallies(prepared), empty_totals(prepared)
     plan = rounds or _plan(prepared, control.first, 0 if of_sets is None else len(of_sets[0]))
-    compile_s = precompiler.compile(prepared, tallies, lambda: _check_known(prepared, plan))
+    compile_s = precompiler.compile(prepared, tallies, lambda: _check_known(prepared, plan, control))
     kept = _kept(prepared, plan, shown)
     stream = Stream(
         engine=prepared.engine, flight=prepared.flight, shown=kept, watch=tallies, sink=counted_and(totals, sink),
@@ -178,18 +181,18 @@ def _fly_rounds(
     """Fly round after round until the target is reached, all rounds have flown, or the run is stopped.
 
     Return the number of planned rocks, and with `rocks: auto` the convergence after each round. The releases have
-    already been checked; with `rocks: auto`, only the releases of the first round.
+    already been checked, or only those of the first round (`_are_checked_in_turn`).
     plan : the rounds; control : progress reports, and the function that is called after each round
     fly : function that flies a round, and returns False if the run was stopped
     places : function that returns the hazard maps of all rocks flown so far, with shares of rocks in zones and areas
     so_far : function that returns the result so far, given the number of planned rocks and the convergence
     """
     scene, steps, planned, whole = prepared.scene, list[Step](), 0, sum(each.rocks for each in plan)
-    for each in plan:
+    for number, each in enumerate(plan):
         planned += each.rocks
         if stream.stopped():
             break
-        if steps:
+        if number and _are_checked_in_turn(prepared, control):
             _check_all(prepared, each)
         stream.advance = control.progress(each.rocks) if control.progress else None
         if not fly(each):
@@ -221,13 +224,15 @@ def finished_run(
     )  # fmt: skip
 
 
-def _check_known(prepared: Prepared, plan: Sequence[AnyRound]) -> None:
-    """Raise an InputError if a rock starts under the ground or off the terrain, in a round that is certain to fly.
-
-    With `rocks: auto`, only the first round is certain to fly.
-    """
-    for each in plan[:1] if prepared.scene.rocks == "auto" else plan:
+def _check_known(prepared: Prepared, plan: Sequence[AnyRound], control: RunControl) -> None:
+    """Raise an InputError if a rock starts under the ground or off the terrain, in a round that is checked at first."""
+    for each in plan[:1] if _are_checked_in_turn(prepared, control) else plan:
         _check_all(prepared, each)
+
+
+def _are_checked_in_turn(prepared: Prepared, control: RunControl) -> bool:
+    """Return True if each round is checked before it flies: with `rocks: auto`, only the first is certain to fly."""
+    return prepared.scene.rocks == "auto" or control.checks_in_turn
 
 
 def _check_all(prepared: Prepared, rocks: AnyRound) -> None:

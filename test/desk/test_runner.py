@@ -2,8 +2,11 @@
 
 import tempfile
 import threading
+import time
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,9 +34,12 @@ from rpf3d_core.hazard.benches import text_rows
 from rpf3d_core.hazard.each_source import worst_benches
 from rpf3d_core.hazard.maps import reach_probability
 from rpf3d_core.hazard.scales import FEW_COLOUR
+from rpf3d_core.jit.from_cache import NotCached
 from rpf3d_core.report.view import MAPS as VIEW_MAPS
 from rpf3d_core.report.view import UPPER_REACH, Seen
 from rpf3d_core.results.findings import Run
+from rpf3d_core.results.second_process import SecondProcessEnded
+from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 
 LONGEST = 300.0
@@ -159,13 +165,26 @@ def test_a_report_is_written_from_the_run_and_its_folder_goes_at_the_end(
     assert "east_side" in (tmp_path / "r.html").read_text()
 
 
-@pytest.mark.long
 def test_no_one_waits_for_the_compiler(tmp_path: Path) -> None:
-    """The reference engine shows the first rocks, the compiled engine flies all; a second run is compiled at once."""
+    """While the compiler works, the reference engine flies; a run of few rocks ends before the compiler does."""
     pytest.importorskip("numba", reason="numba is not installed")
     scene, received = written(tmp_path, "compiled"), Received()
     runner = Runner(received.listener())
-    with compiling.ONE:  # the compiler waits, because loops of an earlier test may be in the cache and ready at once
+    with compiling.ONE:  # the compiler waits, as if it took for ever
+        runner.fly(scene)
+        wait_for(lambda: received.refusals or received.ends() == 1, LONGEST)
+    runner.close()
+    assert received.refusals == [] and {run.flights.engine for run, _ in received.results} == {"reference"}
+    assert received.rows[-1] == _bench_rows(rpf3d.simulate(scene.path))
+
+
+@pytest.mark.long
+def test_the_compiled_engine_takes_over_as_soon_as_it_is_ready(tmp_path: Path) -> None:
+    pytest.importorskip("numba", reason="numba is not installed")
+    scene, received = written(tmp_path, "compiled"), Received()
+    scene = scene._replace(text=scene.text.replace("rocks: 25", "rocks: 20000"))
+    runner = Runner(received.listener())
+    with compiling.ONE:
         runner.fly(scene)
         wait_for(lambda: received.refusals or received.results, LONGEST)
     wait_for(lambda: received.refusals or received.ends() == 1, LONGEST)
@@ -176,8 +195,28 @@ def test_no_one_waits_for_the_compiler(tmp_path: Path) -> None:
     first = [last for _, last in received.results].index(True) + 1
     assert received.refusals == []
     assert engines[0] == "reference" and engines[first - 1] == "compiled" and set(engines[first:]) == {"compiled"}
-    assert received.rows[-1] == received.rows[first - 1]
-    assert received.rows[-1] == _bench_rows(rpf3d.simulate(scene.path))
+    scene.path.write_text(scene.text)
+    assert received.rows[-1] == received.rows[first - 1] == _bench_rows(rpf3d.simulate(scene.path))
+
+
+def test_a_stop_while_the_compiler_works_ends_the_run_at_once_and_not_after_the_check_of_all_releases(
+    tmp_path: Path,
+) -> None:
+    pytest.importorskip("numba", reason="numba is not installed")
+    scene, received = written(tmp_path, "compiled"), Received()
+    scene = scene._replace(text=scene.text.replace("rocks: 25", "rocks: 400000"))
+    runner = Runner(received.listener())
+    with compiling.ONE:
+        runner.fly(scene)
+        wait_for(lambda: received.refusals or received.results, LONGEST)
+        runner.stop_flying()
+        began = time.monotonic()
+        wait_for(lambda: received.refusals or received.ends() == 1, LONGEST)
+        waited = time.monotonic() - began
+    runner.close()
+    run, _ = received.results[-1]
+    assert received.refusals == [] and 0 < run.totals.rocks < run.planned
+    assert waited < 20.0, "all releases take minutes"
 
 
 FACE = "v 0 0 {top}\nv 0 40 {top}\nv 20 40 0\nv 20 0 0\nv -20 0 {top}\nv -20 40 {top}\nv 90 40 0\nv 90 0 0\n" \
@@ -243,22 +282,73 @@ def test_a_report_that_fails_leaves_the_file_that_was_there(tmp_path: Path) -> N
     assert target.read_text() == "all" and [path.name for path in tmp_path.iterdir()] == ["r.html"]
 
 
-def test_one_scene_compiles_at_a_time_and_a_cancelled_scene_does_not_compile(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_one_scene_compiles_at_a_time_and_a_cancelled_scene_does_not_compile(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("numba", reason="numba is not installed")
     begun: list[object] = []
+    ended = threading.Event()
 
     def prepare(scene: object, engine: str, ground: object) -> None:
         begun.append(scene)
+        ended.set()
         raise InputError("refused")
 
     monkeypatch.setattr(compiling, "prepared_for", prepare)
     with compiling.ONE:
-        first, second = (compiling.Compiling(name, None) for name in ("first", "second"))
+        first, second = (compiling.Compiling(name, "", None) for name in ("first", "second"))
         first.cancel()
-    assert [each.wait(threading.Event()) for each in (first, second)] == [None, None]
-    assert begun == ["second"]
+    assert ended.wait(LONGEST)
+    with compiling.ONE:
+        assert begun == ["second"] and (first.done(), second.done()) == (None, None)
+
+
+class Second:
+    """Stands for the process that compiles."""
+
+    def __init__(self) -> None:
+        self.asked: list[Any] = []
+        self.killed = threading.Event()
+
+    def ask(self, *request: Any) -> None:
+        self.asked.append(request)
+
+    def end(self) -> None:
+        self.killed.set()
+
+
+@pytest.mark.parametrize("is_cancelled", [False, True])
+def test_what_is_not_in_the_cache_is_compiled_by_a_second_process_which_a_newer_scene_ends(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_cancelled: bool
+) -> None:
+    """numba holds a lock while it compiles, for which the flight of the first rocks would wait in one process."""
+    made: list[str] = []
+
+    class Waiting(Second):
+        def wait(self) -> None:
+            if is_cancelled:
+                assert self.killed.wait(LONGEST)
+                raise SecondProcessEnded("was killed")
+
+    def compiled(scene: Any, ground: object) -> str:
+        made.append(scene.path.name)
+        if len(made) == 1:
+            raise NotCached
+        return "compiled"
+
+    second = Waiting()
+    monkeypatch.setattr(compiling, "compiled_for", compiled)
+    monkeypatch.setattr(compiling, "second_process", lambda *_: nullcontext(second))
+    scene = read_scene(scene_file(tmp_path))
+    text = scene.path.read_text()
+    one = compiling.Compiling(scene, text, None)  # type: ignore[arg-type]
+    wait_for(lambda: second.asked, LONGEST)
+    if is_cancelled:
+        one.cancel()
+        with compiling.ONE:
+            assert one.done() is None and len(made) == 1
+    else:
+        wait_for(one.done, LONGEST)
+        assert len(made) == 2
+    assert second.asked == [("fill", text, scene.path, [])]
 
 
 def test_marks_and_outlines_have_the_height_of_their_own_place(tmp_path: Path) -> None:
