@@ -142,7 +142,7 @@ class Builder:
                 raise
             return
         if built.repeats:
-            self._waiting.repeated(built.lost)
+            self._waiting.repeated(built.lost, is_rebuilt=built.survey is not None)
         elif kind == "whole":
             self._waiting.accepted()
         if kind == "whole" and (not built.repeats or built.lost):

@@ -4,6 +4,7 @@ from collections.abc import Hashable, Mapping, Sequence
 from typing import NamedTuple
 
 from rpf3d_core.alerts.evidence import Evidence
+from rpf3d_core.alerts.limits import is_small
 from rpf3d_core.alerts.site_model import EvidenceSpec
 from rpf3d_core.alerts.time_units import ns_of
 from rpf3d_core.live.evidence import together
@@ -17,10 +18,19 @@ from rpf3d_ros.messages.stamps import SECOND
 
 
 class TopicEvidence(NamedTuple):
-    """Evidence, and the topic on which its sources were received."""
+    """Evidence, and the topic on which its sources were received.
+
+    judged : the last answer of the region in which enough rocks flew, if too few flew in this one; else None
+    """
 
     topic: str
     evidence: Evidence
+    judged: Evidence | None = None
+
+    @property
+    def over_ground(self) -> Evidence:
+        """The answer whose terrain counts as the terrain of this region: an answer of few rocks cannot replace it."""
+        return self.evidence if self.judged is None else self.judged
 
     @property
     def stamp_ns(self) -> int:
@@ -57,6 +67,7 @@ class RegionEvidence:
         scans : the first scan of each topic; None if no message is checked for its places
         """
         self._unreported, self._scans = unreported, scans or FirstScans(None, terms.sources_max_age_s)
+        self._terms = terms
         self._max_age_ns = int(terms.sources_max_age_s * SECOND)
         self._ground = WatchedTerrain(terms.changed_terrain_s)
         self._evidence: dict[Hashable, TopicEvidence] = {}
@@ -87,7 +98,8 @@ class RegionEvidence:
         self._scans.answered(topic, evidence.trigger_stamp_ns)
         if self._unreported is not None:
             self._unreported.note_reported(topic, evidence)
-        new, known = TopicEvidence(topic, evidence), self._evidence.get(region)
+        known = self._evidence.get(region)
+        new = TopicEvidence(topic, evidence, None if known is None else self._judged_before(evidence, known))
         if known is not None and new.stamp_ns < known.stamp_ns:
             return  # newer sources of the wall are being answered, or have no answer
         self._newest_at_ns = max(self._newest_at_ns, evidence.at_ns)
@@ -132,22 +144,36 @@ class RegionEvidence:
             return None
         oldest = min(now_ns - self._max_age_ns, max(kept.stamp_ns for kept in self._evidence.values()))
         self._evidence = {wall: kept for wall, kept in self._evidence.items() if kept.stamp_ns >= oldest}
-        parts = [kept.evidence for kept in self._evidence.values()]
-        parts = [part for part in parts if part.sources] or parts
+        every = list(self._evidence.values())
+        every = [kept for kept in every if kept.evidence.sources] or every
+        parts, grounds = [kept.evidence for kept in every], [kept.over_ground for kept in every]
         known = self._outlines.described(together(parts))
         faults = (*known.faults, *self._topics.silent(oldest, now_ns), *self._scans.faults())
         if self._unreported is not None:
             faults = (*faults, *self._unreported.faults().values())
-            parts = [*parts, *self._unreported.parts()]
-        faults = (*faults, *self._ground.faults(parts, now_ns))
+            unreported = self._unreported.parts()
+            parts, grounds = [*parts, *unreported], [*grounds, *unreported]
+        faults = (*faults, *self._ground.faults(grounds, now_ns))
         # The newest evidence may have been dropped, but its time of arrival also applies to the remaining evidence.
         at_ns, outdated = max(known.at_ns, self._newest_at_ns), self._outlines.outdated(parts)
         return known._replace(
-            at_ns=at_ns, faults=faults, outdated=outdated, complete_until_ns=self._complete_until_ns(parts)
+            at_ns=at_ns, faults=faults, outdated=outdated, complete_until_ns=self._complete_until_ns(grounds)
         )
 
-    def _complete_until_ns(self, parts: Sequence[Evidence]) -> int:
+    def _judged_before(self, evidence: Evidence, known: TopicEvidence) -> Evidence | None:
+        """Return the last answer of a region with enough rocks, if new evidence of the region has too few; else None.
+
+        known : the evidence of the region until now
+        """
+        if not evidence.sources or not any(is_small(area, self._terms) for area in evidence.areas):
+            return None
+        before = known.judged or known.evidence
+        return before if before.areas else None
+
+    def _complete_until_ns(self, grounds: Sequence[Evidence]) -> int:
         """Return the time (ns) at which the first fault begins if no further message arrives; 0 if no fault will begin.
+
+        grounds : evidence whose terrain must be the present one
 
         The fault is a topic that falls silent, an answer that still counts too long after its terrain was replaced, or
         places that are no longer reported and have had no answer for too long.
@@ -155,7 +181,7 @@ class RegionEvidence:
         first_ns = self._topics.oldest_ns
         silent_ns = [] if first_ns is None else [first_ns + self._max_age_ns]
         unanswered_ns = [] if self._unreported is None else self._unreported.ends_ns()
-        return min([*silent_ns, *unanswered_ns, *self._ground.ends_ns(parts)], default=0)
+        return min([*silent_ns, *unanswered_ns, *self._ground.ends_ns(grounds)], default=0)
 
     def forget(self, now_ns: int) -> None:
         """Forget all evidence and stamps, for example because the clock went back; every topic must publish again.

@@ -132,10 +132,12 @@ class SourceTopics:
         latest_ns = now_ns if self._is_new_time else max((now_ns, *self._missed.values()))
         self._is_new_time = False
         self._missed = {topic: min(at, latest_ns) for topic, at in self._missed.items() if at >= oldest_ns}
+        ago = {topic: span(max(now_ns - missed_ns, 0)) for topic, missed_ns in self._missed.items()}
         return tuple(
-            f"messages on {topic} were lost {span(max(now_ns - missed_ns, 0))} ago, before they could be read"
-            for topic, missed_ns in self._missed.items()
-        )
+            f"a source clicked earlier was forgotten {since} ago, with all sources of that time: click it again"
+            if topic == BY_HAND else f"messages on {topic} were lost {since} ago, before they could be read"
+            for topic, since in ago.items()
+        )  # fmt: skip
 
     def _click_lost(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
         """Return the fault of a clicked source that was lost by an error; empty if the source would be too old now.

@@ -120,6 +120,7 @@ class Station:
             survey_in_use(restored, self._memory), self._memory.get("replaced", ()),
         )  # fmt: skip
         self.desk: AlertDesk | None = None
+        self._clicked_s: float | None = None  # when a source was last clicked (s, steady clock)
         self._places: PlaceChecks | None = None  # without a site file, places are not checked
         persons = configuration.thresholds.acknowledge if configuration.thresholds is not None else None
         # A refused message may be about a place that is reported only once in a scan.
@@ -262,6 +263,7 @@ class Station:
         """
         self.flyer.deactivate()
         self.terrain.forget_received()
+        self._forget_clicks()
         if self._places is not None:
             self._places.restart()
         self._was_deactivated = True
@@ -292,6 +294,8 @@ class Station:
         Places that the topic no longer reports are queued, too. If a full queue drops a trigger of another wall, that
         wall has a fault until the trigger is answered, which happens after all waiting triggers.
         """
+        if trigger.topic == BY_HAND:
+            self._clicked_s = time.monotonic()
         for each in [trigger] if self._places is None else self._places.submitted(trigger):
             self._queue(each)
         self.report_waiting()
@@ -318,10 +322,19 @@ class Station:
         """
         self.terrain.forget_received()
         self.flyer.forget()
+        self._forget_clicks()
         if self._places is not None:
             self._places.restart()
         if self.desk is not None:
             self.desk.forget(why)
+
+    def _forget_clicks(self) -> None:
+        """Report a fault if a clicked source is forgotten that would still count, because no sensor repeats it."""
+        thresholds = self._configuration.thresholds
+        if self.desk is None or thresholds is None or self._clicked_s is None:
+            return
+        if time.monotonic() - self._clicked_s <= thresholds.evidence.sources_max_age_s:
+            self.desk.miss(BY_HAND, self._outlets.now())
 
     def clock_went_back(self, seconds: float) -> None:
         """Accept messages with stamps from after a step back of the clock, but no older messages.

@@ -148,6 +148,14 @@ class SurveyInUse(NamedTuple):
         return arrival.stamp_ns == self.stamp_ns
 
 
+def patches_in(ground: LiveTerrain) -> int:
+    """Return the number of patches in a terrain; at least 1 if a patch, or a store, has replaced the whole survey.
+
+    Such a terrain counts no patches, but differs from its last whole survey.
+    """
+    return max(ground.patches, int(ground.digest != ground.whole_digest))
+
+
 def survey_in_use(ground: LiveTerrain | None, memory: Mapping[str, Any]) -> SurveyInUse:
     """Return the whole survey that is in use when the node starts.
 
@@ -161,4 +169,4 @@ def survey_in_use(ground: LiveTerrain | None, memory: Mapping[str, Any]) -> Surv
     )  # fmt: skip
     if ground is None:
         return before
-    return before._replace(digest=ground.whole_digest, stamp_ns=ground.whole_ns, patches=ground.patches)
+    return before._replace(digest=ground.whole_digest, stamp_ns=ground.whole_ns, patches=patches_in(ground))

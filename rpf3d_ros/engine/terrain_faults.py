@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from rpf3d_core.live.ground import LiveTerrain
+from rpf3d_ros.engine.survey_in_use import patches_in
 
 PATCHES = "{} patches are not in the terrain: the whole terrain must be published"
 SURVEY = "a survey was refused ({}): the terrain is out of date, publish the whole terrain"
@@ -80,9 +81,8 @@ def terrain_to_remember(ground: LiveTerrain | None, memory: Mapping[str, Any]) -
     """
     if ground is None:
         return {key: memory[key] for key in ("patches", "terrain", "whole", "whole_ns") if key in memory}
-    return {
-        "patches": ground.patches, "terrain": ground.digest, "whole": ground.whole_digest, "whole_ns": ground.whole_ns,
-    }  # fmt: skip
+    whole = {"whole": ground.whole_digest, "whole_ns": ground.whole_ns}
+    return {"patches": patches_in(ground), "terrain": ground.digest, **whole}
 
 
 def not_restored(memory: Mapping[str, Any], ground: LiveTerrain | None, unread: int) -> TerrainLack:

@@ -278,13 +278,14 @@ class WaitingTerrain(Generic[M]):
             tried.lost += tried.missing
             tried.whole, tried.early, tried.missing, self._tried = None, (), 0, None
 
-    def repeated(self, lost: int = 0) -> None:
+    def repeated(self, lost: int = 0, is_rebuilt: bool = False) -> None:
         """Note that the last taken whole survey is the survey of the terrain in use, which was published again.
 
         The patches since this survey stay in the terrain, and patches and surveys that the terrain lacks are still
         missing. As in `accepted`, other surveys that waited are dropped.
 
         lost : number of patches that were in the terrain, but are no longer in it
+        is_rebuilt : True if the terrain was built from the survey again; patches that the survey lacks then follow it
         """
         with self._changed:
             tried = self._tried
@@ -296,6 +297,9 @@ class WaitingTerrain(Generic[M]):
                 self._replaced.append(first.moment)
             first.moment, self._tried = tried.moment, None
             first.lost += lost
+            if is_rebuilt:
+                first.lost = max(first.lost, tried.missing)
+                first.patches[:0] = tried.early
             del self._chapters[1 : place + 1]
 
     def refused(self, why: str = "") -> None:

@@ -206,7 +206,7 @@ class SimulatorParameters(SourceParameters):
         0.1, 1e6,
     )  # fmt: skip
     equipment_radius: float = parameter(
-        15.0, "radius (m) of the circle around each machine of areas/equipment", 0.1, 1e3
+        15.0, "radius (m) of the circle around each machine of areas/equipment", 0.6, 1e3
     )
     store: str = parameter("", "folder of the last good terrain, which a restarted node loads; empty: none")
     site_file: str = parameter("", "site file: areas and the thresholds of alerts; empty: no alerts")

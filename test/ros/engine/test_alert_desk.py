@@ -596,7 +596,7 @@ def test_a_wall_that_found_no_room_is_a_fault_of_that_wall():
         _configuration=SimpleNamespace(parameters=SimpleNamespace(waiting_sources=3)),
     )  # fmt: skip
     station._queue = partial(Station._queue, station)
-    Station.submit(station, SimpleNamespace())
+    Station.submit(station, SimpleNamespace(topic=RADAR))
     assert told == [(pushed_out, "more than 3 regions report sources at once: raise waiting_sources or region_size")]
 
 

@@ -4,13 +4,14 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from alert_evidence import NOW, S, area, evidence
+from alert_evidence import NOW, S, area, evidence, site
 from never_green import pit
 from never_green.plan import Plan, Send, Speaker, Truth
 from never_green.stories import RADAR_A, patch_send, survey
 from watched_pit import shown_at, start_with
 
 from rpf3d_ros.engine.place_checks import PlaceChecks
+from rpf3d_ros.engine.region_evidence import RegionEvidence
 from rpf3d_ros.engine.watched_terrain import WatchedTerrain
 
 REMOVED = 2.0
@@ -87,3 +88,29 @@ def test_an_answer_is_late_from_the_first_change_of_its_terrain_on():
     assert watched.ends_ns([answer._replace(areas=())]) == [], "its sources have no answer: that is a fault of its own"
     watched.restart(NOW + 9 * S)
     assert watched.ends_ns([answer]) == [NOW + 10 * S]
+
+
+def test_an_answer_of_few_rocks_over_the_new_terrain_does_not_count_as_the_answer_over_it():
+    """It cannot lower a level, nor show that no level is reached, but it would end the wait for an answer that can."""
+    regions = RegionEvidence(site(changed_terrain_s=1.0, fewest_rocks=1000).evidence)
+    regions.watch({}, "a", NOW)
+    regions.note("wall", RADAR_A, evidence(area(0), terrain_digest="a"))
+    regions.watch({}, "b", NOW)
+
+    def late(now_ns, **answer):
+        regions.note("wall", RADAR_A, evidence(area(0, **answer), terrain_digest="b", now=now_ns))
+        return [fault for fault in regions.fresh(now_ns).faults if fault.startswith("the terrain changed")]
+
+    assert not late(NOW + S // 2, flown=3)
+    assert regions.fresh(NOW + S // 2).complete_until_ns == NOW + S
+    assert late(NOW + S, flown=3) and late(NOW + 2 * S, flown=3)
+    assert not late(NOW + 3 * S) and not late(NOW + 4 * S, flown=3), "the terrain has not changed since"
+
+
+def test_a_message_without_sources_is_an_answer_over_the_new_terrain_although_no_rock_flies():
+    regions = RegionEvidence(site(changed_terrain_s=1.0).evidence)
+    for second, digest in enumerate("ab"):
+        regions.watch({}, digest, NOW + second * S)
+        nothing = evidence(area(0, flown=0), terrain_digest=digest, now=NOW + second * S, sources=0)
+        regions.note("wall", RADAR_A, nothing)
+    assert regions.fresh(NOW + 3 * S).faults == ()

@@ -66,3 +66,25 @@ def test_a_click_that_is_too_old_when_it_is_received_is_a_fault(started, behind_
     faults = faults_after(run, CLICKED._replace(sent=3.0, at=3.0, offset=-behind_s))
     assert bool(faults) == is_fault
     assert all("behind this clock; at most 2.5 s are allowed on clicked_point" in fault for fault in faults)
+
+
+@pytest.mark.parametrize("pause", [False, True], ids=["step of the clock", "deactivated"])
+def test_a_click_that_is_forgotten_is_a_fault_because_no_sensor_repeats_it(started, pause):
+    run = started()
+    assert faults_after(run, WHOLE, AREA, NOTHING, CLICKED._replace(sent=0.5, at=0.5)) == ()
+    if pause:
+        run.node.station.deactivate()
+        run.node.station.activate()
+        run.node.settle()
+    else:
+        run.node.station.forget("the clock went back")
+    faults = faults_after(run, WHOLE._replace(sent=0.6, at=0.6), AREA._replace(sent=0.7, at=0.7),
+                          NOTHING._replace(sent=0.8, at=0.8))  # fmt: skip
+    assert any("a source clicked earlier was forgotten" in fault and "click it again" in fault for fault in faults)
+
+
+def test_without_a_click_nothing_is_forgotten(started):
+    run = started()
+    faults_after(run, WHOLE, AREA, NOTHING)
+    run.node.station.forget("the clock went back")
+    assert not any("clicked" in fault for fault in faults_after(run, NOTHING._replace(sent=0.8, at=0.8)))

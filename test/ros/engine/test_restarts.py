@@ -226,6 +226,25 @@ def test_a_patch_that_no_store_has_is_missing_after_a_restart_until_the_next_who
     assert mine.send(ROAD, QUIET).faults == ()
 
 
+@pytest.mark.parametrize("kind", ["grid", "mesh"])
+def test_a_patch_that_replaced_the_whole_terrain_is_missing_after_a_restart_with_the_survey_from_before_it(mine, kind):
+    """Such a patch counts as the whole terrain, so no patch seems to be in it; but the latched survey lacks it."""
+    everything = Send(sent=0.4, at=0.4, topic="terrain/update", kind="patch", places=survey(TRUTH, 0.4))
+    topic = {"grid": "terrain/points", "mesh": "terrain/mesh"}[kind]
+    earlier = WHOLE._replace(topic=topic, kind=kind, places=survey(TRUTH._replace(bank_until=0.0), 0.1))
+    mine.send(earlier)
+    published = mine.at
+    mine.send(ROAD, QUIET)
+    assert mine.send(everything, QUIET).faults == ()
+    for _ in range(2):
+        mine.restart(has_survey=False)
+        mine.run.deliver(earlier._replace(sent=published, at=mine.at))
+        assert any("1 patches are not in the terrain" in fault for fault in mine.send(ROAD, QUIET).faults)
+    mine.stay_quiet(0.5)
+    mine.send(WHOLE._replace(places=survey(TRUTH, 9.0)), ROAD)
+    assert mine.stay_quiet(0.5).faults == (), "until the next whole survey"
+
+
 def test_the_number_of_missing_patches_does_not_grow_with_each_restart(mine):
     assert mine.send(ROAD, QUIET, PATCH, QUIET).faults == ()
     for _ in range(3):
