@@ -27,7 +27,10 @@ def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = No
     _print_check(report)
     print_warnings(report.warnings)
     if not report.fit:
-        raise InputError(f"{scene}: some rocks do not start above the ground; see the sources above")
+        raise InputError(
+            f"{scene}: some rocks do not start above the ground; see the sources above: raise them, or give "
+            "`above_ground`, the height above the ground at which rocks start"
+        )
 
 
 def _print_extents(scene: "Scene", extents: "list[Extent]", hints: list[str]) -> None:

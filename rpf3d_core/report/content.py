@@ -208,10 +208,12 @@ def _answer(run: RunFiles, toes: SourceToes) -> list[Element]:
     retained = {name: bench for name, bench in _worst(run, "benches").items() if bench["reached"]["rocks"]}
     together = run.summary["benches"]
     order = sorted(retained, key=lambda name: [-together[name][did]["rocks"] for did in ("stopped", "reached")])
-    holding = order[: max(MOST_ROWS - len(rows), FEWEST_BENCHES)]
-    rows += [[f"retained by {name}, of the rocks that reached it{_from(bench, 'retained_source')}",
-              *share_cells(bench["retained"])]
-             for name, bench in retained.items() if name in holding]  # fmt: skip
+    holding = order[: max((MOST_ROWS - len(rows)) // 2, FEWEST_BENCHES)]
+    for name, bench in retained.items():
+        if name in holding:  # a zone that retains almost all rocks may still be reached by most of them
+            of_source = _from(bench, "retained_source")
+            rows += [[f"rocks that reach {name}{_from(bench, 'source')}", *share_cells(bench["reached"])],
+                     [f"retained by {name}, of the rocks that reached it{of_source}", *share_cells(bench["retained"])]]
     note = NO_PREDICTIVE if run.inputs["ground"] == ASSUMED else BOTH
     note = f"{note} {OF_WORST}" if "sources" in run.summary else note
     left = len(retained) - len(holding)

@@ -7,12 +7,15 @@ from pathlib import Path
 import numpy as np
 
 from rpf3d_core.ensemble.flights import Deposits
-from rpf3d_core.hazard.benches import AREA, bench_table
+from rpf3d_core.ensemble.statistics import share_of
+from rpf3d_core.hazard.benches import AREA, bench_table, share_text
 from rpf3d_core.hazard.each_source import worst_benches
 from rpf3d_core.hazard.filled_cells import filling_cell, reached_cells
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.results.calibration_folder import FOUND
 from rpf3d_core.results.findings import Run
+from rpf3d_core.setup.coverage import covered_share
+from rpf3d_core.setup.placement import WHOLE
 from rpf3d_core.values import Outcome
 
 FEW_PATHS = 20
@@ -62,8 +65,8 @@ MISFIT_LEFT_OUT_AT_BARRIERS = "the misfit of the model, because paths at barrier
 def surer_than_it_may_be(run: Run) -> list[str]:
     """Return the reasons why the results of a run look surer than they are, as sentences; empty without reasons."""
     return [
-        *_of_the_ground(run), *_of_places(run), *_of_barriers(run), *_of_paths(run), *_of_releases(run),
-        *_of_cells(run), *_of_energies(run),
+        *_of_the_ground(run), *_of_places(run), *_of_areas(run), *_of_barriers(run), *_of_paths(run),
+        *_of_releases(run), *_of_cells(run), *_of_energies(run),
     ]  # fmt: skip
 
 
@@ -155,6 +158,24 @@ def _of_places(run: Run) -> Iterator[str]:
     if few:
         yield (f"the predictive interval of the retained share in {_named(few)} is not known: fewer than {ENOUGH} "
                "parameter sets sent a rock there")  # fmt: skip
+
+
+def _of_areas(run: Run) -> Iterator[str]:
+    """Yield a sentence on each area of interest partly off the terrain, if rocks left the terrain.
+
+    Such a rock may have reached the part of the area that is not in the survey.
+    """
+    left = run.totals.outcomes[Outcome.LEFT_TERRAIN]
+    if not left:
+        return
+    for area in (bench for bench in bench_table(run.terrain, run.maps) if bench.kind == AREA):
+        covered = covered_share(run.terrain, run.prepared.polygons[area.name])
+        if covered < WHOLE:
+            most = share_of(min(area.reached["rocks"] + left, run.maps.flown), run.maps.flown)
+            yield (
+                f"only {100.0 * covered:.0f} % of {area.name} (area) lies on the terrain: with the {left:,} rocks that "
+                f"left the terrain, up to {share_text(most)} of the rocks may reach it, not {share_text(area.reached)}"
+            )
 
 
 def _of_barriers(run: Run) -> Iterator[str]:

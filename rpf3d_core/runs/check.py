@@ -29,7 +29,7 @@ from rpf3d_core.scene.zone_materials import unused_materials, without_friction
 from rpf3d_core.setup.extents import TERRAIN, Extent, input_extents, other_extents
 from rpf3d_core.setup.hanging_rims import hanging_rims
 from rpf3d_core.setup.misplaced import placing_hints, placing_notes, refuse_other_systems
-from rpf3d_core.setup.placement import placement_warnings, rocks_of_sources, some_releases, source_heights
+from rpf3d_core.setup.placement import looked_at, placement_warnings, rocks_of_sources
 from rpf3d_core.setup.prepared import Prepared, check_engine, engine_for, prepare, read_companions
 from rpf3d_core.setup.source_heights import SourceHeight
 from rpf3d_core.setup.terrain import read_terrain
@@ -177,8 +177,7 @@ def check_scene(scene: Scene, show: Shown | None = None) -> Check:
     read = _terrain_after_showing(scene, show)
     by_reference = scene.model_copy(update={"engine": Reference.name})  # it needs no compiling
     prepared = prepare(by_reference, terrain_read=read)
-    releases = some_releases(prepared, MOST_CHECKED)
-    heights = source_heights(prepared, releases)
+    releases, heights = looked_at(prepared, MOST_CHECKED)
     maps = Maps(raster=prepared.raster, facets=len(prepared.terrain.triangles), allowed=scene.hazard.memory_gb)
     placed = placement_warnings(prepared, releases, heights)
     rims = hanging_rims(prepared.terrain, prepared.engine)

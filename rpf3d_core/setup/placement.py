@@ -21,6 +21,8 @@ MOST_ABOVE = 30.0
 """Height (m) above the ground, more than a bench face; a source is suspicious if all its rocks start higher."""
 AT_CREST = 5.0
 """Distance (m) to the nearest ground up to which a rock is at a crest, although the face's foot may be far below."""
+FIRST_LOOK = 100
+"""Approximate number of rocks that are looked at before all others."""
 MOSTLY = 0.5
 """Smallest share (-) of a source's rocks at a crest for which the source is at a crest."""
 MOST_TRIED = 500
@@ -52,6 +54,20 @@ def _step_over(places: int, every: int) -> int:
     while math.gcd(places, every) > 1:
         every += 1
     return every
+
+
+def looked_at(prepared: Prepared, most: int) -> tuple[Releases, list[SourceHeight]]:
+    """Return releases of about `most` rocks, and the start heights of each source.
+
+    If rocks of a first look are under the ground or off the terrain, the result has only the FIRST_LOOK rocks of this
+    look: the search for the ground takes a hundred times as long where there is none below a rock.
+    """
+    for number in (FIRST_LOOK, most):
+        releases = some_releases(prepared, number)
+        heights = source_heights(prepared, releases)
+        if any(source.under_ground or source.off_terrain for source in heights):
+            break
+    return releases, heights
 
 
 def source_heights(prepared: Prepared, releases: Releases) -> list[SourceHeight]:

@@ -9,7 +9,6 @@ import numpy as np
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.formats.grids import DEM_EXTENSIONS, read_dem
 from rpf3d_core.formats.meshes import EXPORTS, MESH_READERS
-from rpf3d_core.formats.polygons import read_polygons
 from rpf3d_core.formats.precision import lost_precision
 from rpf3d_core.formats.reference_system import system_in_metres
 from rpf3d_core.formats.surface import FileMesh, facet_count, in_metres, usable
@@ -18,6 +17,7 @@ from rpf3d_core.formats.whole_file import read_whole
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.terrain import TerrainFile, TerrainSpec
 from rpf3d_core.setup.berms import berm_warnings, with_berms, with_zones_of_berms
+from rpf3d_core.setup.drawn_zones import with_drawn_zones
 from rpf3d_core.setup.open_seams import open_seams
 from rpf3d_core.setup.overlapping_files import duplicate_warnings, overlap_warnings, shared_window
 from rpf3d_core.setup.split_zones import split_zones
@@ -31,7 +31,6 @@ from rpf3d_core.terrain.mesh.welding import weld
 from rpf3d_core.terrain.mesh.winding import Winding, repair_winding
 from rpf3d_core.terrain.mesh.zero_area import NO_AREA_AT_ALL
 from rpf3d_core.terrain.pit.synthetic import pit_terrain
-from rpf3d_core.terrain.zones import centroids_in_plan, covered, with_zone
 
 BLOCK = 2**14
 """Number of points that are rotated at a time, so that they stay in the processor's cache."""
@@ -62,7 +61,8 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
     del bare
     edges = edges_of(raw.triangles, len(raw.vertices))
     winding = repair_winding(raw.vertices, raw.triangles, edges)
-    terrain = with_zones_of_berms(_with_drawn_zones(replace(raw, triangles=winding.triangles), scene), raw, scene)
+    drawn, sizes = with_drawn_zones(replace(raw, triangles=winding.triangles), scene)
+    terrain = with_zones_of_berms(drawn, raw, scene)
     closed = with_closed_seams(terrain, edges)
     terrain, edges, _, seams = closed
     if seams.closed:
@@ -72,7 +72,7 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
     report = fault_report(terrain, winding, edges, files)
     report = replace(
         report,
-        remarks=(*remarks, *duplicate_warnings(report), *open_seams(terrain, seams), *notes),
+        remarks=(*remarks, *sizes, *duplicate_warnings(report), *open_seams(terrain, seams), *notes),
         closed_seams=seams.closed,
         added_facets=len(closed.parent),
         widest_closed_seam=seams.widest,
@@ -233,18 +233,3 @@ def _corners(surfaces: list[FileMesh]) -> Index | None:
         parts.append(own + np.int32(begin))
         begin += len(surface.points)
     return np.concatenate(parts)
-
-
-def _with_drawn_zones(terrain: Terrain, scene: Scene) -> Terrain:
-    if not scene.zones:
-        return terrain
-    plan = centroids_in_plan(terrain)
-    for spec in scene.zones:
-        facets = covered(read_polygons(spec.polygons), plan)
-        if not facets.any():
-            raise TerrainError(
-                f"{spec.polygons}: the polygons of zone {spec.zone!r} cover no facet; they must be in the plan "
-                "coordinates of the terrain's own input (x y, or x z where y is up)"
-            )
-        terrain = with_zone(terrain, spec.zone, facets)
-    return terrain

@@ -168,3 +168,13 @@ def test_rocks_that_went_on_are_not_rounded_away() -> None:
         ground_speed=zeros, mass=zeros,
     )  # fmt: skip
     assert next(behind_a_crest(deposits, ["a"])).startswith("999 of 1,000 rocks of source 'a' stopped")
+
+
+@pytest.mark.parametrize(("east", "is_partly_off"), [(3.9, False), (12.0, True)])
+def test_rocks_that_left_the_terrain_may_have_reached_an_area_that_is_partly_off_it(
+    tmp_path: Path, east: float, is_partly_off: bool
+) -> None:
+    area = f"ground: sliding\nareas_of_interest: [{{name: shop, polygons: [[2, 0.1], [{east}, 0.1], [{east}, 3]]}}]"
+    fast = ("rocks: 30}", "rocks: 30, velocity: [30, 0, 3]}")
+    found = sentences(tmp_path, fast, ("ground: sliding", area))
+    assert has(found, "of shop (area) lies on the terrain: with the 30 rocks that left") == is_partly_off

@@ -464,6 +464,19 @@ def test_a_file_of_an_effect_zone_or_berm_in_another_reference_system_is_refused
     assert f"--kind {kind} --from {crs}" in refusal
 
 
+def test_an_incomplete_shapefile_and_an_empty_file_are_refused_with_what_to_do(folder):
+    pytest.importorskip("pyogrio", reason="pyogrio is not installed: it is in the extra `mine`")
+    import shapely
+
+    write_vector(folder / "a.shp", [shapely.box(EAST, NORTH, EAST + 9, NORTH + 9)])
+    (folder / "a.shx").unlink()
+    with pytest.raises(InputError, match=r"lacks its index, the file a\.shx: copy all files of the Shapefile together"):
+        read_polygons(folder / "a.shp")
+    (folder / "b.gpkg").touch()
+    with pytest.raises(InputError, match=r"b\.gpkg: is empty$"):
+        read_polygons(folder / "b.gpkg")
+
+
 @pytest.mark.parametrize("kind", ["line", "polygon"])
 @pytest.mark.parametrize("suffix", [".gpkg", ".shp"])
 def test_a_layer_without_a_shape_is_refused_as_such(folder, kind, suffix):

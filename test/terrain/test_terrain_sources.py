@@ -134,6 +134,25 @@ def test_a_polygon_that_covers_no_facet_is_refused_by_name(tmp_path):
         read_terrain(scene_of(path, zones=drawn))
 
 
+def test_a_polygon_within_a_facet_is_refused_for_what_it_is(tmp_path):
+    path = write_binary_stl(tmp_path / "ground.stl", CORNERS)
+    x, y = CORNERS[0, :, :2].mean(axis=0) + 0.1
+    inside = geojson(tmp_path / "inside.geojson", box(x, y, x + 0.01, y + 0.01))
+    with pytest.raises(InputError, match=r"polygons of zone .spill. contain the middle of no facet, and"):
+        read_terrain(scene_of(path, zones=[{"zone": "spill", "polygons": str(inside)}]))
+
+
+def test_a_zone_of_another_size_than_its_polygons_is_noted(tmp_path):
+    path = write_binary_stl(tmp_path / "ground.stl", CORNERS)
+    middle = CORNERS[0, :, :2].mean(axis=0)
+    size = 0.5 * float(np.linalg.norm(np.cross(*(CORNERS[0, 1:] - CORNERS[0, 0]))))
+    for name, half, is_noted in (("speck", 0.05, True), ("beyond", 50.0, False)):
+        drawn = geojson(tmp_path / f"{name}.geojson", box(*(middle - half), *(middle + half)))
+        remarks = read_terrain(scene_of(path, zones=[{"zone": "soft", "polygons": str(drawn)}]))[1].remarks
+        found = [each for each in remarks if "the facets of zone 'soft' have" in each]
+        assert bool(found) == is_noted, (name, size, found)
+
+
 @pytest.mark.parametrize(
     ("text", "expected"),
     [

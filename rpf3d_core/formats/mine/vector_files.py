@@ -134,6 +134,7 @@ def vector_arrays(path: Path, family: str, layer: str = "") -> Arrays:
     is the reference system of the layer, "" if it has none.
     """
     pyogrio = needed(path, "pyogrio")
+    _refuse_incomplete(path)
     try:
         layers = pyogrio.list_layers(path).tolist()
         name = _layer(path, layers, family, layer)
@@ -153,6 +154,15 @@ def vector_arrays(path: Path, family: str, layer: str = "") -> Arrays:
     parts = [part for part in geometries if part is not None]
     lengths = np.array([len(part) for part in parts], np.int64)
     return {"content": np.frombuffer(b"".join(parts), np.uint8), "lengths": lengths, "crs": system}
+
+
+def _refuse_incomplete(path: Path) -> None:
+    """Raise a TerrainError if a file is empty, or a Shapefile lacks its index; GDAL's own advice is for programmers."""
+    if path.is_file() and not path.stat().st_size:
+        raise TerrainError(f"{path}: is empty")
+    index = path.with_suffix(".shx")
+    if path.suffix.lower() == ".shp" and path.is_file() and not index.is_file():
+        raise TerrainError(f"{path}: lacks its index, the file {index.name}: copy all files of the Shapefile together")
 
 
 def _layer(path: Path, layers: list[list[Any]], family: str, wanted: str) -> str:
