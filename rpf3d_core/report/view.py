@@ -4,6 +4,7 @@ The HTML file of the report contains the script of plotly (4.8 MB), so that a re
 part of plotly's wheel.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.accuracy.decimated import decimated_mesh
-from rpf3d_core.hazard.scales import FEW_COLOUR, FEW_WORDS
+from rpf3d_core.hazard.scales import FEW_COLOUR, FEW_WORDS, reach_scale, scale_of_energy
 from rpf3d_core.report.draped_map import FEW, draped_facets
 from rpf3d_core.report.need import needed
 from rpf3d_core.report.run_files import HazardGrid, RunFiles, has_hazard, read_hazard
@@ -37,6 +38,10 @@ UNLIT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0}
 EYE, LOWER = 1.25, 0.08
 """Distance of the eye from the terrain, and of the point that it looks at below the middle of the terrain: as multiples
 of the diagonal of the terrain's box."""
+FEW_DECADES = 1.7
+"""Largest range (powers of ten) of a colour bar that also has ticks between the powers."""
+TOLERANCE = 1e-9
+"""Relative rounding error of the ends of a colour bar."""
 ABOVE_MAPS = 1.3
 """Height of the outlines of areas above the ground, as a multiple of the distance of the hazard maps."""
 PATH, AREA, BARRIER, CRITICAL = "#10203a", "#0059bf", "#008577", "#d1480f"
@@ -101,7 +106,8 @@ def view_html(
     """
     go = needed("plotly.graph_objects")
     traces = [
-        _terrain(go, seen), *_hazard(go, maps_seen(run, seen) if maps is None else maps), _paths(go, run),
+        _terrain(go, seen), *_hazard(go, maps_seen(run, seen) if maps is None else maps, int(run.summary["rocks"])),
+        _paths(go, run),
         *_critical(go, run, critical), _releases(go, run), *_barriers(go, run, seen),
         *_areas(go, run, seen, looking),
     ]  # fmt: skip
@@ -151,12 +157,12 @@ def maps_seen(run: RunFiles, seen: Seen) -> list[MapSeen]:
     return [MapSeen(each, *draped(seen, grid), grid.cell) for each, grid in found]
 
 
-def _hazard(go: Any, maps: Sequence[MapSeen]) -> list[Any]:
+def _hazard(go: Any, maps: Sequence[MapSeen], flown: int) -> list[Any]:
     """Return the hazard maps as plotly meshes; only the first map is shown until the reader chooses another.
 
-    go : module plotly.graph_objects
+    go : module plotly.graph_objects; flown : number of rocks
     """
-    return [trace for i, one in enumerate(maps) for trace in _map(go, one, shown=i == 0)]
+    return [trace for i, one in enumerate(maps) for trace in _map(go, one, i == 0, flown)]
 
 
 def with_few(run: RunFiles, name: str, band: str | None = None) -> HazardGrid | None:
@@ -175,10 +181,12 @@ def with_few(run: RunFiles, name: str, band: str | None = None) -> HazardGrid | 
     return reached._replace(values=np.where(np.isnan(values) & (reached.values > 0.0), FEW, values))
 
 
-def _map(go: Any, one: MapSeen, shown: bool) -> Iterator[Any]:
+def _map(go: Any, one: MapSeen, shown: bool, flown: int) -> Iterator[Any]:
     """Yield a hazard map as a plotly mesh just above the terrain, and a second mesh for cells with too few rocks.
 
-    go : module plotly.graph_objects; one : the map; shown : False to hide the map at first
+    The colours are logarithmic, as in the pictures of a run: on a linear scale, almost all cells would look the same.
+
+    go : module plotly.graph_objects; one : the map; shown : False to hide the map at first; flown : number of rocks
     """
     name, _, title, factor, unit = one.what
     corners, values = one.corners, one.values
@@ -186,13 +194,29 @@ def _map(go: Any, one: MapSeen, shown: bool) -> Iterator[Any]:
              "opacity": 0.8, "showlegend": True}  # fmt: skip
     few = values == FEW
     if not few.all():
+        known = values[~few]
+        scale = reach_scale(flown, known) if unit == "%" else scale_of_energy(known)
+        ticks = round_values(factor * scale.low, factor * scale.high)
         yield go.Mesh3d(
-            **_mesh(corners[~few]), intensity=(factor * values[~few]).astype(np.float32), intensitymode="cell",
-            colorscale="YlOrRd", cmin=0.0, name=f"{title} ({unit})",
-            colorbar={"title": {"text": unit}, "len": 0.6, "thickness": 14}, **style,
+            **_mesh(corners[~few]), intensity=np.log10(factor * known).astype(np.float32), intensitymode="cell",
+            colorscale="YlOrRd", cmin=math.log10(factor * scale.low), cmax=math.log10(factor * scale.high),
+            name=f"{title} ({unit})", **style,
+            colorbar={"title": {"text": unit}, "len": 0.6, "thickness": 14, "tickvals": np.log10(ticks).tolist(),
+                      "ticktext": [f"{tick:,.6g}" for tick in ticks]},
         )  # fmt: skip
     if few.any():
         yield go.Mesh3d(**_mesh(corners[few]), color=f"rgb{FEW_COLOUR}", name=f"{title}: {FEW_WORDS}", **style)
+
+
+def round_values(low: float, high: float) -> list[float]:
+    """Return round values from low to high for a logarithmic colour bar: 1, 2 and 5 in each power of ten.
+
+    Only powers of ten are returned if low and high are more than FEW_DECADES powers apart.
+    """
+    steps = (1.0, 2.0, 5.0) if math.log10(high / low) <= FEW_DECADES else (1.0,)
+    powers = range(math.floor(math.log10(low)) - 1, math.ceil(math.log10(high)) + 1)
+    found = [step * 10.0**power for power in powers for step in steps]
+    return [value for value in found if low * (1.0 - TOLERANCE) <= value <= high * (1.0 + TOLERANCE)]
 
 
 def _mesh(corners: FloatArray) -> dict[str, Any]:

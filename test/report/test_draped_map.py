@@ -11,7 +11,7 @@ from rpf3d_core.hazard.scales import FEW_WORDS
 from rpf3d_core.report import draped_map, view
 from rpf3d_core.report.draped_map import CAPTION, FEW, FEW_CAPTION, caption_of, draped_facets, largest_touched
 from rpf3d_core.report.run_files import HazardGrid, read_hazard, read_run
-from rpf3d_core.report.view import Seen, draped, terrain_seen, view_html, with_few
+from rpf3d_core.report.view import Seen, draped, round_values, terrain_seen, view_html, with_few
 
 INSIDE = np.linspace(0.05, 0.95, 4)
 """Places of points in a cell, as shares (-) of its side."""
@@ -142,3 +142,11 @@ def test_a_map_without_the_band_is_left_out(known_ground: Path, tmp_path: Path) 
 
 def test_the_caption_says_which_value_a_facet_shows(report: tuple[Path, Path]) -> None:
     assert f"{CAPTION} {FEW_CAPTION}" in report[0].read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "ticks"),
+    [(0.5, 5.0, [0.5, 1, 2, 5]), (1.0, 100.0, [1, 10, 100]), (0.02, 0.5, [0.02, 0.05, 0.1, 0.2, 0.5])],
+)
+def test_a_logarithmic_colour_bar_has_round_values_between_its_ends(low, high, ticks):
+    assert round_values(low, high) == pytest.approx(ticks)
