@@ -113,16 +113,18 @@ class Desk:
     def _click(self, event: Any, moved: float = 0.0) -> None:
         """Add the clicked place on the terrain to the drawing; ignore the click event at the end of a drag.
 
-        event : click event of the view, with the two ends of the `ray` below the pointer
+        event : click event of the view, with the two ends of the `ray` below the pointer; None beside all objects
         moved : distance (pixels) that the pointer moved since it was pressed
         """
-        if not self.drawing.kind or not event or moved > STILL or self.shown.terrain is None:
+        if not self.drawing.kind or moved > STILL or self.shown.terrain is None:
             return
-        near, far = np.array(event["ray"][0], dtype=float), np.array(event["ray"][1], dtype=float)
-        place = place_on(self.shown.terrain, near, far)
-        if place is not None:
-            self.drawing = self.drawing.clicked(place)
-            self._drawn()
+        ray = np.array(event["ray"], dtype=float) if event else None
+        place = None if ray is None else place_on(self.shown.terrain, ray[0], ray[1])
+        if place is None:
+            self._say(NOTE, "the click missed the terrain; click on the terrain")
+            return
+        self.drawing = self.drawing.clicked(place)
+        self._drawn()
 
     def _undo_click(self) -> None:
         self.drawing = self.drawing.undone()

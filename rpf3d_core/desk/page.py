@@ -95,7 +95,8 @@ def _head(html: Any, actions: Actions) -> None:
 
 def _run_part(html: Any, actions: Actions) -> None:
     with html.Div(classes="row"):
-        html.Button("Run", id="run", classes="main", click=actions.run, disabled=("!ready || flying || !!kind",))
+        html.Button("Run", id="run", classes="main", click=actions.run, disabled=("!ready || flying || !!kind",),
+                    title=("kind ? 'first add or cancel the drawing' : ''",))  # fmt: skip
         html.Button("Stop", id="stop", click=actions.stop, disabled=("!flying",))
         html.Button("Undo edit", id="undo", click=actions.undo, disabled=("!unsaved || flying",))
     with html.Div(classes="row"):

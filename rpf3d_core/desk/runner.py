@@ -129,10 +129,12 @@ class Runner:
         self._stop.set()
 
     def close(self) -> None:
-        """Stop the rocks, end the thread, and delete the folder of results."""
+        """Stop the rocks and the compiler, end the thread, and delete the folder of results."""
         self._stop.set()
         self._tasks.put(None)
         self._thread.join(LATEST)
+        if self._compiled is not None:
+            self._compiled.cancel()
         self._forget()
 
     def _work(self) -> None:

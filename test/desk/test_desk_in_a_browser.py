@@ -113,6 +113,11 @@ def test_a_user_draws_edits_runs_saves_and_writes_a_report(scene: Path) -> None:
         before = settled(view(page), COLOURS)
 
         page.click("#tool_line")
+        page.wait_for_selector("#finish")
+        box = page.locator("#view").bounding_box()
+        page.mouse.click(box["x"] + 0.01 * box["width"], box["y"] + 0.5 * box["height"])
+        page.wait_for_selector("text=the click missed the terrain")
+        assert page.get_attribute("#run", "title") == "first add or cancel the drawing"
         click_terrain(page, (0.40, 0.41), (0.46, 0.395))
         page.fill("#new_name", "crest")
         page.fill("#new_rocks", "30")
@@ -135,7 +140,7 @@ def test_a_user_draws_edits_runs_saves_and_writes_a_report(scene: Path) -> None:
         assert "; " in " ".join(rows), "both intervals, the wider one first"
         picture_that(view(page), lambda seen: changed(seen, before) > 0.01)
         page.click("#layer_energy")
-        page.wait_for_selector("text=p95 energy, cells")
+        page.wait_for_selector("text=p95 energy, worst source, cells")
 
         page.click("#report")
         page.wait_for_selector("text=save the scene first")
