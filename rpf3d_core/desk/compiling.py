@@ -15,7 +15,7 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.jit.cache import compile_apart, compiled_apart
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.jit.from_cache import NotCached, only_from_cache
-from rpf3d_core.results.second_process import SecondProcess, SecondProcessEnded, second_process
+from rpf3d_core.results.second_process import SecondProcess, second_process
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import scene_of_text
 from rpf3d_core.setup.choices import with_choices
@@ -51,15 +51,14 @@ class CacheFiller:
     """Compiles the loops of scenes into the disk cache; an object of this class is in a second process."""
 
     def fill(self, text: str, path: Path, digests: Sequence[str]) -> None:
-        """Compile all loops of a scene; do nothing if the scene is refused.
+        """Compile all loops of a scene; errors are as in `prepare`.
 
         text, path : of the scene; digests : of the user's own code, as from `compiled_apart` in the first process
         """
         for digest in digests:
             compile_apart(digest)
-        with suppress(InputError):  # the first process refuses the same scene
-            scene = scene_of_text(text, path)
-            compiled_for(scene, read_terrain(scene))
+        scene = scene_of_text(text, path)
+        compiled_for(scene, read_terrain(scene))
 
 
 class Compiling:
@@ -101,7 +100,8 @@ class Compiling:
         """
         with suppress(NotCached), only_from_cache():
             return compiled_for(scene, ground)
-        with second_process(__name__, CacheFiller.__name__) as second, suppress(SecondProcessEnded):
+        # Whatever fails in the second process, this process can do, if more slowly.
+        with second_process(__name__, CacheFiller.__name__, compiles=True) as second, suppress(Exception):
             self._second = second
             if second is not None and not self._cancelled:
                 second.ask("fill", text, scene.path, compiled_apart())

@@ -33,6 +33,10 @@ PATIENCE = 20.0
 """Longest time (s) that the main process waits for READY, which takes 0.05 s on an idle machine."""
 
 
+COMPILES = "compiles"
+"""Argument of a second process that may import numba."""
+
+
 class SecondProcessEnded(Exception):
     """The second process ended before its work was done; the message states how it ended."""
 
@@ -99,14 +103,15 @@ BEGUN, ENDED = "begun", "ended"
 
 
 @contextmanager
-def second_process(module: str, name: str) -> Iterator[SecondProcess | None]:
+def second_process(module: str, name: str, compiles: bool = False) -> Iterator[SecondProcess | None]:
     """Yield a second process that makes an object of a class and calls its methods; None if no process can start.
 
     The process starts immediately, because its imports take a second. The process ends with the `with` block.
 
     module, name : of the class, whose constructor takes no arguments
+    compiles : True if the process may import numba, which takes a second
     """
-    process = _started(module, name)
+    process = _started(module, name, *((COMPILES,) if compiles else ()))
     if process is None:
         yield None
         return
@@ -117,19 +122,19 @@ def second_process(module: str, name: str) -> Iterator[SecondProcess | None]:
         second.end()
 
 
-def _started(module: str, name: str) -> "subprocess.Popen[bytes] | None":
+def _started(module: str, name: str, *words: str) -> "subprocess.Popen[bytes] | None":
     """Start a process that runs this module, and return it; None if it cannot be started.
 
     The process has its own process group. Otherwise Ctrl-C at a terminal would end the process while it starts.
 
-    module, name : of the class whose object the process makes
+    module, name : of the class whose object the process makes; words : further arguments of `main`
     """
     own: dict[str, Any] = {"process_group": 0} if os.name == "posix" else {}
     if not sys.executable:  # Python is embedded in another program: no interpreter to start
         return None
     with suppress(OSError):
         return subprocess.Popen(
-            command_of(__name__, module, name), env=environment_of_child(), stdin=subprocess.PIPE,
+            command_of(__name__, module, name, *words), env=environment_of_child(), stdin=subprocess.PIPE,
             stdout=subprocess.PIPE, **own,
         )  # fmt: skip
     return None
@@ -198,15 +203,16 @@ def _bytes(pipe: BinaryIO, size: int) -> bytearray:
     return content
 
 
-def main(module: str, name: str) -> None:
+def main(module: str, name: str, *words: str) -> None:
     """Run the second process: make the object, and call the requested methods until one fails or standard input ends.
 
-    module, name : of the object's class
+    module, name : of the object's class; words : COMPILES if the process may import numba
     """
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     collect_less_often()
-    sys.modules["numba"] = None  # type: ignore[assignment]  # prevents its import, which takes longer than it saves
+    if COMPILES not in words:
+        sys.modules["numba"] = None  # type: ignore[assignment]  # prevents its import, which takes longer than it saves
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # so that the output of a library does not count as an answer
     requests: queue.SimpleQueue[Message] = queue.SimpleQueue()

@@ -1,5 +1,8 @@
 """Tests of the thread that simulates rocks: growing results, stops, terrain read only once, and reports."""
 
+import os
+import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -38,7 +41,7 @@ from rpf3d_core.jit.from_cache import NotCached
 from rpf3d_core.report.view import MAPS as VIEW_MAPS
 from rpf3d_core.report.view import UPPER_REACH, Seen
 from rpf3d_core.results.findings import Run
-from rpf3d_core.results.second_process import SecondProcessEnded
+from rpf3d_core.results.second_process import SecondProcessEnded, second_process
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 
@@ -336,7 +339,7 @@ def test_what_is_not_in_the_cache_is_compiled_by_a_second_process_which_a_newer_
 
     second = Waiting()
     monkeypatch.setattr(compiling, "compiled_for", compiled)
-    monkeypatch.setattr(compiling, "second_process", lambda *_: nullcontext(second))
+    monkeypatch.setattr(compiling, "second_process", lambda *_, compiles: nullcontext(second))
     scene = read_scene(scene_file(tmp_path))
     text = scene.path.read_text()
     one = compiling.Compiling(scene, text, None)  # type: ignore[arg-type]
@@ -349,6 +352,34 @@ def test_what_is_not_in_the_cache_is_compiled_by_a_second_process_which_a_newer_
         wait_for(one.done, LONGEST)
         assert len(made) == 2
     assert second.asked == [("fill", text, scene.path, [])]
+
+
+FROM_CACHE = """
+import sys
+from rpf3d_core.desk.compiling import compiled_for
+from rpf3d_core.jit.from_cache import only_from_cache
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.terrain import read_terrain
+scene = read_scene(sys.argv[1])
+with only_from_cache():
+    compiled_for(scene, read_terrain(scene))
+"""
+
+
+@pytest.mark.long
+def test_the_second_process_compiles_all_that_the_first_process_needs(tmp_path: Path) -> None:
+    """The cache is empty at first. Afterwards, a process that may not compile prepares the scene."""
+    pytest.importorskip("numba", reason="numba is not installed")
+    path = scene_file(tmp_path, more="engine: compiled\n")
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", environment["XDG_CACHE_HOME"])
+        with second_process(compiling.__name__, compiling.CacheFiller.__name__, compiles=True) as second:
+            assert second is not None
+            second.ask("fill", path.read_text(), path, [])
+            second.wait()
+    done = subprocess.run([sys.executable, "-c", FROM_CACHE, path], env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 def test_marks_and_outlines_have_the_height_of_their_own_place(tmp_path: Path) -> None:

@@ -137,3 +137,12 @@ def test_another_program_in_place_of_python_has_not_begun(monkeypatch: pytest.Mo
         assert second is not None and not second.has_begun()
         with pytest.raises(SecondProcessEnded, match="did not start"):
             second.wait()
+
+
+@pytest.mark.parametrize("compiles", [False, True])
+def test_only_a_process_that_compiles_imports_numba(compiles: bool) -> None:
+    pytest.importorskip("numba", reason="numba is not installed")
+    with pytest.raises(InputError, match=f"numba: {compiles}"), second_process(*CLERK, compiles=compiles) as second:
+        assert second is not None
+        second.ask("tell_of_numba")
+        second.wait()

@@ -25,6 +25,12 @@ class Clerk:
         """Raise InputError, which means an error that a user can correct."""
         raise InputError(words)
 
+    def tell_of_numba(self) -> None:
+        """Raise InputError that says whether this process can import numba."""
+        from rpf3d_core.jit.dispatch import HAS_NUMBA
+
+        raise InputError(f"numba: {HAS_NUMBA}")
+
     def fail_unpicklably(self, words: str) -> None:
         """Raise an exception that cannot be pickled and sent to another process."""
         fault = ValueError(words)
