@@ -86,11 +86,11 @@ class AreaEvidence(NamedTuple):
     def share_without_energy(self) -> float:
         """The largest share (-) of rocks with unknown energy that a cluster may have in the area, as `without_energy`.
 
-        1 if several clusters were combined and the share is not known.
+        Logs of older versions lack `without_energy`: the figures of the area then count together, as they did there.
         """
         if self.without_energy is not None or self.left <= 0:
             return self.without_energy or 0.0
-        if self.p95_energy is None or self.clusters > 1:
+        if self.p95_energy is None:
             return 1.0
         return self.left / (self.left + max(self.reached, 0))
 

@@ -46,7 +46,7 @@ class EvacuationSpec(StrictModel):
 class LimitsSpec(StrictModel):
     """The limits of one level in an area; the level is reached if the rocks in the area reach at least one limit."""
 
-    reach_probability: Share | None = Field(None, description="a share above 0 and up to 1 (-) of all rocks flown")
+    reach_probability: Share | None = Field(None, description="a share above 0 and below 1 (-) of all rocks flown")
     p95_energy_j: Number | None = Field(
         None, gt=0, description="a number above 0 (J), the p95 energy of the rocks that reached the area"
     )

@@ -28,8 +28,8 @@ def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = No
     print_warnings(report.warnings)
     if not report.fit:
         raise InputError(
-            f"{scene}: some rocks do not start above the ground; see the sources above: raise them, or give "
-            "`above_ground`, the height above the ground at which rocks start"
+            f"{scene}: some rocks do not start above the ground; see the sources above: raise sources under the "
+            "ground, or give `above_ground`; move sources that are off the terrain"
         )
 
 

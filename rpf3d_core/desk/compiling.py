@@ -29,6 +29,7 @@ from rpf3d_core.terrain.mesh.faults import FaultReport
 ONE = threading.Lock()
 """Lock during a compilation, so that the loops of several quickly edited scenes are not compiled at the same time."""
 
+
 def prepared_for(scene: Scene, engine: str, ground: tuple[Terrain, FaultReport]) -> Prepared:
     """Return a scene prepared for the given engine, even if the scene names another engine.
 

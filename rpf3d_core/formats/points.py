@@ -143,16 +143,18 @@ def _text_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[flo
 def _refuse_point_numbers(path: Path, rows: Sequence[Row]) -> None:
     """Refuse lines without a header if their first cells count the lines and three or more cells follow.
 
-    Survey programs often write the number of a point first; it would be read as x, and x as y.
+    Survey programs often write the number of a point first; it would be read as x, and x as y. Along a row of a raster,
+    x may grow by 1 as well, but y is the same on all lines.
     """
     counted = rows[:MOST_COUNTED]
     if len(counted) < FEWEST_COUNTED or not all(len(row.cells) > 3 and row.cells[0].isdecimal() for row in counted):
         return
     numbers = [int(row.cells[0]) for row in counted]
-    if all(after == before + 1 for before, after in pairwise(numbers)):
+    is_row = len({row.cells[1] for row in counted}) == 1
+    if not is_row and all(after == before + 1 for before, after in pairwise(numbers)):
         raise InputError(
-            f"{path}, line {rows[0].line}: the first column counts the lines ({numbers[0]}, {numbers[1]}, ...), so it "
-            "may be the numbers of the points, not x; name the columns in a first line, such as id,x,y,z"
+            f"{path}, line {rows[0].line}: the first column grows by 1 in each line ({numbers[0]}, {numbers[1]}, ...), "
+            "so it may be the numbers of the points, not x; name the columns in a first line, such as id,x,y,z or x,y,z"
         )
 
 

@@ -7,6 +7,7 @@ the numbers of all cells of all sources, or the cells that rocks of each source 
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.hazard.layers import ENERGY, bins_of, rank_values
@@ -36,12 +37,14 @@ class WorstCells(NamedTuple):
     reach : (S,) largest share (-) of the rocks of a source that reached the cell; reach_source : (S,) its number
     energy : (S,) J, the largest p95 energy of all rocks together and of all sources with 20 rocks in the cell; NaN if
         unknown; energy_source : (S,) number of this source, ALL for all rocks or if unknown
+    has_few : (S,) True if a source has rocks in the cell, but too few for a p95 energy of its own
     """
 
     reach: FloatArray
     reach_source: IntArray
     energy: FloatArray
     energy_source: IntArray
+    has_few: NDArray[np.bool_]
 
 
 class SourceCells:
@@ -101,6 +104,7 @@ class SourceCells:
         return WorstCells(
             reach=reach, reach_source=of_reach, energy=np.where(above, most, together.energy.p95),
             energy_source=np.where(above, of_energy, ALL),
+            has_few=np.isin(together.cell, cell[found.rocks < FEWEST_ROCKS]),
         )  # fmt: skip
 
 

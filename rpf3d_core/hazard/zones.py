@@ -125,14 +125,14 @@ def worst_matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
     """Return a hazard zone for each class of the matrix, by the largest share and the largest energy of a source.
 
     The two may be of different sources, so the class is never below that of a source, but may be above it. The energy
-    is the p95 energy for lower percentiles, too; for the 99th, and in cells without a percentile, it is the largest
-    energy. The list is empty if the largest values are not known, or if the matrix has the width of an object: passages
-    per metre are not counted for each source.
+    is the p95 energy for lower percentiles, too; for the 99th, and in cells where a source has rocks but too few for a
+    percentile, it is the largest energy. The list is empty if the largest values are not known, or if the matrix has
+    the width of an object: passages per metre are not counted for each source.
     """
     if maps.sources is None or maps.sources.cells is None or matrix.object_width is not None:
         return []
     worst = maps.sources.cells
-    guessed = np.isnan(worst.energy) | (matrix.percentile > P95)
+    guessed = worst.has_few | np.isnan(worst.energy) | (matrix.percentile > P95)
     energy = np.where(guessed, maps.cells.energy.largest, worst.energy)
     return _classes(maps, matrix, WORST_CLASS, worst.reach, energy, guessed)
 

@@ -38,8 +38,8 @@ class StoredSurvey(NamedTuple):
         patch that has replaced the whole terrain; else 0
     map_origin : (m) origin of the map frame of the survey, from the node's parameter `map_origin`; None if it is not
         known
-    longest_edge : (m) limit for the sides of triangles when the survey was built, from the node's parameter; 0 without
-        a limit, None if it is not known
+    longest_edge : (m) limit for the sides of triangles when the survey was built, from the node's parameter; 0 if the
+        limit followed from the points, None if it is not known
     """
 
     survey: Survey

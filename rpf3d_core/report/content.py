@@ -39,7 +39,7 @@ from rpf3d_core.results.inputs import ASSUMED
 from rpf3d_core.terrain.faces import LOWEST, STEEP
 
 MOST_ROWS, FEWEST_BENCHES = 12, 3
-"""Largest number of rows in the table of main figures, except that at least FEWEST_BENCHES zones have a row."""
+"""Largest number of rows in the table of main figures, except that at least FEWEST_BENCHES zones have two rows each."""
 FILE_EXTENSION = re.compile(r"\.[A-Za-z]\w*")
 """Pattern of the extension of a file name, such as .dxf; the decimals of a number do not match."""
 MOST_NAMED = 8

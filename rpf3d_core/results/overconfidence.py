@@ -161,11 +161,12 @@ def _of_places(run: Run) -> Iterator[str]:
 
 
 def _of_areas(run: Run) -> Iterator[str]:
-    """Yield a sentence on each area of interest partly off the terrain, if rocks left the terrain.
+    """Yield a sentence on each area of interest partly off the terrain or over a hole, if rocks left the terrain.
 
     Such a rock may have reached the part of the area that is not in the survey.
     """
-    left = run.totals.outcomes[Outcome.LEFT_TERRAIN]
+    left = run.totals.outcomes[Outcome.LEFT_TERRAIN] + run.totals.outcomes[Outcome.LOST_TO_HOLE]
+    together = " of all sources together" if len(run.prepared.sources) > 1 else ""
     if not left:
         return
     for area in (bench for bench in bench_table(run.terrain, run.maps) if bench.kind == AREA):
@@ -174,7 +175,8 @@ def _of_areas(run: Run) -> Iterator[str]:
             most = share_of(min(area.reached["rocks"] + left, run.maps.flown), run.maps.flown)
             yield (
                 f"only {100.0 * covered:.0f} % of {area.name} (area) lies on the terrain: with the {left:,} rocks that "
-                f"left the terrain, up to {share_text(most)} of the rocks may reach it, not {share_text(area.reached)}"
+                f"left the terrain, up to {share_text(most)} of the rocks{together} may reach it, not "
+                f"{share_text(area.reached)}"
             )
 
 

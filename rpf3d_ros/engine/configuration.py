@@ -323,10 +323,13 @@ def _check_longest_edge(last: StoredSurveys, longest_edge: float) -> None:
 
     A terrain that was stored whole after patches is a mesh, so its triangles are not made again.
 
-    longest_edge : (m) the node's parameter; 0 without a limit
+    longest_edge : (m) the node's parameter; with 0, the limit follows from the points
     """
     first = last.pieces[0]
-    if first.patches > 0 and longest_edge and first.longest_edge != longest_edge:
+    stored = first.longest_edge
+    is_unknown = stored is None and not longest_edge  # stored by an older version, most likely with the default
+    is_stricter = stored is not None and (stored == longest_edge or 0.0 < stored <= longest_edge)
+    if first.patches > 0 and not (is_unknown or is_stricter):
         before = "an unknown longest_edge" if first.longest_edge is None else f"longest_edge {first.longest_edge:g}"
         raise InputError(
             f"it was stored with {before}, but longest_edge is now {longest_edge:g}: publish the whole terrain"

@@ -20,7 +20,8 @@ from rpf3d_ros.messages.stamps import SECOND
 class TopicEvidence(NamedTuple):
     """Evidence, and the topic on which its sources were received.
 
-    judged : the last answer of the region in which enough rocks flew, if too few flew in this one; else None
+    judged : an earlier answer of the region, if too few rocks flew in this one: the last with enough rocks, or else the
+        first; None if enough rocks flew
     """
 
     topic: str

@@ -87,7 +87,7 @@ class SourceTopics:
             *fell_silent,
             *(f"nothing has been received on {topic}, which must publish ({OPTIONAL})" for topic in never),
             *(f"nothing has been received on {topic} since the start or the last reset; {REMOVED}" for topic in again),
-            *self._missing(min(oldest_ns, now_ns - self._scan_ns), now_ns),
+            *self._missing(oldest_ns, now_ns),
             *self._click_lost(oldest_ns, now_ns),
             *((ONLY_CLICKS,) if self._has_sensors and not (self._last or never or again) else ()),
         )
@@ -131,10 +131,14 @@ class SourceTopics:
         """
         latest_ns = now_ns if self._is_new_time else max((now_ns, *self._missed.values()))
         self._is_new_time = False
-        self._missed = {topic: min(at, latest_ns) for topic, at in self._missed.items() if at >= oldest_ns}
+        of_scan_ns = min(oldest_ns, now_ns - self._scan_ns)  # a click is no part of a scan
+        self._missed = {
+            topic: min(at, latest_ns) for topic, at in self._missed.items()
+            if at >= (oldest_ns if topic == BY_HAND else of_scan_ns)
+        }  # fmt: skip
         ago = {topic: span(max(now_ns - missed_ns, 0)) for topic, missed_ns in self._missed.items()}
         return tuple(
-            f"a source clicked earlier was forgotten {since} ago, with all sources of that time: click it again"
+            f"a clicked source was forgotten {since} ago, so click it again; this fault ends after sources_max_age_s"
             if topic == BY_HAND else f"messages on {topic} were lost {since} ago, before they could be read"
             for topic, since in ago.items()
         )  # fmt: skip

@@ -297,9 +297,9 @@ class WaitingTerrain(Generic[M]):
                 self._replaced.append(first.moment)
             first.moment, self._tried = tried.moment, None
             first.lost += lost
-            if is_rebuilt:
-                first.lost = max(first.lost, tried.missing)
-                first.patches[:0] = tried.early
+            if is_rebuilt:  # the early patches that are still kept are applied again
+                first.lost = max(first.lost - len(tried.early), tried.missing)
+                first.patches[:0] = [one for one in tried.early if not any(one is each for each in first.patches)]
             del self._chapters[1 : place + 1]
 
     def refused(self, why: str = "") -> None:

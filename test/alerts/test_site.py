@@ -50,7 +50,7 @@ REFUSALS = [
     ("  fewest_rocks: 1000", "  # none", "`evidence.fewest_rocks` is missing; it must be a whole number of at least 1"),
     ("alarm_from: restrict", "alarm_from: normal", "`alarm_from` is 'normal', but must be watch, restrict or evacuate"),
     ("reach_probability: 0.10", "reach_probabilty: 0.10", "did you mean `reach_probability`?"),
-    ("reach_probability: 0.10", "reach_probability: 10", "is 10, but must be a share above 0 and up to 1 (-)"),
+    ("reach_probability: 0.10", "reach_probability: 10", "is 10, but must be a share above 0 and below 1 (-)"),
     ("reach_probability: 0.10", "reach_probability: 0.01",
      "`areas.haul_ramp.evacuate.reach_probability` is below that of restrict, so restrict would never be seen"),
     ("margin: 2", "margin: -2",

@@ -151,6 +151,7 @@ def test_a_damaged_file_of_points_is_refused_with_its_name_and_line(
 
 
 NUMBERED = "1,512000.5,6712000.25,420.1\n2,512001.5,6712000.25,420.2\n3,512002.5,6712000.25,420.3\n"
+ROW = "512000 6712000 400 35\n512001 6712000 401 36\n512002 6712000 402 35\n"
 
 
 @pytest.mark.parametrize("begin", ["", "# exported\n"])
@@ -159,7 +160,7 @@ NUMBERED = "1,512000.5,6712000.25,420.1\n2,512001.5,6712000.25,420.2\n3,512002.5
 def test_numbers_of_points_without_a_header_are_not_read_as_x(tmp_path: Path, read, blanks: bool, begin: str) -> None:
     path = tmp_path / "points.csv"
     path.write_text(begin + (NUMBERED.replace(",", " ") if blanks else NUMBERED))
-    with pytest.raises(InputError, match=r"the first column counts the lines \(1, 2, ...\).*such as id,x,y,z"):
+    with pytest.raises(InputError, match=r"first column grows by 1 in each line \(1, 2, ...\).*such as id,x,y,z"):
         read(path)
     path.write_text(f"id,x,y,z\n{NUMBERED}")
     read_again = read(path)
@@ -170,8 +171,8 @@ def test_numbers_of_points_without_a_header_are_not_read_as_x(tmp_path: Path, re
 @pytest.mark.parametrize(
     "text",
     ["0 0 5.1 12\n1 0 5.2 13\n0 1 5.3 13\n1 1 5.3 9\n", "1 2 3\n2 2 3\n3 2 3\n", "1,2,3,4\n2,2,3,4\n",
-     "1.0 2 3 4\n2.0 2 3 4\n3.0 2 3 4\n"],
-    ids=["grid", "three columns", "two lines", "decimals"],
+     "1.0 2 3 4\n2.0 2.5 3 4\n3.0 2 3 4\n", ROW],
+    ids=["grid", "three columns", "two lines", "decimals", "a row of a raster"],
 )  # fmt: skip
 def test_whole_numbers_that_may_be_coordinates_are_read(tmp_path: Path, text: str) -> None:
     path = tmp_path / "points.xyz"

@@ -19,7 +19,7 @@ from rpf3d_core.hazard.source_cells import SourceCells, WorstCells
 from rpf3d_core.hazard.source_tallies import part_of
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.worst import ALL
-from rpf3d_core.hazard.zones import CLASS, REACH, WORST_CLASS, WORST_REACH, Zone, worst_matrix_zones
+from rpf3d_core.hazard.zones import CLASS, REACH, WORST_CLASS, WORST_REACH, Zone, matrix_zones, worst_matrix_zones
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_files.geotiffs import write_hazard_rasters
 from rpf3d_core.results.hazard_files.zones_geojson import hazard_zones, zones_without_cells
@@ -205,3 +205,13 @@ def test_pictures_and_the_desk_show_the_worst_source(folder: Path, run: Run) -> 
     assert desk[0].largest == pytest.approx(100 * np.nanmax(reach))
     assert desk[1].largest == pytest.approx(np.nanmax(energy) / 1000)
     assert not [name for name in themes(flown(folder, "top", rocks=ROCKS)[0].maps) if "worst" in name]
+
+
+@pytest.mark.parametrize("limit_kj", [150, 200, 300])
+def test_a_class_is_not_too_low_where_a_source_has_too_few_rocks_for_a_percentile(folder: Path, limit_kj: int) -> None:
+    """Alone, 19 rocks have their largest energy. Weak rocks of another source in the cell give it a percentile."""
+    rocks = {"top": 19, "below": 2000}
+    matrix = matrix_of(LEVELS)._replace(energy_levels=(1000.0 * limit_kj,))
+    alone = cells_of(matrix_zones(flown(folder, "top", rocks=rocks)[0].maps, matrix), CLASS, "high")
+    both = cells_of(worst_matrix_zones(flown(folder, rocks=rocks)[0].maps, matrix), WORST_CLASS, "high")
+    assert alone.any() and both[alone].all()

@@ -92,8 +92,9 @@ def test_a_terrain_that_an_older_version_stored_without_an_origin_is_not_restore
     assert standing is None and "stored by an older version, without map_origin: publish the whole terrain" in report
 
 
-@pytest.mark.parametrize(("before", "now", "is_restored"), [(0.0, 0.0, True), (5.0, 5.0, True), (5.0, 0.0, True),
-                                                            (0.0, 5.0, False), (9.0, 5.0, False), (None, 5.0, False)])
+@pytest.mark.parametrize(("before", "now", "is_restored"), [(0.0, 0.0, True), (5.0, 5.0, True), (3.0, 5.0, True),
+                                                            (None, 0.0, True), (5.0, 0.0, False), (0.0, 5.0, False),
+                                                            (9.0, 5.0, False), (None, 5.0, False)])
 def test_a_terrain_stored_with_its_patches_obeys_the_longest_edge_of_now_or_is_not_restored(
     tmp_path, before, now, is_restored
 ):  # fmt: skip

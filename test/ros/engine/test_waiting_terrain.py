@@ -423,3 +423,28 @@ def test_a_waiting_survey_with_the_stamp_of_the_one_in_use_is_compared_with_it()
     waiting.take()
     waiting.accepted()
     assert not waiting.why_refused and len(waiting) == 0
+
+
+@pytest.mark.parametrize("waits", [False, True], ids=["refused before", "still waiting"])
+def test_a_survey_that_is_built_again_gets_the_later_patches_once_and_lacks_none_of_them(waits):
+    """After a restart without a store: a patch arrives before the latched survey that it belongs on top of."""
+    waiting = WaitingTerrain(8)
+    waiting.put_patch("p", Moment(20))
+    if not waits:
+        assert waiting.take() == ("patch", "p")
+        waiting.lost()  # there is no terrain yet
+        assert waiting.lost_patches == 1
+    waiting.put_whole("a", Moment(10))
+    assert waiting.take() == ("whole", "a")
+    waiting.repeated(is_rebuilt=True)
+    assert waiting.take() == ("patch", "p")
+    assert (len(waiting), waiting.lost_patches) == (0, 0)
+
+
+def test_a_survey_that_is_built_again_lacks_the_patches_that_are_no_longer_kept():
+    waiting = WaitingTerrain(8)
+    waiting.holds([20])  # a patch from before a restart
+    waiting.put_whole("a", Moment(10))
+    waiting.take()
+    waiting.repeated(is_rebuilt=True)
+    assert waiting.lost_patches == 1
