@@ -88,7 +88,8 @@ POINTS = """## Files of points
 |---|---|
 | text with spaces between the numbers | x y z first on each line; a `#` begins a comment |
 | CSV: a comma, semicolon or tab in the first line | the columns that the header names, otherwise the first three \
-columns; a line that begins with `#` is a comment |
+columns; without a header, a first column that grows by 1 in each line is refused, because it may be the numbers of \
+the points; a line that begins with `#` is a comment |
 | `.geojson`, `.json` | Points and MultiPoints, `[x, y, z]` in the input's coordinates |
 | `.gpkg`, `.shp`, `.dxf`, `.str` | points, as [file formats](formats.md) describes |
 

@@ -194,7 +194,10 @@ def test_sources_out_of_place_are_shown_and_end_with_exit_code_2(
     code, said, complaints = shown(monkeypatch, capsys, folder)
     assert code == 2
     assert "2 UNDER THE GROUND" in said and "3 OFF THE TERRAIN" in said
-    sentence = "some rocks do not start above the ground; see the sources above"
+    sentence = (
+        "some rocks do not start above the ground; see the sources above: raise sources under the ground, or give "
+        "`above_ground`; move sources that are off the terrain"
+    )
     assert complaints == f"rpf3d: {folder / 'scene.yaml'}: {sentence}\n"
 
 
