@@ -113,7 +113,7 @@ class Desk:
     def _click(self, event: Any, moved: float = 0.0) -> None:
         """Add the clicked place on the terrain to the drawing; ignore the click event at the end of a drag.
 
-        event : click event of the view, with the two ends of the `ray` below the pointer; None beside all objects
+        event : click event of the view, with the two ends of the `ray` below the pointer; None next to all objects
         moved : distance (pixels) that the pointer moved since it was pressed
         """
         if not self.drawing.kind or moved > STILL or self.shown.terrain is None:
