@@ -12,7 +12,7 @@ from rpf3d_core.alerts.areas import area_alerts, got_worse, undecided, worst_of
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.evidence_faults import faults_of, went_back
 from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
-from rpf3d_core.alerts.limits import LimitFinding, findings_of, is_small, lacks_predictive, without_limits
+from rpf3d_core.alerts.limits import LimitFinding, findings_of, is_small_answer, lacks_predictive, without_limits
 from rpf3d_core.alerts.outlines import places_end_ns
 from rpf3d_core.alerts.persons import Acknowledged, acknowledged_by, waiting_sentences
 from rpf3d_core.alerts.since import shown_by, since_of
@@ -69,7 +69,7 @@ def decide(
     findings = () if evidence is None else findings_of(evidence, thresholds)
     worst = worst_of(findings)
     evident = max((finding.level for finding in findings), default=Level.NORMAL)
-    small = evidence is not None and _is_small(evidence, thresholds)
+    small = evidence is not None and is_small_answer(evidence, thresholds.evidence)
     faults = tuple(dict.fromkeys((*reported, *faults_of(previous, evidence, thresholds, now_ns))))
     if small and not faults:
         faults = _too_small(previous, evidence, worst, thresholds, now_ns)
@@ -106,11 +106,6 @@ def decide(
         waiting=acknowledged.waiting,
         waiting_until_ns=acknowledged.until_ns,
     )
-
-
-def _is_small(evidence: Evidence, thresholds: Thresholds) -> bool:
-    """Return True if there are sources, but too few rocks flew to lower an alert level or to show an area as safe."""
-    return evidence.sources != 0 and any(is_small(area, thresholds.evidence) for area in evidence.areas)
 
 
 def _stands(previous: Alert | None, now_ns: int) -> bool:

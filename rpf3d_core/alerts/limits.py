@@ -131,6 +131,14 @@ def is_small(area: AreaEvidence, terms: EvidenceSpec) -> bool:
     return area.flown < terms.fewest_rocks or lacks_predictive(area, terms)
 
 
+def is_small_answer(evidence: Evidence, terms: EvidenceSpec) -> bool:
+    """Return True if there are sources, but too few rocks flew to lower an alert level or to show an area as safe.
+
+    terms : the site's rules for evidence
+    """
+    return evidence.sources != 0 and any(is_small(area, terms) for area in evidence.areas)
+
+
 def lacks_predictive(area: AreaEvidence, terms: EvidenceSpec) -> bool:
     """Return True if an answer lacks the predictive interval that the site compares; False in a scene without unknowns.
 

@@ -8,14 +8,12 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from rpf3d_core.alerts.site_model import Thresholds
+from rpf3d_core.alerts.site_model import LEVELS, Thresholds
 from rpf3d_core.errors import SceneError
 from rpf3d_core.formats.yaml import Document, Fault, KeyPath, key_name, read_yaml, report_of
 from rpf3d_core.scene.faults import faults_of
 
 KIND = "site"
-LEVELS = ("watch", "restrict", "evacuate")
-"""The levels that limits give, the lowest first."""
 
 
 def read_site(path: str | Path) -> Thresholds:

@@ -1,7 +1,7 @@
 """Prepare a scene for the compiled engine in a thread, while the user looks at it and the first rocks fly.
 
-A second process compiles what is not in the disk cache, because this process could call no compiled function meanwhile
-(`jit.from_cache`): the first rocks and **Stop** would wait for the compiler. The thread is a daemon, so that the end of
+A second process compiles what is not in the disk cache. In this process, numba would hold a lock meanwhile
+(`jit.from_cache`), and the first rocks and **Stop** would wait for it. The thread is a daemon, so that the end of
 the desk does not wait for the compiler.
 """
 

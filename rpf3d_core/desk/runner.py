@@ -192,7 +192,6 @@ class Runner:
         """
         ready = self._prepare(written)
         prepared, compiling = ready.prepared, self._compiled
-        self._forget()
         self._listener.busy("flying")
         run = None
         if compiling is not None and compiling.done() is None and engine_name(prepared.scene) != Reference.name:

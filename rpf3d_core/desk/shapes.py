@@ -150,8 +150,8 @@ def _reach(maps: HazardMaps) -> tuple[str, str, FloatArray]:
         high = np.full(maps.cells.count, np.nan)
         high[band.cell] = np.where(band.high > 0.0, 100.0 * band.high, np.nan)
         return UPPER_REACH, "%", high
-    if maps.sources is not None and maps.sources.cells is not None:
-        return WORST_REACH, "%", maps.cells.everywhere(100.0 * maps.sources.cells.reach, np.nan)
+    if maps.worst_cells is not None:
+        return WORST_REACH, "%", maps.cells.everywhere(100.0 * maps.worst_cells.reach, np.nan)
     title = "reach probability" if band is None else "reach probability, mean; its predictive interval is unknown"
     values = 100.0 * reach_probability(maps.cells, maps.flown)
     return title, "%", maps.cells.everywhere(np.where(maps.cells.rocks > 0, values, np.nan), np.nan)
@@ -159,7 +159,7 @@ def _reach(maps: HazardMaps) -> tuple[str, str, FloatArray]:
 
 def _energy(maps: HazardMaps) -> tuple[str, str, FloatArray]:
     """Return title, unit and values (C,) of the map of p95 energy; FEW in reached cells without a value, else NaN."""
-    worst = None if maps.sources is None else maps.sources.cells
+    worst = maps.worst_cells
     values = (maps.cells.energy.p95 if worst is None else worst.energy) / 1e3
     known = np.where(values > 0.0, values, FEW)
     laid_out = maps.cells.everywhere(np.where(maps.cells.rocks > 0, known, np.nan), np.nan)

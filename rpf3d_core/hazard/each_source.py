@@ -199,7 +199,7 @@ def _hidden(pairs: Sequence[tuple[Bench, Bench]], maps: HazardMaps) -> list[str]
 def _advice(maps: HazardMaps) -> str:
     """Return advice where to find the hazard maps of a dangerous source."""
     alone = "run a dangerous source alone for its own maps"
-    worst = "" if maps.sources.cells is None else "hazard/*_worst_source.* have the worst source of each cell; "
+    worst = "" if maps.worst_cells is None else "hazard/*_worst_source.* have the worst source of each cell; "
     return f"{worst}{alone}"
 
 

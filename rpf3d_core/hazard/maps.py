@@ -131,6 +131,11 @@ class HazardMaps:
         """The kind of kinetic energy in the hazard maps, in words for titles and files."""
         return "translational and rotational" if self.spins else "translational"
 
+    @property
+    def worst_cells(self) -> Any:
+        """`hazard.source_cells.WorstCells`, the largest values of a source in each cell; None if they are not known."""
+        return None if self.sources is None else self.sources.cells
+
 
 def reach_probability(layers: Layers, flown: int) -> FloatArray:
     """Return the reach probability (S,) (-) of S cells: the share of all rocks flown that reached each cell.

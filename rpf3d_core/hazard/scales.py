@@ -36,6 +36,11 @@ LEAST_SHARE, MOST_SHARE = 1.0, 99.5
 ROUND = (1.0, 2.0, 5.0, 10.0)
 """Numbers at which a colour scale may end, times a power of ten."""
 
+FEW_DECADES = 1.7
+"""Largest range (powers of ten) of a colour bar that also has tick labels between the powers."""
+TOLERANCE = 1e-9
+"""Relative rounding error of the ends of a colour bar."""
+
 
 Values = NDArray[np.floating[Any]]
 """Array of map values, in single or double precision."""
@@ -50,6 +55,18 @@ class Scale(NamedTuple):
     low: float
     high: float
     logarithmic: bool
+
+
+def round_steps(low: float, high: float) -> tuple[float, ...]:
+    """Return the numbers in each power of ten that are labels of a logarithmic colour bar from low to high."""
+    return ROUND[:-1] if math.log10(high / low) <= FEW_DECADES else ROUND[:1]
+
+
+def round_values(low: float, high: float) -> list[float]:
+    """Return the labels of a logarithmic colour bar from low to high, in ascending order."""
+    powers = range(math.floor(math.log10(low)) - 1, math.ceil(math.log10(high)) + 1)
+    found = [step * 10.0**power for power in powers for step in round_steps(low, high)]
+    return [value for value in found if low * (1.0 - TOLERANCE) <= value <= high * (1.0 + TOLERANCE)]
 
 
 def reach_scale(flown: int, share: Values) -> Scale:

@@ -115,9 +115,9 @@ def worst_reach_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
 
     Such a zone contains the zone of `reach_zones` for this level.
     """
-    if maps.sources is None or maps.sources.cells is None:
+    if maps.worst_cells is None:
         return []
-    share = maps.sources.cells.reach
+    share = maps.worst_cells.reach
     return [Zone(kind=WORST_REACH, level=level, name=None, cells=_flags(maps, share >= level)) for level in levels]
 
 
@@ -129,9 +129,9 @@ def worst_matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
     percentile, it is the largest energy. The list is empty if the largest values are not known, or if the matrix has
     the width of an object: passages per metre are not counted for each source.
     """
-    if maps.sources is None or maps.sources.cells is None or matrix.object_width is not None:
+    worst = maps.worst_cells
+    if worst is None or matrix.object_width is not None:
         return []
-    worst = maps.sources.cells
     guessed = worst.has_few | np.isnan(worst.energy) | (matrix.percentile > P95)
     energy = np.where(guessed, maps.cells.energy.largest, worst.energy)
     return _classes(maps, matrix, WORST_CLASS, worst.reach, energy, guessed)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.accuracy.decimated import decimated_mesh
-from rpf3d_core.hazard.scales import FEW_COLOUR, FEW_WORDS, reach_scale, scale_of_energy
+from rpf3d_core.hazard.scales import FEW_COLOUR, FEW_WORDS, reach_scale, round_values, scale_of_energy
 from rpf3d_core.report.draped_map import FEW, draped_facets
 from rpf3d_core.report.need import needed
 from rpf3d_core.report.run_files import HazardGrid, RunFiles, has_hazard, read_hazard
@@ -38,10 +38,6 @@ UNLIT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0, "fresnel": 0.0}
 EYE, LOWER = 1.25, 0.08
 """Distance of the eye from the terrain, and of the point that it looks at below the middle of the terrain: as multiples
 of the diagonal of the terrain's box."""
-FEW_DECADES = 1.7
-"""Largest range (powers of ten) of a colour bar that also has ticks between the powers."""
-TOLERANCE = 1e-9
-"""Relative rounding error of the ends of a colour bar."""
 ABOVE_MAPS = 1.3
 """Height of the outlines of areas above the ground, as a multiple of the distance of the hazard maps."""
 PATH, AREA, BARRIER, CRITICAL = "#10203a", "#0059bf", "#008577", "#d1480f"
@@ -206,17 +202,6 @@ def _map(go: Any, one: MapSeen, shown: bool, flown: int) -> Iterator[Any]:
         )  # fmt: skip
     if few.any():
         yield go.Mesh3d(**_mesh(corners[few]), color=f"rgb{FEW_COLOUR}", name=f"{title}: {FEW_WORDS}", **style)
-
-
-def round_values(low: float, high: float) -> list[float]:
-    """Return round values from low to high for a logarithmic colour bar: 1, 2 and 5 in each power of ten.
-
-    Only powers of ten are returned if low and high are more than FEW_DECADES powers apart.
-    """
-    steps = (1.0, 2.0, 5.0) if math.log10(high / low) <= FEW_DECADES else (1.0,)
-    powers = range(math.floor(math.log10(low)) - 1, math.ceil(math.log10(high)) + 1)
-    found = [step * 10.0**power for power in powers for step in steps]
-    return [value for value in found if low * (1.0 - TOLERANCE) <= value <= high * (1.0 + TOLERANCE)]
 
 
 def _mesh(corners: FloatArray) -> dict[str, Any]:

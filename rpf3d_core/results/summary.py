@@ -372,8 +372,8 @@ def _reach(maps: HazardMaps) -> dict[str, Any]:
     """
     share, cell = reach_probability(maps.cells, maps.flown), maps.raster.cell
     reach = {"of": f"cells of {cell:g} m; grows with the cell", "max": share.max(initial=0.0), "cell_m": cell}
-    if maps.sources is not None and maps.sources.cells is not None:
-        reach["max_of_a_source"] = maps.sources.cells.reach.max(initial=0.0)
+    if maps.worst_cells is not None:
+        reach["max_of_a_source"] = maps.worst_cells.reach.max(initial=0.0)
     if not maps.cells.has_ways:
         return {"reach_probability": reach}
     passage = passage_per_metre(maps)

@@ -10,7 +10,7 @@ from rpf3d_core.errors import TerrainError
 from rpf3d_core.formats.polygons import read_polygons
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.coverage import covered_share, lies_off
-from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.facets import Terrain, area_vectors
 from rpf3d_core.terrain.zones import Flags, centroids_in_plan, covered, with_zone
 
 ALIKE = 0.2
@@ -27,10 +27,11 @@ def with_drawn_zones(terrain: Terrain, scene: Scene) -> tuple[Terrain, list[str]
     InputError
         A file of polygons is damaged.
     """
-    plan, notes = centroids_in_plan(terrain) if scene.zones else None, list[str]()
+    if not scene.zones:
+        return terrain, []
+    plan, notes = centroids_in_plan(terrain), list[str]()
     for spec in scene.zones:
         polygons = read_polygons(spec.polygons)
-        assert plan is not None
         facets = covered(polygons, plan)
         if not facets.any():
             raise TerrainError(f"{spec.polygons}: {_why_empty(terrain, spec.zone, polygons)}")
@@ -54,9 +55,7 @@ def _why_empty(terrain: Terrain, zone: str, polygons: MultiPolygon) -> str:
 
 def _another_size(terrain: Terrain, zone: str, polygons: MultiPolygon, facets: Flags, path: Path) -> Iterator[str]:
     """Yield a note if the facets of a zone have another area in plan than its polygons on the terrain."""
-    corners = terrain.vertices[terrain.triangles[facets]][:, :, :2]
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = float(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()) / 2.0
+    area = float(np.abs(area_vectors(terrain.vertices, terrain.triangles[facets])[:, 2]).sum())
     drawn = float(polygons.area)
     if abs(area - drawn) <= ALIKE * drawn:
         return

@@ -133,7 +133,7 @@ def _areas(scene: Scene) -> Iterator[Extent | None]:
     for zone in scene.zones:
         file = zone.polygons
         with suppress(InputError):
-            yield _in_plan(f"zone {zone.zone}", shapely.get_coordinates(read_polygons(file)), scene.terrain.up, file)
+            yield _of_polygons(f"zone {zone.zone}", file, scene)
 
 
 def _lines(scene: Scene) -> Iterator[Extent | None]:
@@ -156,7 +156,7 @@ def _regions(scene: Scene) -> Iterator[Extent | None]:
     ):
         if file is not None:
             with suppress(InputError):
-                yield _in_plan(name, shapely.get_coordinates(read_polygons(file)), scene.terrain.up, file)
+                yield _of_polygons(name, file, scene)
 
 
 def _observed(scene: Scene) -> Iterator[Extent | None]:
@@ -169,6 +169,11 @@ def _observed(scene: Scene) -> Iterator[Extent | None]:
             yield _extent("observed", [points], file, stated_reference_system(file, "point"))
         except InputError:
             return
+
+
+def _of_polygons(name: str, file: Path, scene: Scene) -> Extent | None:
+    """Return the extent of a file of polygons; errors are as in `read_polygons`."""
+    return _in_plan(name, shapely.get_coordinates(read_polygons(file)), scene.terrain.up, file)
 
 
 def _in_plan(name: str, plan: FloatArray, up: Up, file: Path | None, kind: str = "polygon") -> Extent | None:

@@ -4,7 +4,7 @@ from collections.abc import Hashable, Mapping, Sequence
 from typing import NamedTuple
 
 from rpf3d_core.alerts.evidence import Evidence
-from rpf3d_core.alerts.limits import is_small
+from rpf3d_core.alerts.limits import is_small_answer
 from rpf3d_core.alerts.site_model import EvidenceSpec
 from rpf3d_core.alerts.time_units import ns_of
 from rpf3d_core.live.evidence import together
@@ -166,7 +166,7 @@ class RegionEvidence:
 
         known : the evidence of the region until now
         """
-        if not evidence.sources or not any(is_small(area, self._terms) for area in evidence.areas):
+        if not is_small_answer(evidence, self._terms):
             return None
         before = known.judged or known.evidence
         return before if before.areas else None

@@ -6,7 +6,8 @@ import sys
 import tempfile
 import threading
 import time
-from contextlib import nullcontext
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -81,9 +82,19 @@ class Received:
         return bool(self.refusals) or self.ends() > 0
 
 
-def written(folder: Path, engine: str = "reference") -> Written:
+def written(folder: Path, engine: str = "reference", rocks: int = 25) -> Written:
+    """Return the scene of the small pit; rocks : number of rocks of its second source."""
     path = scene_file(folder, more=f"engine: {engine}\n")
-    return Written(text=path.read_text(), path=path)
+    return Written(text=path.read_text().replace("rocks: 25", f"rocks: {rocks}"), path=path)
+
+
+@contextmanager
+def flying_while_the_compiler_waits(scene: Written, received: Received) -> Iterator[Runner]:
+    """Fly a scene in a new runner; the compiler begins only after the `with` block, as if another scene took long."""
+    runner = Runner(received.listener())
+    with compiling.ONE:
+        runner.fly(scene)
+        yield runner
 
 
 def test_results_grow_until_they_are_those_of_a_run(tmp_path: Path) -> None:
@@ -172,9 +183,7 @@ def test_no_one_waits_for_the_compiler(tmp_path: Path) -> None:
     """While the compiler works, the reference engine flies; a run of few rocks ends before the compiler does."""
     pytest.importorskip("numba", reason="numba is not installed")
     scene, received = written(tmp_path, "compiled"), Received()
-    runner = Runner(received.listener())
-    with compiling.ONE:  # the compiler waits, as if it took for ever
-        runner.fly(scene)
+    with flying_while_the_compiler_waits(scene, received) as runner:
         wait_for(lambda: received.refusals or received.ends() == 1, LONGEST)
     runner.close()
     assert received.refusals == [] and {run.flights.engine for run, _ in received.results} == {"reference"}
@@ -184,11 +193,8 @@ def test_no_one_waits_for_the_compiler(tmp_path: Path) -> None:
 @pytest.mark.long
 def test_the_compiled_engine_takes_over_as_soon_as_it_is_ready(tmp_path: Path) -> None:
     pytest.importorskip("numba", reason="numba is not installed")
-    scene, received = written(tmp_path, "compiled"), Received()
-    scene = scene._replace(text=scene.text.replace("rocks: 25", "rocks: 20000"))
-    runner = Runner(received.listener())
-    with compiling.ONE:
-        runner.fly(scene)
+    scene, received = written(tmp_path, "compiled", rocks=20_000), Received()
+    with flying_while_the_compiler_waits(scene, received) as runner:
         wait_for(lambda: received.refusals or received.results, LONGEST)
     wait_for(lambda: received.refusals or received.ends() == 1, LONGEST)
     runner.fly(scene)
@@ -206,11 +212,8 @@ def test_a_stop_while_the_compiler_works_ends_the_run_at_once_and_not_after_the_
     tmp_path: Path,
 ) -> None:
     pytest.importorskip("numba", reason="numba is not installed")
-    scene, received = written(tmp_path, "compiled"), Received()
-    scene = scene._replace(text=scene.text.replace("rocks: 25", "rocks: 400000"))
-    runner = Runner(received.listener())
-    with compiling.ONE:
-        runner.fly(scene)
+    scene, received = written(tmp_path, "compiled", rocks=400_000), Received()
+    with flying_while_the_compiler_waits(scene, received) as runner:
         wait_for(lambda: received.refusals or received.results, LONGEST)
         runner.stop_flying()
         began = time.monotonic()

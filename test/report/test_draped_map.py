@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import rasterio
 
-from rpf3d_core.hazard.scales import FEW_WORDS
+from rpf3d_core.hazard.scales import FEW_WORDS, round_values
 from rpf3d_core.report import draped_map, view
 from rpf3d_core.report.draped_map import CAPTION, FEW, FEW_CAPTION, caption_of, draped_facets, largest_touched
 from rpf3d_core.report.run_files import HazardGrid, read_hazard, read_run
-from rpf3d_core.report.view import Seen, draped, round_values, terrain_seen, view_html, with_few
+from rpf3d_core.report.view import Seen, draped, terrain_seen, view_html, with_few
 
 INSIDE = np.linspace(0.05, 0.95, 4)
 """Places of points in a cell, as shares (-) of its side."""

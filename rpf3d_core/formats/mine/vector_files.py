@@ -7,6 +7,7 @@ file is kept in memory until the file changes.
 import json
 import shlex
 import sqlite3
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -66,7 +67,7 @@ def read_vector(path: Path, family: str, layer: str = "", heights: bool = False)
     needed(path, "pyogrio")
     arrays = _arrays(path, family, layer)
     content, ends = arrays["content"].tobytes(), np.cumsum(arrays["lengths"]).tolist()
-    parts = [content[begin:end] for begin, end in zip([0, *ends], ends, strict=False)]
+    parts = [content[begin:end] for begin, end in pairwise([0, *ends])]
     read = np.asarray(shapely.from_wkb(parts), dtype=object)
     shapes = read if heights or family == "point" else shapely.force_2d(read)
     found = [json.loads(text) for text in shapely.to_geojson(shapes[~shapely.is_empty(shapes)])]

@@ -86,8 +86,7 @@ def _write_all(folder: Path, terrain: Terrain, maps: HazardMaps, system: "CRS | 
         band = maps.reach_band
         for quantity, values in ((REACH_LOW, band.low), (REACH_HIGH, band.high)):
             _write(folder, quantity, terrain.frame, maps, system, [values.astype(np.float32)], band.cell)
-    if maps.sources is not None and maps.sources.cells is not None:
-        worst = maps.sources.cells
+    if (worst := maps.worst_cells) is not None:
         for quantity, values, source in (
             (REACH_WORST, worst.reach, worst.reach_source), (ENERGY_WORST, worst.energy, worst.energy_source)
         ):  # fmt: skip

@@ -31,7 +31,7 @@ def words_on_maps(maps: HazardMaps) -> str:
 
 def _of_a_source(maps: HazardMaps) -> str:
     """Return the largest share of the rocks of a source that reached a cell, "" if it is not known."""
-    worst = None if maps.sources is None else maps.sources.cells
+    worst = maps.worst_cells
     return "" if worst is None else f", or {_percent(worst.reach)} of the rocks of a source,"
 
 

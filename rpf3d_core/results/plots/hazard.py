@@ -1,6 +1,5 @@
 """Write hazard/*.png: maps of reach probability, energy and height over the shaded terrain, for print."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +27,7 @@ from rpf3d_core.hazard.scales import (
     Values,
     colours_at,
     reach_scale,
+    round_steps,
     scale_of_energy,
     scale_of_height,
     scale_of_passages,
@@ -74,9 +74,6 @@ TITLE_PAD = 26.0
 
 BAR_HEIGHT = 0.17
 """Height of the colour bar (inches)."""
-
-FEW_DECADES = 1.7
-"""Largest range (powers of ten) of a colour bar that also has tick labels between the powers."""
 
 JOULE_PER_KJ = 1000.0
 
@@ -155,9 +152,9 @@ def _upper_end(maps: HazardMaps) -> dict[str, Theme]:
 
 def _of_worst(maps: HazardMaps) -> dict[str, Theme]:
     """Return the pictures of the worst source of each cell as entries of `themes`; empty if it is not known."""
-    if maps.sources is None or maps.sources.cells is None:
+    cells, worst, wide = maps.cells, maps.worst_cells, f"in cells of {maps.raster.cell:g} m"
+    if worst is None:
         return {}
-    cells, worst, wide = maps.cells, maps.sources.cells, f"in cells of {maps.raster.cell:g} m"
     return {
         "reach_probability_worst_source": Theme(
             "reach probability, worst source", f"largest share of the rocks of a source that\ncome to a cell of "
@@ -365,8 +362,7 @@ def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> Axes:
     colours.set_label(theme.unit, fontsize=9)
     colours.ax.tick_params(labelsize=9)
     if scale.logarithmic:
-        few = math.log10(scale.high / scale.low) <= FEW_DECADES
-        colours.locator = LogLocator(10, (1.0, 2.0, 5.0) if few else (1.0,), numticks=20)
+        colours.locator = LogLocator(10, round_steps(scale.low, scale.high), numticks=20)
         colours.formatter = FuncFormatter(lambda value, _: f"{value:,.6g}")
         colours.minorlocator = NullLocator()
         colours.update_ticks()
