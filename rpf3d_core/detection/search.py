@@ -151,7 +151,7 @@ def contact_or_crack(
     the rock has fallen through the ground (`fallen.py`). If it has fallen, the result reports the fall (`fall_of`). For
     a rock that was sliding, one more search runs before the fall is reported. In this last search, a facet at the
     rock's position counts as met if the rock moves into the facet. The fall is reported only if the last search finds
-    no contact on the side of the ground where the rock was.
+    no contact on the side of the ground where the rock was. A line of sight cannot fall, so it is not checked.
 
     left : the contact from which the rock starts
     end : s, when the arc leaves the box around the terrain; longest : s, when the flight segment ends in mid-air
@@ -174,7 +174,7 @@ def contact_or_crack(
                 return fall_of(contact) if asked.fell and (behind or not lands) else contact
             if looks == 1:
                 tolerance = facets.crack
-            elif notices_falls(locator) and (lands or end <= longest):
+            elif notices_falls(locator) and left.facet != NO_ROCK and (lands or end <= longest):
                 asked, flies_to, looks = inquiry(facets, True), contact.t if lands else math.inf, 2
             else:
                 return contact
