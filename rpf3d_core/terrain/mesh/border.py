@@ -4,7 +4,7 @@ Seen from the free side, the terrain lies to the left of each border side. The b
 rings: counter-clockwise around a component, clockwise around a hole.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,19 +75,48 @@ def left_over(number: Corners) -> NDArray[np.bool_]:
 
     number : (N, 2) vertex numbers of the ends of each side
     """
-    low, high = number.min(axis=1).astype(np.int64), number.max(axis=1).astype(np.int64)
-    up = number[:, 0] < number[:, 1]
-    edge = np.unique(low * (int(high.max(initial=0)) + 1) + high, return_inverse=True)[1]
-    net = np.bincount(edge[up], minlength=edge.max(initial=-1) + 1) - np.bincount(
-        edge[~up], minlength=edge.max(initial=-1) + 1
-    )
-    wanted = np.where(up, net[edge], -net[edge])
-    order = np.lexsort((~up, edge))  # places sides of the same edge and direction next to each other
-    runs = np.concatenate([[True], (np.diff(edge[order]) != 0) | (np.diff(up[order].astype(np.int8)) != 0)])
-    place = np.arange(len(order)) - np.maximum.accumulate(np.where(runs, np.arange(len(order)), 0))
+    slots = 1 << int(2 * len(number)).bit_length()
     kept = np.zeros(len(number), dtype=bool)
-    kept[order] = place < wanted[order]
-    return np.asarray(kept & (number[:, 0] != number[:, 1]))
+    keys, net, place = np.full(slots, -1), np.zeros(slots, np.int64), np.empty(len(number), np.int64)
+    _keep_alone(number, int(number.max(initial=0)) + 1, EdgeTable(keys=keys, net=net, place=place), kept)
+    return kept
+
+
+class EdgeTable(NamedTuple):
+    """A hash table of the edges of N sides, with open addressing: an edge is in the first free slot from its own on.
+
+    keys : (K,) edge in each slot, -1 if the slot is free; K is a power of 2, and at least twice the number of edges
+    net : (K,) number of sides along the edge from the lower to the higher vertex, less those in the opposite direction
+    place : (N,) slot of the edge of each side
+    """
+
+    keys: Any
+    net: Any
+    place: Any
+
+
+@loop
+def _keep_alone(number: Any, vertices: int, table: EdgeTable, kept: Any) -> None:
+    """Set a flag in `kept` (N,) for each side that no opposite side cancels, the first of several equal sides first.
+
+    number : (N, 2) vertex numbers of the ends of each side, below `vertices`; table : an empty table
+    """
+    last = len(table.keys) - 1
+    for i in range(len(number)):
+        low, high = min(number[i, 0], number[i, 1]), max(number[i, 0], number[i, 1])
+        edge = int(low) * vertices + int(high)
+        slot = (int(low) * 73_856_093 ^ int(high) * 19_349_663) & last
+        while table.keys[slot] != -1 and table.keys[slot] != edge:
+            slot = (slot + 1) & last
+        table.keys[slot], table.place[i] = edge, slot
+        if low != high:
+            table.net[slot] += 1 if number[i, 0] == low else -1
+    for i in range(len(number)):
+        slot = table.place[i]
+        along = 1 if number[i, 0] < number[i, 1] else -1
+        if table.net[slot] * along > 0:
+            kept[i] = True
+            table.net[slot] -= along
 
 
 def _marks(vertices: int) -> NDArray[np.int64]:
