@@ -1,1 +1,1 @@
-"""The threads of the simulator: they receive messages, build the terrain, fly rocks and decide on alerts."""
+"""The threads of the simulator: they receive messages, build the terrain and fly rocks; rpf3d_ros/alerts decides."""

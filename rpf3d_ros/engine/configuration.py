@@ -1,6 +1,5 @@
 """Prepare a simulator: read scene and thresholds, open the log, restore the last good terrain, compile all code."""
 
-import importlib.metadata
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -29,7 +28,8 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.zone_materials import check_materials
 from rpf3d_core.setup.areas import plan_rings, read_areas
 from rpf3d_core.simulation.engines import Reference
-from rpf3d_ros.engine.source_topics import BY_HAND
+from rpf3d_ros.alerts.source_topics import BY_HAND
+from rpf3d_ros.alerts.version import version
 from rpf3d_ros.engine.terrain_faults import TerrainBefore
 from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA
@@ -349,14 +349,6 @@ def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:
         Witness(Path(folder)).unlog()
         return None, str(fault)
     return log, "; ".join(log.problems)
-
-
-def version() -> str:
-    """Return the version of rpf3d, as written in decisions; "not installed" if Python finds no installed package."""
-    try:
-        return importlib.metadata.version("rpf3d")
-    except importlib.metadata.PackageNotFoundError:
-        return "not installed"
 
 
 def age_of(stamp_ns: int, now_ns: int) -> str:

@@ -4,7 +4,7 @@ import traceback
 
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.levels import Alert, Level
-from rpf3d_ros.engine.alert_desk import LONGEST_WRITE
+from rpf3d_ros.alerts.alert_desk import LONGEST_WRITE
 from rpf3d_ros.engine.outlets import Outlets
 from rpf3d_ros.messages.health import ERROR, OK, WARN
 

@@ -4,54 +4,42 @@ import itertools
 import math
 import queue
 import time
-import traceback
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
 from rpf3d_core.alerts.levels import acknowledgement
 from rpf3d_core.alerts.limits import limits_of
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.errors import InputError
-from rpf3d_core.live.answers import Answer, EnsembleSize
+from rpf3d_core.live.answers import EnsembleSize
 from rpf3d_core.live.ground import LiveTerrain
 from rpf3d_core.live.standing import Outlines
-from rpf3d_core.live.store import Store
 from rpf3d_core.live.triggers import Trigger
-from rpf3d_ros.engine.alert_desk import AlertDesk
-from rpf3d_ros.engine.answer_evidence import (
-    EvidenceContext,
-    evidence_of_answer,
-    evidence_without_answer,
-)
+from rpf3d_ros.alerts.alert_desk import AlertDesk
+from rpf3d_ros.alerts.areas_before import AreasBefore
+from rpf3d_ros.alerts.place_checks import PlaceChecks
+from rpf3d_ros.alerts.refused_inputs import RefusedInputs
+from rpf3d_ros.alerts.source_topics import BY_HAND
+from rpf3d_ros.engine.answer_reports import AnsweredState, AnswerReports
 from rpf3d_ros.engine.answered_sources import AnsweredSources
-from rpf3d_ros.engine.areas_before import AreasBefore
+from rpf3d_ros.engine.before_start import BeforeStart
 from rpf3d_ros.engine.builder import Builder
 from rpf3d_ros.engine.configuration import StationConfiguration, spread_of
 from rpf3d_ros.engine.decision_reports import DecisionReports
+from rpf3d_ros.engine.diagnostics import report_ground, report_queues, report_store
 from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.outlets import Outlets
-from rpf3d_ros.engine.place_checks import PlaceChecks
-from rpf3d_ros.engine.refused_inputs import RefusedInputs
-from rpf3d_ros.engine.source_topics import BY_HAND
 from rpf3d_ros.engine.stamp_guards import StampGuards
-from rpf3d_ros.engine.survey_in_use import Arrival, survey_in_use
-from rpf3d_ros.engine.terrain_faults import TerrainLack, lack_of, not_restored, terrain_to_remember
+from rpf3d_ros.engine.survey_in_use import Arrival
+from rpf3d_ros.engine.terrain_faults import TerrainLack
 from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
-from rpf3d_ros.messages.answer_content import figures_of, warnings_of
 from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA
-from rpf3d_ros.messages.health import ERROR, OK, WARN
+from rpf3d_ros.messages.health import WARN
 from rpf3d_ros.messages.refusals import TAKEN_UP
-from rpf3d_ros.messages.stamps import SECOND, stamp_of
 
 AREA_TOPICS = {"areas/polygon": LIVE_AREA, "areas/equipment": EQUIPMENT}
 """The topics of areas, and the name of the area that each defines."""
-
-PATCH_HOLES = (
-    "{:,} points are missing (NaN) inside patches since the last whole survey, so the terrain there has its former "
-    "heights: publish patches without holes, or the whole terrain"
-)
-"""Warning about holes inside patches."""
 
 REMEMBERED_STAMPS = ("terrain/points", "terrain/update", *AREA_TOPICS)
 """Topics whose last stamps are kept for the next start, so that no older terrain or area is used then.
@@ -73,9 +61,6 @@ After this time, a terrain that is not yet in use is lost, as after a `kill -9`.
 
 WRITING = 1.0
 """Time (s) after COMPUTING in which the made decisions and the terrain in use must reach the disk."""
-
-ROOM_WITHIN = 0.1
-"""Time (s) between two checks whether the simulator is being closed, while an answer waits for its decision."""
 
 LAST_FAULT = 0.5
 """Time (s) for which deactivation waits until the last fault is published; after that, only the alarm is published."""
@@ -100,9 +85,10 @@ class Station:
 
     def __init__(self, configuration: StationConfiguration, outlets: Outlets) -> None:
         """Start the threads; no sources are answered before `activate`."""
-        self._closing = self._was_deactivated = False
+        self._was_deactivated = False
         self._configuration, self._outlets = configuration, outlets
         parameters, scene = configuration.parameters, configuration.scene
+        self._before = BeforeStart(configuration)
         self.guards = StampGuards(configuration.most_ahead, configuration.most_behind)
         self.terrain: WaitingTerrain[Arrival] = WaitingTerrain(parameters.waiting_patches)
         terms = configuration.thresholds.evidence if configuration.thresholds is not None else None
@@ -112,12 +98,12 @@ class Station:
         period = terms.scan_period_s if terms is not None else None
         self.sources = WaitingSources(parameters.region_size, parameters.waiting_sources, period is not None)
         cluster = terms.cluster_m if terms is not None else math.inf
+        self.reports = AnswerReports(configuration, outlets, self._answered_state())
         size = EnsembleSize(first=parameters.first_rocks, least=least, cluster=cluster)
-        self.flyer = Flyer(spread_of(parameters), size, self.sources, itertools.count(1), self, answered)
-        restored = configuration.standing.ground if configuration.standing is not None else None
+        self.flyer = Flyer(spread_of(parameters), size, self.sources, itertools.count(1), self.reports, answered)
         self.builder = Builder(
             scene, configuration.workshop, self.terrain, self.flyer, self, configuration.store, outlets.now,
-            survey_in_use(restored, self._memory), self._memory.get("replaced", ()),
+            self._before.survey(), self._before.replaced_surveys(),
         )  # fmt: skip
         self.desk: AlertDesk | None = None
         self._clicked_s: float | None = None  # when a source was last clicked (s, steady clock)
@@ -125,17 +111,17 @@ class Station:
         persons = configuration.thresholds.acknowledge if configuration.thresholds is not None else None
         # A refused message may be about a place that is reported only once in a scan.
         self._refused_inputs = RefusedInputs(self.report_fault, max(age, period or 0.0), persons)
-        self._areas = AreasBefore(self.report_fault, self._areas_before())
+        self._areas = AreasBefore(self.report_fault, self._before.areas(self.watched_area_topics))
         self.decisions = DecisionReports(outlets, parameters.map_frame)
         self._note_terrain_before()
-        self._continue_stamps(restored)
+        self._continue_stamps()
         if configuration.thresholds is not None:
             # The thread of the alert desk may write to disk and decide as soon as it runs. So all that is known from
             # before the start is noted first.
             self._remember_refusals()
-            self.desk = self._desk_of(configuration, configuration.thresholds)
+            self.desk = self.reports.desk = self._desk_of(configuration, configuration.thresholds)
             self._places = self._places_of(configuration.thresholds, self.desk)
-            self._restore_places(self._places)
+            self._places.restore(self._before.places, self._before.sensors)
             self._report_terrain()
             self._refused_inputs.repeat()
             self._areas.repeat()
@@ -147,27 +133,20 @@ class Station:
         else:
             outlets.health.set("terrain", WARN, configuration.standing_report or "no terrain yet")
 
+    def _answered_state(self) -> AnsweredState:
+        return AnsweredState(
+            region_of=self.sources.region_of, standing=lambda: self.flyer.standing, watch_present=self._watch_present
+        )
+
     def _desk_of(self, configuration: StationConfiguration, thresholds: Thresholds) -> AlertDesk:
         """Return the alert desk, which continues from the decisions and topics before the start."""
         sensors, log = configuration.parameters.sensors, configuration.log
-        topics = (*sensors.poses, *sensors.clouds)
         return AlertDesk(
-            thresholds, log, self._outlets.now, self.decisions, sensors.expected, has_sensors=bool(topics),
-            heard=[topic for topic in self._memory.get("heard", ()) if topic in topics],
+            thresholds, log, self._outlets.now, self.decisions, sensors.expected,
+            has_sensors=bool(self._before.sensors), heard=self._before.heard,
             unknown=configuration.log_fault if log is None else log.unknown, remembered=self._inputs_to_remember,
-            missed={topic: at for topic, at in self._memory.get("missed", {}).items() if topic in (*topics, BY_HAND)},
+            missed=self._before.missed,
         )  # fmt: skip
-
-    @property
-    def _memory(self) -> dict[str, Any]:
-        """The state that was saved before the start by `_inputs_to_remember` and the alert desk; {} without a log."""
-        log = self._configuration.log
-        return log.memory if log is not None else {}
-
-    def _areas_before(self) -> list[str]:
-        """Return the topics that had an area before the start, and whose areas have limits in the present site file."""
-        watched = self.watched_area_topics
-        return [topic for topic in self._memory.get("areas", ()) if topic in watched]
 
     @property
     def watched_area_topics(self) -> list[str]:
@@ -179,11 +158,9 @@ class Station:
 
     def _remember_refusals(self) -> None:
         """Set the faults of messages that were refused before the start, for topics that the node still has."""
-        sensors = self._configuration.parameters.sensors
-        topics, now = (*sensors.poses, *sensors.clouds, BY_HAND, *AREA_TOPICS), time.monotonic()
-        for topic, why in self._memory.get("refused", {}).items():
-            if topic in topics:
-                self._refused_inputs.refused(topic, why, at=now)
+        now = time.monotonic()
+        for topic, why in self._before.refused(AREA_TOPICS).items():
+            self._refused_inputs.refused(topic, why, at=now)
 
     def _places_of(self, thresholds: Thresholds, desk: AlertDesk) -> PlaceChecks:
         """Return the check of the places of sources."""
@@ -191,11 +168,6 @@ class Station:
         return PlaceChecks(
             thresholds, spread, desk.unreported, desk.scans, self.report_fault, self.flyer.end_unreported
         )
-
-    def _restore_places(self, places: PlaceChecks) -> None:
-        """Continue from the places before the start."""
-        sensors = self._configuration.parameters.sensors
-        places.restore(self._memory.get("places", {}), (*sensors.poses, *sensors.clouds))
 
     def _inputs_to_remember(self) -> dict[str, Any]:
         """Return the state to save for the next start, as plain values; called on the thread of the alert desk.
@@ -205,7 +177,7 @@ class Station:
         whole survey was refused. The alert desk adds the topics of sources.
         """
         standing = self.flyer.standing
-        terrain = terrain_to_remember(standing.ground if standing is not None else None, self._memory)
+        terrain = self._before.terrain_to_remember(standing.ground if standing is not None else None)
         stamps = {topic: at for topic, at in self.guards.stamps.items() if topic in REMEMBERED_STAMPS}
         others = {"areas": list(self._areas.topics), "lacks": list(self._terrain_lack), "stamps": stamps}
         places = self._places.to_remember() if self._places is not None else {}
@@ -216,20 +188,14 @@ class Station:
 
         A whole survey that arrives late, but was published before these patches, lacks all of them.
         """
-        log, before = self._configuration.log, self._configuration.before
-        alert = log.last_alert if log is not None else None
-        lack, standing = lack_of(alert.faults if alert is not None else ()), self._configuration.standing
-        remembered = TerrainLack(*self._memory.get("lacks", ()))
-        missing = not_restored(self._memory, standing.ground if standing is not None else None, before.unread)
-        # The largest number, because an earlier restart may have counted the same missing patches already.
-        patches = max(lack.patches, remembered.patches, before.unread + missing.patches)
-        why = lack.why_refused or remembered.why_refused or before.unreadable or missing.why_refused
-        self.terrain.lacks(patches, why, before.read_ns, self._memory.get("stamps", {}).get("terrain/update"))
+        lack, before = self._before.terrain_lack(), self._configuration.before
+        self.terrain.lacks(lack.patches, lack.why_refused, before.read_ns, self._before.stamps.get("terrain/update"))
         self.terrain.holds(before.patches_ns, before.stamps_ns)
 
-    def _continue_stamps(self, restored: LiveTerrain | None) -> None:
-        """Refuse terrain and areas with older stamps than those before the start; restored : terrain from the store."""
-        self.guards.continue_from(self._memory.get("stamps", {}))
+    def _continue_stamps(self) -> None:
+        """Refuse terrain and areas with older stamps than those before the start."""
+        self.guards.continue_from(self._before.stamps)
+        restored = self._before.terrain
         if restored is not None:  # patches that are older than the restored terrain are out of date
             self.guards.continue_from({"terrain/update": max(restored.stamp_ns, restored.whole_ns)})
 
@@ -280,11 +246,12 @@ class Station:
 
         Threads that have not ended are abandoned: their results and reports are discarded.
         """
-        self._closing = True
+        self.reports.close()
         self.terrain.close()
         ended = _all_end((self.flyer, self.builder), COMPUTING)
         ended &= _all_end([each for each in (self.desk, self._configuration.store) if each is not None], WRITING)
         self._outlets = self._outlets.silenced()
+        self.reports.silence(self._outlets)
         self.decisions.close()
         return ended
 
@@ -304,16 +271,16 @@ class Station:
         pushed_out = self.flyer.submit(trigger)
         if pushed_out is not None:
             most = self._configuration.parameters.waiting_sources
-            self._refuse_sources(
+            self.reports.refuse_sources(
                 pushed_out, f"more than {most} regions report sources at once: raise waiting_sources or region_size"
             )
 
     def report_waiting(self) -> None:
         """Report in the diagnostics which input is missing: terrain, or else sources; nothing if both are there."""
         if self.flyer.standing is None:
-            self.waiting("terrain")
+            self.reports.waiting("terrain")
         elif not self.flyer.has_trigger:
-            self.waiting("sources")
+            self.reports.waiting("sources")
 
     def forget(self, why: str) -> None:
         """Forget all sources, evidence and received patches, because the clock went back.
@@ -359,24 +326,9 @@ class Station:
             self._outlets.alerts.beat()
         self.terrain.drop_old_patches()
         self._report_terrain()
-        lost, dropped = self.terrain.lost_patches, self.sources.dropped
-        values = {
-            "sources_waiting": len(self.sources), "sources_dropped": dropped, "terrain_waiting": len(self.terrain),
-            "terrain_overtaken": self.terrain.overtaken, "patches_lost": lost,
-            "surveys_refused": self.terrain.refused_surveys,
-        }  # fmt: skip
         if self._configuration.store is not None:
-            self._report_store(self._configuration.store)
-        lacking = "patches are missing from the terrain: publish the whole terrain"
-        level, sentence = (WARN, lacking) if lost else (OK, "no patch is missing")
-        self._outlets.health.set("queues", level, sentence, {name: str(value) for name, value in values.items()})
-
-    def _report_store(self, store: Store) -> None:
-        if self.flyer.standing is None:
-            sentence = "there is no terrain to store yet"
-        else:
-            sentence = "the terrain in use is stored" if store.flush(0.0) else "the terrain in use is being written"
-        self._outlets.health.set("store", WARN if store.fault else OK, store.fault or sentence)
+            report_store(self._outlets.health, self._configuration.store, self.flyer.standing is not None)
+        report_queues(self._outlets.health, self.sources, self.terrain)
 
     def acknowledged(self, acknowledged_by: str, client: str = "") -> tuple[bool, str]:
         """Acknowledge the alert; return True and a sentence with the new level, or False and why the level stays.
@@ -409,79 +361,15 @@ class Station:
         except queue.Empty:
             return False, TAKEN_UP
 
-    # --- reports of the flyer
-
-    def answered(self, answer: Answer) -> None:
-        """Publish an answer, and ask for an alert decision on it.
-
-        Return only when few answers wait for their decision (`AlertDesk.wait_for_room`), because the disk may be slow.
-        """
-        self._watch_present()
-        if self.desk is not None:
-            evidence = evidence_of_answer(answer, self._circumstances())
-            self.desk.decide_on(self.region_of(answer.trigger), evidence, answer.trigger.topic)
-        if not answer.trigger.is_unreported:
-            self._publish(answer)
-        while self.desk is not None and not self._closing and not self.desk.wait_for_room(ROOM_WITHIN):
-            pass  # the disk is slow: no rocks fly until the decisions have followed
-
-    def _publish(self, answer: Answer) -> None:
-        made = stamp_of(self._outlets.now())
-        self._outlets.answers.publish(answer, self._configuration.parameters, made)
-        warnings = warnings_of(answer)
-        well = "every rock has an outcome" if answer.sources else "the sensors see no sources"
-        level, sentence = (WARN, "; ".join(warnings)) if warnings else (OK, well)
-        self._outlets.health.set("run", level, sentence, figures_of(answer))
-
-    def unanswerable(self, trigger: Trigger, why: str) -> None:
-        """Report why a trigger has no answer; the missing answer is a fault of the alert."""
-        if trigger.is_unreported:  # the message with the present sources may have an answer
-            self._decide_without_answer(trigger, why)
-        else:
-            self._refuse_sources(trigger, why)
-
-    def _refuse_sources(self, trigger: Trigger, why: str) -> None:
-        self._outlets.health.set("run", WARN, f"sources refused: {why}")
-        self._decide_without_answer(trigger, why)
-
-    def groundless(self, trigger: Trigger) -> None:
-        """Report that there is no terrain for an answer, which is a fault of the alert."""
-        self.waiting("terrain")
-        self._decide_without_answer(trigger, "there is no terrain, so no rock can fly")
-
-    def waiting(self, what: str) -> None:
-        """Report in the diagnostics that an input is still missing; what : "terrain" or "sources"."""
-        self._outlets.health.set("run", WARN if what == "terrain" else OK, f"waiting for {what}")
-
-    def failed(self, error: BaseException, trigger: Trigger | None = None) -> None:
-        """Report an unforeseen error, which is a fault of the alert.
-
-        trigger : the sources without an answer; their wall has a fault until this wall gets an answer. None if it is
-            unknown what failed; every topic must then publish again
-        """
-        self._outlets.logger.error("".join(traceback.format_exception(error)))
-        self._outlets.health.set("run", ERROR, f"{type(error).__name__}: {error}")
-        if self.desk is not None:
-            why = f"an answer failed: {type(error).__name__}"
-            if trigger is None:
-                self.desk.lose(why)
-            else:
-                self._decide_without_answer(trigger, why)
+    def failed(self, error: BaseException) -> None:
+        """Report an unforeseen error of a thread; every topic of sources must then publish again."""
+        self.reports.failed(error)
 
     # --- reports of the builder
 
     def stands(self, ground: LiveTerrain, what: str, holes: int = 0) -> None:
         """Report in the diagnostics which terrain is in use; parameters as in `TerrainListener.stands`."""
-        age = (self._outlets.now() - ground.whole_ns) / SECOND
-        values = {
-            "triangles": str(len(ground.terrain.triangles)), "digest": ground.digest,
-            "stamp": f"{ground.stamp_ns / SECOND:.3f}", "age_s": f"{age:.0f}",
-            **({"closed_seams": str(ground.closed_seams)} if ground.closed_seams else {}),
-            **({"patch_holes": str(holes)} if holes else {}),
-        }  # fmt: skip
-        if holes:
-            what = f"{what}; {PATCH_HOLES.format(holes)}"
-        self._outlets.health.set("terrain", WARN if holes else OK, what, values)
+        report_ground(self._outlets.health, ground, what, holes, self._outlets.now())
         self._report_terrain()
         self.report_waiting()
         self._watch_present()
@@ -542,19 +430,3 @@ class Station:
         lack = self._terrain_lack
         self.report_fault("patches", lack.patches_sentence)
         self.report_fault("surveys", lack.survey_sentence)
-
-    def region_of(self, trigger: Trigger) -> Hashable:
-        """Return the region of a trigger, that is the wall that its sources belong to."""
-        return self.sources.region_of(trigger)
-
-    def _decide_without_answer(self, trigger: Trigger, fault: str) -> None:
-        if self.desk is not None:
-            evidence = evidence_without_answer(trigger, fault, self._circumstances())
-            self.desk.decide_on(self.region_of(trigger), evidence, trigger.topic)
-
-    def _circumstances(self) -> EvidenceContext:
-        return EvidenceContext(
-            standing=self.flyer.standing,
-            at_ns=self._outlets.now(),
-            seed=self._configuration.scene.seed,
-        )

@@ -18,9 +18,9 @@ from std_msgs.msg import Header
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.live.triggers import trigger_of
+from rpf3d_ros.alerts.source_topics import BY_HAND
 from rpf3d_ros.engine.large_messages import LargeMessages, LargeTopic
 from rpf3d_ros.engine.message_gaps import MessageGaps, Numbered
-from rpf3d_ros.engine.source_topics import BY_HAND
 from rpf3d_ros.engine.station import Station
 from rpf3d_ros.engine.survey_in_use import Arrival
 from rpf3d_ros.engine.waiting_terrain import Moment, QueueFull

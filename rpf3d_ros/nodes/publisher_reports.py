@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
+from rpf3d_ros.alerts.source_topics import BY_HAND
 from rpf3d_ros.engine.publisher_watch import (
     MUTE_AREA,
     MUTE_SENSOR,
@@ -16,7 +17,6 @@ from rpf3d_ros.engine.publisher_watch import (
     WatchedTopic,
     sentences_by_topic,
 )
-from rpf3d_ros.engine.source_topics import BY_HAND
 from rpf3d_ros.engine.station import Station
 from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.interface.parameters import SensorTopics, SimulatorParameters

@@ -8,8 +8,8 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from live_ground import over_the_wall
 
 from rpf3d_core.live.triggers import trigger_of
+from rpf3d_ros.alerts.source_topics import BY_HAND
 from rpf3d_ros.engine.answered_sources import AnsweredSources
-from rpf3d_ros.engine.source_topics import BY_HAND
 from rpf3d_ros.messages.stamps import SECOND
 
 

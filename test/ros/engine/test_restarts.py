@@ -20,10 +20,10 @@ from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.site_model import AcknowledgeSpec, Thresholds
-from rpf3d_ros.engine.areas_before import AreasBefore
+from rpf3d_ros.alerts.areas_before import AreasBefore
+from rpf3d_ros.alerts.unknown_before import ADVICE, UnknownBefore
 from rpf3d_ros.engine.configuration import _log_of
 from rpf3d_ros.engine.terrain_faults import TerrainBefore
-from rpf3d_ros.engine.unknown_before import ADVICE, UnknownBefore
 from rpf3d_ros.messages.stamps import SECOND
 
 TRUTH = Truth(sources=(), bank_until=np.inf, areas=(pit.outline(pit.ROAD),) * 2, area_since=0.0)

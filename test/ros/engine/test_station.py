@@ -6,11 +6,12 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
+from rpf3d_ros.alerts.standing_faults import StandingFaults
 from rpf3d_ros.engine import station as module
 from rpf3d_ros.engine import waiting_terrain
+from rpf3d_ros.engine.answer_reports import AnsweredState, AnswerReports
 from rpf3d_ros.engine.decision_reports import DecisionReports
 from rpf3d_ros.engine.outlets import Outlets
-from rpf3d_ros.engine.standing_faults import StandingFaults
 from rpf3d_ros.engine.station import Station
 from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.engine.waiting_terrain import Moment, WaitingTerrain
@@ -49,6 +50,8 @@ def made(ends):
     station.desk, station._configuration = Threads(True), SimpleNamespace(store=None)
     station._outlets = Outlets(calls, calls, calls, calls, lambda: 7)
     station.decisions = DecisionReports(station._outlets, "map")
+    state = AnsweredState(region_of=str, standing=lambda: None, watch_present=lambda: None)
+    station.reports = AnswerReports(SimpleNamespace(), station._outlets, state)
     return station, calls
 
 

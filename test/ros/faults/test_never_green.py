@@ -18,7 +18,7 @@ from never_green.guards import GUARDS, ROOT, table
 from never_green.live import several
 from never_green.narrow import NARROW
 
-from rpf3d_ros.engine.region_evidence import TopicEvidence
+from rpf3d_ros.alerts.region_evidence import TopicEvidence
 
 PAGE = Path(__file__).parents[3] / "docs" / "explanation" / "never-green.md"
 FOUND = {

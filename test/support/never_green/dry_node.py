@@ -16,7 +16,8 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 from unittest.mock import patch
 
-from rpf3d_ros.engine import alert_desk, flyer, place_checks, region_evidence, station, waiting_terrain
+from rpf3d_ros.alerts import alert_desk, place_checks, region_evidence
+from rpf3d_ros.engine import flyer, station, waiting_terrain
 from rpf3d_ros.engine.clock_watch import ClockWatch
 from rpf3d_ros.engine.configuration import StationConfiguration
 from rpf3d_ros.engine.outlets import NoOutput, Outlets

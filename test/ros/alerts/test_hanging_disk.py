@@ -13,8 +13,8 @@ from alert_evidence import NOW, S, area, evidence, site
 
 from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.log import DecisionLog
-from rpf3d_ros.engine import alert_desk
-from rpf3d_ros.engine.alert_desk import AlertDesk
+from rpf3d_ros.alerts import alert_desk
+from rpf3d_ros.alerts.alert_desk import AlertDesk
 
 RADAR, PATIENCE = "sources", 20.0
 wait = partial(wait_for, seconds=PATIENCE, pause=0.002)

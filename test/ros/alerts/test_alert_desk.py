@@ -19,11 +19,11 @@ from rpf3d_core.alerts.lines import Decision
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged, files_in
 from rpf3d_core.live.triggers import trigger_of
-from rpf3d_ros.engine import alert_desk
-from rpf3d_ros.engine.alert_desk import NO_CLOCK, AlertDesk
-from rpf3d_ros.engine.answer_evidence import EvidenceContext
+from rpf3d_ros.alerts import alert_desk
+from rpf3d_ros.alerts.alert_desk import NO_CLOCK, AlertDesk
+from rpf3d_ros.alerts.source_topics import BY_HAND, OPTIONAL, REMOVED
+from rpf3d_ros.engine.answer_reports import AnsweredState, AnswerReports
 from rpf3d_ros.engine.decision_reports import DecisionReports
-from rpf3d_ros.engine.source_topics import BY_HAND, OPTIONAL, REMOVED
 from rpf3d_ros.engine.station import Station
 
 PATIENCE = 20.0
@@ -494,20 +494,26 @@ def test_a_sensor_that_was_removed_is_a_fault_over_a_new_beginning_and_none_for_
         assert configured.close(PATIENCE)
 
 
+def answer_reports(desk):
+    """Return answer reports of one wall at NOW, which request decisions from a desk."""
+    state = AnsweredState(region_of=lambda trigger: "wall", standing=lambda: None, watch_present=lambda: None)
+    outlets = MagicMock(now=lambda: NOW)
+    reports = AnswerReports(SimpleNamespace(scene=SimpleNamespace(seed=1)), outlets, state)
+    reports.desk = desk
+    return reports
+
+
 def test_an_answer_that_fails_loses_evidence_and_forgets_no_topic():
     lost = []
-    station = SimpleNamespace(desk=SimpleNamespace(lose=lost.append), _outlets=MagicMock())
-    Station.failed(station, RuntimeError("broken"))
+    reports = answer_reports(SimpleNamespace(lose=lost.append))
+    reports.failed(RuntimeError("broken"))
     assert lost == ["an answer failed: RuntimeError"]
 
 
 def test_a_wall_whose_answer_failed_is_a_fault_whatever_is_answered_of_other_walls(desk):
     desk, reports, _ = desk
     trigger = trigger_of([(1.0, 1.0, 1.0)], [(0.0, 0.0, 0.0)], None, NOW - 3 * S, RADAR)
-    station = MagicMock(desk=desk, region_of=lambda trigger: "wall")
-    station._circumstances.return_value = EvidenceContext(standing=None, at_ns=NOW, seed=1)
-    station._decide_without_answer = partial(Station._decide_without_answer, station)
-    Station.failed(station, RuntimeError("broken"), trigger)
+    answer_reports(desk).failed(RuntimeError("broken"), trigger)
     desk.decide_on("other wall", evidence(area(0)), OTHER)
     assert "an answer failed: RuntimeError" in decided(reports, 2).faults
     desk.decide_on("wall", evidence(area(0)), RADAR)
@@ -518,10 +524,7 @@ def test_an_answer_that_fails_for_one_wall_loses_no_danger_that_another_radar_se
     desk, reports, _ = desk
     desk.decide_on("wall of the other", evidence(area(5000)), OTHER)
     trigger = trigger_of([(1.0, 1.0, 1.0)], [(0.0, 0.0, 0.0)], None, NOW - 3 * S, RADAR)
-    station = MagicMock(desk=desk, region_of=lambda trigger: "wall")
-    station._circumstances.return_value = EvidenceContext(standing=None, at_ns=NOW, seed=1)
-    station._decide_without_answer = partial(Station._decide_without_answer, station)
-    Station.failed(station, RuntimeError("broken"), trigger)
+    answer_reports(desk).failed(RuntimeError("broken"), trigger)
     assert "an answer failed: RuntimeError" in decided(reports, 2).faults
     desk.decide_on("wall", evidence(area(0)), RADAR)
     alert = decided(reports, 3)
@@ -592,7 +595,7 @@ def test_a_wall_that_found_no_room_is_a_fault_of_that_wall():
     told, pushed_out = [], SimpleNamespace()
     station = SimpleNamespace(
         flyer=SimpleNamespace(submit=lambda trigger: pushed_out), report_waiting=lambda: None,
-        _refuse_sources=lambda *about: told.append(about), _places=None,
+        reports=SimpleNamespace(refuse_sources=lambda *about: told.append(about)), _places=None,
         _configuration=SimpleNamespace(parameters=SimpleNamespace(waiting_sources=3)),
     )  # fmt: skip
     station._queue = partial(Station._queue, station)

@@ -18,7 +18,7 @@ from scipy.spatial import KDTree
 from rpf3d_core.alerts.time_units import NS, ns_of
 from rpf3d_core.live.triggers import Trigger, trigger_of
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_ros.engine.source_topics import BY_HAND
+from rpf3d_ros.alerts.source_topics import BY_HAND
 
 MOST = 1000
 """Largest number of unreported places of a topic; of more places, the longest unreported places are forgotten."""

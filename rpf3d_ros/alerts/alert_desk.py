@@ -21,12 +21,12 @@ from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.errors import InputError
-from rpf3d_ros.engine.alert_requests import CHANGED, CLOSING, MOVED, TICK, Reply, Request
-from rpf3d_ros.engine.first_scans import FirstScans
-from rpf3d_ros.engine.region_evidence import RegionEvidence
-from rpf3d_ros.engine.standing_faults import StandingFaults
-from rpf3d_ros.engine.unknown_before import UnknownBefore
-from rpf3d_ros.engine.unreported_evidence import UnreportedEvidence
+from rpf3d_ros.alerts.alert_requests import CHANGED, CLOSING, MOVED, TICK, Reply, Request
+from rpf3d_ros.alerts.first_scans import FirstScans
+from rpf3d_ros.alerts.region_evidence import RegionEvidence
+from rpf3d_ros.alerts.standing_faults import StandingFaults
+from rpf3d_ros.alerts.unknown_before import UnknownBefore
+from rpf3d_ros.alerts.unreported_evidence import UnreportedEvidence
 from rpf3d_ros.messages.refusals import report_error
 from rpf3d_ros.messages.stamps import SECOND
 

@@ -11,7 +11,7 @@ from never_green.stories import RADAR_A, survey
 from watched_pit import shown_at, start_with
 
 from rpf3d_core.live.outlines import WatchedOutlines
-from rpf3d_ros.engine.place_checks import PlaceChecks
+from rpf3d_ros.alerts.place_checks import PlaceChecks
 
 TRUTH = Truth(sources=(), bank_until=np.inf, areas=(pit.outline(pit.SHELTERED_ROAD),) * 2, area_since=0.0)
 TOPICS = (RADAR_A, "terrain/points", "areas/polygon")

@@ -10,7 +10,7 @@ from never_green.plan import Plan, Send, Speaker, Truth
 from never_green.stories import CLICK, RADAR_A, survey
 from watched_pit import start_with
 
-from rpf3d_ros.engine.source_topics import ONLY_CLICKS
+from rpf3d_ros.alerts.source_topics import ONLY_CLICKS
 
 TRUTH = Truth(sources=(), bank_until=np.inf, areas=(pit.outline(pit.ROAD),) * 2, area_since=0.0)
 TOPICS = (RADAR_A, CLICK, "terrain/points", "areas/polygon")

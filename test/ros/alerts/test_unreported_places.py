@@ -11,13 +11,13 @@ import numpy as np
 from alert_evidence import FLOWN, NOW, S, area, evidence, site
 
 from rpf3d_core.live.triggers import trigger_of
-from rpf3d_ros.engine import place_checks as place_checks_module
-from rpf3d_ros.engine import unreported_evidence, unreported_places
-from rpf3d_ros.engine.first_scans import FirstScans
-from rpf3d_ros.engine.place_checks import PlaceChecks
-from rpf3d_ros.engine.source_topics import BY_HAND, SourceTopics
-from rpf3d_ros.engine.unreported_evidence import UnreportedEvidence
-from rpf3d_ros.engine.unreported_places import ReportedPlaces, is_near
+from rpf3d_ros.alerts import place_checks as place_checks_module
+from rpf3d_ros.alerts import unreported_evidence, unreported_places
+from rpf3d_ros.alerts.first_scans import FirstScans
+from rpf3d_ros.alerts.place_checks import PlaceChecks
+from rpf3d_ros.alerts.source_topics import BY_HAND, SourceTopics
+from rpf3d_ros.alerts.unreported_evidence import UnreportedEvidence
+from rpf3d_ros.alerts.unreported_places import ReportedPlaces, is_near
 
 RADAR = "radar/sources"
 A, B, C = (0.0, 0.0, 10.0), (50.0, 0.0, 10.0), (90.0, 0.0, 10.0)

@@ -6,7 +6,7 @@ from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.live.answers import Answer
 from rpf3d_core.live.standing import PreparedTerrain
 from rpf3d_core.live.triggers import Trigger
-from rpf3d_ros.engine.configuration import version
+from rpf3d_ros.alerts.version import version
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,9 +10,9 @@ from never_green.plan import Plan, Send, Speaker, Truth
 from never_green.stories import RADAR_A, patch_send, survey
 from watched_pit import shown_at, start_with
 
-from rpf3d_ros.engine.place_checks import PlaceChecks
-from rpf3d_ros.engine.region_evidence import RegionEvidence
-from rpf3d_ros.engine.watched_terrain import WatchedTerrain
+from rpf3d_ros.alerts.place_checks import PlaceChecks
+from rpf3d_ros.alerts.region_evidence import RegionEvidence
+from rpf3d_ros.alerts.watched_terrain import WatchedTerrain
 
 REMOVED = 2.0
 """Time (s) at which the bank that shelters the road is removed."""

@@ -9,11 +9,11 @@ from rpf3d_core.alerts.site_model import EvidenceSpec
 from rpf3d_core.alerts.time_units import ns_of
 from rpf3d_core.live.evidence import together
 from rpf3d_core.live.outlines import WatchedOutlines
-from rpf3d_ros.engine.first_scans import FirstScans
-from rpf3d_ros.engine.source_topics import BY_HAND, SourceTopics
-from rpf3d_ros.engine.unreported_evidence import UnreportedEvidence
-from rpf3d_ros.engine.waiting_sources import unreported_region
-from rpf3d_ros.engine.watched_terrain import WatchedTerrain
+from rpf3d_ros.alerts.first_scans import FirstScans
+from rpf3d_ros.alerts.regions import unreported_region
+from rpf3d_ros.alerts.source_topics import BY_HAND, SourceTopics
+from rpf3d_ros.alerts.unreported_evidence import UnreportedEvidence
+from rpf3d_ros.alerts.watched_terrain import WatchedTerrain
 from rpf3d_ros.messages.stamps import SECOND
 
 

@@ -14,7 +14,7 @@ from live_ground import over_the_wall, pit_ground, pit_scene
 from rpf3d_core.live.answers import EnsembleSize, answers
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.standing import stand_on
-from rpf3d_ros.engine.answer_evidence import EvidenceContext, evidence_of_answer
+from rpf3d_ros.alerts.answer_evidence import EvidenceContext, evidence_of_answer
 from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.messages.answer_content import warnings_of

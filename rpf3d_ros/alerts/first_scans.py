@@ -4,7 +4,7 @@ import threading
 from typing import NamedTuple
 
 from rpf3d_core.alerts.time_units import ns_of, span
-from rpf3d_ros.engine.source_topics import BY_HAND
+from rpf3d_ros.alerts.source_topics import BY_HAND
 
 PAUSES = "; if the sensor pauses so long in each scan, state a longer time"
 """What to do, in the fault after a pause: the scan period of a site is wrong if its sensor needs longer for a scan."""

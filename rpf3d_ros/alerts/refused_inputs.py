@@ -16,7 +16,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from rpf3d_core.alerts.site_model import AcknowledgeSpec
-from rpf3d_ros.engine.topic_votes import TopicVotes
+from rpf3d_ros.alerts.topic_votes import TopicVotes
 
 CAUSE = "refused: {}"
 """Name of the cause of a standing fault; the topic replaces the braces."""

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.alerts.time_units import ns_of, when
 from rpf3d_core.live.triggers import Trigger
-from rpf3d_ros.engine.first_scans import FirstScans
-from rpf3d_ros.engine.topic_votes import TopicVotes
-from rpf3d_ros.engine.unreported_evidence import Place, UnreportedEvidence
-from rpf3d_ros.engine.unreported_places import ReportedPlaces
+from rpf3d_ros.alerts.first_scans import FirstScans
+from rpf3d_ros.alerts.topic_votes import TopicVotes
+from rpf3d_ros.alerts.unreported_evidence import Place, UnreportedEvidence
+from rpf3d_ros.alerts.unreported_places import ReportedPlaces
 
 CAUSE = "places: {}"
 """Name of the cause of a standing fault: the node had to forget places of a topic; the topic replaces the braces."""

@@ -13,9 +13,9 @@ from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.site_model import AcknowledgeSpec
-from rpf3d_ros.engine.alert_desk import AlertDesk
-from rpf3d_ros.engine.refused_inputs import RefusedInputs
-from rpf3d_ros.engine.standing_faults import StandingFaults
+from rpf3d_ros.alerts.alert_desk import AlertDesk
+from rpf3d_ros.alerts.refused_inputs import RefusedInputs
+from rpf3d_ros.alerts.standing_faults import StandingFaults
 
 wait = partial(wait_for, seconds=20.0, pause=0.002)
 

@@ -1,0 +1,121 @@
+"""Publishes the answers of the thread that flies rocks, and requests an alert decision on each of them."""
+
+import traceback
+from collections.abc import Callable, Hashable
+from typing import NamedTuple
+
+from rpf3d_core.live.answers import Answer
+from rpf3d_core.live.standing import PreparedTerrain
+from rpf3d_core.live.triggers import Trigger
+from rpf3d_ros.alerts.alert_desk import AlertDesk
+from rpf3d_ros.alerts.answer_evidence import EvidenceContext, evidence_of_answer, evidence_without_answer
+from rpf3d_ros.engine.configuration import StationConfiguration
+from rpf3d_ros.engine.outlets import Outlets
+from rpf3d_ros.messages.answer_content import figures_of, warnings_of
+from rpf3d_ros.messages.health import ERROR, OK, WARN
+from rpf3d_ros.messages.stamps import stamp_of
+
+ROOM_WITHIN = 0.1
+"""Time (s) between two checks whether the simulator is being closed, while an answer waits for its decision."""
+
+
+class AnsweredState(NamedTuple):
+    """The present state of the simulator that answers are judged by, each part as a function.
+
+    region_of : returns the region of a trigger, that is the wall that its sources belong to
+    standing : returns the terrain in use, None if there is none
+    watch_present : passes the present outlines and terrain to the alert desk, before it decides
+    """
+
+    region_of: Callable[[Trigger], Hashable]
+    standing: Callable[[], PreparedTerrain | None]
+    watch_present: Callable[[], None]
+
+
+class AnswerReports:
+    """Receives answers and failures from the thread that flies rocks (`FlightListener`).
+
+    desk : (attribute) the alert desk; None without a site file, and until the station has made it
+    """
+
+    def __init__(self, configuration: StationConfiguration, outlets: Outlets, state: AnsweredState) -> None:
+        """Report to these outlets; parameters as the classes describe them."""
+        self._configuration, self._outlets, self._state = configuration, outlets, state
+        self.desk: AlertDesk | None = None
+        self._closing = False
+
+    def close(self) -> None:
+        """Wait no longer for decisions: the simulator is being closed."""
+        self._closing = True
+
+    def silence(self, outlets: Outlets) -> None:
+        """Report to other outlets from now on; outlets : from `Outlets.silenced`."""
+        self._outlets = outlets
+
+    def answered(self, answer: Answer) -> None:
+        """Publish an answer, and ask for an alert decision on it.
+
+        Return only when few answers wait for their decision (`AlertDesk.wait_for_room`), because the disk may be slow.
+        """
+        self._state.watch_present()
+        if self.desk is not None:
+            evidence = evidence_of_answer(answer, self._circumstances())
+            self.desk.decide_on(self._state.region_of(answer.trigger), evidence, answer.trigger.topic)
+        if not answer.trigger.is_unreported:
+            self._publish(answer)
+        while self.desk is not None and not self._closing and not self.desk.wait_for_room(ROOM_WITHIN):
+            pass  # the disk is slow: no rocks fly until the decisions have followed
+
+    def _publish(self, answer: Answer) -> None:
+        made = stamp_of(self._outlets.now())
+        self._outlets.answers.publish(answer, self._configuration.parameters, made)
+        warnings = warnings_of(answer)
+        well = "every rock has an outcome" if answer.sources else "the sensors see no sources"
+        level, sentence = (WARN, "; ".join(warnings)) if warnings else (OK, well)
+        self._outlets.health.set("run", level, sentence, figures_of(answer))
+
+    def unanswerable(self, trigger: Trigger, why: str) -> None:
+        """Report why a trigger has no answer; the missing answer is a fault of the alert."""
+        if trigger.is_unreported:  # the message with the present sources may have an answer
+            self._decide_without_answer(trigger, why)
+        else:
+            self.refuse_sources(trigger, why)
+
+    def refuse_sources(self, trigger: Trigger, why: str) -> None:
+        """Report in the diagnostics, too, why sources are refused; the missing answer is a fault of the alert."""
+        self._outlets.health.set("run", WARN, f"sources refused: {why}")
+        self._decide_without_answer(trigger, why)
+
+    def groundless(self, trigger: Trigger) -> None:
+        """Report that there is no terrain for an answer, which is a fault of the alert."""
+        self.waiting("terrain")
+        self._decide_without_answer(trigger, "there is no terrain, so no rock can fly")
+
+    def waiting(self, what: str) -> None:
+        """Report in the diagnostics that an input is still missing; what : "terrain" or "sources"."""
+        self._outlets.health.set("run", WARN if what == "terrain" else OK, f"waiting for {what}")
+
+    def failed(self, error: BaseException, trigger: Trigger | None = None) -> None:
+        """Report an unforeseen error, which is a fault of the alert.
+
+        trigger : the sources without an answer; their wall has a fault until this wall gets an answer. None if it is
+            unknown what failed; every topic must then publish again
+        """
+        self._outlets.logger.error("".join(traceback.format_exception(error)))
+        self._outlets.health.set("run", ERROR, f"{type(error).__name__}: {error}")
+        if self.desk is not None:
+            why = f"an answer failed: {type(error).__name__}"
+            if trigger is None:
+                self.desk.lose(why)
+            else:
+                self._decide_without_answer(trigger, why)
+
+    def _decide_without_answer(self, trigger: Trigger, fault: str) -> None:
+        if self.desk is not None:
+            evidence = evidence_without_answer(trigger, fault, self._circumstances())
+            self.desk.decide_on(self._state.region_of(trigger), evidence, trigger.topic)
+
+    def _circumstances(self) -> EvidenceContext:
+        return EvidenceContext(
+            standing=self._state.standing(), at_ns=self._outlets.now(), seed=self._configuration.scene.seed
+        )

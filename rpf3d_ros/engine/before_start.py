@@ -1,0 +1,85 @@
+"""What is known from before the start: the state that the decision log saved, and the terrain that was stored."""
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from rpf3d_core.live.ground import LiveTerrain
+from rpf3d_ros.alerts.source_topics import BY_HAND
+from rpf3d_ros.engine.configuration import StationConfiguration
+from rpf3d_ros.engine.survey_in_use import SurveyInUse, survey_in_use
+from rpf3d_ros.engine.terrain_faults import TerrainLack, lack_of, not_restored, terrain_to_remember
+
+
+class BeforeStart:
+    """The state before the start, for those topics that the node still has; empty without a decision log.
+
+    memory : (attribute) the saved state as plain values, made by `Station._inputs_to_remember` and the alert desk
+    terrain : (attribute) the terrain that was restored from the store, None if no terrain was restored
+    """
+
+    def __init__(self, configuration: StationConfiguration) -> None:
+        """Read the saved state; configuration : configuration of the station, with the opened log and store."""
+        log, standing = configuration.log, configuration.standing
+        self._configuration = configuration
+        self.memory: Mapping[str, Any] = log.memory if log is not None else {}
+        self.terrain: LiveTerrain | None = standing.ground if standing is not None else None
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """The topics of sensors that the node has now."""
+        sensors = self._configuration.parameters.sensors
+        return (*sensors.poses, *sensors.clouds)
+
+    @property
+    def heard(self) -> list[str]:
+        """The topics of sensors that had published before the start."""
+        return [topic for topic in self.memory.get("heard", ()) if topic in self.sensors]
+
+    @property
+    def missed(self) -> dict[str, int]:
+        """The times (ns) at which messages of sources were lost, by topic."""
+        known = (*self.sensors, BY_HAND)
+        return {topic: at for topic, at in self.memory.get("missed", {}).items() if topic in known}
+
+    @property
+    def places(self) -> Mapping[str, Any]:
+        """The saved places of sources, made by `PlaceChecks.to_remember`."""
+        return self.memory.get("places", {})
+
+    @property
+    def stamps(self) -> Mapping[str, int]:
+        """The last stamps (ns) of terrain and areas, by topic."""
+        return self.memory.get("stamps", {})
+
+    def areas(self, watched: Collection[str]) -> list[str]:
+        """Return the topics of areas that had an area; watched : topics whose areas have limits in the site file."""
+        return [topic for topic in self.memory.get("areas", ()) if topic in watched]
+
+    def refused(self, areas: Collection[str]) -> dict[str, str]:
+        """Return why messages of sources and areas were refused, by topic; areas : the topics of areas."""
+        known = (*self.sensors, BY_HAND, *areas)
+        return {topic: why for topic, why in self.memory.get("refused", {}).items() if topic in known}
+
+    def survey(self) -> SurveyInUse:
+        """Return the whole survey that the restored terrain was made from."""
+        return survey_in_use(self.terrain, self.memory)
+
+    def replaced_surveys(self) -> Collection[str]:
+        """Return the digests of the surveys that were in use earlier."""
+        return self.memory.get("replaced", ())
+
+    def terrain_lack(self) -> TerrainLack:
+        """Return the patches and the whole survey that the restored terrain lacks."""
+        log, before = self._configuration.log, self._configuration.before
+        alert = log.last_alert if log is not None else None
+        shown = lack_of(alert.faults if alert is not None else ())
+        remembered = TerrainLack(*self.memory.get("lacks", ()))
+        missing = not_restored(self.memory, self.terrain, before.unread)
+        # The largest number, because an earlier restart may have counted the same missing patches already.
+        patches = max(shown.patches, remembered.patches, before.unread + missing.patches)
+        why = shown.why_refused or remembered.why_refused or before.unreadable or missing.why_refused
+        return TerrainLack(patches=patches, why_refused=why)
+
+    def terrain_to_remember(self, ground: LiveTerrain | None) -> dict[str, Any]:
+        """Return what the next start must know of the terrain; ground : the terrain in use, None if there is none."""
+        return terrain_to_remember(ground, self.memory)
