@@ -11,7 +11,7 @@ from rpf3d_core.errors import InputError
 if TYPE_CHECKING:
     from rpf3d_core.runs.check import Check, Cost
     from rpf3d_core.scene.model import Scene
-    from rpf3d_core.setup.extents import Extent
+    from rpf3d_core.setup.warnings.extents import Extent
 
 
 def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = None) -> None:

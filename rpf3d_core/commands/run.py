@@ -121,7 +121,7 @@ def _print_outcomes(run: "Run") -> None:
 def _print_benches(run: "Run") -> None:
     """Print the bench table: the shares of rocks that reached each zone and area of interest, and stopped there."""
     from rpf3d_core.hazard.benches import left_out, notes_below, text_header, text_rows
-    from rpf3d_core.hazard.each_source import worst_benches
+    from rpf3d_core.hazard.by_source.each_source import worst_benches
 
     benches = worst_benches(run.terrain, run.maps)
     table = Table(*text_header(benches), box=None, padding=GAP, pad_edge=False)

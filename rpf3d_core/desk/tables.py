@@ -4,7 +4,7 @@ from typing import Any
 
 from rpf3d_core.desk.coefficients import drawn_elsewhere, materials_of
 from rpf3d_core.hazard.benches import left_out, notes_below, text_header, text_rows
-from rpf3d_core.hazard.each_source import worst_benches
+from rpf3d_core.hazard.by_source.each_source import worst_benches
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.notes import warnings_of_run
 from rpf3d_core.results.outcomes import HEADER, outcome_rows, words_on_unstopped

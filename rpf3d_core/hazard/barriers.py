@@ -26,8 +26,8 @@ from rpf3d_core.hazard.barrier_arrivals import (
     empty_crossed,
     find_arrivals,
 )
+from rpf3d_core.hazard.by_source.source_arrivals import SourceArrivals
 from rpf3d_core.hazard.flown import flown_rocks
-from rpf3d_core.hazard.source_arrivals import SourceArrivals
 
 
 @dataclass(eq=False)

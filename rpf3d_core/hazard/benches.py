@@ -116,7 +116,7 @@ def bench_table(terrain: Terrain, maps: HazardMaps) -> list[Bench]:
 def _over_sets(benches: Sequence[Bench], sets: Any) -> list[Bench]:
     """Return the rows of the bench table with predictive intervals over the parameter sets.
 
-    sets : `hazard.sets.SetFigures`
+    sets : `hazard.by_set.sets.SetFigures`
     """
     intervals = {kind: sets.predictive(kind) for kind in (ZONE, AREA)}
     sampling = {kind: sets.sampling_of_energy(kind) for kind in (ZONE, AREA)}

@@ -107,9 +107,11 @@ class HazardMaps:
     barriers : `hazard.barriers.BarrierFigures` of each barrier, if the scene has barriers
     spins : True if rocks spin; energies then include rotation
     lost : number of rocks lost to holes of the terrain; each might have reached any cell or area
-    sets : `hazard.sets.SetFigures` of the parameter sets, if the scene has unknowns
-    reach_band : `hazard.sets.ReachBand`, the predictive intervals of reach probability, if there are parameter sets
-    sources : `hazard.source_tallies.SourceMaps`, the values of zones and areas for each source, if there are several
+    sets : `hazard.by_set.sets.SetFigures` of the parameter sets, if the scene has unknowns
+    reach_band : `hazard.by_set.sets.ReachBand`, the predictive intervals of reach probability, if there are parameter
+        sets
+    sources : `hazard.by_source.source_tallies.SourceMaps`, the values of zones and areas for each source, if there are
+        several
     """
 
     flown: int
@@ -133,7 +135,7 @@ class HazardMaps:
 
     @property
     def worst_cells(self) -> Any:
-        """`hazard.source_cells.WorstCells`, the largest values of a source in each cell; None if they are not known."""
+        """`hazard.by_source.source_cells.WorstCells`, the largest values of a source in each cell; None if unknown."""
         return None if self.sources is None else self.sources.cells
 
 

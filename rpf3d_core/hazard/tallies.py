@@ -18,10 +18,10 @@ from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.spin import spins_squared
 from rpf3d_core.hazard.areas import Areas
 from rpf3d_core.hazard.bins import Binning
+from rpf3d_core.hazard.by_source.source_tallies import SourceTallies, source_tallies
 from rpf3d_core.hazard.flown import FlownRocks, flown_rocks
 from rpf3d_core.hazard.layers import layers_of, without_passages
 from rpf3d_core.hazard.maps import HazardMaps
-from rpf3d_core.hazard.source_tallies import SourceTallies, source_tallies
 from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.hazard.walks.ground import WalkedTerrain, plain_ground
 from rpf3d_core.hazard.walks.visiting import visit_all

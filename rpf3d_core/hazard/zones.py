@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.hazard.by_source.source_cells import P95
 from rpf3d_core.hazard.maps import HazardMaps, reach_probability
 from rpf3d_core.hazard.passages import reached_over
-from rpf3d_core.hazard.source_cells import P95
 from rpf3d_core.terrain.frame import FloatArray
 
 Flags = NDArray[np.bool_]

@@ -18,10 +18,10 @@ from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.ensemble.batches import Flight, Watch
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.releases import Releases
-from rpf3d_core.hazard.displaced import displaced_batch, tallies_of_places
+from rpf3d_core.hazard.by_set.displaced import displaced_batch, tallies_of_places
+from rpf3d_core.hazard.by_set.set_places import PlaceTally
 from rpf3d_core.hazard.layers import layers_of
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, Layers
-from rpf3d_core.hazard.set_places import PlaceTally
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.runs.over_sets import flights_over_sets

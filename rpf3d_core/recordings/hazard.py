@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.hazard.benches import OF_SOURCES, lost_in_words, notes_of, text_header, text_rows
-from rpf3d_core.hazard.each_source import worst_benches
+from rpf3d_core.hazard.by_source.each_source import worst_benches
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, reach_probability
 from rpf3d_core.hazard.raster import typical_size
 from rpf3d_core.hazard.scales import (

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rpf3d_core.hazard.by_source.worst import ALL, Counts, with_largest_share, with_largest_value
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
-from rpf3d_core.hazard.worst import ALL, Counts, with_largest_share, with_largest_value
 from rpf3d_core.report.passing import (
     P95,
     FencePlace,
@@ -46,7 +46,7 @@ def with_worst_sources(
 ) -> list[FencePlace]:
     """Return places for fences, with each figure of the source that is worst for it.
 
-    - `passed`: the source with the largest lower end, if it is clearly worse than all rocks (`hazard.worst`).
+    - `passed`: the source with the largest lower end, if it is clearly worse than all rocks (`hazard.by_source.worst`).
     - `energy`, `height`: the largest p95 of all sources with 20 rocks at the place, and of all rocks together.
 
     choices : possible path segments, from `segments_of`; places : of all rocks together, from `places_beyond`

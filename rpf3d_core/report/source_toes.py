@@ -1,7 +1,7 @@
 """Find the distances beyond the toe for each source, and the source whose rocks stop clearly farther than all rocks.
 
 Many rocks of a harmless source hide the rocks of a dangerous source in the distances of all rocks together. The rule
-that selects a source is that of the bench table (`hazard.worst`).
+that selects a source is that of the bench table (`hazard.by_source.worst`).
 """
 
 from typing import NamedTuple
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.flights import FloatArray
-from rpf3d_core.hazard.worst import ALL, Counts, clearly_above
+from rpf3d_core.hazard.by_source.worst import ALL, Counts, clearly_above
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.toe import (
     FEWEST_WITH_TOE,

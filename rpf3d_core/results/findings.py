@@ -9,8 +9,8 @@ from rpf3d_core.hazard.convergence import Step
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.results.shown import RunCounts
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.setup.placement import placement_warnings, some_releases, source_heights
 from rpf3d_core.setup.prepared import Prepared
+from rpf3d_core.setup.warnings.placement import placement_warnings, some_releases, source_heights
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport
 from rpf3d_core.terrain.obstacles import Obstacles
@@ -62,7 +62,7 @@ class Run:
     def placement(self) -> list[str]:
         """Warnings about sources in the air, sources with more points than rocks, and outlines partly off the terrain.
 
-        The outlines are those of sources and areas of interest; `setup.placement` makes the warnings.
+        The outlines are those of sources and areas of interest; `setup.warnings.placement` makes the warnings.
         """
         releases = some_releases(self.prepared, MOST_LOOKED_AT)
         return placement_warnings(self.prepared, releases, source_heights(self.prepared, releases))

@@ -202,7 +202,7 @@ def _samples(findings: Run, flights: Flights, rows: IntArray | None = None) -> P
 def _write_sets(folder: Path, figures: Any) -> None:
     """Write parameter_sets.parquet: the parameter sets of a run, and the number of rocks that flew with each set.
 
-    figures : `hazard.sets.SetFigures`
+    figures : `hazard.by_set.sets.SetFigures`
     """
     from rpf3d_core.unknowns.parameter_sets import write_parameter_sets  # imported only if the scene has unknowns
 

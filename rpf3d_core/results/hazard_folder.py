@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from rpf3d_core.hazard.benches import bench_table
-from rpf3d_core.hazard.each_source import benches_of_sources
+from rpf3d_core.hazard.by_source.each_source import benches_of_sources
+from rpf3d_core.hazard.by_source.worst_barriers import has_source_barriers
 from rpf3d_core.hazard.maps import HazardMaps
-from rpf3d_core.hazard.worst_barriers import has_source_barriers
 from rpf3d_core.results.hazard_files.benches_csv import write_benches, write_sources
 from rpf3d_core.results.hazard_files.geotiffs import write_hazard_rasters
 from rpf3d_core.results.hazard_files.zones_geojson import write_hazard_zones

@@ -6,10 +6,10 @@ the run.
 
 from rpf3d_core.ensemble.statistics import words_on_pieces
 from rpf3d_core.hazard.benches import lost_in_words
-from rpf3d_core.hazard.each_source import doubts_of_sources
+from rpf3d_core.hazard.by_source.each_source import doubts_of_sources
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_files.zones_geojson import zones_without_cells
-from rpf3d_core.setup.warnings import warnings_of_speed
+from rpf3d_core.setup.warnings.suspicious_settings import warnings_of_speed
 
 UNEQUAL = 1.2
 """Ratio (-) of the largest to the smallest number of rocks of a parameter set, above which `_unequal_sets` warns."""

@@ -9,13 +9,13 @@ import numpy as np
 from rpf3d_core.ensemble.flights import Deposits
 from rpf3d_core.ensemble.statistics import share_of
 from rpf3d_core.hazard.benches import AREA, bench_table, share_text
-from rpf3d_core.hazard.each_source import worst_benches
+from rpf3d_core.hazard.by_source.each_source import worst_benches
 from rpf3d_core.hazard.filled_cells import filling_cell, reached_cells
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.results.calibration_folder import FOUND
 from rpf3d_core.results.findings import Run
 from rpf3d_core.setup.coverage import covered_share
-from rpf3d_core.setup.placement import WHOLE
+from rpf3d_core.setup.warnings.placement import WHOLE
 from rpf3d_core.values import Outcome
 
 FEW_PATHS = 20

@@ -17,8 +17,8 @@ from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.ensemble.statistics import PERCENTILES, share_of
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.hazard.benches import ALL_SOURCES, ZONE, bench_table, benches_section, lost_in_words, with_predictive
+from rpf3d_core.hazard.by_source.each_source import worst_benches
 from rpf3d_core.hazard.convergence import convergence_section
-from rpf3d_core.hazard.each_source import worst_benches
 from rpf3d_core.hazard.maps import HazardMaps, reach_probability
 from rpf3d_core.hazard.passages import passage_per_metre
 from rpf3d_core.results.findings import Run, sentence_of
@@ -208,7 +208,7 @@ def _share_of(outcome: Outcome, count: int, findings: Run) -> dict[str, Any]:
 def _left_out(figures: Any, name: str) -> dict[str, str]:
     """Return the entry `leaves_out` of a figure whose predictive interval does not include a stated misfit; else {}.
 
-    figures : `hazard.sets.SetFigures`; name : of the figure
+    figures : `hazard.by_set.sets.SetFigures`; name : of the figure
     """
     return {} if figures.displaced is None or figures.is_displaced(name) else {"leaves_out": MISFIT_LEFT_OUT}
 
@@ -253,7 +253,7 @@ def _with_intervals(name: str, sample: Sample, figures: Any) -> dict[str, Any]:
     """Return a distribution for summary.json, with intervals of its percentiles in a run over parameter sets.
 
     name : of the quantity in `figures`; sample : values of all rocks
-    figures : `hazard.sets.SetFigures`, None without parameter sets
+    figures : `hazard.by_set.sets.SetFigures`, None without parameter sets
     """
     facts = sample.summary(PERCENTILES)
     if figures is None:

@@ -26,14 +26,14 @@ from rpf3d_core.runs.check_effects import effects_called_for, idle_effects
 from rpf3d_core.runs.check_shapes import measured_sizes, shapes_in_words
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.zone_materials import unused_materials, without_friction
-from rpf3d_core.setup.extents import TERRAIN, Extent, input_extents, other_extents
-from rpf3d_core.setup.hanging_rims import hanging_rims
-from rpf3d_core.setup.misplaced import placing_hints, placing_notes, refuse_other_systems
-from rpf3d_core.setup.placement import looked_at, placement_warnings, rocks_of_sources
 from rpf3d_core.setup.prepared import Prepared, check_engine, engine_for, prepare, read_companions
-from rpf3d_core.setup.source_heights import SourceHeight
 from rpf3d_core.setup.terrain import read_terrain
-from rpf3d_core.setup.warnings import warnings_of_speed
+from rpf3d_core.setup.warnings.extents import TERRAIN, Extent, input_extents, other_extents
+from rpf3d_core.setup.warnings.hanging_rims import hanging_rims
+from rpf3d_core.setup.warnings.misplaced import placing_hints, placing_notes, refuse_other_systems
+from rpf3d_core.setup.warnings.placement import looked_at, placement_warnings, rocks_of_sources
+from rpf3d_core.setup.warnings.source_heights import SourceHeight
+from rpf3d_core.setup.warnings.suspicious_settings import warnings_of_speed
 from rpf3d_core.simulation.engines import Compiled, Models, Reference, is_precompiled
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport

@@ -8,8 +8,8 @@ from rpf3d_core.ensemble.flights import Deposits, Impacts, IntArray
 from rpf3d_core.ensemble.joined import one_after_another
 from rpf3d_core.ensemble.stream import BLOCK, Sink, Stream
 from rpf3d_core.ensemble.totals import Totals
-from rpf3d_core.hazard.displaced import DisplacedTally
-from rpf3d_core.hazard.sets import SetFigures, SetTally
+from rpf3d_core.hazard.by_set.displaced import DisplacedTally
+from rpf3d_core.hazard.by_set.sets import SetFigures, SetTally
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.materials.library import Materials
 from rpf3d_core.setup.parameter_sets import Ready, flight_of_set

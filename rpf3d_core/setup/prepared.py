@@ -35,15 +35,15 @@ from rpf3d_core.scene.zone_materials import check_materials, material_of
 from rpf3d_core.setup.areas import area_outlines, read_areas
 from rpf3d_core.setup.builders.hazard import empty_barriers, memory_of_bins, scales_over
 from rpf3d_core.setup.cells import least_cell
-from rpf3d_core.setup.doubts import doubts_of
-from rpf3d_core.setup.extents import other_extents
 from rpf3d_core.setup.file_keys import named_by_key
-from rpf3d_core.setup.misplaced import placing_notes, refuse_other_systems
 from rpf3d_core.setup.named import models_of, obstacles_of
 from rpf3d_core.setup.observed import position_along
 from rpf3d_core.setup.shapes import rock_of_scene
 from rpf3d_core.setup.sources import read_source_files, scene_sources
 from rpf3d_core.setup.terrain import read_terrain
+from rpf3d_core.setup.warnings.doubts import doubts_of
+from rpf3d_core.setup.warnings.extents import other_extents
+from rpf3d_core.setup.warnings.misplaced import placing_notes, refuse_other_systems
 from rpf3d_core.simulation.capped import engine_over
 from rpf3d_core.simulation.engines import Compiled, Engine, spins_of, stepping
 from rpf3d_core.simulation.settings import Settings

@@ -18,9 +18,9 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.terrain import TerrainFile, TerrainSpec
 from rpf3d_core.setup.berms import berm_warnings, with_berms, with_zones_of_berms
 from rpf3d_core.setup.drawn_zones import with_drawn_zones
-from rpf3d_core.setup.open_seams import open_seams
-from rpf3d_core.setup.overlapping_files import duplicate_warnings, overlap_warnings, shared_window
 from rpf3d_core.setup.split_zones import split_zones
+from rpf3d_core.setup.warnings.open_seams import open_seams
+from rpf3d_core.setup.warnings.overlapping_files import duplicate_warnings, overlap_warnings, shared_window
 from rpf3d_core.terrain.benches.slope import benches_terrain
 from rpf3d_core.terrain.closed_seams import ClosedTerrain, with_closed_seams
 from rpf3d_core.terrain.facets import IntArray, Terrain

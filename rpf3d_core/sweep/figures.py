@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.ensemble.statistics import sampling_of, share_of
-from rpf3d_core.hazard.each_source import worst_benches
+from rpf3d_core.hazard.by_source.each_source import worst_benches
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_files.barriers_report import shown_section

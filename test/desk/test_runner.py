@@ -35,7 +35,7 @@ from rpf3d_core.desk.tables import bench_section, progress_words
 from rpf3d_core.desk.whole_files import whole_file
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.benches import text_rows
-from rpf3d_core.hazard.each_source import worst_benches
+from rpf3d_core.hazard.by_source.each_source import worst_benches
 from rpf3d_core.hazard.maps import reach_probability
 from rpf3d_core.hazard.scales import FEW_COLOUR
 from rpf3d_core.jit.from_cache import NotCached

@@ -19,7 +19,7 @@ from rpf3d_core.hazard.benches import (
     text_header,
     text_rows,
 )
-from rpf3d_core.hazard.each_source import benches_of_sources, doubts_of_sources, worst_benches
+from rpf3d_core.hazard.by_source.each_source import benches_of_sources, doubts_of_sources, worst_benches
 from rpf3d_core.hazard.partial import add_packed_sources
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_files.benches_csv import write_sources

@@ -9,7 +9,7 @@ from sweeps import UNKNOWN, road, written
 
 from rpf3d_core.hazard.barrier_arrivals import HELD, NEVER
 from rpf3d_core.hazard.barriers import AtBarrier
-from rpf3d_core.hazard.set_barriers import BarrierSets
+from rpf3d_core.hazard.by_set.set_barriers import BarrierSets
 from rpf3d_core.results.hazard_files.barriers_text import text_header, text_rows
 from rpf3d_core.results.overconfidence import surer_than_it_may_be
 from rpf3d_core.results.summary import summary

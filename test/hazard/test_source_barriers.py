@@ -13,9 +13,9 @@ from sources_of_pit import UNKNOWN, scene_of
 import rpf3d_core as rpf3d
 from rpf3d_core.hazard.barriers import AtBarrier, BarrierFigures
 from rpf3d_core.hazard.benches import ALL_SOURCES, SOURCE
-from rpf3d_core.hazard.each_source import maps_of_source
-from rpf3d_core.hazard.worst import ALL
-from rpf3d_core.hazard.worst_barriers import has_source_barriers, hidden_at_barriers, worst_at_barriers
+from rpf3d_core.hazard.by_source.each_source import maps_of_source
+from rpf3d_core.hazard.by_source.worst import ALL
+from rpf3d_core.hazard.by_source.worst_barriers import has_source_barriers, hidden_at_barriers, worst_at_barriers
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_files.barriers_report import (
     barriers_section,

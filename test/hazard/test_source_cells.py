@@ -12,13 +12,13 @@ from sources_of_pit import UNKNOWN, scene_of
 
 import rpf3d_core as rpf3d
 from rpf3d_core.desk.shapes import ground_seen, hazard_map
-from rpf3d_core.hazard import source_cells
+from rpf3d_core.hazard.by_source import source_cells
+from rpf3d_core.hazard.by_source.source_cells import SourceCells, WorstCells
+from rpf3d_core.hazard.by_source.source_tallies import part_of
+from rpf3d_core.hazard.by_source.worst import ALL
 from rpf3d_core.hazard.layers import layers_of
 from rpf3d_core.hazard.maps import HazardMaps, Layers, reach_probability
-from rpf3d_core.hazard.source_cells import SourceCells, WorstCells
-from rpf3d_core.hazard.source_tallies import part_of
 from rpf3d_core.hazard.tallies import Tallies
-from rpf3d_core.hazard.worst import ALL
 from rpf3d_core.hazard.zones import CLASS, REACH, WORST_CLASS, WORST_REACH, Zone, matrix_zones, worst_matrix_zones
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.hazard_files.geotiffs import write_hazard_rasters

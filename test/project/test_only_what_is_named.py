@@ -32,7 +32,7 @@ DEFAULT = [
 HOMES = ("rpf3d_core.effects.", "rpf3d_core.kinetics.rebounds.", "rpf3d_core.setup.builders")
 """Beginnings of the names of modules with models and effects that a scene may name."""
 OF_UNKNOWNS = (
-    "rpf3d_core.unknowns", "rpf3d_core.hazard.sets", "rpf3d_core.runs.over_sets", "rpf3d_core.setup.parameter_sets",
+    "rpf3d_core.unknowns", "rpf3d_core.hazard.by_set", "rpf3d_core.runs.over_sets", "rpf3d_core.setup.parameter_sets",
     "rpf3d_core.setup.unknowns", "rpf3d_core.scene.library_entries",
 )  # fmt: skip
 """Modules that only a scene with unknowns needs."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from benches_fallen_from import TOE, fallen, thrown
 
-from rpf3d_core.hazard.worst import ALL
+from rpf3d_core.hazard.by_source.worst import ALL
 from rpf3d_core.report import source_toes as toes_of_sources
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.segments import segments_of

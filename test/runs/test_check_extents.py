@@ -17,9 +17,9 @@ from rpf3d_core.formats.polygons import read_polygons
 from rpf3d_core.formats.polylines import read_lines
 from rpf3d_core.runs.check import Check, check_scene
 from rpf3d_core.scene.reading import read_scene
-from rpf3d_core.setup.extents import Extent
-from rpf3d_core.setup.misplaced import placing_hints
 from rpf3d_core.setup.prepared import prepare
+from rpf3d_core.setup.warnings.extents import Extent
+from rpf3d_core.setup.warnings.misplaced import placing_hints
 
 VERTICES, TRIANGLES = grid(9, 11, 2.0)
 SITE = at_site(VERTICES)

@@ -6,8 +6,8 @@ from on_both_engines import BOTH
 from scenes_of_facets import engine_over, flight, floor, fly, joined, rough_grid, surface, terrain_of
 
 from rpf3d_core.jit.dispatch import HAS_NUMBA
-from rpf3d_core.setup import hanging_rims as hanging_rims_module
-from rpf3d_core.setup.hanging_rims import hanging_rim, hanging_rims
+from rpf3d_core.setup.warnings import hanging_rims as hanging_rims_module
+from rpf3d_core.setup.warnings.hanging_rims import hanging_rim, hanging_rims
 from rpf3d_core.simulation.engines import Reference
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import Outcome

@@ -13,7 +13,7 @@ from small_pit import scene_file
 from terrain_files import write_binary_stl
 
 import rpf3d_core as rpf3d
-from rpf3d_core.hazard.displaced import moved_cells, zones_in_plan
+from rpf3d_core.hazard.by_set.displaced import moved_cells, zones_in_plan
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.results.findings import Run
 from rpf3d_core.results.overconfidence import surer_than_it_may_be

@@ -10,8 +10,8 @@ from command_line import call
 from scenes_of_facets import rough_grid, terrain_of
 
 from rpf3d_core.scene.reading import read_scene
-from rpf3d_core.setup.open_seams import open_seams
 from rpf3d_core.setup.terrain import read_terrain
+from rpf3d_core.setup.warnings.open_seams import open_seams
 from rpf3d_core.terrain import closed_seams
 from rpf3d_core.terrain.closed_seams import Seams, with_closed_seams
 from rpf3d_core.terrain.facets import Terrain, tolerance_of

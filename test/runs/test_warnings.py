@@ -7,7 +7,7 @@ from command_line import rpf3d
 from terrain_files import SLOPE, grid, write_binary_stl
 
 from rpf3d_core.scene.reading import read_scene
-from rpf3d_core.setup.warnings import warnings_of
+from rpf3d_core.setup.warnings.suspicious_settings import warnings_of
 
 ABOVE = "  - {name: above, points: [[1.3, 1.2, 9], [2.5, 2.5, 8]], rocks: 4}\n"
 

@@ -8,9 +8,9 @@ import pytest
 
 from rpf3d_core.imports.crests import crests_of
 from rpf3d_core.scene.reading import read_scene
-from rpf3d_core.setup.line_order import sharp_turns, shorter_order
 from rpf3d_core.setup.terrain import read_terrain
-from rpf3d_core.setup.warnings import warnings_of
+from rpf3d_core.setup.warnings.line_order import sharp_turns, shorter_order
+from rpf3d_core.setup.warnings.suspicious_settings import warnings_of
 
 SCENES = Path(__file__).parents[2] / "config" / "scenes"
 SCENE = """\

@@ -15,7 +15,7 @@ from rpf3d_core.runs.check import check_scene
 from rpf3d_core.runs.check_shapes import measured_sizes
 from rpf3d_core.scene.measured import sizes_from
 from rpf3d_core.scene.reading import read_scene, scene_digest
-from rpf3d_core.setup.warnings import warnings_of
+from rpf3d_core.setup.warnings.suspicious_settings import warnings_of
 
 SCENE = """\
 terrain: {{benches: {{number: 1, height: 8}}}}

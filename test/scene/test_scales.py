@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from rpf3d_core.scene.reading import scene_of_text
-from rpf3d_core.setup.warnings import warnings_of
+from rpf3d_core.setup.warnings.suspicious_settings import warnings_of
 
 ROCK = "rock: {density: 2700, diameter: 0.8}"
 SCENE = """\

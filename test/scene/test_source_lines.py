@@ -14,8 +14,8 @@ from rpf3d_core.formats.mine.dxf_lines import read_dxf_lines
 from rpf3d_core.formats.polylines import read_lines
 from rpf3d_core.imports.layer import import_layer
 from rpf3d_core.scene.reading import read_scene
-from rpf3d_core.setup.layers import warnings_of_layers
-from rpf3d_core.setup.warnings import warnings_of
+from rpf3d_core.setup.warnings.layers import warnings_of_layers
+from rpf3d_core.setup.warnings.suspicious_settings import warnings_of
 
 SCENE = """\
 terrain: {{pit: {{triangles: 6000}}, up: {up}}}

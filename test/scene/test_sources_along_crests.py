@@ -10,7 +10,7 @@ from terrain_files import write_binary_stl
 
 import rpf3d_core as rpf3d
 from rpf3d_core.scene.reading import read_scene, scene_digest
-from rpf3d_core.setup.extents import other_extents
+from rpf3d_core.setup.warnings.extents import other_extents
 
 SCENE = """\
 terrain: {{up: {up}, files: [{{path: slope.stl}}]}}

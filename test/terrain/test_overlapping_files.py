@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from terrain_files import grid, scene_of, write_binary_stl
 
-from rpf3d_core.setup.overlapping_files import overlap_warnings, shared_window
 from rpf3d_core.setup.terrain import read_terrain
+from rpf3d_core.setup.warnings.overlapping_files import overlap_warnings, shared_window
 from rpf3d_core.terrain.facets import Terrain
 
 

@@ -9,10 +9,10 @@ from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.ensemble.statistics import PERCENTILES, share_of
 from rpf3d_core.hazard.barriers import BarrierFigures
 from rpf3d_core.hazard.benches import with_predictive
-from rpf3d_core.hazard.each_source import maps_of_source
+from rpf3d_core.hazard.by_source.each_source import maps_of_source
+from rpf3d_core.hazard.by_source.worst import ALL
+from rpf3d_core.hazard.by_source.worst_barriers import has_source_barriers, worst_at_barriers
 from rpf3d_core.hazard.maps import HazardMaps
-from rpf3d_core.hazard.worst import ALL
-from rpf3d_core.hazard.worst_barriers import has_source_barriers, worst_at_barriers
 from rpf3d_core.results.hazard_files.benches_csv import OF_SOURCE, share_columns, write_csv
 
 FIRST = ("first_caught", "first_broken_through", "first_flown_over")

@@ -14,8 +14,8 @@ from rpf3d_core.hazard.benches import (
     interval_in_percent,
     interval_text,
 )
+from rpf3d_core.hazard.by_source.worst_barriers import has_source_barriers
 from rpf3d_core.hazard.maps import HazardMaps
-from rpf3d_core.hazard.worst_barriers import has_source_barriers
 from rpf3d_core.results.hazard_files.barriers_report import ROCKS, barriers_section, shown_section
 
 HEADER = ("barrier", "of first arrivals", "rocks", "value")

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from rpf3d_core.hazard.benches import Bench
-from rpf3d_core.hazard.each_source import SourceBenches
+from rpf3d_core.hazard.by_source.each_source import SourceBenches
 
 SHARES = ("reached", "stopped", "retained")
 HEADER = [

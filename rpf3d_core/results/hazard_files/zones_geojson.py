@@ -18,7 +18,7 @@ import numpy as np
 
 from rpf3d_core.formats.reference_system import reference_system
 from rpf3d_core.hazard.benches import AREA, share_text
-from rpf3d_core.hazard.each_source import from_source, worst_benches
+from rpf3d_core.hazard.by_source.each_source import from_source, worst_benches
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.zones import (
     CLASS,

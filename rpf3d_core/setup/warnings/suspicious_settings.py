@@ -13,10 +13,10 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.models.sphere import SPHERE_GROUND
 from rpf3d_core.scene.releases import SIZES, RockSpec, SourceSpec
 from rpf3d_core.scene.zone_materials import used_coefficients
-from rpf3d_core.setup.line_order import warnings_of_lines
-from rpf3d_core.setup.scales import warnings_of_scales, words_on_low_density
 from rpf3d_core.setup.shapes import rock_of_scene
-from rpf3d_core.setup.source_lines import warnings_of_source_lines
+from rpf3d_core.setup.warnings.line_order import warnings_of_lines
+from rpf3d_core.setup.warnings.scales import warnings_of_scales, words_on_low_density
+from rpf3d_core.setup.warnings.source_lines import warnings_of_source_lines
 
 LEAST_FRICTION = 1.0
 """Smallest plausible friction angle (degrees); a smaller value is probably in radians, or a tangent.

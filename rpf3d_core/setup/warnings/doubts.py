@@ -2,9 +2,9 @@
 
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.zone_materials import words_on_unused
-from rpf3d_core.setup.file_heights import height_warnings
-from rpf3d_core.setup.layers import warnings_of_layers
-from rpf3d_core.setup.warnings import warnings_of
+from rpf3d_core.setup.warnings.file_heights import height_warnings
+from rpf3d_core.setup.warnings.layers import warnings_of_layers
+from rpf3d_core.setup.warnings.suspicious_settings import warnings_of
 from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.zones import zones_with_facets

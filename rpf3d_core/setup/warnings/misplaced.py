@@ -13,9 +13,9 @@ from rpf3d_core.formats.transformation import transformed_places
 from rpf3d_core.formats.units import LENGTHS
 from rpf3d_core.formats.words import either
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.setup.beyond_utm import beyond_utm
 from rpf3d_core.setup.coverage import plain
-from rpf3d_core.setup.extents import TERRAIN, Extent, terrain_extent
+from rpf3d_core.setup.warnings.beyond_utm import beyond_utm
+from rpf3d_core.setup.warnings.extents import TERRAIN, Extent, terrain_extent
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.mesh.faults import FaultReport
 

@@ -9,9 +9,8 @@ import numpy as np
 from rpf3d_core.ensemble.outward import HIGH
 from rpf3d_core.ensemble.statistics import sampling_of, wilson_interval
 from rpf3d_core.hazard.benches import ALL_SOURCES, AREA, Bench, bench_table, in_percent, share_text
-from rpf3d_core.hazard.maps import HazardMaps, Layers
-from rpf3d_core.hazard.source_tallies import part_of
-from rpf3d_core.hazard.worst import (
+from rpf3d_core.hazard.by_source.source_tallies import part_of
+from rpf3d_core.hazard.by_source.worst import (
     ALL,
     Counts,
     further_figures,
@@ -19,7 +18,8 @@ from rpf3d_core.hazard.worst import (
     with_largest_value,
     with_smallest_share,
 )
-from rpf3d_core.hazard.worst_barriers import hidden_at_barriers
+from rpf3d_core.hazard.by_source.worst_barriers import hidden_at_barriers
+from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.terrain.facets import Terrain
 
 UNNOTICED = 0.05

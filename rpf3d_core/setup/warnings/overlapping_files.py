@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.outward import three_figures
-from rpf3d_core.setup.rims_in_ground import stands_in_ground
+from rpf3d_core.setup.warnings.rims_in_ground import stands_in_ground
 from rpf3d_core.terrain.facets import Terrain, area_vectors
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.mesh.faults import FaultReport

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.ensemble.flights import FloatArray
-from rpf3d_core.hazard.set_places import PlaceCounts, PlaceTally
-from rpf3d_core.hazard.source_tallies import SourceTallies
+from rpf3d_core.hazard.by_set.set_places import PlaceCounts, PlaceTally
+from rpf3d_core.hazard.by_source.source_tallies import SourceTallies
 
 
 class SourceSets(NamedTuple):
@@ -15,7 +15,7 @@ class SourceSets(NamedTuple):
 
     rocks : (S, N) rocks flown from each source with each set
     zones, areas : counts in N Z zones and in N A areas, in the order of `SourceTallies`
-    barriers : (N,) for each source, `hazard.set_barriers.Bands` of each barrier; empty without barriers
+    barriers : (N,) for each source, `hazard.by_set.set_barriers.Bands` of each barrier; empty without barriers
     """
 
     rocks: FloatArray

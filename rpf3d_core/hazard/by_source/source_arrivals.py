@@ -66,6 +66,8 @@ class SourceArrivals:
     def at(self, number: int, b: int) -> tuple[IntArray, int, IntArray, Sample, Sample, Sample]:
         """Return the counts of one source at one barrier over all sets, in the order of the fields of `AtBarrier`.
 
+        The counts of rocks by first result, and of arrivals by result, are (4,).
+
         number, b : of the source and of the barrier
         """
         sets = len(self.first)

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.ensemble.statistics import share_of
 from rpf3d_core.hazard.benches import share_text
-from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps
-from rpf3d_core.hazard.worst import (
+from rpf3d_core.hazard.by_source.worst import (
     ALL,
     Counts,
     further_figures,
@@ -18,6 +17,7 @@ from rpf3d_core.hazard.worst import (
     with_largest_value,
     with_smallest_share,
 )
+from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps
 
 P95 = 95
 LARGEST = {"first_broken_through": "break through", "first_flown_over": "fly over"}
@@ -36,7 +36,8 @@ def has_source_barriers(maps: HazardMaps) -> bool:
 def worst_at_barriers(maps: HazardMaps) -> dict[str, list[int]]:
     """Return for each figure of summary.json the number of the worst source at each of B barriers; ALL for all rocks.
 
-    - `reached`, and the shares LARGEST: the source with the largest lower end, if it is clearly worse (`hazard.worst`).
+    - `reached`, and the shares LARGEST: the source with the largest lower end, if it is clearly worse
+      (`hazard.by_source.worst`).
     - The shares SMALLEST: the source with the smallest upper end, if it is clearly worse.
     - P95_OF: the source with the largest p95 of all sources with 20 rocks there, if it is above that of all rocks.
 

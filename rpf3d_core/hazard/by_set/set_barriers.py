@@ -12,8 +12,8 @@ from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.hazard.barrier_arrivals import HELD, OVER, THROUGH
 from rpf3d_core.hazard.barriers import AtBarrier, BarrierTally
+from rpf3d_core.hazard.by_source.source_arrivals import SourceArrivals
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
-from rpf3d_core.hazard.source_arrivals import SourceArrivals
 from rpf3d_core.unknowns.predictive import Interval, ranked_if_enough, shares_of_site
 
 P95 = 95

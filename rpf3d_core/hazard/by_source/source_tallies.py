@@ -16,9 +16,9 @@ import numpy as np
 from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.ensemble.flights import IntArray
 from rpf3d_core.hazard.bins import Scales
+from rpf3d_core.hazard.by_source.source_cells import SourceCells, WorstCells, fold_sources
 from rpf3d_core.hazard.layers import layers_of, without_passages
 from rpf3d_core.hazard.maps import CellStatistics, Layers
-from rpf3d_core.hazard.source_cells import SourceCells, WorstCells, fold_sources
 from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.hazard.walks.walk import Scratch
 from rpf3d_core.values import Outcome

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
+from rpf3d_core.hazard.by_source.worst import ALL
 from rpf3d_core.hazard.layers import ENERGY, bins_of, rank_values
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, CountArray, Layers
 from rpf3d_core.hazard.tally import BYTES_PER_SLOT, MOST_MERGES, CellTally
 from rpf3d_core.hazard.walks.cache_lines import Found
 from rpf3d_core.hazard.walks.visits import USED, Visits
-from rpf3d_core.hazard.worst import ALL
 
 P95 = 95
 SHARE = 0.5

@@ -17,10 +17,10 @@ from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.statistics import PERCENTILES
 from rpf3d_core.ensemble.stream import Sink
 from rpf3d_core.ensemble.totals import Totals
-from rpf3d_core.hazard.displaced import DisplacedFigures, DisplacedTally, moved_cells, percentiles_of
+from rpf3d_core.hazard.by_set.displaced import DisplacedFigures, DisplacedTally, moved_cells, percentiles_of
+from rpf3d_core.hazard.by_set.set_places import PlaceCounts, PlaceTally, less
+from rpf3d_core.hazard.by_set.set_sources import SourceSets, source_set_tally
 from rpf3d_core.hazard.maps import HazardMaps
-from rpf3d_core.hazard.set_places import PlaceCounts, PlaceTally, less
-from rpf3d_core.hazard.set_sources import SourceSets, source_set_tally
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.walks.cache_lines import LINE_ROCKS
 from rpf3d_core.unknowns.parameter_sets import ParameterSets
@@ -67,7 +67,7 @@ class SetFigures:
         for a set without values
     cells : for each set, the map cells that its rocks reached, and how many rocks reached each cell
     displaced : results of the same rocks with paths displaced by the error of the model; None if this error is unknown
-    barriers : predictive intervals at each barrier, `hazard.set_barriers.Bands`; empty without barriers
+    barriers : predictive intervals at each barrier, `hazard.by_set.set_barriers.Bands`; empty without barriers
     sources : counts of each set for each source; None if the scene has one source
     """
 
@@ -319,7 +319,7 @@ class SetTally:
 
 def _barrier_sets(tally: Any, sets: int) -> Any:
     """Return empty counts at barriers for `sets` sets; tally : `hazard.barriers.BarrierTally` of the run."""
-    from rpf3d_core.hazard.set_barriers import BarrierSets  # imported only for scenes with barriers
+    from rpf3d_core.hazard.by_set.set_barriers import BarrierSets  # imported only for scenes with barriers
 
     return BarrierSets(tally, sets)
 

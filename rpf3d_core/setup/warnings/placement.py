@@ -14,7 +14,7 @@ from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.setup.coverage import covered_share
 from rpf3d_core.setup.prepared import Prepared, places_of, releases_in_ranges
 from rpf3d_core.setup.rounds import rounds_of
-from rpf3d_core.setup.source_heights import SourceHeight, heights_of
+from rpf3d_core.setup.warnings.source_heights import SourceHeight, heights_of
 from rpf3d_core.terrain.frame import FloatArray
 
 MOST_ABOVE = 30.0

@@ -21,9 +21,9 @@ from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING, Releases
 from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.ensemble.statistics import PERCENTILES
 from rpf3d_core.ensemble.stream import Sink
+from rpf3d_core.hazard.by_set.set_places import PlaceCounts, PlaceTally
+from rpf3d_core.hazard.by_set.set_sources import SourceSets, source_set_tally
 from rpf3d_core.hazard.maps import Raster
-from rpf3d_core.hazard.set_places import PlaceCounts, PlaceTally
-from rpf3d_core.hazard.set_sources import SourceSets, source_set_tally
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.hazard.walks.over_facet import VERTICAL
@@ -53,7 +53,7 @@ class DisplacedFigures:
 
 
 class DisplacedTally:
-    """Counts the rocks of each parameter set with displaced paths; `hazard.sets.SetTally` calls its methods."""
+    """Counts the rocks of each parameter set with displaced paths; `hazard.by_set.sets.SetTally` calls its methods."""
 
     def __init__(self, moves: FloatArray, tallies: Tallies, engine: Engine) -> None:
         """Start with empty counts for S parameter sets; moves : displacement (S, 2) m of each set in plan.

@@ -11,7 +11,7 @@ from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.formats.polylines import without_repeats
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.coverage import plain
-from rpf3d_core.setup.line_order import lines_in_plan
+from rpf3d_core.setup.warnings.line_order import lines_in_plan
 from rpf3d_core.terrain.frame import FloatArray
 
 LONG = 3.0
