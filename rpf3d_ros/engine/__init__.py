@@ -1,1 +1,4 @@
-"""The threads of the simulator: they receive messages, build the terrain and fly rocks; rpf3d_ros/alerts decides."""
+"""The threads of the simulator: they receive messages, build the terrain and fly rocks.
+
+The thread that decides on alerts is in rpf3d_ros/alerts.
+"""

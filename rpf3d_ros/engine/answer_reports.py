@@ -19,29 +19,27 @@ ROOM_WITHIN = 0.1
 """Time (s) between two checks whether the simulator is being closed, while an answer waits for its decision."""
 
 
-class AnsweredState(NamedTuple):
+class PresentState(NamedTuple):
     """The present state of the simulator that answers are judged by, each part as a function.
 
+    desk : returns the alert desk; None without a site file, and until the station has made it
     region_of : returns the region of a trigger, that is the wall that its sources belong to
     standing : returns the terrain in use, None if there is none
     watch_present : passes the present outlines and terrain to the alert desk, before it decides
     """
 
+    desk: Callable[[], AlertDesk | None]
     region_of: Callable[[Trigger], Hashable]
     standing: Callable[[], PreparedTerrain | None]
     watch_present: Callable[[], None]
 
 
 class AnswerReports:
-    """Receives answers and failures from the thread that flies rocks (`FlightListener`).
+    """Receives answers and failures from the thread that flies rocks (`FlightListener`)."""
 
-    desk : (attribute) the alert desk; None without a site file, and until the station has made it
-    """
-
-    def __init__(self, configuration: StationConfiguration, outlets: Outlets, state: AnsweredState) -> None:
+    def __init__(self, configuration: StationConfiguration, outlets: Outlets, state: PresentState) -> None:
         """Report to these outlets; parameters as the classes describe them."""
         self._configuration, self._outlets, self._state = configuration, outlets, state
-        self.desk: AlertDesk | None = None
         self._closing = False
 
     def close(self) -> None:
@@ -58,12 +56,13 @@ class AnswerReports:
         Return only when few answers wait for their decision (`AlertDesk.wait_for_room`), because the disk may be slow.
         """
         self._state.watch_present()
-        if self.desk is not None:
+        desk = self._state.desk()
+        if desk is not None:
             evidence = evidence_of_answer(answer, self._circumstances())
-            self.desk.decide_on(self._state.region_of(answer.trigger), evidence, answer.trigger.topic)
+            desk.decide_on(self._state.region_of(answer.trigger), evidence, answer.trigger.topic)
         if not answer.trigger.is_unreported:
             self._publish(answer)
-        while self.desk is not None and not self._closing and not self.desk.wait_for_room(ROOM_WITHIN):
+        while desk is not None and not self._closing and not desk.wait_for_room(ROOM_WITHIN):
             pass  # the disk is slow: no rocks fly until the decisions have followed
 
     def _publish(self, answer: Answer) -> None:
@@ -103,17 +102,19 @@ class AnswerReports:
         """
         self._outlets.logger.error("".join(traceback.format_exception(error)))
         self._outlets.health.set("run", ERROR, f"{type(error).__name__}: {error}")
-        if self.desk is not None:
+        desk = self._state.desk()
+        if desk is not None:
             why = f"an answer failed: {type(error).__name__}"
             if trigger is None:
-                self.desk.lose(why)
+                desk.lose(why)
             else:
                 self._decide_without_answer(trigger, why)
 
     def _decide_without_answer(self, trigger: Trigger, fault: str) -> None:
-        if self.desk is not None:
+        desk = self._state.desk()
+        if desk is not None:
             evidence = evidence_without_answer(trigger, fault, self._circumstances())
-            self.desk.decide_on(self._state.region_of(trigger), evidence, trigger.topic)
+            desk.decide_on(self._state.region_of(trigger), evidence, trigger.topic)
 
     def _circumstances(self) -> EvidenceContext:
         return EvidenceContext(

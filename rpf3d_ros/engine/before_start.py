@@ -11,7 +11,10 @@ from rpf3d_ros.engine.terrain_faults import TerrainLack, lack_of, not_restored, 
 
 
 class BeforeStart:
-    """The state before the start, for those topics that the node still has; empty without a decision log.
+    """The state before the start: what the decision log saved, and the terrain that was restored from the store.
+
+    Without a decision log, nothing was saved. `heard`, `missed`, `areas` and `refused` contain only topics that the
+    node still has.
 
     memory : (attribute) the saved state as plain values, made by `Station._inputs_to_remember` and the alert desk
     terrain : (attribute) the terrain that was restored from the store, None if no terrain was restored
@@ -64,8 +67,8 @@ class BeforeStart:
         """Return the whole survey that the restored terrain was made from."""
         return survey_in_use(self.terrain, self.memory)
 
-    def replaced_surveys(self) -> Collection[str]:
-        """Return the digests of the surveys that were in use earlier."""
+    def replaced_meshes(self) -> Collection[str]:
+        """Return the digests of the meshes that were in use before the whole survey in use."""
         return self.memory.get("replaced", ())
 
     def terrain_lack(self) -> TerrainLack:

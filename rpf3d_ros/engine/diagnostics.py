@@ -1,4 +1,4 @@
-"""Parts `queues`, `store` and `terrain` of the diagnostics: what waits, what is stored, which terrain is in use."""
+"""Diagnostics of the inputs: which messages wait, whether the terrain is stored, and which terrain is in use."""
 
 from rpf3d_core.live.ground import LiveTerrain
 from rpf3d_core.live.store import Store

@@ -20,7 +20,7 @@ from rpf3d_ros.alerts.areas_before import AreasBefore
 from rpf3d_ros.alerts.place_checks import PlaceChecks
 from rpf3d_ros.alerts.refused_inputs import RefusedInputs
 from rpf3d_ros.alerts.source_topics import BY_HAND
-from rpf3d_ros.engine.answer_reports import AnsweredState, AnswerReports
+from rpf3d_ros.engine.answer_reports import AnswerReports, PresentState
 from rpf3d_ros.engine.answered_sources import AnsweredSources
 from rpf3d_ros.engine.before_start import BeforeStart
 from rpf3d_ros.engine.builder import Builder
@@ -98,14 +98,14 @@ class Station:
         period = terms.scan_period_s if terms is not None else None
         self.sources = WaitingSources(parameters.region_size, parameters.waiting_sources, period is not None)
         cluster = terms.cluster_m if terms is not None else math.inf
-        self.reports = AnswerReports(configuration, outlets, self._answered_state())
+        self.desk: AlertDesk | None = None
+        self.reports = AnswerReports(configuration, outlets, self._present_state())
         size = EnsembleSize(first=parameters.first_rocks, least=least, cluster=cluster)
         self.flyer = Flyer(spread_of(parameters), size, self.sources, itertools.count(1), self.reports, answered)
         self.builder = Builder(
             scene, configuration.workshop, self.terrain, self.flyer, self, configuration.store, outlets.now,
-            self._before.survey(), self._before.replaced_surveys(),
+            self._before.survey(), self._before.replaced_meshes(),
         )  # fmt: skip
-        self.desk: AlertDesk | None = None
         self._clicked_s: float | None = None  # when a source was last clicked (s, steady clock)
         self._places: PlaceChecks | None = None  # without a site file, places are not checked
         persons = configuration.thresholds.acknowledge if configuration.thresholds is not None else None
@@ -119,7 +119,7 @@ class Station:
             # The thread of the alert desk may write to disk and decide as soon as it runs. So all that is known from
             # before the start is noted first.
             self._remember_refusals()
-            self.desk = self.reports.desk = self._desk_of(configuration, configuration.thresholds)
+            self.desk = self._desk_of(configuration, configuration.thresholds)
             self._places = self._places_of(configuration.thresholds, self.desk)
             self._places.restore(self._before.places, self._before.sensors)
             self._report_terrain()
@@ -133,10 +133,11 @@ class Station:
         else:
             outlets.health.set("terrain", WARN, configuration.standing_report or "no terrain yet")
 
-    def _answered_state(self) -> AnsweredState:
-        return AnsweredState(
-            region_of=self.sources.region_of, standing=lambda: self.flyer.standing, watch_present=self._watch_present
-        )
+    def _present_state(self) -> PresentState:
+        return PresentState(
+            desk=lambda: self.desk, region_of=self.sources.region_of, standing=lambda: self.flyer.standing,
+            watch_present=self._watch_present,
+        )  # fmt: skip
 
     def _desk_of(self, configuration: StationConfiguration, thresholds: Thresholds) -> AlertDesk:
         """Return the alert desk, which continues from the decisions and topics before the start."""

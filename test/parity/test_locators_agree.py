@@ -153,3 +153,14 @@ def test_a_place_far_above_the_terrain_needs_few_boxes(height: float) -> None:
     assert np.array_equal(found, Compiled(facets).ground_below(place))
     assert found[0, 1] >= 0 and found[0, 0] > height
     assert counted.boxes < 30
+
+
+def test_under_the_ground_both_engines_find_nothing_and_search_few_boxes() -> None:
+    """No rock looks straight down, so no check follows whether a rock has fallen through the ground."""
+    facets = facets_of(benches_terrain(Benches(number=1, roughness=0.1)))
+    engine = Reference(facets)
+    engine.locator.locator = counted = Counted(engine.locator.locator)
+    place = np.array([[*0.5 * (np.array(facets.low[:2]) + np.array(facets.high[:2])), facets.low[2] + 1e-3]])
+    assert engine.ground_below(place).tolist() == [[0.0, -1.0, 1.0]]
+    assert np.array_equal(engine.ground_below(place), Compiled(facets).ground_below(place))
+    assert counted.boxes < 30

@@ -5,13 +5,15 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from rpf3d_core.terrain.mesh import border
 from rpf3d_core.terrain.mesh.border import border_of, left_over
 
 
+@pytest.mark.parametrize("kind", [np.int32, np.int64])
 @pytest.mark.parametrize("seed", range(30))
-def test_sides_that_no_opposite_side_cancels_are_those_that_a_count_of_each_edge_leaves(seed):
+def test_sides_that_no_opposite_side_cancels_are_those_that_a_count_of_each_edge_leaves(seed, kind):
     random = np.random.default_rng(seed)
-    sides = random.integers(0, random.integers(1, 12), (random.integers(0, 60), 2))
+    sides = random.integers(0, random.integers(1, 12), (random.integers(0, 60), 3), dtype=kind)[:, :2]
     count = Counter((a, b) for a, b in sides.tolist() if a != b)
     expected = {side: n - count[side[::-1]] for side, n in count.items() if n > count[side[::-1]]}
     kept = left_over(sides)
@@ -21,10 +23,32 @@ def test_sides_that_no_opposite_side_cancels_are_those_that_a_count_of_each_edge
         assert kept[equal].tolist() == [True] * n + [False] * (len(equal) - n)
 
 
-def test_large_vertex_numbers_are_distinguished():
-    far = 2**31 - 2
-    sides = np.array([[far, far - 1], [far - 1, far], [0, far], [far, 1], [1, 0]])
-    assert left_over(sides).tolist() == [False, False, True, True, True]
+def test_edges_that_are_equal_in_their_last_32_bits_are_distinguished():
+    """The key of an edge is the lower number times the number of vertices (2^31), plus the higher number."""
+    far = 2**31 - 1
+    for other in range(2, 100, 2):  # some of these edges have the same slot as the first
+        assert left_over(np.array([[0, far], [far, other]], dtype=np.int32)).tolist() == [True, True]
+    assert left_over(np.array([[0, far], [far, 0]], dtype=np.int32)).tolist() == [False, False]
+
+
+@pytest.mark.parametrize("width", [1000, 1024, 32768])
+def test_the_sides_of_a_grid_of_any_width_take_about_as_long(width):
+    """The vertices of a window in a wide grid have numbers in steps of the width, which a poor hash repeats."""
+    rows, columns = np.mgrid[0:70, 0:70]
+    first = (rows * width + columns).ravel()
+    sides = np.concatenate([np.stack([first, first + 1], 1), np.stack([first + width, first], 1)])
+    assert longest_search(sides) < 60
+
+
+def longest_search(sides):
+    """Return the largest number of slots that the table of `left_over` searches for an edge."""
+    slots = 1 << (2 * len(sides)).bit_length()
+    keys, net, place = np.full(slots, border.FREE), np.zeros(slots, np.int64), np.empty(len(sides), np.int64)
+    table = border.EdgeTable(keys=keys, net=net, place=place)
+    border._flag_uncancelled(sides, int(sides.max()) + 1, table, np.zeros(len(sides), dtype=bool))
+    taken = np.sort(np.flatnonzero(keys != border.FREE))
+    ends = np.flatnonzero(np.diff(taken, append=slots + 1) > 1)  # a search ends at the end of a run of taken slots
+    return int(np.diff(ends, prepend=-1).max())
 
 
 def test_the_border_of_a_square_with_a_hole_has_an_outer_and_an_inner_ring():

@@ -75,17 +75,23 @@ def left_over(number: Corners) -> NDArray[np.bool_]:
 
     number : (N, 2) vertex numbers of the ends of each side
     """
+    number = np.ascontiguousarray(number, dtype=np.int64)  # so that numba compiles the loop only once
     slots = 1 << int(2 * len(number)).bit_length()
+    keys, net, place = (np.zeros(n, np.int64) for n in (slots, slots, len(number)))
+    keys[:] = FREE
     kept = np.zeros(len(number), dtype=bool)
-    keys, net, place = np.full(slots, -1), np.zeros(slots, np.int64), np.empty(len(number), np.int64)
-    _keep_alone(number, int(number.max(initial=0)) + 1, EdgeTable(keys=keys, net=net, place=place), kept)
+    _flag_uncancelled(number, int(number.max(initial=0)) + 1, EdgeTable(keys=keys, net=net, place=place), kept)
     return kept
 
 
-class EdgeTable(NamedTuple):
-    """A hash table of the edges of N sides, with open addressing: an edge is in the first free slot from its own on.
+FREE = -1
+"""Key of a slot of `EdgeTable` that holds no edge."""
 
-    keys : (K,) edge in each slot, -1 if the slot is free; K is a power of 2, and at least twice the number of edges
+
+class EdgeTable(NamedTuple):
+    """A hash table of the edges of N sides. If the slot of an edge holds another edge, the next free slot is taken.
+
+    keys : (K,) edge in each slot, FREE if there is none; K is a power of 2, and more than twice the number of sides
     net : (K,) number of sides along the edge from the lower to the higher vertex, less those in the opposite direction
     place : (N,) slot of the edge of each side
     """
@@ -96,7 +102,7 @@ class EdgeTable(NamedTuple):
 
 
 @loop
-def _keep_alone(number: Any, vertices: int, table: EdgeTable, kept: Any) -> None:
+def _flag_uncancelled(number: Any, vertices: int, table: EdgeTable, kept: Any) -> None:
     """Set a flag in `kept` (N,) for each side that no opposite side cancels, the first of several equal sides first.
 
     number : (N, 2) vertex numbers of the ends of each side, below `vertices`; table : an empty table
@@ -105,8 +111,9 @@ def _keep_alone(number: Any, vertices: int, table: EdgeTable, kept: Any) -> None
     for i in range(len(number)):
         low, high = min(number[i, 0], number[i, 1]), max(number[i, 0], number[i, 1])
         edge = int(low) * vertices + int(high)
-        slot = (int(low) * 73_856_093 ^ int(high) * 19_349_663) & last
-        while table.keys[slot] != -1 and table.keys[slot] != edge:
+        mixed = int(low) * 73_856_093 ^ int(high) * 19_349_663
+        slot = (mixed ^ mixed >> 17 ^ mixed >> 34) & last  # the low digits alone repeat for rows of 1024 vertices
+        while table.keys[slot] != FREE and table.keys[slot] != edge:
             slot = (slot + 1) & last
         table.keys[slot], table.place[i] = edge, slot
         if low != high:

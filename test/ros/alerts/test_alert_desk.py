@@ -22,7 +22,7 @@ from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros.alerts import alert_desk
 from rpf3d_ros.alerts.alert_desk import NO_CLOCK, AlertDesk
 from rpf3d_ros.alerts.source_topics import BY_HAND, OPTIONAL, REMOVED
-from rpf3d_ros.engine.answer_reports import AnsweredState, AnswerReports
+from rpf3d_ros.engine.answer_reports import AnswerReports, PresentState
 from rpf3d_ros.engine.decision_reports import DecisionReports
 from rpf3d_ros.engine.station import Station
 
@@ -496,11 +496,11 @@ def test_a_sensor_that_was_removed_is_a_fault_over_a_new_beginning_and_none_for_
 
 def answer_reports(desk):
     """Return answer reports of one wall at NOW, which request decisions from a desk."""
-    state = AnsweredState(region_of=lambda trigger: "wall", standing=lambda: None, watch_present=lambda: None)
+    state = PresentState(
+        desk=lambda: desk, region_of=lambda trigger: "wall", standing=lambda: None, watch_present=lambda: None
+    )
     outlets = MagicMock(now=lambda: NOW)
-    reports = AnswerReports(SimpleNamespace(scene=SimpleNamespace(seed=1)), outlets, state)
-    reports.desk = desk
-    return reports
+    return AnswerReports(SimpleNamespace(scene=SimpleNamespace(seed=1)), outlets, state)
 
 
 def test_an_answer_that_fails_loses_evidence_and_forgets_no_topic():

@@ -9,7 +9,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from rpf3d_ros.alerts.standing_faults import StandingFaults
 from rpf3d_ros.engine import station as module
 from rpf3d_ros.engine import waiting_terrain
-from rpf3d_ros.engine.answer_reports import AnsweredState, AnswerReports
+from rpf3d_ros.engine.answer_reports import AnswerReports, PresentState
 from rpf3d_ros.engine.decision_reports import DecisionReports
 from rpf3d_ros.engine.outlets import Outlets
 from rpf3d_ros.engine.station import Station
@@ -50,7 +50,9 @@ def made(ends):
     station.desk, station._configuration = Threads(True), SimpleNamespace(store=None)
     station._outlets = Outlets(calls, calls, calls, calls, lambda: 7)
     station.decisions = DecisionReports(station._outlets, "map")
-    state = AnsweredState(region_of=str, standing=lambda: None, watch_present=lambda: None)
+    state = PresentState(
+        desk=lambda: station.desk, region_of=str, standing=lambda: None, watch_present=lambda: None
+    )
     station.reports = AnswerReports(SimpleNamespace(), station._outlets, state)
     return station, calls
 
