@@ -5,7 +5,7 @@ The loops have the same names and arrays as the functions in `cpp/blocks.cpp`. C
 
 from typing import Any
 
-from rpf3d_core.body.clearance import Sweep, clear_time
+from rpf3d_core.body.clearance import BodySweep, clear_time
 from rpf3d_core.body.contacts import put, vector
 from rpf3d_core.body.distance import separation
 from rpf3d_core.body.inelastic import Velocity, inelastic
@@ -57,12 +57,12 @@ def find_clear_times(arms: Any, corners: Any, body: Any, sweeps: Any, planes: An
     """Call `clear_time` and write the times (s) into `out` (C,).
 
     arms : (B, 4, N) m, as written by `clearance.set_arms`; corners : (B, 2) number of corners of each body, and N
-    body : (C,) number of each call's body; sweeps : (C, 15), a `Sweep`; planes : (C, 4) normal and distance (m)
+    body : (C,) number of each call's body; sweeps : (C, 15), a `BodySweep`; planes : (C, 4) normal and distance (m)
     most : (C,) s, argument `most` of `clear_time`
     """
     for i in range(len(out)):
         row, plane = sweeps[i], (vector(planes[i], 0), planes[i, 3])
-        sweep = Sweep(vector(row, 0), vector(row, 3), vector(row, 6), quaternion(row, 9), row[13], row[14])
+        sweep = BodySweep(vector(row, 0), vector(row, 3), vector(row, 6), quaternion(row, 9), row[13], row[14])
         out[i] = clear_time(arms[body[i]], corners[body[i], 0], sweep, plane, most[i])
 
 

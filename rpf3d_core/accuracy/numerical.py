@@ -79,7 +79,7 @@ class Price(NamedTuple):
     by_clock: bool
 
 
-class Measured(NamedTuple):
+class MeasuredSetting(NamedTuple):
     """The measured error and cost of one fixed-step setting.
 
     off : difference from the result of the same rocks with exact contacts
@@ -101,7 +101,7 @@ class Measured(NamedTuple):
 
 def stepped_answers(
     prepared: Prepared, releases: Releases, exact: FlownSample, settings: tuple[Steps, ...] = SETTINGS
-) -> Iterator[Measured]:
+) -> Iterator[MeasuredSetting]:
     """Yield the error and the cost of each fixed-step setting, compared with exact contacts for the same rocks.
 
     exact : result of all releases with exact contacts; settings : the fixed-step settings to measure
@@ -119,7 +119,7 @@ def stepped_answers(
         compiled = price_of(prepared, releases, setting, steps, step_compiled)
         step_vtk, step_compiled = vtk.step, compiled.step
         lost = float(under_ground(found.flights.deposits, prepared.engine).mean())
-        yield Measured(
+        yield MeasuredSetting(
             setting=setting,
             rocks=rocks,
             off=difference(found, same[rocks], prepared.scene.gravity),
@@ -130,7 +130,7 @@ def stepped_answers(
         )
 
 
-def raster_answers(prepared: Prepared, releases: Releases, exact: FlownSample) -> Iterator[Measured]:
+def raster_answers(prepared: Prepared, releases: Releases, exact: FlownSample) -> Iterator[MeasuredSetting]:
     """Yield the error and the cost of fixed steps on rasters of several cell sizes, for several time steps.
 
     On each raster, the rocks start at the same heights above the ground as on the scene's terrain. A raster with more
@@ -156,7 +156,7 @@ def raster_answers(prepared: Prepared, releases: Releases, exact: FlownSample) -
                 step=found.seconds_per_1000 / 1000.0 / max(steps, 1.0),
                 by_clock=True,
             )
-            yield Measured(
+            yield MeasuredSetting(
                 setting=OnRaster(cell, dt),
                 rocks=len(found.rows),
                 off=off,

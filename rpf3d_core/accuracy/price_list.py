@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from rpf3d_core.accuracy.differences import AnswerDifference, Metres
 from rpf3d_core.accuracy.geometric import Coarser
 from rpf3d_core.accuracy.in_contact import InContact
-from rpf3d_core.accuracy.numerical import Measured, OnRaster, Steps
+from rpf3d_core.accuracy.numerical import MeasuredSetting, OnRaster, Steps
 from rpf3d_core.accuracy.parametric import OverSets
 from rpf3d_core.accuracy.precise import DIGITS, ImpactErrors, impact_errors
 from rpf3d_core.accuracy.statistical import Sampled, beyond_chance, floor_of
@@ -109,7 +109,7 @@ def steps_setting(steps: Steps | OnRaster) -> dict[str, Any]:
     return {"method": "stepping" if isinstance(steps, Steps) else "raster", **steps._asdict()}
 
 
-def priced_steps(found: Measured, sampled: list[Sampled]) -> Priced:
+def priced_steps(found: MeasuredSetting, sampled: list[Sampled]) -> Priced:
     """Return the line of the price list for a fixed-step method: its setting, error and cost.
 
     sampled : statistical errors, which state how much of a difference is chance

@@ -18,7 +18,7 @@ of P + K is at most 1/2 + sqrt(1/4 + k^2) = 1.264; the sum of the norms of P and
 """
 
 
-class Sweep(NamedTuple):
+class BodySweep(NamedTuple):
     """The state of a body in free flight at time 0.
 
     x, v : centre of mass (3,) m and its velocity (3,) m/s, in space
@@ -85,7 +85,7 @@ class Descent(NamedTuple):
 
 
 @kernel
-def _descent(sweep: Sweep, plane: tuple[Vec, float]) -> Descent:
+def _descent(sweep: BodySweep, plane: tuple[Vec, float]) -> Descent:
     """Return the numbers that describe the approach of a body's corners to a plane; plane : as in `clear_time`."""
     n = plane[0]
     return Descent(
@@ -127,7 +127,7 @@ def _all_clear(arms: Any, count: int, descent: Descent, most: float) -> bool:
 
 
 @routine
-def clear_time(arms: Any, count: int, sweep: Sweep, plane: tuple[Vec, float], most: float) -> float:
+def clear_time(arms: Any, count: int, sweep: BodySweep, plane: tuple[Vec, float], most: float) -> float:
     """Return a time (s), 0 or more, before which no corner of the body reaches the plane n . y = d.
 
     arms : (4, N), of which the first `count` columns are the body's corners, from `set_arms`

@@ -20,7 +20,7 @@ MASS = "mass_column"
 """Key of the scene's `calibration` that names the column with the masses."""
 
 
-class Cell(NamedTuple):
+class ColumnCell(NamedTuple):
     """The content of a column for one end point.
 
     place : where the cell is in the file, for messages; content : text of the cell, or value of a GeoJSON property
@@ -68,7 +68,7 @@ def doubt_on_masses(path: Path, column: int | str) -> str:
     return f"`calibration.{MASS}`: {doubt}" if doubt else ""
 
 
-def _all_cells(path: Path, column: int | str, key: str) -> list[Cell]:
+def _all_cells(path: Path, column: int | str, key: str) -> list[ColumnCell]:
     """Return the cells of a column of a text, CSV or GeoJSON, without the header; parameters as in `column_of`.
 
     Raise InputError for a file in another format.
@@ -99,7 +99,7 @@ def _number(content: Any) -> float:
     return float(content)
 
 
-def _cells(path: Path, column: int | str, key: str) -> Iterator[Cell]:
+def _cells(path: Path, column: int | str, key: str) -> Iterator[ColumnCell]:
     """Yield the cells of a column of a text or CSV, without its header; parameters as in `column_of`."""
     rows = list(rows_of(path, text_of(path)))
     header = rows[0] if rows and all(math.isnan(_number(cell)) for cell in rows[0].cells) else None
@@ -107,7 +107,7 @@ def _cells(path: Path, column: int | str, key: str) -> Iterator[Cell]:
     for row in rows if header is None else rows[1:]:
         content = row.cells[place] if place < len(row.cells) else ""
         name = header.cells[place] if header is not None and place < len(header.cells) else ""
-        yield Cell(f"line {row.line}, column {place + 1}", content, name)
+        yield ColumnCell(f"line {row.line}, column {place + 1}", content, name)
 
 
 def _place_without_names(path: Path, rows: list[Row], column: int | str, key: str) -> int:
@@ -145,7 +145,7 @@ def _place_of(path: Path, header: Row, column: int | str, key: str) -> int:
     return place
 
 
-def _properties(path: Path, column: int | str, key: str) -> Iterator[Cell]:
+def _properties(path: Path, column: int | str, key: str) -> Iterator[ColumnCell]:
     """Yield the value of a property for each point of a GeoJSON file, in the order of the points.
 
     column : name of the property; key : the scene's key with this name, for messages
@@ -160,4 +160,4 @@ def _properties(path: Path, column: int | str, key: str) -> Iterator[Cell]:
         value = properties.get(column) if isinstance(properties, dict) else None
         for geometry in geometries(path, feature, ("Point", "MultiPoint")):
             points = 1 if geometry["type"] == "Point" else len(geometry["coordinates"])
-            yield from [Cell(f"feature {number}, property {column!r}", value, column)] * points
+            yield from [ColumnCell(f"feature {number}, property {column!r}", value, column)] * points

@@ -28,7 +28,7 @@ COPIES = 16
 """Number of displaced copies of each rock that are compared with an area; the same for all rocks and sets."""
 
 
-class Extent(NamedTuple):
+class PathExtents(NamedTuple):
     """Extent of the path of each of R rocks along the slope, as distances in the input's coordinates.
 
     begin : (R,) m, distance along the slope at which the path begins
@@ -45,7 +45,7 @@ def deposited_in(batch: Batch) -> NDArray[np.bool_]:
     return np.isin(batch.counts[:, 0], [int(outcome) for outcome in DEPOSITED])
 
 
-def extent_of(batch: Batch, directions: Directions) -> Extent:
+def extent_of(batch: Batch, directions: Directions) -> PathExtents:
     """Return the extent of each rock's recorded path along the slope; only ends of path segments are compared."""
     rows = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
     distance = directions.places(batch.pieces[:, 1:4])[:, 0]
@@ -54,10 +54,10 @@ def extent_of(batch: Batch, directions: Directions) -> Extent:
     np.maximum.at(most, rows, distance)
     recorded, first = np.unique(rows, return_index=True)
     begin[recorded] = distance[first]
-    return Extent(begin=begin, least=least, most=most)
+    return PathExtents(begin=begin, least=least, most=most)
 
 
-def passed(extent: Extent, at: float, misfits: FloatArray) -> FloatArray:
+def passed(extent: PathExtents, at: float, misfits: FloatArray) -> FloatArray:
     """Return the probability (M, R) that each rock passed a gate, for each misfit (M,) m.
 
     The farthest point of a path has the error of the model. The beginning of a path is known and has no error. So a
@@ -70,7 +70,7 @@ def passed(extent: Extent, at: float, misfits: FloatArray) -> FloatArray:
     return np.stack([np.where(before, _beyond(extent.most - at, sd), extent.least < at) for sd in misfits.tolist()])
 
 
-def reached_section(extent: Extent, section: Section, misfits: FloatArray) -> FloatArray:
+def reached_section(extent: PathExtents, section: Section, misfits: FloatArray) -> FloatArray:
     """Return the probability (M, R) that each rock began beyond the lower end of a section, or went past this end.
 
     The probability is 1 if the section has no lower end. As in `passed`, the farthest point of a path has the error of

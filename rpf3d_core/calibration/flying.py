@@ -28,9 +28,9 @@ from rpf3d_core.calibration.flown_counts import (
 )
 from rpf3d_core.calibration.flown_passages import Passages, passages
 from rpf3d_core.calibration.observations import (
-    Counted,
     Directions,
     Field,
+    ObservedCount,
     Values,
     calibration_of,
     directions_of,
@@ -328,7 +328,7 @@ def _of_values(one: Values, gate: Passages, mass: FloatArray, mixed: NDArray[np.
     return value_densities(simulated[mixed], one.observed, one.error)
 
 
-def _probabilities(slope: Slope, one: Counted, batch: Batch) -> FloatArray:
+def _probabilities(slope: Slope, one: ObservedCount, batch: Batch) -> FloatArray:
     """Return the probability (M, R) that each rock did what was counted in the field, for each misfit.
 
     one : a count of observed rocks; batch : the R flown rocks

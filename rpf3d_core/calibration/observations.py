@@ -49,7 +49,7 @@ class Values(NamedTuple):
     error: float
 
 
-class Counted(NamedTuple):
+class ObservedCount(NamedTuple):
     """Number of observed rocks that passed a gate, or stopped in or reached a place.
 
     place : name of the gate, area of interest or section; kind : passed, stopped or reached
@@ -77,7 +77,7 @@ class Field(NamedTuple):
     masses: FloatArray | None
     shapes: IntArray | None
     values: tuple[Values, ...]
-    counted: tuple[Counted, ...]
+    counted: tuple[ObservedCount, ...]
     doubt: str = ""
 
 
@@ -168,11 +168,11 @@ def _values_of(spec: CalibrationSpec) -> Iterator[Values]:
                 yield Values(gate=gate.name, kind=kind, at=gate.at, observed=np.array(observed), error=error)
 
 
-def _counted_in(scene: Scene, spec: CalibrationSpec) -> Iterator[Counted]:
+def _counted_in(scene: Scene, spec: CalibrationSpec) -> Iterator[ObservedCount]:
     """Yield all counts of a scene: of rocks that passed a gate, stopped in a place or reached a place."""
     for gate in spec.gates:
         if gate.passed is not None and gate.of is not None:
-            yield Counted(place=gate.name, kind="passed", at=gate.at, rocks=gate.passed, of=gate.of)
+            yield ObservedCount(place=gate.name, kind="passed", at=gate.at, rocks=gate.passed, of=gate.of)
     areas = [area.name for area in scene.areas_of_interest]
     sections = {} if scene.observed is None else scene.observed.sections
     for share in spec.shares:
@@ -181,6 +181,6 @@ def _counted_in(scene: Scene, spec: CalibrationSpec) -> Iterator[Counted]:
             raise InputError(f"{scene.path}: `calibration.shares` names {share.place!r}, which is neither an area of "
                              f"interest nor a section of `observed`; there are: {known}")  # fmt: skip
         if share.stopped is not None:
-            yield Counted(place=share.place, kind="stopped", at=None, rocks=share.stopped, of=share.of)
+            yield ObservedCount(place=share.place, kind="stopped", at=None, rocks=share.stopped, of=share.of)
         elif share.reached is not None:
-            yield Counted(place=share.place, kind="reached", at=None, rocks=share.reached, of=share.of)
+            yield ObservedCount(place=share.place, kind="reached", at=None, rocks=share.reached, of=share.of)

@@ -14,9 +14,9 @@ from rpf3d_core.calibration.reserve import Pace, Reserve, first_reserve
 from rpf3d_core.calibration.sampling import (
     ENOUGH,
     MOST_ROUNDS,
+    FlownRound,
     Posterior,
     Proposed,
-    Round,
     drawn_sets,
     first_proposal,
     is_enough,
@@ -24,7 +24,7 @@ from rpf3d_core.calibration.sampling import (
     sets_of_round,
     with_next,
 )
-from rpf3d_core.calibration.state import Kept, drop_parts, read_round, save_part
+from rpf3d_core.calibration.state import KeptSets, drop_parts, read_round, save_part
 from rpf3d_core.materials.distributions import Distribution
 
 FloatArray = NDArray[np.float64]
@@ -101,7 +101,7 @@ def fly_rounds(
         files; called at most once, between two rounds, to measure this work. None to reserve a fixed part of the budget
     """
     observed, proposed = observed_of(slope), first_proposal(len(priors))
-    rounds, flown, numbers, posterior = list[Round](), list[Flown](), list[int](), None
+    rounds, flown, numbers, posterior = list[FlownRound](), list[Flown](), list[int](), None
     reserve = first_reserve(control.began or time.monotonic(), control.deadline)
     pace = Pace(workers_of(slope, control.threads))
 
@@ -117,7 +117,7 @@ def fly_rounds(
         one = _fly_round(slope, priors, z, number, state, control._replace(stop=stop), _counting(pace, tell))
         if not one:
             break
-        rounds.append(Round(z=z[: len(one)], densities=np.stack([each.densities for each in one])))
+        rounds.append(FlownRound(z=z[: len(one)], densities=np.stack([each.densities for each in one])))
         flown, numbers = [*flown, *one], [*numbers, *[number] * len(one)]
         proposed = with_next(proposed, rounds, observed, seed)
         if len(one) < len(z):
@@ -214,8 +214,8 @@ def _fly_round(
         done.append(one)
         tell(len(done))
         if time.monotonic() - saved > SAVED_EVERY:
-            save_part(state, number, part, Kept(z[len(done) - len(unsaved) : len(done)], unsaved))
+            save_part(state, number, part, KeptSets(z[len(done) - len(unsaved) : len(done)], unsaved))
             part, unsaved, saved = part + 1, [], time.monotonic()
     if unsaved:
-        save_part(state, number, part, Kept(z[len(done) - len(unsaved) : len(done)], unsaved))
+        save_part(state, number, part, KeptSets(z[len(done) - len(unsaved) : len(done)], unsaved))
     return done

@@ -47,7 +47,7 @@ MOST_NOISE = 1.0
 """Noise of the log-likelihood (-) up to which a calibration may end before its last round."""
 
 
-class Round(NamedTuple):
+class FlownRound(NamedTuple):
     """The flown parameter sets of one round.
 
     z : (S, U) unknowns as standard normal numbers (`normal_space`); densities : (S, GROUPS, M, C) of the observations
@@ -114,7 +114,7 @@ def drawn_sets(proposed: Proposed, number: int, seed: int) -> FloatArray:
     return draw(mixture, sets_of_round(number, mixture.root.shape[0]), seed, number)
 
 
-def with_next(proposed: Proposed, rounds: Sequence[Round], observed: Observed, seed: int) -> Proposed:
+def with_next(proposed: Proposed, rounds: Sequence[FlownRound], observed: Observed, seed: int) -> Proposed:
     """Return the given proposals and the proposal of the next round, which is computed from all rounds flown so far.
 
     proposed : proposals of the flown rounds; rounds : the flown sets of these rounds; seed : of the calibration
@@ -128,7 +128,7 @@ def with_next(proposed: Proposed, rounds: Sequence[Round], observed: Observed, s
     return Proposed(mixtures=(*proposed.mixtures, mixture), power=power, covariance=covariance)
 
 
-def posterior_of(proposed: Proposed, rounds: Sequence[Round], observed: Observed, seed: int) -> Posterior:
+def posterior_of(proposed: Proposed, rounds: Sequence[FlownRound], observed: Observed, seed: int) -> Posterior:
     """Return the posterior from all flown sets; the last round may be incomplete.
 
     proposed : proposals of the rounds; rounds : the flown sets of each round; seed : of the calibration
@@ -155,7 +155,7 @@ def is_enough(posterior: Posterior, power: float) -> bool:
     return power == 1.0 and posterior.effective >= ENOUGH and posterior.noise <= MOST_NOISE
 
 
-def _together(rounds: Sequence[Round], mixtures: Sequence[Mixture]) -> tuple[FloatArray, FloatArray]:
+def _together(rounds: Sequence[FlownRound], mixtures: Sequence[Mixture]) -> tuple[FloatArray, FloatArray]:
     """Return the sets z (S, U) of all rounds, and the logarithm of the importance (S,) of each set.
 
     mixtures : proposal of each round
@@ -164,7 +164,7 @@ def _together(rounds: Sequence[Round], mixtures: Sequence[Mixture]) -> tuple[Flo
     return z, log_importance(z, mixtures[: len(rounds)], [len(one.z) for one in rounds])
 
 
-def _densities(rounds: Sequence[Round], observed: Observed) -> Densities:
+def _densities(rounds: Sequence[FlownRound], observed: Observed) -> Densities:
     values = np.concatenate([one.densities for one in rounds])
     numbers = np.repeat(np.arange(len(rounds)), [len(one.z) for one in rounds])
     return Densities(values=values, rounds=numbers, counts=observed.counts, anywhere=observed.anywhere)

@@ -25,7 +25,7 @@ VERSION = 3
 """Version of the files with flown sets; the version changes whenever the sampler or the densities change."""
 
 
-class Kept(NamedTuple):
+class KeptSets(NamedTuple):
     """The flown parameter sets of one round: z (S, U), as in `normal_space`, and the results of each set."""
 
     z: FloatArray
@@ -101,7 +101,7 @@ def open_state(out: Path, scene: Scene) -> Path:
     return state
 
 
-def save_part(state: Path, number: int, part: int, kept: Kept) -> None:
+def save_part(state: Path, number: int, part: int, kept: KeptSets) -> None:
     """Write some flown sets of a round as one file: complete, or not at all.
 
     state : folder of the flown sets; number : of the round; part : of the file within the round; both from 0
@@ -119,7 +119,7 @@ def save_part(state: Path, number: int, part: int, kept: Kept) -> None:
     unfinished.replace(path)
 
 
-def read_round(state: Path, number: int, unknowns: int) -> tuple[Kept, int]:
+def read_round(state: Path, number: int, unknowns: int) -> tuple[KeptSets, int]:
     """Return the flown sets of a round, and the number of files that contain them.
 
     state : folder of the flown sets; number : of the round, from 0; unknowns : number of unknowns
@@ -129,11 +129,11 @@ def read_round(state: Path, number: int, unknowns: int) -> tuple[Kept, int]:
     InputError
         A file is damaged; the message names it.
     """
-    kept, part = Kept(np.empty((0, unknowns)), []), 0
+    kept, part = KeptSets(np.empty((0, unknowns)), []), 0
     while (path := _path(state, number, part)).is_file():
         try:
             one = _read_part(path)
-            kept = Kept(np.concatenate([kept.z, one.z]), [*kept.flown, *one.flown])
+            kept = KeptSets(np.concatenate([kept.z, one.z]), [*kept.flown, *one.flown])
         except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile) as fault:
             raise InputError(f"{path}: is damaged ({fault or type(fault).__name__}); delete this file, and the same "
                              "command flies its parameter sets again") from fault  # fmt: skip
@@ -151,14 +151,14 @@ def drop_parts(state: Path, number: int, part: int) -> None:
             path.unlink()
 
 
-def _read_part(path: Path) -> Kept:
+def _read_part(path: Path) -> KeptSets:
     """Return the flown sets in one file."""
     with np.load(path) as file:
         z, columns = file["z"], [file[name] for name in ("place", "deposited", "densities", "energy")]
     flown = [Flown(Stops(place, deposited), *rest) for place, deposited, *rest in zip(*columns, strict=True)]
     if len(flown) != len(z):
         raise ValueError(f"{len(z)} parameter sets, {len(flown)} results")
-    return Kept(z, flown)
+    return KeptSets(z, flown)
 
 
 def _path(state: Path, number: int, part: int) -> Path:

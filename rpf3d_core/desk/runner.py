@@ -69,7 +69,7 @@ class Listener(NamedTuple):
     busy: Callable[[str], None]
 
 
-class Ready(NamedTuple):
+class ReadyScene(NamedTuple):
     """A scene that is ready to fly, as text and as data prepared for the reference engine.
 
     stamp : path, size and time of the last change of each file of the scene, taken before the files were read
@@ -89,9 +89,9 @@ class Runner:
         self._tasks: queue.SimpleQueue[Callable[[], object] | None] = queue.SimpleQueue()
         self._stop = threading.Event()
         self._ground: tuple[Any, tuple[Terrain, FaultReport]] | None = None
-        self._ready: Ready | None = None
+        self._ready: ReadyScene | None = None
         self._compiled: Compiling | None = None
-        self._flown: tuple[Ready, Run] | None = None
+        self._flown: tuple[ReadyScene, Run] | None = None
         self._folder: Path | None = None
         self._numbers = count()
         self._asked = next(self._numbers)
@@ -148,7 +148,7 @@ class Runner:
                 self._listener.refused(f"internal error of rpf3d: {type(fault).__name__}: {fault}")
             self._listener.busy("")
 
-    def _prepare(self, written: Written) -> Ready:
+    def _prepare(self, written: Written) -> ReadyScene:
         """Return a scene prepared for the reference engine: the previous one if its text and files are unchanged."""
         kept = self._ready
         if kept is not None and kept.written == written and kept.stamp == stamp_of(kept.prepared.scene):
@@ -157,7 +157,7 @@ class Runner:
         scene = scene_of_text(written.text, written.path)
         stamp = stamp_of(scene)
         ground = self._ground_of(scene, stamp)
-        ready = Ready(written=written, stamp=stamp, prepared=prepared_for(scene, Reference.name, ground))
+        ready = ReadyScene(written=written, stamp=stamp, prepared=prepared_for(scene, Reference.name, ground))
         self._ready = ready
         self._compile(scene, written.text, ground)
         self._listener.prepared(written, ready.prepared)

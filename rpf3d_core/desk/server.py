@@ -52,7 +52,7 @@ HEADERS = {
 REFUSED = "This address needs the token that `rpf3d desk` printed: open the whole address.\n"
 
 
-class Request(NamedTuple):
+class BrowserRequest(NamedTuple):
     """The parts of a request that show its sender; host, origin : headers, None if missing; path : decoded."""
 
     host: str | None
@@ -76,7 +76,7 @@ class Gate(NamedTuple):
         """The address to open in a browser. All files and the websocket of the page have addresses below it."""
         return f"http://{self.host}/{self.token}/"
 
-    def admitted(self, request: Request) -> str | None:
+    def admitted(self, request: BrowserRequest) -> str | None:
         """Return the path of a request without the token; None to refuse the request (wrong host, origin or token)."""
         if request.host != self.host or request.origin not in (None, f"http://{self.host}"):
             return None
@@ -128,7 +128,9 @@ def guard(gate: Gate) -> Any:
 
     @web.middleware  # type: ignore[untyped-decorator]
     async def guarded(request: Any, handler: Any) -> Any:  # `handler` is not called: it is for the path with the token
-        asked = Request(host=request.headers.get("Host"), origin=request.headers.get("Origin"), path=request.path)
+        asked = BrowserRequest(
+            host=request.headers.get("Host"), origin=request.headers.get("Origin"), path=request.path
+        )
         path = gate.admitted(asked)
         if path is None:
             return web.Response(status=403, text=REFUSED, headers=HEADERS)

@@ -51,7 +51,7 @@ MOST_MARKS = 500
 Colours = NDArray[np.uint8]
 
 
-class Mesh(NamedTuple):
+class DrawnMesh(NamedTuple):
     """Triangles to draw; vertices : (V, 3) m, local frame; triangles : (F, 3); colours : (F, 3) red, green, blue."""
 
     vertices: FloatArray
@@ -84,7 +84,7 @@ class DrapedMap(NamedTuple):
     title: str
     unit: str
     largest: float
-    mesh: Mesh | None
+    mesh: DrawnMesh | None
     raised: float = 0.0
     has_few: bool = False
     caption: str = ""
@@ -99,11 +99,11 @@ def ground_seen(terrain: Terrain) -> Seen:
     return Seen(vertices=vertices, triangles=triangles.astype(np.int32), of=number)
 
 
-def ground_mesh(seen: Seen) -> Mesh:
+def ground_mesh(seen: Seen) -> DrawnMesh:
     """Return the triangles of the terrain in colours that are shaded by a light in the north-west, as on maps."""
     shade = np.clip(0.5 + 0.5 * (unit_normals(seen.vertices, seen.triangles) @ LIGHT), 0.0, 1.0)[:, None]
     colours = (DARK + shade * (LIGHT_COLOUR - DARK)).astype(np.uint8)
-    return Mesh(vertices=seen.vertices, triangles=seen.triangles, colours=colours)
+    return DrawnMesh(vertices=seen.vertices, triangles=seen.triangles, colours=colours)
 
 
 def path_lines(run: Run) -> Lines:
@@ -131,7 +131,7 @@ def hazard_map(seen: Seen, maps: HazardMaps, kind: str) -> DrapedMap:
     triangles = np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)
     few = drawn == FEW
     colours = np.where(few[:, None], np.array(FEW_COLOUR, dtype=np.uint8), ramp_colours(drawn / (largest or 1.0)))
-    mesh = Mesh(vertices=corners.reshape(-1, 3), triangles=triangles, colours=colours)
+    mesh = DrawnMesh(vertices=corners.reshape(-1, 3), triangles=triangles, colours=colours)
     return DrapedMap(
         title, unit, largest, mesh if len(corners) else None, raised_by(near), has_few=bool(few.any()),
         caption=caption_of([(corners, grid.cell)], bool(few.any())),
@@ -240,14 +240,14 @@ def area_lines(seen: Seen, areas: Mapping[str, Sequence[FloatArray]]) -> Lines:
     return lines_of([line for rings in areas.values() for line in draped_outlines(ground, rings)])
 
 
-def barrier_mesh(obstacles: Obstacles) -> Mesh | None:
+def barrier_mesh(obstacles: Obstacles) -> DrawnMesh | None:
     """Return the panels of all barriers of a scene; None without barriers."""
     walls = obstacles.walls
     if not walls:
         return None
     firsts = np.cumsum([0, *(len(wall.vertices) for wall in walls[:-1])]).tolist()
     triangles = np.concatenate([wall.triangles + first for wall, first in zip(walls, firsts, strict=True)])
-    return Mesh(
+    return DrawnMesh(
         vertices=np.concatenate([wall.vertices for wall in walls]), triangles=triangles.astype(np.int32),
         colours=np.tile(BARRIER_COLOUR, (len(triangles), 1)),
     )  # fmt: skip

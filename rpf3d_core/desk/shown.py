@@ -22,7 +22,7 @@ from rpf3d_core.desk.shapes import (
     path_lines,
     release_lines,
 )
-from rpf3d_core.desk.window import AREAS, BARRIERS, CRESTS, DRAWN, GROUND, MAP, PATHS, RELEASES, THIN, Window
+from rpf3d_core.desk.window import AREAS, BARRIERS, CRESTS, DRAWN, GROUND, MAP, PATHS, RELEASES, THIN, VtkWindow
 from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.hazard.scales import FEW_WORDS
 from rpf3d_core.report.view import ABOVE_MAPS, Seen
@@ -50,7 +50,7 @@ class SceneView:
 
     def __init__(self) -> None:
         """Make an empty window."""
-        self.window = Window()
+        self.window = VtkWindow()
         self.terrain: Terrain | None = None
         self._seen: Seen | None = None
         self._releases: FloatArray = np.empty((0, 3))

@@ -11,7 +11,7 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkGenericOpenGLRenderWindow
 
-from rpf3d_core.desk.shapes import Lines, Mesh
+from rpf3d_core.desk.shapes import DrawnMesh, Lines
 from rpf3d_core.terrain.frame import FloatArray
 
 NAMES = GROUND, MAP, PATHS, RELEASES, CRESTS, AREAS, BARRIERS, DRAWN = (
@@ -30,7 +30,7 @@ vertical component (-) of the unit vector from the middle to the camera.
 """
 
 
-class Window:
+class VtkWindow:
     """The content of the view, with a VTK actor for each name of NAMES.
 
     The actors are never replaced: trame-vtk identifies objects by their addresses, and a new object may get the address
@@ -45,7 +45,7 @@ class Window:
         self.render_window.AddRenderer(self.renderer)
         self._actors = {name: self._hidden(name) for name in NAMES}
 
-    def show_mesh(self, name: str, mesh: Mesh | None) -> None:
+    def show_mesh(self, name: str, mesh: DrawnMesh | None) -> None:
         """Show the triangles of a mesh in their own colours under a name of NAMES; None hides this part."""
         data = self._data(name, mesh is not None)
         if mesh is None:

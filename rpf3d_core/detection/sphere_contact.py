@@ -71,7 +71,7 @@ class Touch(NamedTuple):
     face: bool
 
 
-class Rim(NamedTuple):
+class EdgeOrCorner(NamedTuple):
     """An edge or a corner of a facet.
 
     at : (3,) m, the corner, or the first end of the edge; length : of the edge (m), 0 for a corner
@@ -232,14 +232,14 @@ def stays_on(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> bool:
 
 
 @kernel
-def _rim_of(facets: Facets, f: int, k: int) -> Rim:
+def _rim_of(facets: Facets, f: int, k: int) -> EdgeOrCorner:
     """Return an edge or a corner of facet f; k : 0, 1, 2 for an edge; 3, 4, 5 for corner k - 3."""
     at = corner(facets, f, k % 3)
     if k >= 3:
-        return Rim(at=at, along=ZERO, length=0.0)
+        return EdgeOrCorner(at=at, along=ZERO, length=0.0)
     edge = subtract(corner(facets, f, (k + 1) % 3), at)
     length = norm(edge)
-    return Rim(at=at, along=scale(1.0 / length, edge) if length > 0.0 else ZERO, length=length)
+    return EdgeOrCorner(at=at, along=scale(1.0 / length, edge) if length > 0.0 else ZERO, length=length)
 
 
 @kernel
@@ -279,7 +279,7 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
 
 
 @kernel
-def _sooner_on_rim(best: Touch, f: int, course: Course, rim: Rim, t: float) -> Touch:
+def _sooner_on_rim(best: Touch, f: int, course: Course, rim: EdgeOrCorner, t: float) -> Touch:
     """Return the earlier of two contacts of a sphere: `best`, or its contact with an edge or corner at time t (s).
 
     rim : the edge or corner; f : number of its facet
@@ -310,7 +310,7 @@ def _lies_behind(facets: Facets, f: int, course: Course, foot: Vec) -> bool:
 
 
 @kernel
-def _time_into_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, until: float) -> float:
+def _time_into_rim(facets: Facets, course: Course, rim: EdgeOrCorner, q: Quartic, until: float) -> float:
     """Return the time (s) when a sphere hits an edge or corner that it already touches at the start; inf for never.
 
     This function is for an edge or corner that does not stop the sphere at once (`_lies_behind`). The sphere hits the
@@ -362,7 +362,7 @@ def _time_from_rim(course: Course, p: Vec, v: Vec, a: Vec, distance: float, q: Q
 
 
 @kernel
-def _time_on_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, begin: float, until: float) -> float:
+def _time_on_rim(facets: Facets, course: Course, rim: EdgeOrCorner, q: Quartic, begin: float, until: float) -> float:
     """Return the time (s) when a flying sphere first touches an edge or a corner; inf for never.
 
     The polynomial q of time is the squared distance (m^2) from the edge or corner, minus the square of the radius
@@ -383,7 +383,7 @@ def _time_on_rim(facets: Facets, course: Course, rim: Rim, q: Quartic, begin: fl
 
 
 @kernel
-def _is_on(course: Course, rim: Rim, t: float) -> bool:
+def _is_on(course: Course, rim: EdgeOrCorner, t: float) -> bool:
     """Return True if the point of an edge's line closest to a sphere's centre lies on the edge at time t (s).
 
     The result is True for a corner.
@@ -392,7 +392,7 @@ def _is_on(course: Course, rim: Rim, t: float) -> bool:
 
 
 @kernel
-def _polished(facets: Facets, course: Course, rim: Rim, t: float) -> float:
+def _polished(facets: Facets, course: Course, rim: EdgeOrCorner, t: float) -> float:
     """Return a more exact time (s) for the contact of a sphere with an edge or a corner near time t, by a Newton step.
 
     Time t is the root of a polynomial, which loses digits by rounding. The Newton step uses positions instead.

@@ -11,7 +11,7 @@ from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
 from rpf3d_core.detection.contact import PreviousContact, first_contact, plain_locator, radius_of
 from rpf3d_core.detection.slabs import LEVELS, SHIFT, flies_over, width_of
 from rpf3d_core.detection.sphere_contact import NO_TOUCH, Course, Touch, course_position, course_velocity
-from rpf3d_core.detection.touching import Sweep, looked_at, scan
+from rpf3d_core.detection.touching import SphereSweep, looked_at, scan
 from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.terrain.facet_geometry import REACH, corner
 from rpf3d_core.terrain.facets import Facets
@@ -123,7 +123,7 @@ def swept_over_buckets(locator: BucketLocator, facets: Facets, course: Course, e
             length = max(0.25 * length, base)
             continue
         else:
-            best = scan(locator, facets, low, high, Sweep(course=course, end=end, before=leave), best)
+            best = scan(locator, facets, low, high, SphereSweep(course=course, end=end, before=leave), best)
         if best.t <= leave or not leave < end:
             return best
         begin = leave

@@ -16,7 +16,7 @@ from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import add, dot, norm, scale, subtract, without
 
 
-class Sweep(NamedTuple):
+class SphereSweep(NamedTuple):
     """Search for the first contact of a moving sphere.
 
     course : motion of the sphere's centre; end : s, end of this motion
@@ -61,7 +61,7 @@ class Nearest(NamedTuple):
 def looked_at(quest: object, facets: Facets, f: int, best: Touch) -> Touch:
     """Return the better result of a search: `best`, or the result for facet f; the order of facets does not matter.
 
-    quest : the search, such as `Sweep`
+    quest : the search, such as `SphereSweep`
     """
 
 
@@ -70,12 +70,12 @@ def scan(locator: object, facets: Facets, low: Vec, high: Vec, quest: object, be
     """Return the best result of a search among the facets in a box around a sphere; one rule per locator.
 
     low, high : (3,) m, corners of the box
-    quest : the search, such as `Sweep`, `Against` or `Nearest`
+    quest : the search, such as `SphereSweep`, `Against` or `Nearest`
     """
 
 
-@looked_at.rule(Sweep)
-def swept(quest: Sweep, facets: Facets, f: int, best: Touch) -> Touch:
+@looked_at.rule(SphereSweep)
+def swept(quest: SphereSweep, facets: Facets, f: int, best: Touch) -> Touch:
     """Return the earlier of two contacts of a moving sphere: `best`, or the first contact with facet f."""
     return earlier_touch(facets, f, quest.course, quest.end, quest.before, best)
 

@@ -36,7 +36,7 @@ CORNER = 1e-6
 """Largest distance (m) from a corner of a barrier at which a rock that breaks through one side passes both sides."""
 
 
-class Panel(NamedTuple):
+class PanelSegments(NamedTuple):
     """N panel segments, each over one facet, and the properties of the B barriers to which the segments belong.
 
     x, y, z : (N,) m, foot of the segment at its start; dx, dy, dz : (N,) m, vector from start to end
@@ -72,7 +72,7 @@ class Barriers(NamedTuple):
     """
 
     first: int
-    panel: Panel
+    panel: PanelSegments
     slack: float
     cells: ObstacleCells
 
@@ -99,7 +99,7 @@ class PanelCrossing(NamedTuple):
 
 
 @kernel
-def crossing_of(panel: Panel, slack: float, k: int, arc: Arc, until: float) -> PanelCrossing:
+def crossing_of(panel: PanelSegments, slack: float, k: int, arc: Arc, until: float) -> PanelCrossing:
     """Return where an arc crosses panel segment k in plan, between the times 0 and `until` (s), at any height.
 
     A point within `slack` (m) of the segment's plane counts as on the plane, so that no crossing is missed between two
@@ -164,7 +164,7 @@ def _is_past(barriers: Barriers, k: int, t: float, passed: int, arc: Arc) -> boo
 
 
 @kernel
-def stands_at(panel: Panel, k: int, x: Vec, reach: float) -> bool:
+def stands_at(panel: PanelSegments, k: int, x: Vec, reach: float) -> bool:
     """Return True if the position x (3,) m of a rock is on panel segment k in plan.
 
     reach : m, largest distance from the segment's plane; the rock may be up to CORNER (1e-6 m) past an end

@@ -16,7 +16,7 @@ Rocks = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
-class Written:
+class WrittenRecords:
     """The recorded impacts and paths of N rocks, grouped by rock, without the rocks' final results.
 
     rows : (N,) row of each rock in the releases
@@ -36,7 +36,7 @@ class Written:
 
 
 @dataclass(frozen=True, eq=False)
-class Batch(Written):
+class Batch(WrittenRecords):
     """N flown rocks: their records, their results at the end of the flight, and the rocks that broke.
 
     finals : (N, 8) columns `simulation.engines.FINAL_COLUMNS`; (N, 10) with `SPIN_FINALS` if rocks spin; (N, 15) with
@@ -50,16 +50,18 @@ class Batch(Written):
     broken: Broken = NONE_BROKEN
 
 
-def written_of(rows: IntArray) -> Written:
-    """Return a `Written` of N rocks without impacts and paths, for rocks of which nothing is kept.
+def written_of(rows: IntArray) -> WrittenRecords:
+    """Return a `WrittenRecords` of N rocks without impacts and paths, for rocks of which nothing is kept.
 
     rows : (N,) rows in the releases
     """
     none = np.empty(0, dtype=np.int64)
-    return Written(rows, np.empty((0, 9)), none, np.empty((0, 10)), none, np.zeros((len(rows) + 1, 2), dtype=np.int64))
+    return WrittenRecords(
+        rows, np.empty((0, 9)), none, np.empty((0, 10)), none, np.zeros((len(rows) + 1, 2), dtype=np.int64)
+    )
 
 
-def some_of(batch: Written, impacts: Rocks, paths: Rocks) -> Written:
+def some_of(batch: WrittenRecords, impacts: Rocks, paths: Rocks) -> WrittenRecords:
     """Return a copy of the records of N rocks that contains only the impacts and paths of flagged rocks.
 
     All N rocks stay in the copy, but a rock that is not flagged has no impacts, or no path, in the copy.
@@ -70,7 +72,7 @@ def some_of(batch: Written, impacts: Rocks, paths: Rocks) -> Written:
     lengths = np.diff(batch.first, axis=0)
     struck, moved = np.repeat(impacts, lengths[:, 0]), np.repeat(paths, lengths[:, 1])
     written = (batch.impacts[struck], batch.facets[struck], batch.pieces[moved], batch.modes[moved])
-    return Written(batch.rows, *written, _firsts(lengths * np.stack([impacts, paths], axis=1)))
+    return WrittenRecords(batch.rows, *written, _firsts(lengths * np.stack([impacts, paths], axis=1)))
 
 
 def only(batch: Batch, rocks: Rocks) -> Batch:
@@ -95,7 +97,7 @@ def joined_batches(batches: Sequence[Batch]) -> Batch:
     return Batch(**columns, first=_firsts(lengths))
 
 
-def with_ends(written: Written, finals: FloatArray, counts: IntArray) -> Batch:
+def with_ends(written: WrittenRecords, finals: FloatArray, counts: IntArray) -> Batch:
     """Return a `Batch` of N rocks, made of the rocks' records and the rocks' final results.
 
     written : the records; finals, counts : final results, with the columns of `Batch`
@@ -103,7 +105,7 @@ def with_ends(written: Written, finals: FloatArray, counts: IntArray) -> Batch:
     return Batch(**vars(written), finals=finals, counts=counts)
 
 
-def in_order(parts: Sequence[Written]) -> Written:
+def in_order(parts: Sequence[WrittenRecords]) -> WrittenRecords:
     """Return the records of several parts joined into one, sorted by row in the releases.
 
     The rows of all parts are distinct; the rocks may have flown in any order.
@@ -117,7 +119,7 @@ def in_order(parts: Sequence[Written]) -> Written:
     impacts, pieces = (_stacked([getattr(part, name) for part in parts]) for name in ("impacts", "pieces"))
     facets, modes = (np.concatenate([getattr(part, name) for part in parts]) for name in ("facets", "modes"))
     written = (impacts[struck], facets[struck], pieces[moved], modes[moved])
-    return Written(rows[order], *written, _firsts(lengths[order]))
+    return WrittenRecords(rows[order], *written, _firsts(lengths[order]))
 
 
 def _sorted_rows(rows: IntArray) -> IntArray:
@@ -142,7 +144,7 @@ def _stacked(arrays: Sequence[Any]) -> Any:
 
 
 def _firsts(lengths: IntArray) -> IntArray:
-    """Return the first row (N + 1, 2) of each of N rocks in impacts and in path segments, as in `Written.first`.
+    """Return the first row (N + 1, 2) of each of N rocks in impacts and in path segments, as in `WrittenRecords.first`.
 
     lengths : (N, 2) number of impacts and number of path segments of each rock
     """

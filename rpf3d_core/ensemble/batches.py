@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rpf3d_core.ensemble.batch import (
     NOTHING,
     Batch,
-    Written,
+    WrittenRecords,
     broken_of,
     count_from_release,
     in_order,
@@ -153,7 +153,7 @@ def fly_batches(
     groups = dealt(releases, workers, *batch_sizes(releases, compiled))
     room = _room_for(len(releases.x), flight.models)
     crew = Crew(engine, flight, releases, keep, watch, *room, [])
-    parts: list[Written] = []
+    parts: list[WrittenRecords] = []
     for written in _flown_by(workers, 2 * workers if compiled else 1, crew, groups, control.stop):
         parts += written
         if control.advance:
@@ -176,14 +176,14 @@ def _room_for(rocks: int, models: Models) -> tuple[FloatArray, IntArray]:
 
 def _flown_by(
     workers: int, at_hand: int, crew: Crew, groups: Iterator[list[IntArray]], stop: Callable[[], bool] | None
-) -> Iterator[list[Written]]:
+) -> Iterator[list[WrittenRecords]]:
     """Fly the batches on several threads; yield the records to keep of each batch, in the order of the batches.
 
     A new group starts as soon as fewer than `at_hand` batches are flying or waiting, until `stop` returns True.
 
     workers : number of threads; groups : yields the batches of each group, as rows (N,) of the releases
     """
-    running: deque[Future[list[Written]]] = deque()
+    running: deque[Future[list[WrittenRecords]]] = deque()
     with ThreadPoolExecutor(workers) as pool:
         group: list[IntArray] | None = next(groups, None)
         while group or running:
@@ -195,7 +195,7 @@ def _flown_by(
                 group = None
 
 
-def _in_order(parts: Sequence[Written], finals: FloatArray, counts: IntArray) -> Batch:
+def _in_order(parts: Sequence[WrittenRecords], finals: FloatArray, counts: IntArray) -> Batch:
     """Return the rocks of all parts as one batch, sorted by row; the rocks may have flown in any order.
 
     finals, counts : results of all R rocks of the run, as in `Crew`; the result has no rows for rocks that did not fly
@@ -208,7 +208,7 @@ def _in_order(parts: Sequence[Written], finals: FloatArray, counts: IntArray) ->
     return with_ends(written, finals[written.rows], counts[written.rows])
 
 
-def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
+def _fly_rows(crew: Crew, rows: IntArray) -> list[WrittenRecords]:
     """Fly the rocks in some rows of the releases; return the records to keep, one entry for each part of the rocks.
 
     The rocks fly in parts, because the record of the engine has a fixed size.
@@ -259,7 +259,7 @@ def _whole_rows(table: NDArray[Any]) -> NDArray[np.void]:
     return table.view(row)[:, 0]
 
 
-def _look_at(crew: Crew, flown: Batch) -> Written:
+def _look_at(crew: Crew, flown: Batch) -> WrittenRecords:
     """Pass a flown batch to `crew.watch`, collect its broken rocks, and return copies of the records to keep.
 
     The batch is also completed in place. With a watch, the final results get the largest heights. With recorded paths,
@@ -290,7 +290,7 @@ def _look_at(crew: Crew, flown: Batch) -> Written:
 def _batch(rows: IntArray, finals: FloatArray, counts: IntArray, record: Record, first: IntArray) -> Batch:
     """Return flown rocks as a batch whose arrays share the memory of the engine's record.
 
-    rows, first : as in `Written`; finals, counts : as in `Batch`; record : the record that the engine has filled
+    rows, first : as in `WrittenRecords`; finals, counts : as in `Batch`; record : the record that the engine has filled
     """
     impacts, pieces = (slice(0, n) for n in first[-1])
     written = (record.impacts[impacts], record.facets[impacts], record.pieces[pieces], record.modes[pieces])

@@ -42,7 +42,7 @@ def largest_energies(batch: Batch, mass: FloatArray, radius: FloatArray) -> Floa
 def has_poses(pieces: FloatArray) -> bool:
     """Return True if path segments have columns for orientation and energy, as only rocks with a shape have.
 
-    pieces : (S, C) path segments, as in `Written`
+    pieces : (S, C) path segments, as in `WrittenRecords`
     """
     return bool(pieces.shape[1] > POSE)
 

@@ -79,7 +79,7 @@ def routine(function: F) -> F:
 
     A kernel is copied into each of its callers, so a large kernel with several callers takes long to compile. But each
     call of a routine passes all numbers of its records one by one, and seven or more numbers for each array: up to 300
-    for `Physics`, `Body` and `Room`. So a large function with only one caller should be a kernel.
+    for `Physics`, `Body` and `BodyRoom`. So a large function with only one caller should be a kernel.
     """
     if numba is None:
         return function

@@ -62,7 +62,7 @@ class SlideSegment(NamedTuple):
     bends: bool
 
 
-class Line(NamedTuple):
+class StraightSlide(NamedTuple):
     """The start of a straight slide: unit direction (3,), speed (m/s) and acceleration along the direction (m/s^2).
 
     holds : True if friction can hold the rock when it has stopped
@@ -107,7 +107,7 @@ def slide_on_facet(
             direction = scale(1.0 / speed, motion.v)
         else:
             direction = scale(1.0 / path.pull, g_t) if path.pull > 0.0 else g_t
-        line = Line(direction=direction, speed=speed, acceleration=dot(g_t, direction) - friction, holds=holds)
+        line = StraightSlide(direction=direction, speed=speed, acceleration=dot(g_t, direction) - friction, holds=holds)
         way = line_exit(facets, f, motion.x, direction, ALONG_EDGE, slack)
         return slide_on_line(motion, line, way, math.inf, stop_speed, time_left)
     leave = math.inf
@@ -154,7 +154,7 @@ def _slide_on_curve(
 
 @kernel
 def slide_on_line(
-    motion: Motion, line: Line, first: float, second: float, stop_speed: float, time_left: float
+    motion: Motion, line: StraightSlide, first: float, second: float, stop_speed: float, time_left: float
 ) -> SlideSegment:
     """Return the segment of a rock that slides straight, until it leaves a facet or has slowed down.
 
@@ -224,7 +224,7 @@ def slide_in_gully(
     speed = max(dot(motion.v, held.direction), 0.0)
     pull = law.share * held.pull
     holds = law.anywhere or law.friction >= HOLDS * abs(pull)
-    line = Line(direction=held.direction, speed=speed, acceleration=pull - law.friction, holds=holds)
+    line = StraightSlide(direction=held.direction, speed=speed, acceleration=pull - law.friction, holds=holds)
     way_first = line_exit(facets, first, motion.x, held.direction, ALONG_GULLY, 0.0)
     way_second = line_exit(facets, second, motion.x, held.direction, ALONG_GULLY, 0.0)
     near = facets.tolerance

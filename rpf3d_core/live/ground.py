@@ -64,7 +64,7 @@ class Changed(NamedTuple):
     high: Plan
 
 
-class Origin(NamedTuple):
+class TerrainSurveys(NamedTuple):
     """The surveys that a terrain was made from; digests, stamps (ns) and closed seams as in `LiveTerrain`."""
 
     digest: str
@@ -187,14 +187,14 @@ class Workshop:
             indexed = IndexedTerrain(terrain=terrain, facets=facets, locator=locator)
             pieces = pieces_that_cross(terrain) if isinstance(survey, MeshSurvey) else APART
             known = hashed.result()
-            origin = Origin(
+            surveys = TerrainSurveys(
                 digest=known,
                 whole_digest=known if whole_digest is None else whole_digest,
                 stamp_ns=stamp_ns,
                 whole_ns=stamp_ns if whole_ns is None else whole_ns,
                 closed_seams=closed,
             )
-            return self._ground(indexed, room, border, pieces, origin)
+            return self._ground(indexed, room, border, pieces, surveys)
 
     def patched(self, ground: LiveTerrain, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> LiveTerrain:
         """Return the terrain after a patch, that is a survey of a part of the terrain.
@@ -239,13 +239,13 @@ class Workshop:
         indexed = with_patch(ground.terrain, ground.facets, ground.locator, change, ground.room, self._share)
         changed = Changed(block=change.block, low=change.low, high=change.high)
         pieces = pieces_that_cross(indexed.terrain) if ground.pieces.overlap else APART
-        origin = Origin(
+        surveys = TerrainSurveys(
             digest, ground.whole_digest, stamp_ns=stamp_ns, whole_ns=ground.whole_ns, closed_seams=ground.closed_seams
         )
-        return self._ground(indexed, ground.room, border, pieces, origin, changed)
+        return self._ground(indexed, ground.room, border, pieces, surveys, changed)
 
     def _ground(
-        self, indexed: IndexedTerrain, room: Room, border: Border, pieces: PieceNumbers, origin: Origin,
+        self, indexed: IndexedTerrain, room: Room, border: Border, pieces: PieceNumbers, surveys: TerrainSurveys,
         changed: Changed | None = None,
     ) -> LiveTerrain:  # fmt: skip
         (terrain, facets, locator), caps = indexed, border.caps
@@ -254,10 +254,10 @@ class Workshop:
             terrain=terrain,
             facets=facets,
             engine=engine,
-            digest=origin.digest,
-            whole_digest=origin.whole_digest,
-            stamp_ns=origin.stamp_ns,
-            whole_ns=origin.whole_ns,
+            digest=surveys.digest,
+            whole_digest=surveys.whole_digest,
+            stamp_ns=surveys.stamp_ns,
+            whole_ns=surveys.whole_ns,
             received_ns=time.time_ns(),
             patches=room.patches,
             locator=locator,
@@ -265,7 +265,7 @@ class Workshop:
             border=border,
             pieces=pieces,
             changed=changed,
-            closed_seams=origin.closed_seams,
+            closed_seams=surveys.closed_seams,
         )
         room.used_by(ground, terrain, engine)
         return ground

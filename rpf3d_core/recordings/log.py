@@ -9,7 +9,7 @@ a recording does not need it.
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -48,15 +48,24 @@ rerun interprets negative radii as sizes on the screen.
 """
 
 
+class RecordedGround(NamedTuple):
+    """The terrain of a recording, with everything that stands or is marked on it.
+
+    obstacles : barriers and trees of the scene; areas : outline rings (N, 2) m of each area of interest, local frame
+    """
+
+    terrain: Terrain
+    obstacles: Obstacles = NO_OBSTACLES
+    areas: Mapping[str, Sequence[FloatArray]] = MappingProxyType({})
+
+
 def write_recording(
     path: Path,
     scene: RecordedScene,
-    terrain: Terrain,
+    ground: RecordedGround,
     flights: Flights,
     summary: Mapping[str, Any] | None = None,
     maps: HazardMaps | None = None,
-    obstacles: Obstacles = NO_OBSTACLES,
-    areas: Mapping[str, Sequence[FloatArray]] = MappingProxyType({}),
 ) -> None:
     """Write run.rrd, the recording of a run: terrain, trajectories, moving rocks, plots, log, documents, view layout.
 
@@ -68,10 +77,6 @@ def write_recording(
         Content of summary.json, for the log and the document.
     maps : HazardMaps, optional
         Hazard maps of the run; with them, the recording also has the hazard of the facets and the bench table.
-    obstacles : Obstacles, optional
-        Barriers and trees of the scene.
-    areas : mapping, optional
-        Outline rings (N, 2) m of each area of interest, local frame.
 
     Raises
     ------
@@ -81,6 +86,7 @@ def write_recording(
         The file could not be written.
     """
     rr = import_rerun()
+    terrain = ground.terrain
     names, blocks = [source.name for source in scene.sources], blocks_of(scene, flights.deposits)
     rows = displayed_rows(flights.paths, scene.outputs.trajectories)
     samples = sample_paths(flights.paths, rows, gravity=scene.gravity)
@@ -91,8 +97,8 @@ def write_recording(
     recording, stream = begin_recording(APPLICATION, layout)
     recording.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     log_terrain(recording, terrain)
-    log_obstacles(recording, obstacles)
-    log_areas(recording, terrain, areas)
+    log_obstacles(recording, ground.obstacles)
+    log_areas(recording, terrain, ground.areas)
     if maps is not None:
         log_hazard(recording, terrain, maps)
     log_trajectories(recording, samples)

@@ -18,7 +18,7 @@ from rpf3d_core.report.segments import (
     first_passages,
     largest_speeds_at_impacts,
 )
-from rpf3d_core.report.toe import BEYOND, FAR, STEP, BeyondToe, Figure, SetValues, percentile_of
+from rpf3d_core.report.toe import BEYOND, FAR, STEP, BeyondToe, ResultWithIntervals, SetValues, percentile_of
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.height_image import height_image, heights_at
 from rpf3d_core.unknowns.predictive import holding, shares_of_site
@@ -31,7 +31,7 @@ NEAREST = 0.01
 """Smallest distance (m) of a place from the release; the misfit could otherwise put the place behind the release."""
 
 
-NOT_KNOWN = Figure(value=None, sampling=None, predictive=None)
+NOT_KNOWN = ResultWithIntervals(value=None, sampling=None, predictive=None)
 
 
 class FencePlace(NamedTuple):
@@ -46,10 +46,10 @@ class FencePlace(NamedTuple):
     """
 
     distance: float
-    passed: Figure
+    passed: ResultWithIntervals
     footing: Footing
-    energy: Figure
-    height: Figure
+    energy: ResultWithIntervals
+    height: ResultWithIntervals
     crossed: int
     source: str
     height_source: str
@@ -58,7 +58,7 @@ class FencePlace(NamedTuple):
     height_of: str = ""
 
 
-def shares_beyond(beyond: BeyondToe, sets: int, distance: FloatArray) -> list[Figure]:
+def shares_beyond(beyond: BeyondToe, sets: int, distance: FloatArray) -> list[ResultWithIntervals]:
     """Return the share (-) of rocks with a toe that pass each distance (D,) m beyond the toe, with its 95 % intervals.
 
     sets : number of parameter sets, 0 without unknowns
@@ -69,7 +69,7 @@ def shares_beyond(beyond: BeyondToe, sets: int, distance: FloatArray) -> list[Fi
     low, high = _predictive(beyond, sets, distance)
     for i, count in enumerate(counts.tolist()):
         known = beyond.set is not None and np.isfinite(low[i])
-        figures.append(Figure(
+        figures.append(ResultWithIntervals(
             value=count / total, sampling=wilson_interval(count, total),
             predictive=(float(low[i]), float(high[i])) if known else None,
         ))  # fmt: skip
@@ -150,7 +150,7 @@ def segments_at(
 
 
 def _place(
-    run: RunFiles, beyond: BeyondToe, choices: Sequence[Segments], distance: float, passed: Figure
+    run: RunFiles, beyond: BeyondToe, choices: Sequence[Segments], distance: float, passed: ResultWithIntervals
 ) -> FencePlace:
     """Return share, energy and height of the rocks that pass a distance (m) beyond the toe.
 
@@ -166,7 +166,7 @@ def _place(
     )  # fmt: skip
 
 
-def energy_at(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float) -> tuple[Figure, int]:
+def energy_at(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float) -> tuple[ResultWithIntervals, int]:
     """Return the p95 energy (J) of the rocks that pass a distance (m) beyond the toe, and the number of these rocks.
 
     The energy is unknown for fewer than FEWEST_ROCKS rocks.
@@ -177,7 +177,7 @@ def energy_at(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: fl
     return percentile_of(energy, P95, _displaced(run, beyond, segments, distance)), len(rows)
 
 
-def height_at(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float) -> Figure:
+def height_at(run: RunFiles, beyond: BeyondToe, segments: Segments, distance: float) -> ResultWithIntervals:
     """Return the p95 height (m) of the rocks that pass a distance (m) beyond the toe.
 
     The height is unknown for fewer than FEWEST_ROCKS rocks.

@@ -19,7 +19,7 @@ from rpf3d_core.report.passing import (
 from rpf3d_core.report.run_files import RunFiles
 from rpf3d_core.report.segments import Segments
 from rpf3d_core.report.source_toes import SourceToes, farthest
-from rpf3d_core.report.toe import DESIGN, FAR, Figure
+from rpf3d_core.report.toe import DESIGN, FAR, ResultWithIntervals
 from rpf3d_core.terrain.frame import FloatArray
 
 
@@ -112,7 +112,7 @@ def _with_height(
     return place._replace(height=height, height_of=toes.name_of(number), height_source=used.source)
 
 
-def _largest(each: FloatArray, together: Figure) -> int:
+def _largest(each: FloatArray, together: ResultWithIntervals) -> int:
     """Return the number of the source with the largest value; ALL if none is above that of all rocks together.
 
     each : (N,) value of each source, NaN if unknown; together : of all rocks

@@ -43,7 +43,7 @@ FAR = 1e6
 """A resulting distance of at least this value (m) means that the rocks did not stop on the terrain."""
 
 
-class Figure(NamedTuple):
+class ResultWithIntervals(NamedTuple):
     """A result with its 95 % sampling and predictive intervals; a value, end or interval that is not known is None."""
 
     value: float | None
@@ -231,7 +231,7 @@ class SetValues(NamedTuple):
     sets: int
 
 
-def percentile_of(values: FloatArray, wanted: int, set_values: SetValues | None) -> Figure:
+def percentile_of(values: FloatArray, wanted: int, set_values: SetValues | None) -> ResultWithIntervals:
     """Return a percentile of values (N,) of rocks, with its sampling interval and its predictive interval.
 
     The predictive interval includes the sampling interval. Without values, the percentile is None.
@@ -240,17 +240,17 @@ def percentile_of(values: FloatArray, wanted: int, set_values: SetValues | None)
     set_values : the values with parameter sets, displaced by the misfit if one is known; None without unknowns
     """
     if len(values) == 0:
-        return Figure(value=None, sampling=None, predictive=None)
+        return ResultWithIntervals(value=None, sampling=None, predictive=None)
     sample = Sample(values)
     sampling = sample.interval(wanted)
     over = None if set_values is None else _over_sets(set_values.values, set_values.set, set_values.sets, wanted)
-    return Figure(
+    return ResultWithIntervals(
         value=sample.percentiles((wanted,))[0], sampling=sampling,
         predictive=None if over is None else _holding(over, sampling),
     )  # fmt: skip
 
 
-def held_beyond(beyond: BeyondToe, sets: int, wanted: int) -> Figure:
+def held_beyond(beyond: BeyondToe, sets: int, wanted: int) -> ResultWithIntervals:
     """Return the distance (m) beyond the toe within which a wanted percentage of the rocks stops, with its intervals.
 
     All values are None if too few rocks have a toe. A rock has no toe if no face ends on its line below the release.
@@ -258,7 +258,7 @@ def held_beyond(beyond: BeyondToe, sets: int, wanted: int) -> Figure:
     wanted : the percentage, such as 90; sets : number of parameter sets
     """
     if not beyond.enough:
-        return Figure(value=None, sampling=None, predictive=None)
+        return ResultWithIntervals(value=None, sampling=None, predictive=None)
     set_values = None if beyond.set is None else SetValues(values=beyond.displaced, set=beyond.set, sets=sets)
     return percentile_of(beyond.distance, wanted, set_values)
 

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 from rpf3d_core.ensemble.outward import HIGH, LOW, NEAREST, Side, short_length, three_figures
 from rpf3d_core.ensemble.statistics import sampling_of
 from rpf3d_core.hazard.benches import in_percent, interval_in_percent
-from rpf3d_core.report.toe import FAR, Figure
+from rpf3d_core.report.toe import FAR, ResultWithIntervals
 
 UNKNOWN = "not known"
 FARTHER = "farther than known"
@@ -85,7 +85,7 @@ def interval(ends: Ends, words: Words) -> str:
     return UNKNOWN if high == UNKNOWN else f"{low} to {high}"
 
 
-def figure_cells(figure: Figure, words: Words) -> list[str]:
+def figure_cells(figure: ResultWithIntervals, words: Words) -> list[str]:
     """Return a figure as three cells: value, predictive interval, sampling interval; words : as in `interval`."""
     return [words(figure.value), interval(figure.predictive, words), interval(figure.sampling, words)]
 

@@ -194,8 +194,10 @@ def _tables(folder: Path, prepared: Prepared) -> AbstractContextManager[Sink]:
 
 def _recorder(run: Run) -> Callable[[Path, dict[str, Any]], None]:
     """Return the function that writes the recording of a run; its arguments are the path and the run's summary."""
-    from rpf3d_core.recordings.log import write_recording  # only recordings need rerun
+    from rpf3d_core.recordings.log import RecordedGround, write_recording  # only recordings need rerun
 
-    return lambda path, facts: write_recording(
-        path, run.scene, run.terrain, run.flights, facts, run.maps, run.obstacles, run.prepared.outlines
-    )  # fmt: skip
+    def write(path: Path, facts: dict[str, Any]) -> None:
+        ground = RecordedGround(run.terrain, obstacles=run.obstacles, areas=run.prepared.outlines)
+        write_recording(path, run.scene, ground, run.flights, facts, run.maps)
+
+    return write

@@ -19,7 +19,7 @@ from rpf3d_core.detection.sphere_contact import (
     course_velocity,
 )
 from rpf3d_core.detection.swept import Swept, box_of
-from rpf3d_core.detection.touching import Against, Sweep, scan
+from rpf3d_core.detection.touching import Against, SphereSweep, scan
 from rpf3d_core.effects.hooks import still_at
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.coulomb_sphere import kicked, slip_of
@@ -289,7 +289,7 @@ def _follow_piece(
     course = Course(x=motion.x, v=piece.v, a=piece.a, radius=radius, gravity=gravity)
     span = span_of(facets, held, course, min(piece.t, left))
     low, high = box_of(course, 0.0, span.t, REACH * facets.tolerance)
-    touch = scan(locator.locator, facets, low, high, Sweep(course=course, end=span.t, before=span.t), NO_TOUCH)
+    touch = scan(locator.locator, facets, low, high, SphereSweep(course=course, end=span.t, before=span.t), NO_TOUCH)
     t = min(span.t, touch.t)
     x, v = course_position(course, t), course_velocity(course, t)
     turned = add(motion.w, scale(t, piece.turn))

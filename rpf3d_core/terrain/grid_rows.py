@@ -34,6 +34,18 @@ class Mesh(NamedTuple):
     origin: tuple[float, float, float]
 
 
+class NumberedGrid(NamedTuple):
+    """A grid of points (H, W) whose points are vertices, as the loops over its squares read it.
+
+    number : (H, W) vertex number of each point, -1 for a missing point; vertices : (V, 3) m, in the local frame
+    longest : m, longest allowed side of a triangle in plan; inf for no limit
+    """
+
+    number: Any
+    vertices: Any
+    longest: float
+
+
 def grid_mesh(
     points: FloatArray, memory: Memory = fresh, share: Share = one_by_one,
     origin: tuple[float, float, float] | None = None, longest_edge: float | None = None,
@@ -61,15 +73,15 @@ def grid_mesh(
     vertices = memory("vertices", 3 * int(before[-1]), np.float64).reshape(-1, 3)
     number = memory("number", rows * columns, np.int32).reshape(rows, columns)
     _in_halves(share, rows, lambda half, a, b: _place(points, a, b, origin, before, vertices, number))
-    longest = math.inf if longest_edge is None else float(longest_edge)
+    grid = NumberedGrid(number, vertices, longest=math.inf if longest_edge is None else float(longest_edge))
     kept, plan, whole = np.zeros(rows - 1, np.int64), np.zeros(rows - 1), np.zeros(rows - 1, np.int64)
-    _in_halves(share, rows - 1, lambda half, a, b: _count(number, vertices, longest, a, b, whole, kept, plan))
+    _in_halves(share, rows - 1, lambda half, a, b: _count(grid, a, b, whole, kept, plan))
     first = np.concatenate([[0], np.cumsum(kept)])
     if first[-1] == 0:
         raise TerrainError(TOO_LONG if whole.any() else NO_SQUARE)
     triangles = memory("triangles", 3 * int(first[-1]), np.int32).reshape(-1, 3)
     turned = bool(plan.sum() < 0.0)
-    _in_halves(share, rows - 1, lambda half, a, b: _cut(number, vertices, longest, a, b, turned, first, triangles))
+    _in_halves(share, rows - 1, lambda half, a, b: _cut(grid, a, b, turned, first, triangles))
     return Mesh(vertices=vertices, triangles=triangles, origin=origin)
 
 
@@ -148,20 +160,17 @@ def _is_short(vertices: Any, a: int, b: int, c: int, longest: float) -> bool:
 
 
 @loop
-def _count(
-    number: Any, vertices: Any, longest: float, begin: int, end: int, whole: Any, kept: Any, plan: Any
-) -> None:  # fmt: skip
+def _count(grid: NumberedGrid, begin: int, end: int, whole: Any, kept: Any, plan: Any) -> None:
     """Write, for each row of squares, the number of squares, the number of kept triangles, and twice the area in plan.
 
-    A square counts if it has four points; a triangle is kept if no side in plan is longer than `longest`. Only squares
-    with a kept triangle add to the area; a square that faces up adds a positive area. Only the rows of squares from
-    `begin` to `end` - 1 are counted.
+    A square counts if it has four points; a triangle is kept if no side in plan is longer than `grid.longest`. Only
+    squares with a kept triangle add to the area; a square that faces up adds a positive area. Only the rows of squares
+    from `begin` to `end` - 1 are counted.
 
-    number : (H, W) vertex number of each point, -1 for a missing point; vertices : (V, 3) m
-    longest : m, longest allowed side of a triangle in plan
     whole, kept : (H - 1,), receive the numbers of squares and of kept triangles; plan : (H - 1,), receives twice the
         areas, m^2; all 0 before the call
     """
+    number, vertices, longest = grid.number, grid.vertices, grid.longest
     for r in range(begin, end):
         for c in range(number.shape[1] - 1):
             a, b, d, e = number[r, c], number[r, c + 1], number[r + 1, c], number[r + 1, c + 1]
@@ -176,18 +185,16 @@ def _count(
 
 
 @loop
-def _cut(
-    number: Any, vertices: Any, longest: float, begin: int, end: int, turned: bool, first: Any, triangles: Any
-) -> None:  # fmt: skip
+def _cut(grid: NumberedGrid, begin: int, end: int, turned: bool, first: Any, triangles: Any) -> None:
     """Write the kept triangles of each square with four points, for the rows of squares from `begin` to `end` - 1.
 
-    A triangle is kept if no side in plan is longer than `longest` (m).
+    A triangle is kept if no side in plan is longer than `grid.longest`.
 
-    number : (H, W) vertex number of each point, -1 for a missing point; vertices : (V, 3) m
     turned : true to make the triangles face the other side
     first : (H,) for each row of squares, the number of triangles in all earlier rows
     triangles : (F, 3), receives the triangles
     """
+    number, vertices, longest = grid.number, grid.vertices, grid.longest
     one, two = (2, 1) if turned else (1, 2)
     for r in range(begin, end):
         f = first[r]

@@ -8,7 +8,7 @@ import pytest
 from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 
-from rpf3d_core.body.clearance import TURNING, Sweep, clear_time, reach_time, set_arms
+from rpf3d_core.body.clearance import TURNING, BodySweep, clear_time, reach_time, set_arms
 from rpf3d_core.body.quaternions import turned
 from rpf3d_core.body.rotation import spin_bound, turned_for, turning_of
 from rpf3d_core.jit.dispatch import loop
@@ -99,7 +99,7 @@ def times_of(corners, space_spins, state, planes, bounds, asked, arms, found):
     """
     for k in range(len(found)):
         s, p, w = state[k], planes[k], space_spins[k]
-        sweep = Sweep(
+        sweep = BodySweep(
             x=(s[0], s[1], s[2]), v=(s[3], s[4], s[5]), w=(w[0], w[1], w[2]), q=(s[9], s[10], s[11], s[12]),
             gravity=9.81, spin_bound=bounds[k],
         )  # fmt: skip
@@ -166,7 +166,7 @@ def test_a_needle_with_the_largest_acceleration_arrives_little_after_its_clear_t
     n, r, spin, height = -left[:, 0], right[0], 1000.0, 1e-9
     q = (1.0, 0.0, 0.0, 0.0)
     drop = (r @ n - height, 0.0)
-    sweep = Sweep(
+    sweep = BodySweep(
         x=(0.0, 0.0, 0.0), v=tuple((-np.cross(spin * w, r)).tolist()), w=tuple((spin * w).tolist()), q=q, gravity=0.0,
         spin_bound=spin,
     )  # fmt: skip
@@ -212,7 +212,7 @@ def searched(corners, moments, state, planes, most, arms, found):
                 x, y = s[0] + s[3] * t + r[0], s[1] + s[4] * t + r[1]
                 z = s[2] + s[5] * t - 0.5 * 9.81 * t * t + r[2]
                 height = min(height, p[0] * x + p[1] * y + p[2] * z - p[3])
-            sweep = Sweep(
+            sweep = BodySweep(
                 x=(s[0] + s[3] * t, s[1] + s[4] * t, s[2] + s[5] * t - 0.5 * 9.81 * t * t),
                 v=(s[3], s[4], s[5] - 9.81 * t), w=turned(at, w), q=at, gravity=9.81, spin_bound=bound,
             )  # fmt: skip
@@ -257,8 +257,8 @@ LEVEL = (0.0, 0.0, 1.0)
 BRICK = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.4, 0.4) for z in (-0.25, 0.25)])
 
 
-def not_spinning(x=(0.0, 0.0, 0.0), v=(0.0, 0.0, 0.0), gravity=G) -> Sweep:
-    return Sweep(x=x, v=v, w=(0.0, 0.0, 0.0), q=(1.0, 0.0, 0.0, 0.0), gravity=gravity, spin_bound=0.0)
+def not_spinning(x=(0.0, 0.0, 0.0), v=(0.0, 0.0, 0.0), gravity=G) -> BodySweep:
+    return BodySweep(x=x, v=v, w=(0.0, 0.0, 0.0), q=(1.0, 0.0, 0.0, 0.0), gravity=gravity, spin_bound=0.0)
 
 
 @pytest.mark.parametrize("up", [-30.0, -1e-3, 0.0, 1e-3, 30.0])

@@ -8,7 +8,7 @@ from terrain_files import with_models
 
 from rpf3d_core.calibration.flown_counts import (
     COPIES,
-    Extent,
+    PathExtents,
     extent_of,
     passed,
     reached_area,
@@ -80,7 +80,7 @@ def test_without_an_error_the_rocks_that_passed_are_counted(
 
 def test_a_rock_that_stopped_short_of_a_gate_may_have_passed_it() -> None:
     begin = np.array([0.0, 0.0, 31.0])
-    extent = Extent(begin=begin, least=begin, most=np.array([28.5, 33.0, 50.0]))
+    extent = PathExtents(begin=begin, least=begin, most=np.array([28.5, 33.0, 50.0]))
     found = passed(extent, 30.0, np.array([0.0, 3.0]))
     np.testing.assert_array_equal(found[0], [0.0, 1.0, 0.0])
     np.testing.assert_allclose(found[1], [below(-0.5), below(1.0), 0.0], atol=1e-12)  # the last starts beyond the gate

@@ -8,7 +8,7 @@ import pytest
 from rpf3d_core.calibration.density import Stops
 from rpf3d_core.calibration.flying import Flown
 from rpf3d_core.calibration.state import (
-    Kept,
+    KeptSets,
     check_folder,
     drop_parts,
     open_state,
@@ -37,10 +37,10 @@ def scene(folder: Path, engine: str = "compiled") -> Scene:
     return read_scene(path)
 
 
-def kept(sets: int, begin: int = 0) -> Kept:
+def kept(sets: int, begin: int = 0) -> KeptSets:
     stops = Stops(place=np.zeros((2, 2)), deposited=np.ones(2, dtype=bool))
     flown = Flown(stops=stops, densities=np.zeros((1, 1, 1)), energy=np.zeros(2))
-    return Kept(z=np.arange(begin, begin + sets, dtype=float)[:, None], flown=[flown] * sets)
+    return KeptSets(z=np.arange(begin, begin + sets, dtype=float)[:, None], flown=[flown] * sets)
 
 
 @pytest.mark.parametrize("engine", ["auto", "reference", "compiled"])

@@ -14,7 +14,7 @@ from listening import session
 from served_desk import LONGEST, ServedDesk, served_desk
 from waiting import wait_for
 
-from rpf3d_core.desk.server import Gate, Request, new_gate, opening_page
+from rpf3d_core.desk.server import BrowserRequest, Gate, new_gate, opening_page
 from rpf3d_core.errors import InputError
 
 GATE = Gate(port=4711, token="right")
@@ -30,27 +30,27 @@ def test_the_address_has_the_token_and_two_gates_have_different_ones() -> None:
 @pytest.mark.parametrize(
     ("request_", "path"),
     [
-        (Request(HOST, None, "/right/"), "/"),
-        (Request(HOST, None, "/right/index.html"), "/index.html"),
-        (Request(HOST, ORIGIN, "/right/ws"), "/ws"),
-        (Request(HOST, None, "/right"), "/"),
-        (Request(HOST, None, "/right/assets/../x"), "/assets/../x"),
-        (Request(HOST, None, "/"), None),
-        (Request(HOST, None, ""), None),
-        (Request(HOST, None, "//right/"), None),
-        (Request(HOST, None, "/index.html"), None),
-        (Request(HOST, None, "/wrong/right/"), None),
-        (Request(HOST, None, "/rightx/"), None),
-        (Request(HOST, None, "/é/"), None),
-        (Request("evil.example:4711", None, "/right/"), None),
-        (Request(None, None, "/right/"), None),
-        (Request("127.0.0.1:4712", None, "/right/"), None),
-        (Request(HOST, "http://evil.example", "/right/"), None),
-        (Request(HOST, "null", "/right/"), None),
-        (Request(HOST, "http://127.0.0.1:4712", "/right/"), None),
+        (BrowserRequest(HOST, None, "/right/"), "/"),
+        (BrowserRequest(HOST, None, "/right/index.html"), "/index.html"),
+        (BrowserRequest(HOST, ORIGIN, "/right/ws"), "/ws"),
+        (BrowserRequest(HOST, None, "/right"), "/"),
+        (BrowserRequest(HOST, None, "/right/assets/../x"), "/assets/../x"),
+        (BrowserRequest(HOST, None, "/"), None),
+        (BrowserRequest(HOST, None, ""), None),
+        (BrowserRequest(HOST, None, "//right/"), None),
+        (BrowserRequest(HOST, None, "/index.html"), None),
+        (BrowserRequest(HOST, None, "/wrong/right/"), None),
+        (BrowserRequest(HOST, None, "/rightx/"), None),
+        (BrowserRequest(HOST, None, "/é/"), None),
+        (BrowserRequest("evil.example:4711", None, "/right/"), None),
+        (BrowserRequest(None, None, "/right/"), None),
+        (BrowserRequest("127.0.0.1:4712", None, "/right/"), None),
+        (BrowserRequest(HOST, "http://evil.example", "/right/"), None),
+        (BrowserRequest(HOST, "null", "/right/"), None),
+        (BrowserRequest(HOST, "http://127.0.0.1:4712", "/right/"), None),
     ],
 )
-def test_only_requests_of_its_own_pages_with_the_token_are_admitted(request_: Request, path: str | None) -> None:
+def test_only_requests_of_its_own_pages_with_the_token_are_admitted(request_: BrowserRequest, path: str | None) -> None:
     assert GATE.admitted(request_) == path
 
 

@@ -19,7 +19,7 @@ from rpf3d_core.recordings.hazard import (
     hazard_layers,
     hazard_mesh,
 )
-from rpf3d_core.recordings.log import write_recording
+from rpf3d_core.recordings.log import RecordedGround, write_recording
 
 pytest.importorskip("rerun", reason="rerun is not installed")
 
@@ -35,8 +35,8 @@ def maps():
 def recorded(tmp_path_factory, maps):
     folder = tmp_path_factory.mktemp("recording")
     terrain = floor(SURVEY, cells=40)
-    write_recording(folder / "with.rrd", scene(folder), terrain, thrown(terrain), None, maps)
-    write_recording(folder / "without.rrd", scene(folder), terrain, thrown(terrain))
+    write_recording(folder / "with.rrd", scene(folder), RecordedGround(terrain), thrown(terrain), None, maps)
+    write_recording(folder / "without.rrd", scene(folder), RecordedGround(terrain), thrown(terrain))
     return {name: read_back(folder / f"{name}.rrd") for name in ("with", "without")}
 
 
@@ -71,14 +71,14 @@ def hidden_entities(path):
 
 def test_there_is_a_view_for_each_layer_that_hides_the_other_and_what_would_cover_it(recorded, tmp_path, maps):
     terrain = floor(SURVEY, cells=40)
-    write_recording(tmp_path / "run.rrd", scene(tmp_path), terrain, thrown(terrain), None, maps)
+    write_recording(tmp_path / "run.rrd", scene(tmp_path), RecordedGround(terrain), thrown(terrain), None, maps)
     hidden = hidden_entities(tmp_path / "run.rrd")
     assert hidden["Reach probability"] == {ENERGY, "world/trajectories", "world/ends"}
     assert hidden["Energy, p95"] == {REACH, "world/trajectories", "world/ends"}
     (paths,) = [name for name in hidden if name.startswith("Terrain by zone")]
     assert hidden[paths] == {REACH, ENERGY}
     assert {"/world/trajectories", "/world/ends"} <= set(recorded["with"])  # what is hidden has these names
-    write_recording(tmp_path / "run.rrd", scene(tmp_path), terrain, thrown(terrain))
+    write_recording(tmp_path / "run.rrd", scene(tmp_path), RecordedGround(terrain), thrown(terrain))
     assert set().union(*hidden_entities(tmp_path / "run.rrd").values()) == set()
 
 
@@ -133,10 +133,11 @@ def test_the_bench_table_is_a_page_that_tells_what_the_colours_mean(recorded, ma
 
 
 def test_no_rocks_are_no_layers_but_a_table_that_says_so(tmp_path):
-    terrain, none = floor(), np.empty(0)
+    terrain, none, path = floor(), np.empty(0), tmp_path / "run.rrd"
     empty = Points(none.astype(int), np.empty((0, 2)), none, none, none, none.astype(bool))
-    write_recording(tmp_path / "run.rrd", scene(tmp_path), terrain, thrown(terrain), None, maps_of(terrain, empty, 2.0))
-    entities = read_back(tmp_path / "run.rrd")
+    maps = maps_of(terrain, empty, 2.0)
+    write_recording(path, scene(tmp_path), RecordedGround(terrain), thrown(terrain), None, maps)
+    entities = read_back(path)
     assert f"/{REACH}" not in entities and "0 rocks" in entities[f"/{BENCHES}"]["TextDocument:text"].as_py()[0]
 
 

@@ -14,7 +14,7 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.recordings import replay as replaying
 from rpf3d_core.recordings.blueprint import point_of_view
 from rpf3d_core.recordings.hazard import LIFT
-from rpf3d_core.recordings.log import FRAMES, import_rerun, write_recording
+from rpf3d_core.recordings.log import FRAMES, RecordedGround, import_rerun, write_recording
 from rpf3d_core.recordings.log_text import frame_line, material_line
 from rpf3d_core.recordings.replay import recording_of, viewer_command
 from rpf3d_core.recordings.shapes import coloured_mesh, strips_by_speed
@@ -54,7 +54,7 @@ def seconds(times):
 def recording(tmp_path_factory):
     folder = tmp_path_factory.mktemp("recording")
     terrain = floor(SURVEY)
-    write_recording(folder / "run.rrd", scene(folder), terrain, thrown(terrain), SUMMARY)
+    write_recording(folder / "run.rrd", scene(folder), RecordedGround(terrain), thrown(terrain), SUMMARY)
     return read_back(folder / "run.rrd")
 
 
@@ -140,7 +140,7 @@ def test_an_input_that_points_up_along_y_is_told_how_to_turn_back():
 
 
 def test_a_run_of_no_rocks_can_be_recorded(tmp_path):
-    write_recording(tmp_path / "run.rrd", scene(tmp_path), floor(), none_thrown())
+    write_recording(tmp_path / "run.rrd", scene(tmp_path), RecordedGround(floor()), none_thrown())
     assert "/world/terrain" in read_back(tmp_path / "run.rrd")
 
 
@@ -148,7 +148,7 @@ def test_barriers_are_recorded_with_their_names_and_trees_at_their_feet(tmp_path
     foot = np.array([[0.0, 0.0, 1.0], [4.0, 0.0, 2.0]])
     stems = np.array([[3.0, 2.0, 1.0, 0.4]])
     obstacles = Obstacles(("barriers.fence", "forest"), np.array([0, 1]), (("fence", foot),), stems, (3.0,))
-    write_recording(tmp_path / "run.rrd", scene(tmp_path), floor(), none_thrown(), obstacles=obstacles)
+    write_recording(tmp_path / "run.rrd", scene(tmp_path), RecordedGround(floor(), obstacles=obstacles), none_thrown())
     entities = read_back(tmp_path / "run.rrd")
     barriers, trees = entities["/world/barriers"], entities["/world/trees"]
     assert barriers["LineStrips3D:labels"] == [["fence"]]
@@ -163,7 +163,8 @@ def test_areas_are_recorded_with_their_names_above_the_ground_and_its_maps(tmp_p
     low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
     x, y = low + 0.25 * (high - low), low + 0.75 * (high - low)
     ring = np.array([[x[0], x[1]], [y[0], x[1]], [y[0], y[1]], [x[0], y[1]], [x[0], x[1]]])
-    write_recording(tmp_path / "run.rrd", scene(tmp_path), terrain, none_thrown(), areas={"ramp": [ring]})
+    ground = RecordedGround(terrain, areas={"ramp": [ring]})
+    write_recording(tmp_path / "run.rrd", scene(tmp_path), ground, none_thrown())
     areas = read_back(tmp_path / "run.rrd")["/world/areas"]
     assert areas["LineStrips3D:labels"] == [["ramp"]]
     ((line,),) = areas["LineStrips3D:strips"]
@@ -179,7 +180,7 @@ def test_a_recording_passes_rerun_s_own_check(tmp_path):
     import subprocess
 
     terrain = floor()
-    write_recording(tmp_path / "run.rrd", scene(tmp_path), terrain, thrown(terrain))
+    write_recording(tmp_path / "run.rrd", scene(tmp_path), RecordedGround(terrain), thrown(terrain))
     command = [sys.executable, "-m", "rerun", "rrd", "verify", str(tmp_path / "run.rrd")]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0 and "verified without error" in done.stdout + done.stderr

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import scenes_of_facets as made
 
-from rpf3d_core.effects.barriers import CORNER, Barriers, Panel
+from rpf3d_core.effects.barriers import CORNER, Barriers, PanelSegments
 from rpf3d_core.effects.forest import Deflection, Forest, Stems
 from rpf3d_core.effects.hooks import chain_of
 from rpf3d_core.effects.obstacle_cells import cells_of
@@ -30,7 +30,7 @@ def fence(
     """Return the effect of one barrier along a line on a terrain.
 
     corners : (x, y) m of the line; height : m; capacity : largest energy (J) that the barrier stops
-    taken, top : as in `Panel`; first : as in `Barriers`
+    taken, top : as in `PanelSegments`; first : as in `Barriers`
     """
     feet, facets, lines = [], [], []
     for number, (begin, end) in enumerate(pairwise(np.array(corners, dtype=float))):
@@ -44,7 +44,7 @@ def fence(
     columns = (np.ascontiguousarray(c) for c in (*foot[:, 0].T, *(foot[:, 1] - foot[:, 0]).T))
     barrier = np.zeros(len(foot), dtype=np.int64)
     one = (np.array([value]) for value in (height, capacity, taken, float(top)))
-    panel = Panel(*columns, np.concatenate(facets), np.concatenate(lines), barrier, *one)
+    panel = PanelSegments(*columns, np.concatenate(facets), np.concatenate(lines), barrier, *one)
     plan = foot[..., :2]
     cells = cells_of(plan.min(axis=1) - CORNER, plan.max(axis=1) + CORNER)
     return Barriers(first, panel, 4.0 * tolerance_of(terrain), cells)
@@ -53,10 +53,10 @@ def fence(
 def fences(*some: Barriers) -> Barriers:
     """Return the effect of several barriers together, in the given order."""
     rows, lines = [len(one.panel.x) for one in some], np.cumsum([0, *(one.panel.line.max() + 1 for one in some[:-1])])
-    columns = {name: np.concatenate([getattr(one.panel, name) for one in some]) for name in Panel._fields}
+    columns = {name: np.concatenate([getattr(one.panel, name) for one in some]) for name in PanelSegments._fields}
     columns["line"] = columns["line"] + np.repeat(lines, rows)
     columns["barrier"] = np.repeat(np.arange(len(some)), rows)
-    panel = Panel(**columns)
+    panel = PanelSegments(**columns)
     begin, way = np.stack([panel.x, panel.y], 1), np.stack([panel.dx, panel.dy], 1)
     cells = cells_of(np.minimum(begin, begin + way) - CORNER, np.maximum(begin, begin + way) + CORNER)
     return Barriers(0, panel, some[0].slack, cells)

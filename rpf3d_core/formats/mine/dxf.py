@@ -18,7 +18,7 @@ from rpf3d_core.formats.mine.dxf_drawing import (
     MESH_2D,
     POLYFACE,
     UNITS,
-    Drawing,
+    DxfDrawing,
     Ids,
     read_drawing,
 )
@@ -34,7 +34,7 @@ MOST_LAYERS = 6
 WITHOUT_CONTENT = ("VERTEX", "SEQEND", "ENDSEC", "SECTION", "EOF")
 
 
-class Part(NamedTuple):
+class DxfTriangles(NamedTuple):
     """Triangles of some entities of a drawing.
 
     corners : (T, 3, 3), in the unit of the drawing; entity : (T,) number of the entity that each triangle belongs to
@@ -80,7 +80,7 @@ def read_dxf(path: Path) -> FileMesh:
     return FileMesh(corners[order].reshape(-1, 3), zone=zone, zones=zones, remarks=remarks, unit=unit)
 
 
-def _faces(path: Path, drawing: Drawing) -> Part:
+def _faces(path: Path, drawing: DxfDrawing) -> DxfTriangles:
     """Return the triangles of all 3DFACE entities; a face of four corners is cut from the first to the third corner."""
     faces = drawing.numbers_of("3DFACE")
     corners = drawing.table(faces, CORNERS).reshape(-1, 4, 3)
@@ -88,7 +88,7 @@ def _faces(path: Path, drawing: Drawing) -> Part:
     corners[three, 3] = corners[three, 2]
     _refuse_missing(path, corners, "3DFACE")
     square = (corners[:, 3] != corners[:, 2]).any(axis=1)
-    return Part(
+    return DxfTriangles(
         corners=np.concatenate([corners[:, :3], corners[square][:, [0, 2, 3]]]),
         entity=np.concatenate([faces, faces[square]]),
     )
@@ -100,7 +100,7 @@ def _refuse_missing(path: Path, corners: FloatArray, what: str) -> None:
         raise TerrainError(f"{path}: the {what} number {wrong[0]} (from 0) lacks a coordinate, as {len(wrong)} in all")
 
 
-def _polylines(path: Path, drawing: Drawing) -> list[Part]:
+def _polylines(path: Path, drawing: DxfDrawing) -> list[DxfTriangles]:
     """Return the triangles of polyface meshes, grids, and closed 3D polylines of three or four corners."""
     heads = drawing.numbers_of("POLYLINE")
     if not len(heads):
@@ -124,11 +124,11 @@ def _polylines(path: Path, drawing: Drawing) -> list[Part]:
         chosen = np.flatnonzero(ring & (count == corners))
         for second in range(1, corners - 1):
             index = begin[chosen][:, None] + np.array([0, second, second + 1])
-            parts.append(Part(corners=lines.points[index], entity=heads[chosen]))
+            parts.append(DxfTriangles(corners=lines.points[index], entity=heads[chosen]))
     return parts
 
 
-def _polyface(path: Path, drawing: Drawing, lines: Polylines, faces: Ids, parent: Ids) -> Part:
+def _polyface(path: Path, drawing: DxfDrawing, lines: Polylines, faces: Ids, parent: Ids) -> DxfTriangles:
     """Return the triangles of all polyface meshes.
 
     A face lists its corners by their numbers in the mesh, from 1.
@@ -145,13 +145,13 @@ def _polyface(path: Path, drawing: Drawing, lines: Polylines, faces: Ids, parent
         raise TerrainError(f"{path}: the face number {wrong} (from 0) of the polyface meshes names a missing VERTEX")
     at = begin[parent][:, None] + index - 1
     square = index[:, 3] > 0
-    return Part(
+    return DxfTriangles(
         corners=np.concatenate([points[at[:, :3]], points[at[square][:, [0, 2, 3]]]]),
         entity=np.concatenate([heads[parent], heads[parent][square]]),
     )
 
 
-def _grid(path: Path, drawing: Drawing, head: int, flags: int, points: FloatArray) -> Part:
+def _grid(path: Path, drawing: DxfDrawing, head: int, flags: int, points: FloatArray) -> DxfTriangles:
     """Return the triangles of a POLYLINE that is a grid of M rows of N vertices.
 
     If the flags close rows or columns, the strips that close them are included.
@@ -169,15 +169,15 @@ def _grid(path: Path, drawing: Drawing, head: int, flags: int, points: FloatArra
         number = np.concatenate([number, number[:, :1]], axis=1)
     a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
     index = np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
-    return Part(corners=points[index], entity=np.full(len(index), head))
+    return DxfTriangles(corners=points[index], entity=np.full(len(index), head))
 
 
-def _meshes(path: Path, drawing: Drawing) -> list[Part]:
+def _meshes(path: Path, drawing: DxfDrawing) -> list[DxfTriangles]:
     """Return the triangles of each MESH entity, without subdivision."""
     return [_mesh(path, drawing, entity) for entity in drawing.numbers_of("MESH").tolist()]
 
 
-def _mesh(path: Path, drawing: Drawing, entity: int) -> Part:
+def _mesh(path: Path, drawing: DxfDrawing, entity: int) -> DxfTriangles:
     code, value = drawing.pairs_of(entity)
     try:
         first = int(np.flatnonzero(code == 93)[0])
@@ -188,7 +188,7 @@ def _mesh(path: Path, drawing: Drawing, entity: int) -> Part:
         triangles = _fans(index, int(value[first]), len(points))
     except (ValueError, IndexError, OverflowError) as fault:
         raise TerrainError(f"{path}: a MESH does not hold the vertices and faces it announces ({fault})") from fault
-    return Part(corners=points[triangles], entity=np.full(len(triangles), entity))
+    return DxfTriangles(corners=points[triangles], entity=np.full(len(triangles), entity))
 
 
 def _fans(index: Ids, announced: int, points: int) -> Ids:
@@ -226,7 +226,7 @@ def _whole(values: FloatArray) -> Ids:
     return np.where(sound, values, 0.0).astype(np.int64)
 
 
-def _layers(drawing: Drawing, entity: Ids) -> tuple[NDArray[np.int32], tuple[str, ...]]:
+def _layers(drawing: DxfDrawing, entity: Ids) -> tuple[NDArray[np.int32], tuple[str, ...]]:
     """Return the zone (T,) of each triangle, an index into the zone names, and these names: the layers in file order.
 
     entity : (T,) number of the entity that each triangle belongs to
@@ -238,7 +238,7 @@ def _layers(drawing: Drawing, entity: Ids) -> tuple[NDArray[np.int32], tuple[str
     return np.array([number[name] for name in names], np.int32)[inverse], zones
 
 
-def _closed_polylines(path: Path, drawing: Drawing, entity: Ids) -> list[str]:
+def _closed_polylines(path: Path, drawing: DxfDrawing, entity: Ids) -> list[str]:
     """Return a list with a remark that closed 3D polylines were read as ground, although they may outline areas.
 
     The list is empty if the file has no such polylines, or if its terrain consists of such polylines only.
@@ -263,7 +263,7 @@ def _closed_polylines(path: Path, drawing: Drawing, entity: Ids) -> list[str]:
     ]
 
 
-def _not_read(path: Path, drawing: Drawing, read: Ids, triangles: int) -> list[str]:
+def _not_read(path: Path, drawing: DxfDrawing, read: Ids, triangles: int) -> list[str]:
     """Return a list with one sentence that counts the entities that were not read; [] if there are none.
 
     Raise a TerrainError if the file has no triangles.

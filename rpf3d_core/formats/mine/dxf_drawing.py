@@ -18,7 +18,7 @@ CLOSED, CURVE_3D, MESH_2D, POLYFACE = 1, 8, 16, 64
 """Flags of a POLYLINE (group code 70)."""
 
 
-class Drawing(NamedTuple):
+class DxfDrawing(NamedTuple):
     """The E entities of a DXF file, and the P pairs of group code and value that the entities consist of.
 
     pairs : the pairs in the order of the file
@@ -65,7 +65,7 @@ class Drawing(NamedTuple):
         return [self.pairs.texts[i] if i >= 0 else "0" for i in self.layer[entities].tolist()]
 
 
-def read_drawing(path: Path) -> Drawing:
+def read_drawing(path: Path) -> DxfDrawing:
     """Return the entities of a DXF file; errors are as in `read_pairs`."""
     pairs = read_pairs(path)
     starts = np.flatnonzero(pairs.code == TYPE)
@@ -79,13 +79,13 @@ def read_drawing(path: Path) -> Drawing:
     of_layer = pairs.code == LAYER
     layer[entity[of_layer]] = pairs.value[of_layer].astype(np.int64)
     drawn = _inside_section(pairs, entity, kind, "ENTITIES")
-    return Drawing(pairs=pairs, entity=entity, kind=kind, layer=layer, drawn=drawn, unit=_unit(pairs))
+    return DxfDrawing(pairs=pairs, entity=entity, kind=kind, layer=layer, drawn=drawn, unit=_unit(pairs))
 
 
 def _inside_section(pairs: Pairs, entity: Ids, kind: Ids, name: str) -> NDArray[np.bool_]:
     """Return flags (E,): True for each entity between the entities SECTION and ENDSEC of the section `name`.
 
-    entity : (P,) number of the entity of each pair; kind : (E,) type of each entity, as in `Drawing`
+    entity : (P,) number of the entity of each pair; kind : (E,) type of each entity, as in `DxfDrawing`
     """
     marks = np.isin(kind, [i for i, text in enumerate(pairs.texts) if text in ("SECTION", "ENDSEC")])
     named = {int(entity[i]) for i in np.flatnonzero(pairs.code == NAME).tolist() if _text(pairs, i) == name}

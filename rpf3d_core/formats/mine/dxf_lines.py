@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.formats.mine.dxf_drawing import CLOSED, MESH_2D, POLYFACE, Drawing, read_drawing
+from rpf3d_core.formats.mine.dxf_drawing import CLOSED, MESH_2D, POLYFACE, DxfDrawing, read_drawing
 from rpf3d_core.formats.mine.dxf_pairs import BULGE, ELEVATION
 from rpf3d_core.terrain.frame import FloatArray
 
@@ -100,7 +100,7 @@ def read_dxf_points(path: Path) -> FloatArray:
     return places
 
 
-def _straight(drawing: Drawing, wanted: str) -> Iterator[Line]:
+def _straight(drawing: DxfDrawing, wanted: str) -> Iterator[Line]:
     """Yield each LINE entity of a drawing as a line; wanted : name of the layer, "" for all layers."""
     entities = drawing.numbers_of("LINE")
     ends = drawing.table(entities, (10, 20, 30, 11, 21, 31)).reshape(-1, 2, 3)
@@ -109,7 +109,7 @@ def _straight(drawing: Drawing, wanted: str) -> Iterator[Line]:
             yield Line(points=points, closed=False, layer=layer)
 
 
-def _light(path: Path, drawing: Drawing, wanted: str) -> Iterator[Line]:
+def _light(path: Path, drawing: DxfDrawing, wanted: str) -> Iterator[Line]:
     """Yield each LWPOLYLINE entity of a drawing as a line; all its points have the entity's elevation as height.
 
     wanted : name of the layer, "" for all layers
@@ -129,7 +129,7 @@ def _light(path: Path, drawing: Drawing, wanted: str) -> Iterator[Line]:
         yield Line(points=_turned(path, drawing, entity, points), closed=bool(int(flag) & CLOSED), layer=layer)
 
 
-def _heavy(path: Path, drawing: Drawing, wanted: str) -> Iterator[Line]:
+def _heavy(path: Path, drawing: DxfDrawing, wanted: str) -> Iterator[Line]:
     """Yield each POLYLINE entity of a drawing as a line, except meshes; wanted : name of the layer, "" for all."""
     heads, vertices = drawing.numbers_of("POLYLINE"), drawing.numbers_of("VERTEX")
     flags = np.nan_to_num(drawing.table(heads, (70,))[:, 0]).astype(np.int64)
@@ -149,7 +149,7 @@ def _refuse_arcs(path: Path, bulges: FloatArray, layer: str) -> None:
         raise InputError(f"{path}: a polyline on layer {layer!r} has arcs (bulges); convert them to straight segments")
 
 
-def _turned(path: Path, drawing: Drawing, entity: int, points: FloatArray) -> FloatArray:
+def _turned(path: Path, drawing: DxfDrawing, entity: int, points: FloatArray) -> FloatArray:
     """Return points (P, 3) of an entity in world coordinates; raise an InputError if the entity's plane is not level.
 
     points : (P, 3) in the coordinates of the entity's plane

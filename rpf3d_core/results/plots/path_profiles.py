@@ -27,7 +27,7 @@ With the distance 0, rounding would let lines pass between neighbouring facets a
 
 
 @dataclass(frozen=True, eq=False)
-class Profile:
+class PathProfiles:
     """The profiles of some rocks as S points, grouped by rock in order of time.
 
     row : (S,) row of the rock in `Deposits`; t : (S,) s; distance : (S,) m, travelled in plan since the release
@@ -41,9 +41,9 @@ class Profile:
     speed: FloatArray
 
 
-def profile_of(terrain: Terrain, samples: PathSamples) -> Profile:
+def profile_of(terrain: Terrain, samples: PathSamples) -> PathProfiles:
     """Return the profiles of sampled paths, to be drawn or written."""
-    return Profile(
+    return PathProfiles(
         row=samples.row,
         t=samples.t,
         distance=travelled(samples),

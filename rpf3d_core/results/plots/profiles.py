@@ -19,7 +19,7 @@ from rpf3d_core.ensemble.colours import OUTCOME_COLOURS
 from rpf3d_core.ensemble.flights import Flights, FloatArray, IntArray
 from rpf3d_core.ensemble.paths import PathSamples, display_step, run_starts, sample_paths
 from rpf3d_core.ensemble.totals import runout
-from rpf3d_core.results.plots.path_profiles import Profile, profile_of, terrain_below, typical_rows
+from rpf3d_core.results.plots.path_profiles import PathProfiles, profile_of, terrain_below, typical_rows
 from rpf3d_core.results.plots.style import GROUND, PATH, hex_colour, label, save, scale_in_words
 from rpf3d_core.results.shown import RunCounts
 from rpf3d_core.results.tables import write_profiles
@@ -70,7 +70,7 @@ def write_profile_plots(
     save(sections(section, ground, titles, which), folder / "sections.png")
 
 
-def overview(profile: Profile, outcome: IntArray, title: str) -> Figure:
+def overview(profile: PathProfiles, outcome: IntArray, title: str) -> Figure:
     """Draw the profiles of many rocks in one picture: elevation and speed against distance, coloured by outcome.
 
     outcome : (R,) index of `values.Outcome`, by row in `Deposits`
@@ -93,7 +93,7 @@ def overview(profile: Profile, outcome: IntArray, title: str) -> Figure:
     return figure
 
 
-def sections(profile: Profile, ground: FloatArray, titles: Mapping[int, str], which: str) -> Figure:
+def sections(profile: PathProfiles, ground: FloatArray, titles: Mapping[int, str], which: str) -> Figure:
     """Draw the profiles of a few rocks side by side: above, the path and the terrain under it; below, the speed.
 
     The picture has a column for each rock in `titles`.
@@ -129,7 +129,7 @@ def _panels(columns: int, size: tuple[float, float]) -> tuple[Figure, NDArray[An
     return figure, axes
 
 
-def _height_panel(axes: Axes, profile: Profile, ground: FloatArray, one: NDArray[np.bool_]) -> None:
+def _height_panel(axes: Axes, profile: PathProfiles, ground: FloatArray, one: NDArray[np.bool_]) -> None:
     distance, elevation, below = profile.distance[one], profile.elevation[one], ground[one]
     floor = np.nanmin(np.append(below, elevation)) - 0.05 * (np.ptp(elevation) + 1.0)
     axes.fill_between(distance, np.nan_to_num(below, nan=floor), floor, color=GROUND, alpha=0.35, linewidth=0)

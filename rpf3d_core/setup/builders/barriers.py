@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.effects.barriers import CORNER, Barriers, Panel
+from rpf3d_core.effects.barriers import CORNER, Barriers, PanelSegments
 from rpf3d_core.effects.obstacle_cells import cells_of
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.polygons import local_plan
@@ -64,7 +64,7 @@ def barriers_of(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Bar
     facet, line, barrier = (np.array([piece[k] for piece in pieces], dtype=np.int64) for k in (1, 2, 3))
     way = foot[:, 1] - foot[:, 0]
     x, y, z, dx, dy, dz = (np.ascontiguousarray(column) for column in (*foot[:, 0].T, *way.T))
-    panel = Panel(
+    panel = PanelSegments(
         x=x, y=y, z=z, dx=dx, dy=dy, dz=dz, facet=facet, line=line, barrier=barrier,
         height=np.array([spec.height * spec.residual_height for spec in model_spec.panels]),
         capacity=np.array([JOULE_PER_KJ * spec.capacity_kj for spec in model_spec.panels]),

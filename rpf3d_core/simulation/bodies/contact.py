@@ -30,7 +30,7 @@ from rpf3d_core.simulation.bodies.room import (
     NEAREST,
     TOUCHED,
     UNKNOWN,
-    Room,
+    BodyRoom,
 )
 from rpf3d_core.simulation.bodies.survey import clear_until, travelled
 from rpf3d_core.simulation.bodies.touch import BAND, copy_contacts, keep_impulses, list_contacts, mark_covered, touch
@@ -91,7 +91,7 @@ def with_velocity(motion: BodyMotion, velocity: Velocity) -> BodyMotion:
 
 @kernel
 def contacts_of(
-    body: Body, room: Room, points: Any, physics: Physics, motion: BodyMotion, rock: RockContext, moved: float
+    body: Body, room: BodyRoom, points: Any, physics: Physics, motion: BodyMotion, rock: RockContext, moved: float
 ) -> int:  # fmt: skip
     """Write the contacts of a body at its present position into `points`; return their number.
 
@@ -103,7 +103,7 @@ def contacts_of(
 
 
 @kernel
-def hits(room: Room, count: int, motion: BodyMotion, h: float, gravity: float) -> int:
+def hits(room: BodyRoom, count: int, motion: BodyMotion, h: float, gravity: float) -> int:
     """Return the index of the contact that approaches the ground fastest; -1 if none is fast enough for an impact.
 
     An impact is faster than SLOW plus the speed that gravity adds in a step.
@@ -120,7 +120,7 @@ def hits(room: Room, count: int, motion: BodyMotion, h: float, gravity: float) -
 
 
 @routine
-def held_up(body: Body, room: Room, count: int, motion: BodyMotion, h: float, gravity: float) -> BodyMotion:
+def held_up(body: Body, room: BodyRoom, count: int, motion: BodyMotion, h: float, gravity: float) -> BodyMotion:
     """Return the motion of a body just before an impact, after the last impulses of the contacts that carry it.
 
     count : number of contacts in `room.points`; h : length of the next step (s), as in `Ride`; gravity : m/s^2
@@ -148,7 +148,7 @@ def held_up(body: Body, room: Room, count: int, motion: BodyMotion, h: float, gr
 
 
 @kernel
-def struck(body: Body, room: Room, count: int, motion: BodyMotion) -> BodyMotion:
+def struck(body: Body, room: BodyRoom, count: int, motion: BodyMotion) -> BodyMotion:
     """Return the motion of a body after an impact at all its contacts; count : number of contacts in `room.points`."""
     after = impact(room.points, room.rows, count, body.moments, body_velocity(motion), SLOW)
     forget(room.points, count)
@@ -168,7 +168,7 @@ def _rate(skin: float, gap: float, h: float) -> float:
 
 
 @kernel
-def _set_goals(body: Body, room: Room, count: int, motion: BodyMotion, gravity: float, h: float) -> None:
+def _set_goals(body: Body, room: BodyRoom, count: int, motion: BodyMotion, gravity: float, h: float) -> None:
     """Write into `room.points` the goal velocity of each contact, for a step of h seconds.
 
     A contact that starts the step with its goal velocity has, on average over the step, the velocity of `_rate` along
@@ -185,7 +185,7 @@ def _set_goals(body: Body, room: Room, count: int, motion: BodyMotion, gravity: 
 
 
 @kernel
-def _keep_begin(room: Room) -> None:
+def _keep_begin(room: BodyRoom) -> None:
     """Copy the columns GAP, GUESS and NEAREST of each TOUCHED facet to the columns from BEGUN on, in `room.planes`.
 
     The copies keep the values at the start of a step; the step overwrites the original columns. For a facet that is
@@ -200,7 +200,7 @@ def _keep_begin(room: Room) -> None:
             put(plane, BEGUN + 4, vector(plane, NEAREST))
 
 
-class Step(NamedTuple):
+class ContactStep(NamedTuple):
     """A step: the free flight of a body for h seconds.
 
     begin : motion at the start; v : velocity at the start (m/s), down : gravity (m/s2), both in the body's axes
@@ -213,7 +213,7 @@ class Step(NamedTuple):
 
 
 @kernel
-def _gap_after(body: Body, step: Step, gap: float, n: Vec, arm: Vec) -> float:
+def _gap_after(body: Body, step: ContactStep, gap: float, n: Vec, arm: Vec) -> float:
     """Return the gap (m) of a point of the body at the end of a step, to second order in its duration.
 
     gap : at the start (m); n : normal of the ground; arm : position of the point (m); both (3,) in the body's axes
@@ -223,7 +223,7 @@ def _gap_after(body: Body, step: Step, gap: float, n: Vec, arm: Vec) -> float:
 
 
 @kernel
-def _expect(body: Body, room: Room, count: int, begin: BodyMotion, gravity: float, h: float) -> bool:
+def _expect(body: Body, room: BodyRoom, count: int, begin: BodyMotion, gravity: float, h: float) -> bool:
     """Write the gap (m) that each facet should have at the end of a step into `room.planes`, column EXPECTED.
 
     The value is inf for a facet without contact at the start of the step. Return True if any contact received an
@@ -231,7 +231,9 @@ def _expect(body: Body, room: Room, count: int, begin: BodyMotion, gravity: floa
 
     count : number of contacts in `room.points`; begin : motion at the start, after the impulses; gravity : m/s^2
     """
-    step = Step(begin=begin, v=turned_back(begin.q, begin.v), down=turned_back(begin.q, (0.0, 0.0, -gravity)), h=h)
+    step = ContactStep(
+        begin=begin, v=turned_back(begin.q, begin.v), down=turned_back(begin.q, (0.0, 0.0, -gravity)), h=h
+    )
     for k in range(room.count[0]):
         plane = room.planes[k]
         plane[EXPECTED] = math.inf
@@ -249,7 +251,7 @@ def _expect(body: Body, room: Room, count: int, begin: BodyMotion, gravity: floa
 
 
 @kernel
-def _place_of(room: Room, f: int) -> int:
+def _place_of(room: BodyRoom, f: int) -> int:
     """Return the index of facet number f in the ascending list `room.facets`."""
     low, high = 0, room.count[0] - 1
     while low < high:
@@ -262,7 +264,7 @@ def _place_of(room: Room, f: int) -> int:
 
 
 @kernel
-def _error(body: Body, room: Room, moved: float) -> float:
+def _error(body: Body, room: BodyRoom, moved: float) -> float:
     """Return the largest error of a gap at the end of a step, divided by the largest allowed error (-).
 
     moved : path bound of the body at the end of the step, as in `Ride` (m)
@@ -301,8 +303,9 @@ def _shortened(body: Body, motion: BodyMotion, h: float) -> float:
 
 @kernel
 def carry(
-    body: Body, room: Room, count: int, physics: Physics, motion: BodyMotion, h: float, at: tuple[float, RockContext]
-) -> Carried:
+    body: Body, room: BodyRoom, count: int, physics: Physics, motion: BodyMotion, h: float,
+    at: tuple[float, RockContext],
+) -> Carried:  # fmt: skip
     """Move a body in contact with the ground through one time step; return the result.
 
     count : number of contacts in `room.points`; h : length of the step that is tried first (s)
@@ -337,7 +340,7 @@ def carry(
 
 
 @kernel
-def is_lifting(room: Room, count: int, motion: BodyMotion) -> bool:
+def is_lifting(room: BodyRoom, count: int, motion: BodyMotion) -> bool:
     """Return True if every contact of a body moves away from the ground, or if there is no contact.
 
     count : number of contacts in `room.points`

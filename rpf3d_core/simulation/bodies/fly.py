@@ -12,7 +12,7 @@ from rpf3d_core.simulation.bodies.follow import follow_body
 from rpf3d_core.simulation.bodies.motion import BodyMotion, body_of
 from rpf3d_core.simulation.bodies.release import lifted
 from rpf3d_core.simulation.bodies.ride import NO_ROOM
-from rpf3d_core.simulation.bodies.room import FEWEST_FACETS, Room, room_for
+from rpf3d_core.simulation.bodies.room import FEWEST_FACETS, BodyRoom, room_for
 from rpf3d_core.simulation.launches import Launches
 from rpf3d_core.simulation.physics import Physics
 from rpf3d_core.simulation.record import Logbook, close_rock, record_from
@@ -50,7 +50,7 @@ def follow_in_room(
 
 @loop
 def follow_each(
-    physics: Physics, locator: Any, launches: Launches, logbook: Logbook, begin: int, room: Room
+    physics: Physics, locator: Any, launches: Launches, logbook: Logbook, begin: int, room: BodyRoom
 ) -> tuple[int, bool]:  # fmt: skip
     """Fly bodies from number `begin` on; return the number of the body that ended the loop, and a flag.
 

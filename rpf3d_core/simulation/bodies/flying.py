@@ -14,10 +14,10 @@ from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.slippage import slip_in_air
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.bodies.around import braked, height_of
-from rpf3d_core.simulation.bodies.motion import Body, BodyMotion, Flight, flight_of, motion_after
+from rpf3d_core.simulation.bodies.motion import Body, BodyMotion, FreeFlight, flight_of, motion_after
 from rpf3d_core.simulation.bodies.notes import motion_of, note_segment
 from rpf3d_core.simulation.bodies.ride import MARGIN, Ride, after_flight, ended, margin_of, past_obstacle, with_slip
-from rpf3d_core.simulation.bodies.room import Room
+from rpf3d_core.simulation.bodies.room import BodyRoom
 from rpf3d_core.simulation.bodies.survey import first_meeting, travelled
 from rpf3d_core.simulation.march import hovers
 from rpf3d_core.simulation.parabola import AGAIN
@@ -35,7 +35,7 @@ class Path(NamedTuple):
     """A free flight of a body for t seconds, and the events that may end it.
 
     start, flight : motion at the beginning, and the free flight from there
-    k : index in `Room.facets` of the facet with which contact begins at t; -1 if no contact begins
+    k : index in `BodyRoom.facets` of the facet with which contact begins at t; -1 if no contact begins
     left : time until max_time (s); end : time until the body has left the terrain (s)
     longest : planned duration, for which one free flight may replace the flight through the air (s); inf if no effect
         acts in the air
@@ -43,7 +43,7 @@ class Path(NamedTuple):
     """
 
     start: BodyMotion
-    flight: Flight
+    flight: FreeFlight
     t: float
     k: int
     left: float
@@ -55,7 +55,7 @@ class Path(NamedTuple):
 
 @kernel
 def _free_flight(
-    body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, start: BodyMotion, longest: float
+    body: Body, room: BodyRoom, locator: Any, physics: Physics, ride: Ride, start: BodyMotion, longest: float
 ) -> Path:  # fmt: skip
     """Return the free flight that begins with the motion `start`, up to a contact or a cap.
 
@@ -86,7 +86,7 @@ def _free_flight(
 
 @kernel
 def _next_path(
-    body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext
+    body: Body, room: BodyRoom, locator: Any, physics: Physics, ride: Ride, rock: RockContext
 ) -> Path:  # fmt: skip
     """Return the next free flight of a body, up to a contact, an obstacle or a cap.
 
@@ -112,7 +112,7 @@ def _next_path(
 
 @kernel
 def fly_on(
-    body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext, record: Record
+    body: Body, room: BodyRoom, locator: Any, physics: Physics, ride: Ride, rock: RockContext, record: Record
 ) -> tuple[Ride, bool]:  # fmt: skip
     """Return the state of a body after its next free flight, and True if the flight ends with contact.
 

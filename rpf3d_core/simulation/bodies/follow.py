@@ -32,7 +32,7 @@ from rpf3d_core.simulation.bodies.ride import (
     margin_of,
     past_obstacle,
 )
-from rpf3d_core.simulation.bodies.room import Room
+from rpf3d_core.simulation.bodies.room import BodyRoom
 from rpf3d_core.simulation.bodies.slip import set_slip_friction
 from rpf3d_core.simulation.bodies.survey import travelled
 from rpf3d_core.simulation.bodies.touch import touch
@@ -51,7 +51,7 @@ MAX_IMPACTS, FAILED = int(Outcome.MAX_IMPACTS), int(Outcome.FAILED)
 
 
 @kernel
-def meet(body: Body, room: Room, physics: Physics, ride: Ride, rock: RockContext, record: Record) -> Ride:
+def meet(body: Body, room: BodyRoom, physics: Physics, ride: Ride, rock: RockContext, record: Record) -> Ride:
     """Return the state of a flying body that touches the ground: in contact, or in flight again after an impact.
 
     The impact is simulated if the body approaches the ground fast enough.
@@ -62,7 +62,7 @@ def meet(body: Body, room: Room, physics: Physics, ride: Ride, rock: RockContext
 
 
 @kernel
-def _after_impact(body: Body, room: Room, ride: Ride, physics: Physics, rock: RockContext, record: Record) -> Ride:
+def _after_impact(body: Body, room: BodyRoom, ride: Ride, physics: Physics, rock: RockContext, record: Record) -> Ride:
     """Return the state of a body after an impact at its contacts; unchanged if no contact is fast enough for an impact.
 
     A body that leaves the ground at all its contacts flies.
@@ -84,7 +84,7 @@ def _after_impact(body: Body, room: Room, ride: Ride, physics: Physics, rock: Ro
 
 
 @kernel
-def press_on(body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext) -> Ride:
+def press_on(body: Body, room: BodyRoom, locator: Any, physics: Physics, ride: Ride, rock: RockContext) -> Ride:
     """List the facets around a body in contact again if the body has moved far; return the state of the body.
 
     The facets are listed again if the body has moved more than MOVED_ON times `margin_of` since the last list.
@@ -100,7 +100,7 @@ def press_on(body: Body, room: Room, locator: Any, physics: Physics, ride: Ride,
 
 @kernel
 def step_on(
-    body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext, record: Record
+    body: Body, room: BodyRoom, locator: Any, physics: Physics, ride: Ride, rock: RockContext, record: Record
 ) -> Ride:
     """Return the state of a body in contact after its next time step, or at the obstacle or cap that ends the step."""
     motion, effects = ride.motion, physics.effects
@@ -186,7 +186,7 @@ def _checked(before: Ride, after: Ride) -> Ride:
 
 @kernel
 def next_event(
-    body: Body, room: Room, locator: Any, physics: Physics, ride: Ride, rock: RockContext, record: Record
+    body: Body, room: BodyRoom, locator: Any, physics: Physics, ride: Ride, rock: RockContext, record: Record
 ) -> Ride:
     """Return the state of a body after its next event: the end of a free flight, an impact or a step in contact."""
     if ride.tally.contacts >= physics.settings.max_impacts:
@@ -210,7 +210,7 @@ def next_event(
 
 @routine
 def follow_body(
-    body: Body, room: Room, locator: Any, physics: Physics, release: Release, rock: RockContext, record: Record
+    body: Body, room: BodyRoom, locator: Any, physics: Physics, release: Release, rock: RockContext, record: Record
 ) -> Ride:
     """Simulate one body from its release to its outcome; return its last state.
 

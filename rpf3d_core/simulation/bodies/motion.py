@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from rpf3d_core.body.clearance import Sweep
+from rpf3d_core.body.clearance import BodySweep
 from rpf3d_core.body.quaternions import Quaternion, turned, turned_back
 from rpf3d_core.body.rotation import Turning, spin_bound, turned_for, turning_of
 from rpf3d_core.jit.dispatch import kernel
@@ -45,7 +45,7 @@ class BodyMotion(NamedTuple):
     w: Vec
 
 
-class Flight(NamedTuple):
+class FreeFlight(NamedTuple):
     """A free flight of a body.
 
     start : motion at the beginning; turning : constants of the rotation; gravity : m/s2
@@ -88,14 +88,14 @@ def body_of(model: Any, shape: int, radius: float) -> Body:
 
 
 @kernel
-def flight_of(body: Body, motion: BodyMotion, gravity: float) -> Flight:
+def flight_of(body: Body, motion: BodyMotion, gravity: float) -> FreeFlight:
     """Return the free flight of a body that begins with a motion; gravity : m/s2."""
     turning = turning_of(body.moments, motion.q, motion.w)
-    return Flight(start=motion, turning=turning, gravity=gravity, spin=spin_bound(turning))
+    return FreeFlight(start=motion, turning=turning, gravity=gravity, spin=spin_bound(turning))
 
 
 @kernel
-def motion_after(flight: Flight, t: float) -> BodyMotion:
+def motion_after(flight: FreeFlight, t: float) -> BodyMotion:
     """Return the motion after t seconds of a free flight."""
     start, g = flight.start, flight.gravity
     q, w = turned_for(flight.turning, t)
@@ -110,9 +110,9 @@ def motion_after(flight: Flight, t: float) -> BodyMotion:
 
 
 @kernel
-def sweep_of(flight: Flight, motion: BodyMotion) -> Sweep:
+def sweep_of(flight: FreeFlight, motion: BodyMotion) -> BodySweep:
     """Return the rest of a free flight, from `motion` on, in the form that the search for contacts reads."""
-    return Sweep(
+    return BodySweep(
         x=motion.x,
         v=motion.v,
         w=turned(motion.q, motion.w),

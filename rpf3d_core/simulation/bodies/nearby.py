@@ -6,7 +6,7 @@ from rpf3d_core.detection.closest import closest_point
 from rpf3d_core.detection.sphere_contact import NO_TOUCH, Touch
 from rpf3d_core.detection.touching import looked_at, scan
 from rpf3d_core.jit.dispatch import kernel, routine
-from rpf3d_core.simulation.bodies.room import GAP, PLANE_COLUMNS, UNKNOWN, Room
+from rpf3d_core.simulation.bodies.room import GAP, PLANE_COLUMNS, UNKNOWN, BodyRoom
 from rpf3d_core.terrain.facet_geometry import corner, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec
@@ -66,7 +66,7 @@ def _sort(numbers: Any, count: int) -> None:
 
 
 @routine
-def gather(room: Room, locator: Any, facets: Facets, x: Vec, distance: float) -> bool:
+def gather(room: BodyRoom, locator: Any, facets: Facets, x: Vec, distance: float) -> bool:
     """List the facets within a distance (m) of x (3,) m in `room.facets`; return False if they do not fit.
 
     All values of the listed facets are reset: their gaps are UNKNOWN.

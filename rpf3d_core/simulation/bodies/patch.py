@@ -5,7 +5,7 @@ from typing import Any
 from rpf3d_core.body.distance import lowest
 from rpf3d_core.jit.dispatch import kernel, routine
 from rpf3d_core.simulation.bodies.motion import Body
-from rpf3d_core.simulation.bodies.room import POLYGON, Room
+from rpf3d_core.simulation.bodies.room import POLYGON, BodyRoom
 from rpf3d_core.values import Vec
 from rpf3d_core.vectors import cross, dot, subtract
 
@@ -71,7 +71,7 @@ def _clip(polygon: Any, count: int, clipped: Any, inward: Vec, a: Vec) -> int:
 
 
 @routine
-def contact_polygon(body: Body, room: Room, facet: tuple[Vec, Vec, Vec], m: Vec, n: Vec, band: float) -> int:
+def contact_polygon(body: Body, room: BodyRoom, facet: tuple[Vec, Vec, Vec], m: Vec, n: Vec, band: float) -> int:
     """Write the polygon in which a face of the body covers a facet into `room.polygon`; return its number of corners.
 
     Body and facet are seen along the normal of the contact. A row of the polygon has a corner (m), in the body's axes,

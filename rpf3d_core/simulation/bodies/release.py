@@ -9,7 +9,7 @@ from rpf3d_core.jit.dispatch import kernel, routine
 from rpf3d_core.simulation.bodies.motion import Body, BodyMotion
 from rpf3d_core.simulation.bodies.nearby import gather
 from rpf3d_core.simulation.bodies.ride import NO_ROOM
-from rpf3d_core.simulation.bodies.room import GAP, Room
+from rpf3d_core.simulation.bodies.room import GAP, BodyRoom
 from rpf3d_core.simulation.bodies.survey import look
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Outcome
@@ -45,7 +45,7 @@ def _at(motion: BodyMotion, z: float) -> BodyMotion:
 
 
 @routine
-def _is_clear(body: Body, room: Room, locator: Any, facets: Facets, motion: BodyMotion, moved: float) -> int:
+def _is_clear(body: Body, room: BodyRoom, locator: Any, facets: Facets, motion: BodyMotion, moved: float) -> int:
     """Return YES if a body may be released with this motion: no facet is nearer than CLEAR skins; else NO.
 
     Returns CROWDED if the facets nearby do not fit into the working memory.
@@ -62,7 +62,7 @@ def _is_clear(body: Body, room: Room, locator: Any, facets: Facets, motion: Body
 
 
 @routine
-def lifted(body: Body, room: Room, locator: Any, facets: Facets, motion: BodyMotion) -> Release:
+def lifted(body: Body, room: BodyRoom, locator: Any, facets: Facets, motion: BodyMotion) -> Release:
     """Return the release of a body: where the source sets it, or lifted until it is just clear of the ground.
 
     The body is lifted by at most LIFTS - 1 steps of STEP times its reach, and then lowered within the last step until

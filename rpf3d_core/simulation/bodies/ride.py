@@ -9,7 +9,7 @@ from rpf3d_core.simulation.bodies.around import meet_obstacle
 from rpf3d_core.simulation.bodies.motion import Body, BodyMotion
 from rpf3d_core.simulation.bodies.nearby import gather
 from rpf3d_core.simulation.bodies.rest import LEANING, NOT_STOPPED, Rest, no_rest
-from rpf3d_core.simulation.bodies.room import Room
+from rpf3d_core.simulation.bodies.room import BodyRoom
 from rpf3d_core.simulation.bodies.touch import BAND
 from rpf3d_core.simulation.physics import Physics
 from rpf3d_core.simulation.record import Record
@@ -31,7 +31,7 @@ STOPPED = int(Outcome.STOPPED)
 class Ride(NamedTuple):
     """The state of one body between two events.
 
-    centre : (3,) m, position around which the nearby facets (`Room.facets`) were listed
+    centre : (3,) m, position around which the nearby facets (`BodyRoom.facets`) were listed
     moved : path bound (m): no point of the body has moved farther than this since the release, along its path
     contacts : number of contacts, 0 in flight; h : length of the next step in contact (s)
     rest : times since which the body stands, is slow, or stays in one place; tally : running totals
@@ -97,7 +97,7 @@ def margin_of(body: Body) -> float:
 
 
 @kernel
-def listed_around(body: Body, room: Room, locator: Any, physics: Physics, ride: Ride) -> Ride:
+def listed_around(body: Body, room: BodyRoom, locator: Any, physics: Physics, ride: Ride) -> Ride:
     """List the facets around a body in `room`; return the state after this, with outcome NO_ROOM if they do not fit."""
     fits = gather(room, locator, physics.facets, ride.motion.x, (1.0 + MARGIN) * body.reach)
     return Ride(

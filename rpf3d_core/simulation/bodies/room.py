@@ -14,7 +14,7 @@ POLYGON = 64
 """Largest number of corners of a contact polygon."""
 
 GAP, NORMAL, OFFSET, UNTIL, MARK, GUESS, NEAREST, ACTIVE, EXPECTED, BEGUN = 0, 1, 4, 5, 6, 7, 10, 13, 14, 15
-"""First columns of the values in a row of `Room.planes`: the results of the last examination of a facet.
+"""First columns of the values in a row of `BodyRoom.planes`: the results of the last examination of a facet.
 
 GAP : distance between body and facet, or a lower bound of it (m)
 NORMAL : unit normal of the separating plane, from the facet to the body, in the axes of space
@@ -36,7 +36,7 @@ UNKNOWN = -1.0
 """Value of the gap of a facet that has not been examined."""
 
 
-class Room(NamedTuple):
+class BodyRoom(NamedTuple):
     """Working memory for F facets near a body and K contacts.
 
     facets : (F,) numbers of the facets nearby, ascending; count : (1,) number of these, above F if they do not fit
@@ -58,9 +58,9 @@ class Room(NamedTuple):
     arms: Any
 
 
-def room_for(facets: int, corners: int) -> Room:
+def room_for(facets: int, corners: int) -> BodyRoom:
     """Return working memory for bodies with up to `facets` facets nearby and up to `corners` corners."""
-    return Room(
+    return BodyRoom(
         facets=np.zeros(facets, dtype=np.int64),
         count=np.zeros(1, dtype=np.int64),
         planes=np.zeros((facets, PLANE_COLUMNS)),

@@ -16,7 +16,7 @@ from rpf3d_core.body.distance import lowest, separation
 from rpf3d_core.body.quaternions import turned, turned_back
 from rpf3d_core.detection.closest import closest_point
 from rpf3d_core.jit.dispatch import kernel, routine
-from rpf3d_core.simulation.bodies.motion import Body, BodyMotion, Flight, in_body, motion_after, sweep_of
+from rpf3d_core.simulation.bodies.motion import Body, BodyMotion, FreeFlight, in_body, motion_after, sweep_of
 from rpf3d_core.simulation.bodies.room import (
     ACTIVE,
     AWAY,
@@ -28,7 +28,7 @@ from rpf3d_core.simulation.bodies.room import (
     OFFSET,
     UNKNOWN,
     UNTIL,
-    Room,
+    BodyRoom,
 )
 from rpf3d_core.terrain.facet_geometry import corner, stored_normal
 from rpf3d_core.terrain.facets import Facets
@@ -50,8 +50,8 @@ LEAVING = 0.9
 """Share (-) of the gap: a facet that a body leaves is examined again before the gap may fall below this share."""
 
 
-class Meeting(NamedTuple):
-    """The first contact of a flight: its time t from the start (s), and the index k of its facet in `Room.facets`.
+class FacetMeeting(NamedTuple):
+    """The first contact of a flight: its time t from the start (s), and the index k of its facet in `BodyRoom.facets`.
 
     If there is no contact, k is -1, and t is the time (s) up to which the search looked for a contact.
     """
@@ -71,7 +71,7 @@ def facet_in_body(facets: Facets, f: int, motion: BodyMotion) -> tuple[Vec, Vec,
 
 
 @kernel
-def _note(room: Room, k: int, gap: float, n: Vec, offset: float) -> None:
+def _note(room: BodyRoom, k: int, gap: float, n: Vec, offset: float) -> None:
     """Write the gap (m) between a body and nearby facet k, and the plane that separates both, into `room.planes`.
 
     k : index of the facet in `room.facets`; n, offset : values for the columns NORMAL (3,) and OFFSET (m)
@@ -82,7 +82,7 @@ def _note(room: Room, k: int, gap: float, n: Vec, offset: float) -> None:
 
 
 @kernel
-def look(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int, moved: float) -> None:
+def look(body: Body, room: BodyRoom, facets: Facets, motion: BodyMotion, k: int, moved: float) -> None:
     """Examine nearby facet k: write its gap, and a plane that separates facet and body, into `room.planes`.
 
     k : index of the facet in `room.facets`; motion : present motion of the body; moved : its path bound, as in `Ride`
@@ -114,7 +114,7 @@ def look(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int, mov
 
 
 @kernel
-def stays_above(body: Body, room: Room, motion: BodyMotion, k: int, level: float, moved: float) -> bool:
+def stays_above(body: Body, room: BodyRoom, motion: BodyMotion, k: int, level: float, moved: float) -> bool:
     """Return True if the stored separating plane of nearby facet k proves that the body is more than `level` (m) away.
 
     If so, store the distance of the body from the plane, and `moved`, in `room.planes[k]`. This distance is a lower
@@ -143,7 +143,7 @@ def _outwards(facets: Facets, f: int, x: Vec) -> Vec:
 
 
 @kernel
-def _look_inside(body: Body, room: Room, motion: BodyMotion, k: int, outwards: Vec) -> None:
+def _look_inside(body: Body, room: BodyRoom, motion: BodyMotion, k: int, outwards: Vec) -> None:
     """Write the gap and the plane of nearby facet k, which the body overlaps, into `room.planes`.
 
     The gap is minus the depth (m) of the body behind the last plane that separated the body from the facet. If there is
@@ -169,7 +169,7 @@ def _look_inside(body: Body, room: Room, motion: BodyMotion, k: int, outwards: V
 
 @kernel
 def clear_of(
-    body: Body, room: Room, flight: Flight, motion: BodyMotion, k: int, bounds: tuple[float, float]
+    body: Body, room: BodyRoom, flight: FreeFlight, motion: BodyMotion, k: int, bounds: tuple[float, float]
 ) -> float:  # fmt: skip
     """Return a time (s) for which the body certainly stays more than a distance away from facet k's separating plane.
 
@@ -184,7 +184,7 @@ def clear_of(
 
 
 @kernel
-def sphere_clear(body: Body, room: Room, flight: Flight, motion: BodyMotion, k: int) -> float:
+def sphere_clear(body: Body, room: BodyRoom, flight: FreeFlight, motion: BodyMotion, k: int) -> float:
     """Return a time (s) for which the sphere around the body stays clear of the separating plane of nearby facet k.
 
     Clear means farther away than the skin. The result is 0 if the sphere is not clear now, and infinite if the sphere
@@ -199,13 +199,13 @@ def sphere_clear(body: Body, room: Room, flight: Flight, motion: BodyMotion, k: 
 
 
 @kernel
-def travelled(body: Body, flight: Flight, t: float) -> float:
+def travelled(body: Body, flight: FreeFlight, t: float) -> float:
     """Return a length (m) that no point of the body exceeds on its path in the first t seconds of a flight."""
     return t * (norm(flight.start.v) + 0.5 * flight.gravity * t + flight.spin * body.reach)
 
 
 @kernel
-def _approaches(room: Room, motion: BodyMotion, k: int) -> bool:
+def _approaches(room: BodyRoom, motion: BodyMotion, k: int) -> bool:
     """Return True if the body's point nearest to facet k does not move away from facet k, or if the body overlaps it.
 
     k : index of the facet in `room.facets`; motion : present motion of the body
@@ -217,7 +217,9 @@ def _approaches(room: Room, motion: BodyMotion, k: int) -> bool:
 
 
 @routine
-def first_meeting(body: Body, room: Room, facets: Facets, flight: Flight, horizon: float, moved: float) -> Meeting:
+def first_meeting(
+    body: Body, room: BodyRoom, facets: Facets, flight: FreeFlight, horizon: float, moved: float
+) -> FacetMeeting:
     """Return the first contact of a flight with the nearby facets (`room.facets`) before the time `horizon` (s).
 
     Contact begins where the gap has fallen to the body's skin, with an error of at most EXACT times the skin. A body
@@ -236,7 +238,7 @@ def first_meeting(body: Body, room: Room, facets: Facets, flight: Flight, horizo
             if planes[i, UNTIL] < t:
                 k, t = i, planes[i, UNTIL]
         if k < 0:
-            return Meeting(horizon, -1)
+            return FacetMeeting(horizon, -1)
         if t != at:
             motion, at = motion_after(flight, t), t
         look(body, room, facets, motion, k, moved + travelled(body, flight, t))
@@ -244,14 +246,14 @@ def first_meeting(body: Body, room: Room, facets: Facets, flight: Flight, horizo
         wait = sphere_clear(body, room, flight, motion, k)
         if not wait >= horizon - t:
             if gap <= body.skin * (1.0 + EXACT) and _approaches(room, motion, k):
-                return Meeting(t, k)
+                return FacetMeeting(t, k)
             level = body.skin if gap > body.skin * (1.0 + EXACT) else LEAVING * gap
             wait = max(wait, clear_of(body, room, flight, motion, k, (level, horizon - t)))
         planes[k, UNTIL] = t + max(wait, LEAST)
 
 
 @kernel
-def clear_until(body: Body, room: Room, facets: Facets, flight: Flight, h: float, moved: float) -> float:
+def clear_until(body: Body, room: BodyRoom, facets: Facets, flight: FreeFlight, h: float, moved: float) -> float:
     """Return the time (s), at most h, for which no gap falls below its limit during a step in contact.
 
     The limit for a facet without contact is the skin. The limit for a facet in contact is the smaller of FLOOR times
@@ -263,12 +265,14 @@ def clear_until(body: Body, room: Room, facets: Facets, flight: Flight, h: float
     for k in range(room.count[0]):
         plane = room.planes[k]
         if plane[GAP] - abs(moved - plane[MARK]) - path <= body.skin:
-            end = _clear_of_facet(body, room, facets, flight, Meeting(end, k), moved)
+            end = _clear_of_facet(body, room, facets, flight, FacetMeeting(end, k), moved)
     return end
 
 
 @kernel
-def _clear_of_facet(body: Body, room: Room, facets: Facets, flight: Flight, most: Meeting, moved: float) -> float:
+def _clear_of_facet(
+    body: Body, room: BodyRoom, facets: Facets, flight: FreeFlight, most: FacetMeeting, moved: float
+) -> float:
     """Return the time (s), at most `most.t`, for which the gap of nearby facet `most.k` stays above its limit.
 
     The limit is as in `clear_until`.

@@ -33,7 +33,7 @@ from rpf3d_core.simulation.bodies.room import (
     NEAREST,
     TOUCHED,
     UNKNOWN,
-    Room,
+    BodyRoom,
 )
 from rpf3d_core.simulation.bodies.survey import facet_in_body, look, stays_above
 from rpf3d_core.simulation.physics import Physics
@@ -61,7 +61,7 @@ KEPT = 0.05
 
 
 @routine
-def touch(body: Body, room: Room, facets: Facets, motion: BodyMotion, moved: float) -> None:
+def touch(body: Body, room: BodyRoom, facets: Facets, motion: BodyMotion, moved: float) -> None:
     """Mark the nearby facets with a gap of at most BAND times the body's skin as TOUCHED, and all others as AWAY.
 
     Facets whose gap may be that small are examined again. moved : path bound of the body, as in `Ride` (m)
@@ -79,7 +79,7 @@ def touch(body: Body, room: Room, facets: Facets, motion: BodyMotion, moved: flo
 
 
 @kernel
-def mark_covered(body: Body, room: Room, facets: Facets, motion: BodyMotion) -> None:
+def mark_covered(body: Body, room: BodyRoom, facets: Facets, motion: BodyMotion) -> None:
     """Mark a touched facet as COVERED if the body is nearest to its border, and another touched facet is nearer there.
 
     Let P be the point of the body nearest to the touched facet. The facet is covered if another touched facet is nearer
@@ -97,7 +97,9 @@ def mark_covered(body: Body, room: Room, facets: Facets, motion: BodyMotion) -> 
 
 
 @routine
-def list_contacts(body: Body, room: Room, points: Any, physics: Physics, motion: BodyMotion, rock: RockContext) -> int:
+def list_contacts(
+    body: Body, room: BodyRoom, points: Any, physics: Physics, motion: BodyMotion, rock: RockContext
+) -> int:
     """Write the contacts with all touched and covered facets into `points`; return their number.
 
     points : (K, CONTACT_COLUMNS); physics : has the facets and their ground properties
@@ -123,7 +125,7 @@ def list_contacts(body: Body, room: Room, points: Any, physics: Physics, motion:
 
 
 @kernel
-def _nearest(room: Room) -> int:
+def _nearest(room: BodyRoom) -> int:
     """Return the index in `room.facets` of the touched facet with the smallest gap; -1 if no facet is touched."""
     best, gap = -1, 0.0
     for k in range(room.count[0]):
@@ -141,7 +143,7 @@ def _facet_normal(facets: Facets, f: int, motion: BodyMotion, n: Vec) -> Vec:
 
 
 @kernel
-def _is_covered(body: Body, room: Room, facets: Facets, motion: BodyMotion, k: int) -> bool:
+def _is_covered(body: Body, room: BodyRoom, facets: Facets, motion: BodyMotion, k: int) -> bool:
     """Return True if another touched facet is nearer than nearby facet k to the body's point nearest to facet k.
 
     k : index of the facet in `room.facets`; motion : present motion of the body

@@ -23,7 +23,7 @@ directions, and a fine mesh would cross itself there.
 """
 
 
-class Part(NamedTuple):
+class ProfilePart(NamedTuple):
     """A straight part of the profile, such as a face or a berm.
 
     zone : name of the zone; way : (x, z) m, vector from the upper end of the part to its lower end
@@ -54,16 +54,16 @@ class Profile(NamedTuple):
     edges: list[int]
 
 
-def parts_of(benches: Benches) -> Iterator[Part]:
+def parts_of(benches: Benches) -> Iterator[ProfilePart]:
     """Yield the parts of a profile from the crest down: crest, faces and berms in turn, floor."""
     slant = math.hypot(benches.height, benches.run)
     way, normal = (benches.run, -benches.height), (benches.height / slant, benches.run / slant)
-    yield Part(CREST, (benches.crest, 0.0))
+    yield ProfilePart(CREST, (benches.crest, 0.0))
     for face in range(1, benches.number + 1):
-        yield Part(f"{FACE}{face}", way, normal)
+        yield ProfilePart(f"{FACE}{face}", way, normal)
         if face < benches.number and benches.berm > 0.0:
-            yield Part(f"{BERM}{face}", (benches.berm, 0.0))
-    yield Part(FLOOR, (benches.floor, 0.0), rough=SMOOTH_SHARE)
+            yield ProfilePart(f"{BERM}{face}", (benches.berm, 0.0))
+    yield ProfilePart(FLOOR, (benches.floor, 0.0), rough=SMOOTH_SHARE)
 
 
 def profile_of(benches: Benches) -> Profile:

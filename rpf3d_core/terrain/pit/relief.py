@@ -40,7 +40,7 @@ TRIES = 40
 """Number of random places tried for a spill; the spill is omitted if the ramp is too near to all of them."""
 
 
-class Waves(NamedTuple):
+class ReliefWaves(NamedTuple):
     """A sum of K plane waves that makes relief: wave vector (K, 3) rad/m, phase (K,) rad, amplitude (K,) (-)."""
 
     vector: FloatArray
@@ -48,7 +48,7 @@ class Waves(NamedTuple):
     amplitude: FloatArray
 
 
-def drawn_waves(random: np.random.Generator, lengths: tuple[float, ...], plan: bool) -> Waves:
+def drawn_waves(random: np.random.Generator, lengths: tuple[float, ...], plan: bool) -> ReliefWaves:
     """Return waves of random direction for relief; their sum has a standard deviation of 1.
 
     lengths : wavelengths, m; plan : true for horizontal directions only
@@ -62,12 +62,12 @@ def drawn_waves(random: np.random.Generator, lengths: tuple[float, ...], plan: b
         amplitudes += [length**HURST] * WAVES
     amplitude = np.array(amplitudes)
     amplitude *= math.sqrt(2.0) / np.linalg.norm(amplitude)
-    return Waves(
+    return ReliefWaves(
         vector=np.concatenate(vectors), phase=random.uniform(0.0, 2.0 * math.pi, len(amplitude)), amplitude=amplitude
     )
 
 
-def height_of_waves(waves: Waves, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
+def height_of_waves(waves: ReliefWaves, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
     """Return the sum (P,) (-) of waves at points x, y, z (P,) m: relief with a standard deviation of 1."""
     total = np.zeros(len(x))
     for (kx, ky, kz), phase, amplitude in zip(waves.vector, waves.phase, waves.amplitude, strict=True):
