@@ -67,7 +67,7 @@ def change_of(
     found = _Found(terrain, facets, locator, marks, corners, slack)
     if len(found.gone) == 0:
         raise TerrainError(OUTSIDE)
-    rim = rim_edges(terrain.triangles[found.gone], len(terrain.vertices))
+    rim = rim_edges(terrain.triangles[found.gone])
     seam = beside_what_stays(rim, terrain.vertices, terrain.triangles, locator, marks)
     if not seam.any() and not _any_stays(facets, marks):
         return None
@@ -144,7 +144,7 @@ def _ring(
     found : the facets that the patch touches
     """
     count = len(terrain.vertices)
-    edges = np.concatenate([seam, border, rim_edges(patch.triangles, len(patch.vertices)) + count])
+    edges = np.concatenate([seam, border, rim_edges(patch.triangles) + count])
     ids = np.unique(edges)
     old = int(np.searchsorted(ids, count))
     places = np.concatenate([terrain.vertices[ids[:old], :2], patch.vertices[ids[old:] - count, :2]])

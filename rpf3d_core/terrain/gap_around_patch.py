@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.terrain.facets import IntArray
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.mesh.border import without_opposite
 
 Edge = tuple[int, int]
 Place = tuple[float, float]
@@ -178,14 +179,7 @@ def turn(a: Place, b: Place, c: Place) -> float:
     return float((exact > 0) - (exact < 0))
 
 
-def rim_edges(triangles: IntArray, vertices: int) -> NDArray[np.int64]:
-    """Return the border of a mesh of triangles (F, 3): the sides (E, 2) that no triangle has in the opposite direction.
-
-    vertices : number of vertices of the mesh
-    """
+def rim_edges(triangles: IntArray) -> NDArray[np.int64]:
+    """Return the border (E, 2) of a mesh of triangles (F, 3): sides that no triangle has in the opposite direction."""
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).astype(np.int64)
-    ahead, back = sides[:, 0] * vertices + sides[:, 1], sides[:, 1] * vertices + sides[:, 0]
-    back.sort()
-    place = np.searchsorted(back, ahead)  # five times as fast as np.isin
-    alone: NDArray[np.bool_] = back[np.minimum(place, len(back) - 1)] != ahead
-    return np.asarray(sides[alone])
+    return np.asarray(sides[without_opposite(sides)])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rpf3d_core.terrain.mesh import border
-from rpf3d_core.terrain.mesh.border import border_of, left_over
+from rpf3d_core.terrain.mesh.border import border_of, left_over, without_opposite
 
 
 @pytest.mark.parametrize("kind", [np.int32, np.int64])
@@ -18,6 +18,8 @@ def test_sides_that_no_opposite_side_cancels_are_those_that_a_count_of_each_edge
     expected = {side: n - count[side[::-1]] for side, n in count.items() if n > count[side[::-1]]}
     kept = left_over(sides)
     assert Counter(map(tuple, sides[kept].tolist())) == expected
+    alone = Counter({side: n for side, n in count.items() if not count[side[::-1]]})
+    assert Counter(map(tuple, sides[without_opposite(sides)].tolist())) == alone
     for side, n in expected.items():  # the first of several equal sides are kept
         equal = np.flatnonzero((sides == side).all(axis=1))
         assert kept[equal].tolist() == [True] * n + [False] * (len(equal) - n)
@@ -42,12 +44,10 @@ def test_the_sides_of_a_grid_of_any_width_take_about_as_long(width):
 
 def longest_search(sides):
     """Return the largest number of slots that the table of `left_over` searches for an edge."""
-    slots = 1 << (2 * len(sides)).bit_length()
-    keys, net, place = np.full(slots, border.FREE), np.zeros(slots, np.int64), np.empty(len(sides), np.int64)
-    table = border.EdgeTable(keys=keys, net=net, place=place)
-    border._flag_uncancelled(sides, int(sides.max()) + 1, table, np.zeros(len(sides), dtype=bool))
-    taken = np.sort(np.flatnonzero(keys != border.FREE))
-    ends = np.flatnonzero(np.diff(taken, append=slots + 1) > 1)  # a search ends at the end of a run of taken slots
+    table = border._counted(sides)[1]
+    taken = np.flatnonzero(table.keys != border.FREE)
+    # A search ends at the end of a run of taken slots.
+    ends = np.flatnonzero(np.diff(taken, append=len(table.keys) + 1) > 1)
     return int(np.diff(ends, prepend=-1).max())
 
 

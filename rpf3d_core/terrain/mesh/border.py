@@ -75,13 +75,21 @@ def left_over(number: Corners) -> NDArray[np.bool_]:
 
     number : (N, 2) vertex numbers of the ends of each side
     """
-    number = np.ascontiguousarray(number, dtype=np.int64)  # so that numba compiles the loop only once
-    slots = 1 << int(2 * len(number)).bit_length()
-    keys, net, place = (np.zeros(n, np.int64) for n in (slots, slots, len(number)))
-    keys[:] = FREE
+    number, table = _counted(number)
     kept = np.zeros(len(number), dtype=bool)
-    _flag_uncancelled(number, int(number.max(initial=0)) + 1, EdgeTable(keys=keys, net=net, place=place), kept)
+    _flag_uncancelled(number, table, kept)
     return kept
+
+
+def without_opposite(number: Corners) -> NDArray[np.bool_]:
+    """Return flags (N,): true for each facet side of which no other side has the opposite direction.
+
+    In contrast to `left_over`, one side may be the opposite of several sides. number : (N, 2) as for `left_over`
+    """
+    number, table = _counted(number)
+    up = number[:, 0] < number[:, 1]
+    opposite = np.where(up, table.down[table.place], table.up[table.place])
+    return np.asarray((opposite == 0) & (number[:, 0] != number[:, 1]))
 
 
 FREE = -1
@@ -92,21 +100,30 @@ class EdgeTable(NamedTuple):
     """A hash table of the edges of N sides. If the slot of an edge holds another edge, the next free slot is taken.
 
     keys : (K,) edge in each slot, FREE if there is none; K is a power of 2, and more than twice the number of sides
-    net : (K,) number of sides along the edge from the lower to the higher vertex, less those in the opposite direction
+    up, down : (K,) number of sides along the edge from the lower to the higher vertex, and in the opposite direction
     place : (N,) slot of the edge of each side
     """
 
     keys: Any
-    net: Any
+    up: Any
+    down: Any
     place: Any
 
 
-@loop
-def _flag_uncancelled(number: Any, vertices: int, table: EdgeTable, kept: Any) -> None:
-    """Set a flag in `kept` (N,) for each side that no opposite side cancels, the first of several equal sides first.
+def _counted(number: Corners) -> tuple[NDArray[np.int64], EdgeTable]:
+    """Return the sides (N, 2) as the one type of array for which loops are compiled, and a table of their edges."""
+    number = np.ascontiguousarray(number, dtype=np.int64)
+    slots = 1 << int(2 * len(number)).bit_length()
+    keys, up, down, place = (np.zeros(n, np.int64) for n in (slots, slots, slots, len(number)))
+    keys[:] = FREE
+    table = EdgeTable(keys=keys, up=up, down=down, place=place)
+    _count_sides(number, int(number.max(initial=0)) + 1, table)
+    return number, table
 
-    number : (N, 2) vertex numbers of the ends of each side, below `vertices`; table : an empty table
-    """
+
+@loop
+def _count_sides(number: Any, vertices: int, table: EdgeTable) -> None:
+    """Enter the edge of each side in an empty table; number : (N, 2) vertex numbers of the ends, below `vertices`."""
     last = len(table.keys) - 1
     for i in range(len(number)):
         low, high = min(number[i, 0], number[i, 1]), max(number[i, 0], number[i, 1])
@@ -116,14 +133,26 @@ def _flag_uncancelled(number: Any, vertices: int, table: EdgeTable, kept: Any) -
         while table.keys[slot] != FREE and table.keys[slot] != edge:
             slot = (slot + 1) & last
         table.keys[slot], table.place[i] = edge, slot
-        if low != high:
-            table.net[slot] += 1 if number[i, 0] == low else -1
+        if number[i, 0] < number[i, 1]:
+            table.up[slot] += 1
+        if number[i, 0] > number[i, 1]:
+            table.down[slot] += 1
+
+
+@loop
+def _flag_uncancelled(number: Any, table: EdgeTable, kept: Any) -> None:
+    """Set a flag in `kept` (N,) for each side that no opposite side cancels, the first of several equal sides first.
+
+    number : (N, 2) vertex numbers of the ends of each side; table : of these sides; its counts change
+    """
     for i in range(len(number)):
-        slot = table.place[i]
-        along = 1 if number[i, 0] < number[i, 1] else -1
-        if table.net[slot] * along > 0:
+        slot, up = table.place[i], number[i, 0] < number[i, 1]
+        if up and table.up[slot] > table.down[slot]:
             kept[i] = True
-            table.net[slot] -= along
+            table.up[slot] -= 1
+        if number[i, 0] > number[i, 1] and table.down[slot] > table.up[slot]:
+            kept[i] = True
+            table.down[slot] -= 1
 
 
 def _marks(vertices: int) -> NDArray[np.int64]:
