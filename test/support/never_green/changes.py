@@ -126,11 +126,15 @@ def no_data(rng: np.random.Generator) -> Change:
 
 
 def folded(rng: np.random.Generator) -> Change:
-    """Return a change that appends a second scan to a survey, which begins some columns before the first ends."""
+    """Return a change that appends a second scan to a survey, which begins some columns before the first ends.
+
+    The second scan is higher by 0.5 to 3 m, because facets that are copies of others do no harm.
+    """
     begin, end = sorted(rng.choice(np.arange(8, 20), 2, replace=False).tolist())
+    higher = np.array([0.0, 0.0, rng.uniform(0.5, 3.0)])
 
     def change(send: Send) -> Send:
-        first, second = send.places[:, : end + 3], send.places[:, begin:]
+        first, second = send.places[:, : end + 3], send.places[:, begin:] + higher
         return send._replace(places=np.concatenate([first, second], axis=1))
 
     return change
