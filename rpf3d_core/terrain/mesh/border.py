@@ -112,13 +112,13 @@ class EdgeTable(NamedTuple):
 
 def _counted(number: Corners) -> tuple[NDArray[np.int64], EdgeTable]:
     """Return the sides (N, 2) as the one type of array for which loops are compiled, and a table of their edges."""
-    number = np.ascontiguousarray(number, dtype=np.int64)
-    slots = 1 << int(2 * len(number)).bit_length()
-    keys, up, down, place = (np.zeros(n, np.int64) for n in (slots, slots, slots, len(number)))
+    sides = np.ascontiguousarray(number, dtype=np.int64)
+    slots = 1 << int(2 * len(sides)).bit_length()
+    keys, up, down, place = (np.zeros(n, np.int64) for n in (slots, slots, slots, len(sides)))
     keys[:] = FREE
     table = EdgeTable(keys=keys, up=up, down=down, place=place)
-    _count_sides(number, int(number.max(initial=0)) + 1, table)
-    return number, table
+    _count_sides(sides, int(sides.max(initial=0)) + 1, table)
+    return sides, table
 
 
 @loop
