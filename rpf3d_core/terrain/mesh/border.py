@@ -114,9 +114,8 @@ def _counted(number: Corners) -> tuple[NDArray[np.int64], EdgeTable]:
     """Return the sides (N, 2) as the one type of array for which loops are compiled, and a table of their edges."""
     sides = np.ascontiguousarray(number, dtype=np.int64)
     slots = 1 << int(2 * len(sides)).bit_length()
-    keys, up, down, place = (np.zeros(n, np.int64) for n in (slots, slots, slots, len(sides)))
-    keys[:] = FREE
-    table = EdgeTable(keys=keys, up=up, down=down, place=place)
+    up, down, place = (np.zeros(n, np.int64) for n in (slots, slots, len(sides)))
+    table = EdgeTable(keys=np.full(slots, FREE, np.int64), up=up, down=down, place=place)
     _count_sides(sides, int(sides.max(initial=0)) + 1, table)
     return sides, table
 
