@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from package_files import ROOT, files_of
 
-ROOT = Path(__file__).parents[2]
-CORE = sorted((ROOT / "rpf3d_core").rglob("*.py"))
+CORE = files_of("rpf3d_core")
 
 ARRAY = re.compile(r"\b(\w*Array|NDArray|ArrayLike|ndarray)\b")
 FLOAT_ARRAY = re.compile(r"\b(FloatArray|ArrayLike)\b|float(64|32)")
@@ -75,7 +75,7 @@ def statements(tree: ast.Module) -> Iterator[ast.AST]:
 def offered() -> set[str]:
     """Return the names of the core, as FILE:NAME, that files in other folders import."""
     found = set()
-    for path in [*CORE, *(ROOT / "rpf3d_ros").rglob("*.py"), *(ROOT / "test").rglob("*.py")]:
+    for path in files_of("rpf3d_core", "rpf3d_ros", "test"):
         for node in statements(tree_of(path) if path in CORE else ast.parse(path.read_text())):
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("rpf3d_core."):
                 origin = ROOT / Path(*str(node.module).split(".")).with_suffix(".py")

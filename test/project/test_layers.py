@@ -6,9 +6,7 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
-
-ROOT = Path(__file__).parents[2]
-PACKAGES = ("rpf3d_core", "rpf3d_ros")
+from package_files import PACKAGES, ROOT, files_of
 
 LAYERS = (
     {"errors", "values"},
@@ -114,7 +112,7 @@ CONFINED = {
 LAZY = ("rerun", "tf2_ros")
 """Libraries imported only inside functions: rerun costs time, and no wheel contains tf2_ros."""
 
-SOURCES = sorted(path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+SOURCES = [path.relative_to(ROOT) for path in files_of(*PACKAGES)]
 
 
 def imported(tree: ast.AST) -> Iterator[tuple[str, ast.stmt]]:

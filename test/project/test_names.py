@@ -3,12 +3,9 @@
 import ast
 from collections import defaultdict
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
-
-ROOT = Path(__file__).parents[2]
-SOURCES = sorted(path for package in ("rpf3d_core", "rpf3d_ros") for path in (ROOT / package).rglob("*.py"))
+from package_files import PACKAGES, ROOT, files_of
 
 MOST_PARAMETERS = 7
 """Largest number of parameters of a function, besides `self` and `cls`; more parameters belong in a record."""
@@ -25,7 +22,9 @@ Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 @pytest.fixture(scope="module")
 def trees() -> dict[str, ast.Module]:
-    return {path.relative_to(ROOT).as_posix(): ast.parse(path.read_text(encoding="utf-8")) for path in SOURCES}
+    return {
+        path.relative_to(ROOT).as_posix(): ast.parse(path.read_text(encoding="utf-8")) for path in files_of(*PACKAGES)
+    }
 
 
 def classes_of(tree: ast.AST) -> Iterator[str]:

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from package_files import PACKAGES, ROOT, files_of
 
-ROOT = Path(__file__).parents[2]
 ROS_TYPES = re.compile(r"[a-z_]+(_msgs|_srvs|_interfaces)")
 
 FROM_THE_SAME_PROJECT = {
@@ -51,13 +51,13 @@ def texts(tag: str) -> list[str]:
 def outside_modules(package: str) -> set[str]:
     """Return the top-level names of the outside modules, not of Python itself, that a package imports."""
     found: set[str] = set()
-    for path in (ROOT / package).rglob("*.py"):
+    for path in files_of(package):
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.Import):
                 found |= {name.name.split(".")[0] for name in node.names}
             elif isinstance(node, ast.ImportFrom) and node.module:
                 found.add(node.module.split(".")[0])
-    return found - set(sys.stdlib_module_names) - {"rpf3d_core", "rpf3d_ros"}
+    return found - set(sys.stdlib_module_names) - set(PACKAGES)
 
 
 def test_the_versions_agree() -> None:

@@ -6,11 +6,10 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from alert_evidence import NOW, S, area, evidence, site
 from never_green import pit
-from never_green.plan import Plan, Send, Speaker, Truth
-from never_green.stories import RADAR_A, patch_send, survey
-from watched_pit import shown_at, start_with
+from never_green.plan import Send, Truth
+from never_green.stories import RADAR_A, patch_send
+from watched_pit import shown_at, start_over_the_pit
 
-from rpf3d_ros.alerts.place_checks import PlaceChecks
 from rpf3d_ros.alerts.region_evidence import RegionEvidence
 from rpf3d_ros.alerts.watched_terrain import WatchedTerrain
 
@@ -21,10 +20,6 @@ TRUTH = Truth(
     sources=(), bank_until=REMOVED, areas=(pit.outline(pit.SHELTERED_ROAD),) * 2, area_since=0.0
 )  # fmt: skip
 TOPICS = (RADAR_A, "terrain/points", "terrain/update", "areas/polygon")
-PLAN = Plan(
-    truth=TRUTH, sends=(), speakers=tuple(Speaker(topic=topic, number=0) for topic in TOPICS), sensors=(RADAR_A,),
-    limits="restrict", expects=True,
-)  # fmt: skip
 BEHIND_THE_BANK = pit.placed(10.0, 60.0, 31.0)
 OTHERS = 5
 """Number of harmless walls; with the wall behind the bank, there are more than the node answers again."""
@@ -33,10 +28,7 @@ OTHERS = 5
 @pytest.fixture
 def run(monkeypatch):
     """Yield a node that keeps the sources of four walls, has the pit with its bank, and watches the road behind it."""
-    # Without the check of unreported places, only the guard under test can notice a wall that is not answered again.
-    monkeypatch.setattr(PlaceChecks, "submitted", lambda self, trigger: [trigger])
-    started = start_with(monkeypatch, PLAN, waiting_sources=1, region_size=5.0)
-    started.deliver(Send(sent=0.1, at=0.1, topic="terrain/points", kind="grid", places=survey(TRUTH, 0.1)))
+    started = start_over_the_pit(monkeypatch, TRUTH, TOPICS)
     road = pit.outline(pit.SHELTERED_ROAD)
     started.deliver(Send(sent=0.2, at=0.2, topic="areas/polygon", kind="polygon", places=road))
     yield started

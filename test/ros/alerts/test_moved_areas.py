@@ -6,19 +6,14 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 import numpy as np
 from never_green import pit
-from never_green.plan import Plan, Send, Speaker, Truth
-from never_green.stories import RADAR_A, survey
-from watched_pit import shown_at, start_with
+from never_green.plan import Send, Truth
+from never_green.stories import RADAR_A
+from watched_pit import shown_at, start_over_the_pit
 
 from rpf3d_core.live.outlines import WatchedOutlines
-from rpf3d_ros.alerts.place_checks import PlaceChecks
 
 TRUTH = Truth(sources=(), bank_until=np.inf, areas=(pit.outline(pit.SHELTERED_ROAD),) * 2, area_since=0.0)
 TOPICS = (RADAR_A, "terrain/points", "areas/polygon")
-PLAN = Plan(
-    truth=TRUTH, sends=(), speakers=tuple(Speaker(topic=topic, number=0) for topic in TOPICS), sensors=(RADAR_A,),
-    limits="restrict", expects=True,
-)  # fmt: skip
 BELOW_THE_FIRST = ((44.0, 2.0), (52.0, 2.0), (52.0, 8.0), (44.0, 8.0))
 """Corners (m) of the part of the road below the first wall only."""
 
@@ -32,10 +27,7 @@ MOVED = 1.5
 @pytest.fixture
 def run(monkeypatch):
     """Yield a node that keeps the sources of four walls, has the terrain of the pit, and watches the sheltered road."""
-    # Without the check of unreported places, only the guard under test can notice a wall that is not answered again.
-    monkeypatch.setattr(PlaceChecks, "submitted", lambda self, trigger: [trigger])
-    started = start_with(monkeypatch, PLAN, waiting_sources=1, region_size=5.0)
-    started.deliver(Send(sent=0.1, at=0.1, topic="terrain/points", kind="grid", places=survey(TRUTH, 0.1)))
+    started = start_over_the_pit(monkeypatch, TRUTH, TOPICS)
     move_area(started, 0.2, pit.SHELTERED_ROAD)
     yield started
     started.node.close()
