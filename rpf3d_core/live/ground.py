@@ -22,7 +22,7 @@ import numpy as np
 from rpf3d_core.detection.bucket_grid import CellRectangle
 from rpf3d_core.detection.bucket_locator import BucketLocator, bucket_locator
 from rpf3d_core.detection.bucket_patch import Plan
-from rpf3d_core.detection.caps import CapFacets
+from rpf3d_core.detection.caps import CapFacets, CapLocator
 from rpf3d_core.detection.footprint import STAYS
 from rpf3d_core.detection.terrain_pieces import PieceNumbers
 from rpf3d_core.jit.dispatch import HAS_NUMBA
@@ -194,7 +194,7 @@ class Workshop:
                 whole_ns=stamp_ns if whole_ns is None else whole_ns,
                 closed_seams=closed,
             )
-            return self._ground(indexed, room, border, pieces, surveys)
+            return self._ground(indexed, room, border, border.caps, pieces, surveys)
 
     def patched(self, ground: LiveTerrain, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> LiveTerrain:
         """Return the terrain after a patch, that is a survey of a part of the terrain.
@@ -242,13 +242,15 @@ class Workshop:
         surveys = TerrainSurveys(
             digest, ground.whole_digest, stamp_ns=stamp_ns, whole_ns=ground.whole_ns, closed_seams=ground.closed_seams
         )
-        return self._ground(indexed, ground.room, border, pieces, surveys, changed)
+        caps = ground.engine.caps if border is ground.border else None  # most patches keep the caps and their locator
+        return self._ground(indexed, ground.room, border, caps or border.caps, pieces, surveys, changed)
 
     def _ground(
-        self, indexed: IndexedTerrain, room: Room, border: Border, pieces: PieceNumbers, surveys: TerrainSurveys,
-        changed: Changed | None = None,
+        self, indexed: IndexedTerrain, room: Room, border: Border, caps: CapFacets | CapLocator, pieces: PieceNumbers,
+        surveys: TerrainSurveys, changed: Changed | None = None,
     ) -> LiveTerrain:  # fmt: skip
-        (terrain, facets, locator), caps = indexed, border.caps
+        """Return the terrain with its engine; caps : the caps of the border, or their locator if it is known."""
+        terrain, facets, locator = indexed
         engine: Engine = Reference(facets, caps, pieces) if self._reference else Compiled(facets, locator, caps, pieces)
         ground = LiveTerrain(
             terrain=terrain,

@@ -92,18 +92,19 @@ class Reference:
 
     name = "reference"
 
-    def __init__(self, facets: Facets, caps: CapFacets | None = None, pieces: PieceNumbers | None = None) -> None:
+    def __init__(
+        self, facets: Facets, caps: CapFacets | CapLocator | None = None, pieces: PieceNumbers | None = None
+    ) -> None:
+        """Build the search structures; caps : the caps over gaps, or the locator of an engine with the same caps."""
         from rpf3d_core.detection import vtk_closest  # noqa: F401  (only this engine needs VTK, and its rules)
         from rpf3d_core.detection.vtk_locator import VtkLocator
 
         self.facets = plain(facets)
         self.locator = VtkLocator(facets)
         self.method: Any = self.locator
-        self.caps = (
-            None
-            if caps is None
-            else CapLocator(locator=VtkLocator(caps.facets), facets=plain(caps.facets), layered=caps.layered)
-        )
+        if isinstance(caps, CapFacets):
+            caps = CapLocator(locator=VtkLocator(caps.facets), facets=plain(caps.facets), layered=caps.layered)
+        self.caps = caps
         self.pieces = None if pieces is None else TerrainPieces(self.locator, *plain(pieces))
 
     def follow(
@@ -148,18 +149,21 @@ class Compiled:
     name = "compiled"
 
     def __init__(
-        self, facets: Facets, locator: Any = None, caps: CapFacets | None = None, pieces: PieceNumbers | None = None
-    ) -> None:
+        self, facets: Facets, locator: Any = None, caps: CapFacets | CapLocator | None = None,
+        pieces: PieceNumbers | None = None,
+    ) -> None:  # fmt: skip
+        """Build the search structures that are not given.
+
+        caps : the caps over gaps, or the locator of an engine with the same caps
+        """
         from rpf3d_core.detection.bucket_locator import bucket_locator  # compiles on first use
 
         self.facets = facets
         self.locator = locator or bucket_locator(facets)
         self.method: Any = self.locator
-        self.caps = (
-            None
-            if caps is None
-            else CapLocator(locator=bucket_locator(caps.facets), facets=caps.facets, layered=caps.layered)
-        )
+        if isinstance(caps, CapFacets):
+            caps = CapLocator(locator=bucket_locator(caps.facets), facets=caps.facets, layered=caps.layered)
+        self.caps = caps
         self.pieces = None if pieces is None else TerrainPieces(self.locator, *pieces)
 
     def follow(
