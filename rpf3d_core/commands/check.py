@@ -9,7 +9,8 @@ from rpf3d_core.commands.screen import print_warnings, rocks_in_words, screen
 from rpf3d_core.errors import InputError
 
 if TYPE_CHECKING:
-    from rpf3d_core.runs.check import Check, Cost
+    from rpf3d_core.runs.check import Check
+    from rpf3d_core.runs.pilot_run import Cost
     from rpf3d_core.scene.model import Scene
     from rpf3d_core.setup.warnings.extents import Extent
 
@@ -88,7 +89,7 @@ def _compiling(cost: "Cost") -> str:
     There is a clause even if compiled code for these models is in the disk cache, because a run with other effects or
     materials may have to compile.
     """
-    from rpf3d_core.runs.check import COMPILE_S
+    from rpf3d_core.runs.pilot_run import COMPILE_S
     from rpf3d_core.simulation.engines import Compiled
 
     if cost.engine != Compiled.name:

@@ -11,8 +11,8 @@ from rich.table import Table
 from rpf3d_core.commands.cost import rocks_within
 from rpf3d_core.commands.options import EngineOption, RocksOption, SceneFile, number_of_rocks
 from rpf3d_core.commands.progress import interruptible, progress
-from rpf3d_core.commands.run_times import RunTimes, words_of
 from rpf3d_core.commands.screen import GAP, end_interrupted, print_warnings, rocks_in_words, screen
+from rpf3d_core.commands.stopwatch import RunTimes, words_of
 from rpf3d_core.errors import InputError
 from rpf3d_core.results.painting import painting
 
@@ -84,7 +84,7 @@ def _chosen(
 
 
 def _print_run(result: "Run", times: str) -> None:
-    """Print the summary of a run on the screen: results, warnings and wall times; times : from `run_times.words_of`."""
+    """Print the summary of a run on the screen: results, warnings and wall times; times : from `stopwatch.words_of`."""
     from rpf3d_core.results.notes import warnings_of_run
 
     totals, flights = result.totals, result.flights

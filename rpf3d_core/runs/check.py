@@ -4,18 +4,12 @@ The check refuses every scene that `rpf3d run` refuses, with one exception: rock
 are reported for each source.
 """
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from rpf3d_core.ensemble.flights import Flights, IntArray
-from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.outward import three_figures
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.sizes import diameter_of, mass_range
-from rpf3d_core.ensemble.stream import taken
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import GIGABYTE
@@ -24,60 +18,26 @@ from rpf3d_core.results.overconfidence import behind_a_crest
 from rpf3d_core.runs.check_calibration import observations_in_words, unknowns_in_words
 from rpf3d_core.runs.check_effects import effects_called_for, idle_effects
 from rpf3d_core.runs.check_shapes import measured_sizes, shapes_in_words
+from rpf3d_core.runs.pilot_run import Cost, pilot_run
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.zone_materials import unused_materials, without_friction
-from rpf3d_core.setup.prepared import Prepared, check_engine, engine_for, prepare, read_companions
+from rpf3d_core.setup.prepared import Prepared, check_engine, prepare, read_companions
 from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.setup.warnings.extents import TERRAIN, Extent, input_extents, other_extents
 from rpf3d_core.setup.warnings.hanging_rims import hanging_rims
-from rpf3d_core.setup.warnings.misplaced import placing_hints, placing_notes, refuse_other_systems
 from rpf3d_core.setup.warnings.placement import looked_at, placement_warnings, rocks_of_sources
 from rpf3d_core.setup.warnings.source_heights import SourceHeight
 from rpf3d_core.setup.warnings.suspicious_settings import warnings_of_speed
-from rpf3d_core.simulation.engines import Compiled, Models, Reference, is_precompiled
+from rpf3d_core.setup.warnings.wrong_coordinates import placing_hints, placing_notes, refuse_other_systems
+from rpf3d_core.simulation.engines import Reference
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport
-from rpf3d_core.values import Outcome
 
-PILOT_ROCKS = 20
-"""Number of rocks of the whole scene that the reference engine flies to measure the time of one rock."""
-OF_A_SOURCE = 3
-"""Smallest number of pilot rocks of a source, if the source has as many; they show whether its rocks fall."""
 MOST_CHECKED = 50_000
 """Approximate largest number of rocks whose start is checked, so that a check takes seconds.
 
 The checked rocks are evenly spread over each source.
 """
-COMPILED_GAIN = 300.0
-"""Speed-up (-) of the compiled engine over the reference engine, used to estimate the time of a run.
-
-The value is rounded down from the speed-up measured with the demo scene (docs/explanation/performance.md).
-"""
-COMPILE_S = 20.0
-"""Time (s) to compile a new combination of models; later runs load the compiled code in much less than 1 s."""
-
-
-@dataclass(frozen=True)
-class Cost:
-    """The estimated time of a run, from a pilot run of a few rocks.
-
-    rocks : number of rocks of the run; auto : True if the scene has `rocks: auto`; `rocks` is then the largest number
-    engine : name of the engine of the run; fly_s : time (s) to fly all rocks
-    compile_s : time (s) to compile; 0 for the reference engine, or if the compiled code is in the disk cache
-    impacts : mean number of impacts of a rock; pilot : number of pilot rocks
-    unresolved : number of pilot rocks with the outcome `unresolved_contact`
-    """
-
-    rocks: int
-    auto: bool
-    engine: str
-    fly_s: float
-    compile_s: float
-    impacts: float
-    pilot: int
-    unresolved: int
-
-
 @dataclass(frozen=True)
 class Maps:
     """The size and memory of the hazard maps that a run of the scene will make.
@@ -239,14 +199,10 @@ def _with_pilot(report: Check, prepared: Prepared, releases: Releases) -> Check:
 
     The warnings are about high speeds, sources behind a crest, missing effects, and effects that change nothing.
 
+    prepared : the scene, prepared for the reference engine
     releases : of all checked rocks; the rocks of the pilot run are chosen from them
     """
-    chosen = _pilots(releases.source)
-    few = taken(releases, chosen)
-    began = time.perf_counter()
-    flown = fly_ensemble(prepared.engine, prepared.flight, few)
-    seconds, rocks = (time.perf_counter() - began) / len(chosen), sum(rocks_of_sources(prepared))
-    cost = _cost(report.scene, prepared, flown, seconds, rocks)
+    few, flown, cost = pilot_run(report.scene, prepared, releases, sum(rocks_of_sources(prepared)))
     fastest = float(flown.deposits.max_speed.max(initial=0.0))
     behind = behind_a_crest(flown.deposits, [source.name for source in prepared.sources], "pilot rocks")
     sentences = [
@@ -254,21 +210,6 @@ def _with_pilot(report: Check, prepared: Prepared, releases: Releases) -> Check:
         *idle_effects(prepared, few, flown),
     ]  # fmt: skip
     return replace(report, cost=cost, warnings=[*report.warnings, *sentences])
-
-
-def _pilots(source: IntArray) -> IntArray:
-    """Return the rows (P,) of the pilot rocks: PILOT_ROCKS (20) evenly spread rocks, and some of each rare source.
-
-    A rare source has fewer than OF_A_SOURCE (3) of the evenly spread rocks; up to OF_A_SOURCE of its rocks are added.
-    Rocks are added for at most PILOT_ROCKS rare sources.
-
-    source : (N,) number of the source of each checked rock
-    """
-    chosen = np.linspace(0, len(source) - 1, PILOT_ROCKS).astype(int)
-    rare = [number for number in np.unique(source) if (source[chosen] == number).sum() < OF_A_SOURCE]
-    rows = [np.flatnonzero(source == number) for number in rare[:PILOT_ROCKS]]
-    more = [its[np.linspace(0, len(its) - 1, OF_A_SOURCE).astype(int)] for its in rows]
-    return np.unique(np.concatenate([chosen, *more]))
 
 
 def _sizes(prepared: Prepared) -> Sizes:
@@ -281,31 +222,3 @@ def _sizes(prepared: Prepared) -> Sizes:
 def _span(low: float, high: float) -> str:
     """Return the interval between two numbers as text; a single number if both ends are equal."""
     return three_figures(low) if low == high else f"{three_figures(low)}-{three_figures(high)}"
-
-
-def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rocks: int) -> Cost:
-    """Return the estimated time of the run.
-
-    flown : flights of the pilot rocks; seconds : mean time (s) of a pilot rock; rocks : number of rocks of the run
-    """
-    deposits, auto = flown.deposits, scene.rocks == "auto"
-    rocks = scene.target.most_rocks if auto else rocks
-    fly_s = seconds * rocks
-    name = engine_for(scene, rocks)
-    unresolved = int((deposits.outcome == Outcome.UNRESOLVED_CONTACT).sum())
-    gain, compile_s = (COMPILED_GAIN, _compile_s(prepared.flight.models)) if name == Compiled.name else (1.0, 0.0)
-    return Cost(
-        rocks=rocks,
-        auto=auto,
-        engine=name,
-        fly_s=fly_s / gain,
-        compile_s=compile_s,
-        impacts=float(deposits.impacts.mean()),
-        pilot=len(deposits.t),
-        unresolved=unresolved,
-    )
-
-
-def _compile_s(models: Models) -> float:
-    """Return the estimated time (s) to compile the models of a scene; 0 if they are already compiled."""
-    return 0.0 if is_precompiled(models) else COMPILE_S

@@ -10,7 +10,7 @@ from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.kinetics.rebound import rebound
 from rpf3d_core.materials.library import Surface, surface_of
 from rpf3d_core.materials.rock_context import RockContext
-from rpf3d_core.simulation.holding import held_by
+from rpf3d_core.simulation.carrying import held_by
 from rpf3d_core.simulation.physics import Physics, rock_at
 from rpf3d_core.simulation.record import Record, note_impact
 from rpf3d_core.simulation.settling import settle, stand

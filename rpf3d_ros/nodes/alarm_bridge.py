@@ -19,7 +19,7 @@ from rclpy.subscription import Subscription
 from std_msgs.msg import Bool
 
 from rpf3d_core.errors import InputError
-from rpf3d_ros.engine.alarm_state import AlarmState, heard_alert
+from rpf3d_ros.alerts.alarm_state import AlarmState, heard_alert
 from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.interface.parameters import AlarmBridgeParameters, declare
 from rpf3d_ros.interface.qos import ALERTS, OVERRIDABLE

@@ -27,7 +27,7 @@ NARROW, SEARCH = "rpf3d_core/detection/narrow_phase.py", "rpf3d_core/detection/s
 GEOMETRY = "rpf3d_core/terrain/facet_geometry.py"
 TIES = "rpf3d_core/detection/ties.py"
 MARCH, SUSTAINED = "rpf3d_core/simulation/march.py", "rpf3d_core/simulation/sustained.py"
-LANDING, HOLDING = "rpf3d_core/simulation/landing.py", "rpf3d_core/simulation/holding.py"
+LANDING, HOLDING = "rpf3d_core/simulation/landing.py", "rpf3d_core/simulation/carrying.py"
 SETTLING = "rpf3d_core/simulation/settling.py"
 SLIDING, REBOUND = "rpf3d_core/kinetics/sliding.py", "rpf3d_core/kinetics/rebound.py"
 

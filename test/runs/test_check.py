@@ -16,7 +16,8 @@ from rpf3d_core.ensemble.fly import REFERENCE_ROCKS
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.tally import BYTES_PER_CELL
 from rpf3d_core.results.notes import warnings_of_run
-from rpf3d_core.runs.check import COMPILE_S, PILOT_ROCKS, Cost, check_scene
+from rpf3d_core.runs.check import check_scene
+from rpf3d_core.runs.pilot_run import COMPILE_S, PILOT_ROCKS, Cost
 from rpf3d_core.runs.run import simulate
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.choices import chosen_scene

@@ -19,7 +19,7 @@ from rpf3d_core.runs.check import Check, check_scene
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.prepared import prepare
 from rpf3d_core.setup.warnings.extents import Extent
-from rpf3d_core.setup.warnings.misplaced import placing_hints
+from rpf3d_core.setup.warnings.wrong_coordinates import placing_hints
 
 VERTICES, TRIANGLES = grid(9, 11, 2.0)
 SITE = at_site(VERTICES)

@@ -1,6 +1,6 @@
 """Warn about sources and outlines that can be used but look misplaced: high in the air, or partly off the terrain.
 
-`misplaced.py` compares only the extents of the inputs; this module compares the inputs with the ground itself.
+`wrong_coordinates.py` compares only the extents of the inputs; this module compares the inputs with the ground itself.
 """
 
 import math

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from rpf3d_ros.engine.alarm_state import AlarmState, heard_alert
+from rpf3d_ros.alerts.alarm_state import AlarmState, heard_alert
 from rpf3d_ros.messages.alert_reading import alerts_of
 from rpf3d_ros.messages.stamps import nanoseconds_of_text
 

@@ -19,7 +19,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from alert_evidence import NOW, S, decided, evidence
 from std_msgs.msg import Header
 
-from rpf3d_ros.engine.alarm_state import NOTHING_YET, AlarmState, HeardAlert, heard_alert
+from rpf3d_ros.alerts.alarm_state import NOTHING_YET, AlarmState, HeardAlert, heard_alert
 from rpf3d_ros.messages.alert_messages import Publication, alerts_message
 from rpf3d_ros.messages.alert_reading import alerts_of
 from rpf3d_ros.messages.stamps import nanoseconds_of_text, seconds_text

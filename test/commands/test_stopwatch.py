@@ -10,8 +10,8 @@ import pytest
 from command_line import rpf3d
 from terrain_files import SLOPE, grid, write_binary_stl
 
-from rpf3d_core.commands import run_times as module
-from rpf3d_core.commands.run_times import Part, RunTimes, words_of
+from rpf3d_core.commands import stopwatch as module
+from rpf3d_core.commands.stopwatch import Part, RunTimes, words_of
 
 ROUNDING = 1e-9
 ENDS = 1.0
