@@ -180,7 +180,7 @@ def test_a_brick_spun_about_its_middle_axis_flips_at_the_known_times():
     assert peak == pytest.approx(largest, abs=1e-8)
 
 
-@pytest.mark.parametrize("off", [1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize("off", [1e-3, *(pytest.param(off, marks=pytest.mark.long) for off in (1e-6, 1e-9))])
 def test_100_rad_per_s_about_the_middle_axis_keep_energy_and_momentum_for_30_s_and_are_exact(off):
     w = (100.0 * off, 100.0, 100.0 * off)
     place, spin, _ = turned(BRICK, Q, w, 30.0)

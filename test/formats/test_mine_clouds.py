@@ -162,6 +162,19 @@ def test_an_e57_file_is_read_and_its_single_precision_is_reported(tmp_path):
     assert "steps of 0.5 m at 7654050 m" in remark and "off by up to 0.25 m" in remark
 
 
+def test_a_damaged_e57_file_is_refused_with_one_sentence_of_the_reason(tmp_path):
+    pytest.importorskip("pye57", reason=PYE57)
+    path = write_e57(tmp_path / "a.e57", spread(500, 10.0))
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    with pytest.raises(TerrainError) as refusal:
+        read_cloud(path)
+    assert str(refusal.value) == (
+        f"{path}: cannot be read as an E57 file: checksum mismatch, file is corrupted; export it again"
+    )
+
+
 def test_entities_in_the_xml_of_an_e57_are_refused(tmp_path):
     pytest.importorskip("pye57", reason=PYE57)
     path = write_e57(tmp_path / "a.e57", spread(100, 10.0))

@@ -45,8 +45,14 @@ def e57_arrays(path: Path) -> Arrays:
     except (TerrainError, MemoryError):
         raise
     except Exception as fault:
-        raise TerrainError(f"{path}: cannot be read as an E57 file ({fault})".replace("\n", " ")) from fault
+        raise TerrainError(f"{path}: cannot be read as an E57 file: {_reason(fault)}; export it again") from fault
     return {"points": np.concatenate(scans), "single": np.array(single)}
+
+
+def _reason(fault: Exception) -> str:
+    """Return why the library cannot read a file, without its list of C++ functions and the name of the error code."""
+    first = str(fault).strip().partition("\n")[0]
+    return first.partition(" (Error")[0] or type(fault).__name__
 
 
 def _scan(file: Any, scan: int) -> Any:
