@@ -36,13 +36,16 @@ PASSES = 7
 TITLES = {
     "rebound": "Rebound models", "ground": "Ground models", "contact": "Contact models", "effects": "Effects",
 }  # fmt: skip
-SYMBOLS = {
+OPENINGS = {
     "rebound": (
         "R_n and R_t are the normal and tangential restitution (-), v_n is the speed into the ground (m/s), m the\n"
         "mass of the rock (kg). A *lumped mass* is a rock without size and spin.\n",
     ),
+    "effects": (
+        "A file of polygons or lines may have any of these [file formats](formats.md#areas-lines-and-points).\n",
+    ),
 }
-"""Kind of models -> text that explains the symbols in the section on this kind."""
+"""Kind of models -> text at the beginning of the section on this kind."""
 BASE = {"rebound": "coulomb_limited", "ground": "sliding"}
 """The models with which all others are compared: the defaults of a scene."""
 
@@ -71,7 +74,7 @@ SHOWN = 50
 """Largest number of characters of an example that the page shows."""
 
 HEAD = """# Models and effects
-Look up here every model and effect that a scene may name, with its parameters, sources and cost.
+This page lists every model and effect that a scene may name, with its parameters, sources and cost.
 
 `rpf3d effects` prints this list, `rpf3d effects --json` the same for programs. `docs/effects.py` writes this page.
 
@@ -102,13 +105,12 @@ effects: {roughness: {angle_sd_deg: 8}}
 | D | derived, or checked from first principles |
 | UNCONFIRMED | general knowledge: check it before you base a decision on it |
 
-If a parameter has only a mark, its source is the source of the model. Files with polygons or lines may have any format
-of [file formats](formats.md#areas-lines-and-points).
+If a parameter has only a mark, its source is the source of the model.
 
-## What does each cost?
+## What does each model or effect cost?
 *Time* is the CPU time to simulate the rocks, divided by the CPU time with the defaults (`coulomb_limited`, `sliding`),
 without compiling; median of {passes} alternating measurements. *Runout* is the change of the mean horizontal distance
-from release to end. A fragment counts as a rock that starts where its rock broke; rocks that broke do not count.
+from release to end. A fragment counts as a rock released where the parent rock broke. The parent rock does not count.
 
 `make effects` measures both with {rocks:,} rocks on a wall of one synthetic pit (150,000 triangles,
 `docs/effects_wall.yaml`). For other pits they show only the order of magnitude. For parameters without a default, this
@@ -117,8 +119,8 @@ scene has invented values: do not take them as advice.
 """
 TEXTS = {
     "effects.scarring": """\
-In `zones`, each zone or pattern may set every other key of this table. A key that a zone does not set has its value
-from outside `zones`.
+In `zones`, each zone or pattern may set every other key of this table. If a zone does not set a key, the value outside
+`zones` applies.
 """,
     "effects.forest": """\
 - A file of trees is a CSV. Its header names x, y and `dbh_cm` (stem diameter). It may also name `height` (m),
@@ -177,7 +179,7 @@ def _costs(listed: list[CatalogueEntry]) -> str:
 
 def _section(kind: str, title: str, listed: list[CatalogueEntry]) -> list[str]:
     ours = [entry for entry in listed if entry.kind == kind]
-    return [f"## {title} (`{kind}:`)", *SYMBOLS.get(kind, ()), *(_described(entry) for entry in ours)]
+    return [f"## {title} (`{kind}:`)", *OPENINGS.get(kind, ()), *(_described(entry) for entry in ours)]
 
 
 def _described(entry: CatalogueEntry) -> str:

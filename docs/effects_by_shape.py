@@ -15,7 +15,7 @@ ACTS, REFUSED = "acts", "refused"
 SHAPES = ("point", "sphere", "body")
 """Kinds of rocks: a body is a rock with the shape of a box, a family or a file."""
 HEAD = """# Effects by shape
-Look up here which effects act on which rocks.
+This page lists which effects act on which rocks.
 
 `rock.shape` decides the kind of the rocks: `point`, `sphere`, or a body (`box`, `family` or `files`). If a scene names
 a refused effect, the scene is refused, and the message names the effect. `docs/effects_by_shape.py` writes this page,
@@ -24,8 +24,8 @@ and `test/scene/test_effects_by_shape.py` checks each cell of the table.
 """
 ON_BODIES = """
 ## How do effects act on bodies?
-- A body hits a barrier or a tree if the path of its centre of mass crosses the barrier or tree. Barriers and trees
-  compare the sum of the body's translational and rotational energy with the energy that they can absorb. The absorbed
+- A body hits a barrier or a tree if the path of its centre of mass crosses the barrier or tree. rpf3d compares the sum
+  of the body's translational and rotational energy with the energy that the barrier or tree can absorb. The absorbed
   energy is subtracted from this sum, so speed and spin decrease by the same factor.
 - A body that stops against an obstacle while it touches the ground has `leaning` in `stopped_because`.
 - Drag and drag layers act on the centre of mass. They do not change the spin. Drag uses the area of the sphere of equal

@@ -7,7 +7,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from rpf3d_core.live.scene import live_parameters
+from rpf3d_core.live.scene import live_parameters, why_excluded
 from rpf3d_core.scene.listings.fields import SceneField
 from rpf3d_ros.interface.parameters import (
     AlarmBridgeParameters,
@@ -76,8 +76,9 @@ def _default(field: SceneField) -> str:
 
 
 def _limits(field: SceneField) -> str:
+    """Return the range of a field, or its choices without the models that a live scene refuses, such as `rigid`."""
     if field.choices:
-        return ", ".join(map(str, field.choices))
+        return ", ".join(str(each) for each in field.choices if why_excluded(f"{field.key}.{each}") is None)
     return " ".join(BOUNDS[kind].format(bound) for kind, bound in (field.bounds or {}).items())
 
 

@@ -26,7 +26,7 @@ from rpf3d_core.terrain.benches import parameters as benches
 from rpf3d_core.terrain.pit import parameters as pit
 
 HEAD = """# The scene file
-Look up here every key of the scene, the YAML file that describes a run, with its unit, bounds and default.
+This page lists every key of the scene, the YAML file that describes a run, with its unit, bounds and default.
 
 `docs/scene_keys.py` writes this page from the model that checks scenes. Examples: [config/scenes](../../config/scenes).
 Parameters of models and effects: [effects.md](effects.md).

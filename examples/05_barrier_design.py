@@ -1,8 +1,8 @@
 """The design of a barrier.
 
-A barrier with a capacity of 0 stops no rock. It counts the rocks, and measures their energy and height at the place of
-a planned fence. From these figures the script chooses a fence, flies the rocks again, and prints the share of the rocks
-that the fence catches.
+The script first places a barrier with capacity 0, which stops no rock, where a fence is planned. This barrier counts
+the rocks and records their energy and height. From these figures the script chooses a fence, flies the rocks again, and
+prints the share of the rocks that the fence catches.
 """
 
 import json

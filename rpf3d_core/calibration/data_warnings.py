@@ -39,11 +39,11 @@ def _of_gates(slope: Slope, flown: list[Flown]) -> Iterator[str]:
     """
     gates = sorted({one.gate for one in slope.field.values})
     if gates:
-        yield (f"the values observed at {', '.join(gates)} carry their measuring error but no error of the model: "
-               "intervals are too narrow where the model is poor")  # fmt: skip
+        yield (f"the comparison with the values observed at {', '.join(gates)} includes the measuring error, but not "
+               "the error of the model (misfit): intervals are too narrow where the model is poor")  # fmt: skip
     for gate, at in sorted(_gates_without_rocks(slope, flown)):
-        yield (f"at the gate {gate} (at {at:g} m), no simulated rock had what was observed: none passed, or none with "
-               "such values; check its distance along `observed.along`, and units")  # fmt: skip
+        yield (f"no simulated rock fits the observations at the gate {gate} (at {at:g} m): no rock passed the gate, or "
+               "no passing rock had such values; check its distance along `observed.along`, and the units")  # fmt: skip
 
 
 def _gates_without_rocks(slope: Slope, flown: list[Flown]) -> set[tuple[str, float]]:

@@ -136,8 +136,8 @@ def _of_score(score: Score, other: Score, name: str, meaning: str) -> str:
     rating = "not clearly better than"
     if _is_clearly_better(other, score) and len(score.each) >= FEWEST_TO_CONDEMN:
         rating, meaning = "clearly worse than", "do not use this calibration; check coordinates, sources and model"
-    return (f"the score of kept-out observations ({score.mean:.2f}) is {rating} that of {name} ({other.mean:.2f}; "
-            f"difference {gain:+.2f} +- {doubt:.2f}): {meaning}")  # fmt: skip
+    return (f"the score of kept-out observations ({score.mean:.2f}) is {rating} the score of {name} "
+            f"({other.mean:.2f}; difference {gain:+.2f} +- {doubt:.2f}): {meaning}")  # fmt: skip
 
 
 def _of_sides(found: Findings) -> list[str]:

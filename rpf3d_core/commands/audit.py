@@ -55,7 +55,7 @@ def _row(change: "LevelChange") -> tuple[str, ...]:
     alert, given = change.alert, change.alert.acknowledgement
     steps = []
     if given is not None:
-        steps = [f"{_counts(alert)} {given.by}: {given.why}"]
+        steps = [f"{_acknowledged_phrase(alert)} {given.by}: {given.why}"]
         if not alert.void and change.before is not None:
             steps += [f"after {one.by}: {one.why}" for one in change.before.waiting]
     steps += [f"{name}: {was.word} > {now.word}" for name, was, now in areas_changed(change.before, alert)]
@@ -67,7 +67,7 @@ def _row(change: "LevelChange") -> tuple[str, ...]:
     return (str(change.line), when(alert.at_ns), shown, alert.held.word, "on" if alert.alarm else "off", why)
 
 
-def _counts(alert: "Alert") -> str:
+def _acknowledged_phrase(alert: "Alert") -> str:
     """Return a phrase that states the effect of an acknowledgement; the caller adds the name of the person.
 
     alert : a decision with an acknowledgement
@@ -75,7 +75,7 @@ def _counts(alert: "Alert") -> str:
     if not alert.void:
         return "acknowledged by"
     waits = alert.acknowledgement in alert.waiting
-    return "waits for another person: the acknowledgement of" if waits else "an acknowledgement that does not count, of"
+    return "acknowledgement waiting for another person, by" if waits else "invalid acknowledgement by"
 
 
 def _shown(alert: "Alert") -> str:

@@ -161,7 +161,7 @@ def _print_open(run: "Run") -> None:
     from rpf3d_core.results.overconfidence import surer_than_it_may_be
 
     if sentences := surer_than_it_may_be(run):
-        screen.print("surer than it may be:", highlight=False)
+        screen.print("less certain than it looks:", highlight=False)
     for sentence in sentences:
         screen.print(f"- {sentence}", highlight=False, soft_wrap=True)
 

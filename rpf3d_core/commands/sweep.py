@@ -116,6 +116,6 @@ def _print_sweep(found: "Sweep") -> None:
         screen.print(note, soft_wrap=True)
     print_warnings(warnings_of_cells(found.cells, found.records))
     if sentences := surer_cells(found.cells, found.records):
-        screen.print("surer than it may be:", highlight=False)
+        screen.print("less certain than it looks:", highlight=False)
     for sentence in sentences:
         screen.print(f"- {sentence}", highlight=False, soft_wrap=True)

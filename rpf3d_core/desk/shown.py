@@ -82,7 +82,7 @@ class SceneView:
         return RunShown(paths=path_lines(run), maps=maps)
 
     def show_run(self, run: RunShown) -> None:
-        """Show the paths of the results, and keep their hazard maps, so that `drape` can show one of the maps."""
+        """Show the paths of the rocks, and keep the hazard maps, so that `drape` can show one of the maps."""
         self._run = run
         self.window.show_lines(PATHS, run.paths, THIN)
 

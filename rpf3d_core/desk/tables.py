@@ -51,7 +51,7 @@ def run_notes(run: Run) -> list[str]:
     unstopped = words_on_unstopped(run)
     return [
         *([unstopped] if unstopped else []), *warnings_of_run(run),
-        *(f"surer than it may be: {why}" for why in surer_than_it_may_be(run)),
+        *(f"less certain than it looks: {why}" for why in surer_than_it_may_be(run)),
     ]  # fmt: skip
 
 

@@ -66,13 +66,14 @@ class TerrainPieces(NamedTuple):
 
 
 class OnGround(NamedTuple):
-    """The facets that carry a rock on the ground, and the pieces of the terrain, for the search for other pieces.
+    """The start of a slide or roll, for the search for facets of other pieces of the terrain.
 
-    This record takes the place that a `PreviousContact` has in the search for the contacts of a flight.
+    It has the facets that carry the rock, and the piece of every facet. It is used in place of `PreviousContact`, which
+    the search along a flight uses.
 
     facet, other : the facet that carries the rock, and a second facet in a gully, else -1
     side : side of the ground on which the rock is, +1.0 for the free side, -1.0 for the back
-    number, rims : pieces of all facets, and edges at their rims, as in `PieceNumbers`
+    number : (F,) piece of each facet; rims : (F,) bits for the edges of each facet at the rim of its piece
     """
 
     facet: int

@@ -1,6 +1,6 @@
-"""Sizes of a rock's fragments: a fractal law with the volume of the rock and the surface that the impact creates.
+"""Compute the sizes of a rock's fragments: a fractal law, fitted to the rock's volume and the impact's new surface.
 
-Observed: the number of fragments with more than a volume U is proportional to U^(-D / 3). So the volume of the k-th
+Observed: the number of fragments with a volume above U is proportional to U^(-D / 3). So the volume of the k-th
 largest fragment is proportional to k^(-p), p = 3 / D (Ruiz-Carulla et al. 2017 and Matas et al. 2017, after Perfect
 1997: D is a dimension over lengths, so the exponent for volumes is -3 / D). For a rock of volume V and surface A_0, two
 balances determine the volumes V_k of all fragments:
@@ -13,10 +13,10 @@ infinite). The more surface A_new an impact creates, the smaller are p and the l
 fragment from the fifth on, because d ln V_k / dp = |zeta'(p) / zeta(p)| - ln k and |zeta' / zeta| < 1.51 < ln 5. The
 second, third and fourth fragments first grow with A_new, too, but then shrink again by up to 12, 3 and 0.2 %.
 
-Balances and solution are derived here (confirmation D). That D is a dimension over lengths is from the abstract of
-Perfect 1997, all else from quotations. A comparison without any fitting: at A_new / (A_new + A_0) = 0.25, 0.5, 0.7, the
-share 1 / zeta(p) of the largest fragment is 0.88, 0.69, 0.55. The survival rate in RockGIS' source code, which is the
-corresponding share, is 0.87, 0.74, 0.64.
+The balances and their solution are derived here (mark D in docs/reference/effects.md). The meaning of the dimension D
+is from the abstract of Perfect 1997; everything else is from texts that quote the publications. A comparison without
+any fitting: at A_new / (A_new + A_0) = 0.25, 0.5, 0.7, the share 1 / zeta(p) of the largest fragment is 0.88, 0.69,
+0.55. RockGIS' source code calls this share the survival rate; its values are 0.87, 0.74, 0.64.
 """
 
 import math

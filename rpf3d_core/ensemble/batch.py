@@ -183,7 +183,7 @@ def broken_of(batch: Batch) -> Broken:
 
 
 def count_from_release(batch: Batch, t: FloatArray) -> None:
-    """Change the times of a batch of N fragments in place, so that they count from the release of the whole rock.
+    """Change the times of a batch of N fragments in place, so that they count from the release of the unbroken rock.
 
     t : (N,) s, added to all times of each fragment: the time from the release of the rock to the start of the fragment
     """

@@ -98,11 +98,11 @@ def upper_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
 
 
 def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
-    """Return a hazard zone for each class of the matrix, the highest class first, of cells that rocks reached.
+    """Return one hazard zone for each class of the hazard matrix, highest class first: the reached cells of the class.
 
-    A cell with fewer than 20 rocks has no percentile. Its largest energy is used instead, which is never below the
-    percentile; `Zone.guessed` is the number of such cells. Without this rule, the cell would be in no zone and would
-    look safe.
+    A cell with fewer than 20 rocks has no percentile (NaN). Its largest energy is used instead, which is never below
+    the percentile; `Zone.guessed` is the number of such cells. Without this rule, NaN would put such a cell in the
+    highest band of energy.
     """
     width = matrix.object_width
     share = reach_probability(maps.cells, maps.flown) if width is None else reached_over(maps, width)

@@ -51,7 +51,7 @@ class DigestHistory:
 
     @property
     def since_ns(self) -> int:
-        """Time (ns) from which the present digest has been watched."""
+        """Time (ns) at which the present digest replaced the previous digest, or at which the history began."""
         return self._since_ns[-1]
 
     def watch(self, digest: str, now_ns: int) -> None:

@@ -148,7 +148,10 @@ def quantile(d: Distribution, u: float) -> float:
 
 @kernel
 def _triangular(d: Distribution, u: float) -> float:
-    """Return the number of a triangular distribution that belongs to a uniform number u in [0, 1)."""
+    """Return the quantile of a triangular distribution at the probability u, in [0, 1).
+
+    d : a distribution from `triangular_between`: `span` is the share (-) below the mode, `scale` the width
+    """
     if u < d.span:
         return d.low + d.scale * math.sqrt(u * d.span)
     return d.high - d.scale * math.sqrt((1.0 - u) * (1.0 - d.span))

@@ -160,7 +160,7 @@ def _warnings(run: RunFiles, beyond: BeyondToe) -> Iterator[str]:
                "reached. Copy the whole folder, or run the scene again.")  # fmt: skip
     yield from (_as_sentence(warning) for warning in run.inputs["warnings"])
     for sentence in run.inputs["surer_than_it_may_be"]:
-        yield f"Surer than it may be: {sentence}."
+        yield f"Less certain than it looks: {sentence}."
     of = beyond.of
     missing = of - len(beyond.rows)
     if len(beyond.rows) == 0:

@@ -40,7 +40,7 @@ class SourceToes(NamedTuple):
         """Return the distances of the rocks of one source; of all rocks together for ALL; number : of the source."""
         if number == ALL:
             return self.together
-        return self.known.part(self.known.source == number, int(self.of[number]))
+        return self.known.select(self.known.source == number, int(self.of[number]))
 
     def name_of(self, number: int) -> str:
         """Return the name of a source; "" for ALL; number : of the source."""
@@ -77,7 +77,7 @@ def source_toes(run: RunFiles) -> SourceToes:
     rows = np.unique(np.concatenate([even, *each]))
     known = beyond_toe(run, rows)
     of = np.bincount(run.ends.source[rows], minlength=len(names))
-    return SourceToes(names, known.part(np.isin(known.rows, even), len(even)), known, of)
+    return SourceToes(names, known.select(np.isin(known.rows, even), len(even)), known, of)
 
 
 def farthest(toes: SourceToes, wanted: int) -> int:

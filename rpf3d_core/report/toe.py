@@ -82,13 +82,13 @@ class BeyondToe(NamedTuple):
         """True if enough rocks have a toe for the distances to describe all rocks of the run."""
         return bool(enough_with_toe(np.array(len(self.rows)), np.array(self.of)))
 
-    def part(self, some: NDArray[np.bool_], of: int) -> "BeyondToe":
-        """Return the distances of some of the rocks.
+    def select(self, selected: NDArray[np.bool_], searched: int) -> "BeyondToe":
+        """Return a `BeyondToe` with only the selected rocks.
 
-        some : (N,) True for the rocks to keep; of : number of rocks whose toe was searched for this part
+        selected : (N,) True for the rocks to keep; searched : number of rocks in the selection whose toe was searched
         """
-        arrays = {name: values[some] for name, values in self._asdict().items() if isinstance(values, np.ndarray)}
-        return self._replace(**arrays, of=of)
+        arrays = {name: values[selected] for name, values in self._asdict().items() if isinstance(values, np.ndarray)}
+        return self._replace(**arrays, of=searched)
 
     @property
     def displaced(self) -> FloatArray:
@@ -96,12 +96,14 @@ class BeyondToe(NamedTuple):
         return self.distance + self.shift
 
 
-def enough_with_toe(count: NDArray[np.int64], of: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return flags (N,): True if enough rocks have a toe for the distances to describe all rocks of a group.
+def enough_with_toe(count: NDArray[np.int64], searched: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return flags (N,), one for each group of rocks: True if enough rocks have a toe to state distances beyond it.
 
-    count, of : (N,) number of rocks with a toe, and of rocks whose toe was searched
+    count : (N,) number of rocks of the group for which a toe was found
+    searched : (N,) number of rocks of the group for which a toe was searched
     """
-    return np.asarray(count >= np.maximum(np.maximum(1, np.minimum(FEWEST_WITH_TOE, of)), LEAST_WITH_TOE * of))
+    fewest = np.maximum(1, np.minimum(FEWEST_WITH_TOE, searched))
+    return np.asarray(count >= np.maximum(fewest, LEAST_WITH_TOE * searched))
 
 
 def evenly_spread(rocks: int, most: int) -> NDArray[np.int64]:

@@ -1,4 +1,4 @@
-"""Make the sentences under "surer than it may be": the reasons why results of a run look more certain than they are."""
+"""Make the sentences under "less certain than it looks": why results of a run look more certain than they are."""
 
 import json
 from collections.abc import Iterator, Sequence

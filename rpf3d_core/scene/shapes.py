@@ -84,8 +84,8 @@ class RigidSpec(ModelSpec):
     """Rigid bodies with hard contact, friction and rolling resistance; all contacts of an impact are solved at once.
 
     Flight is exact, and so is the time of contact. While contact lasts, a body moves in short steps whose length
-    follows from `accuracy`. Rolling resistance is a moment of at most rolling_resistance times the normal force times
-    the radius of the sphere of equal volume.
+    follows from `accuracy`. Rolling resistance is a moment of at most `rolling_resistance` times the normal force
+    times the radius of the sphere of equal volume.
     """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rigid_body:RigidBody"

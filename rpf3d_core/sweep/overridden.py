@@ -59,7 +59,7 @@ def check_libraries(scenes: Iterable[Scene], keys: Sequence[str]) -> None:
 
 
 def check_priors(scene: Scene, keys: Sequence[str]) -> None:
-    """Refuse a varied key if a prior sets the value of this key and also values of the scene that do not vary.
+    """Raise InputError if a sweep varies a key whose prior also sets values that the sweep does not vary.
 
     scene : the scene with the priors; keys : key paths of all varied keys
 

@@ -15,15 +15,16 @@ The plane of such a ring is steeper than 78 degrees.
 
 
 def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, FloatArray]:
-    """Return the border sides (N, 3, 3) m that are not around a hole in a steep slope, and triangles for the holes.
+    """Close holes in steep slopes: return the border sides (N, 3, 3) m that remain, and triangles (T, 3, 3) m.
 
-    The triangles (T, 3, 3) m close the holes in steep slopes.
+    The triangles close the holes.
 
     A ring is a hole if it runs clockwise, seen from the free side of the facets around the ring. A ring around a
     component runs counter-clockwise and is not closed here. A ring that crosses itself in its own plane is not closed
     here either.
 
-    border : (B, 3, 3) m, from `border.border_of`; crack : width (m) up to which a hole is a crack
+    border : (B, 3, 3) m, from `border.border_of`
+    crack : width (m) up to which a hole is a crack; the sides of a crack are removed, but it gets no triangles
     """
     label = _ring_of(border)
     areas, looks = _sums(border, label)

@@ -44,13 +44,14 @@ class Expected(NamedTuple):
 
     stamp_ns : stamp of the message (ns); ANY if any answer is the expected one
     digest : digest of the places, as in `Trigger`; "" if it is not known
-    until_ns : time until which the answer must arrive (ns); within : why, as the end of a sentence
+    until_ns : time until which the answer must arrive (ns)
+    time_limit : how long the answer may take, and the key of the site file that states it, as the end of a sentence
     """
 
     stamp_ns: int
     digest: str
     until_ns: int
-    within: str
+    time_limit: str
 
 
 @dataclass
@@ -116,7 +117,7 @@ class CheckedPlaces:
         """Note one more expected answer."""
         if len(self.expected) >= MOST_EXPECTED:
             last = self.expected.pop()
-            new = new._replace(until_ns=last.until_ns, within=last.within)
+            new = new._replace(until_ns=last.until_ns, time_limit=last.time_limit)
         self.expected.append(new)
 
     def received(self, evidence: Evidence) -> None:
@@ -129,12 +130,14 @@ class CheckedPlaces:
             self.expected = [each for each in self.expected if each.stamp_ns >= evidence.trigger_stamp_ns]
         self.judged_ns = evidence.trigger_stamp_ns
 
-    def expect_all_again(self, until_ns: int, within: str) -> None:
-        """Note that no answer counts any more, and that the places, if there are any, must be simulated again.
+    def expect_all_again(self, until_ns: int, time_limit: str) -> None:
+        """Discard all answers to the unreported places of this topic; expect a new answer if there are such places.
 
-        until_ns, within : as in `Expected`
+        If an earlier answer to sources of this topic showed danger, the topic remains suspect.
+
+        until_ns, time_limit : as in `Expected`
         """
-        self.expected = [] if self.is_ended else [Expected(ANY, digest="", until_ns=until_ns, within=within)]
+        self.expected = [] if self.is_ended else [Expected(ANY, digest="", until_ns=until_ns, time_limit=time_limit)]
         self.danger_ns = ALWAYS if self.danger_ns >= 0 else -1
         self.evidence, self.is_dangerous = None, False
         self.judged_ns = -1 if self.is_ended else ALWAYS
@@ -190,7 +193,7 @@ class UnreportedEvidence:
             is_first, self._has_areas = bool(outlines) and not self._has_areas, bool(outlines)
             for one in self._topics.values() if is_first else ():
                 if one.evidence is not None and not one.evidence.areas:
-                    one.expect(Expected(stamp_ns=ANY, digest="", until_ns=until_ns, within=self._moved))
+                    one.expect(Expected(stamp_ns=ANY, digest="", until_ns=until_ns, time_limit=self._moved))
 
     def places_of(self, topic: str, shown: Collection[str]) -> frozenset[Place]:
         """Return the places (x, y, z) (m) that the shown faults of a topic are about; shown : faults of an alert."""
@@ -270,7 +273,7 @@ class UnreportedEvidence:
         elif one.stands or one.is_open:
             verdict = "may reach a limit of the site"
         elif late:
-            verdict = f"have not been simulated within {late[0].within}"
+            verdict = f"have not been simulated within {late[0].time_limit}"
         else:
             return ""
         return f"{_begin(topic, one.where)} {verdict}: {REMEDY}"

@@ -66,14 +66,14 @@ LAST_FAULT = 0.5
 """Time (s) for which deactivation waits until the last fault is published; after that, only the alarm is published."""
 
 
-class Ending(Protocol):
-    """A thread of the station that can be ended."""
+class ClosableThread(Protocol):
+    """A thread of the simulator node that `close` can end."""
 
     def close(self, timeout: float) -> bool:
         """End the thread, and wait for it for at most `timeout` (s); return True if it has ended."""
 
 
-def _all_end(threads: Iterable[Ending], timeout: float) -> bool:
+def _all_end(threads: Iterable[ClosableThread], timeout: float) -> bool:
     """End all threads within `timeout` (s) in total; return True if all have ended."""
     until = time.monotonic() + timeout
     ended = [one.close(max(until - time.monotonic(), 0.0)) for one in threads]

@@ -154,14 +154,15 @@ class SimulatorParameters(SourceParameters):
     )  # fmt: skip
     region_size: float = parameter(
         50.0,
-        "side (m) of squares in plan; a message of sources replaces a waiting message of its topic if all sources of "
-        "the waiting message lie in squares with sources of the new message",
+        "side (m) of squares in plan; a message of sources replaces a waiting message of its topic if each square with "
+        "a source of the waiting message also has a source of the new message",
         1.0, 1e5,
     )  # fmt: skip
     expected_topics: tuple[str, ...] = parameter(
         ("",),
         "topics of sources that must publish; the level is fault until they do. Empty: all topics of source_topics and "
-        "source_cloud_topics; a list that equals its default counts as empty",
+        "source_cloud_topics, except that a list equal to its default ([sources], [source_cloud]) requires no topic of "
+        "its own; with both defaults, one of the two topics is enough",
     )
     optional_topics: tuple[str, ...] = parameter(
         ("",),
@@ -176,14 +177,14 @@ class SimulatorParameters(SourceParameters):
     )
     waiting_sources: int = parameter(
         10,
-        "number of source messages that may wait. If more wait, the oldest message is answered last; without a site "
-        "file, it is deleted",
+        "number of source messages that may wait. If more wait: with a site file, the oldest message is answered last; "
+        "without a site file, the oldest message is deleted",
         1, 10_000,
     )  # fmt: skip
     waiting_patches: int = parameter(
         32,
-        "largest number of patches that may wait, and of recent patches that are kept for a whole survey that arrives "
-        "late",
+        "largest number of waiting patches; also the largest number of recent patches kept, to apply them again after "
+        "a late whole survey",
         1, 10_000,
     )  # fmt: skip
     most_ahead: float = parameter(
@@ -284,7 +285,9 @@ class ScenePublisherParameters(FrameParameters):
 
     scene: str = parameter("", "the scene file; there is no default")
     repeat_every: float = parameter(10.0, "time (s) between repetitions of the sources", 0.1, 86_400.0)
-    subscribers: int = parameter(1, "subscribers of sources to wait for before the first publication", 1, 1000)
+    subscribers: int = parameter(
+        1, "number of subscribers to the sources that must be present before the first publication", 1, 1000
+    )
     repetitions: int = parameter(0, "how often the sources are published; 0: until the node ends", 0, LARGEST_COUNT)
 
 

@@ -1,4 +1,4 @@
-"""Convert a bag with the recorded topics to the recording that the live recorder would write; ROS is not needed."""
+"""Convert a bag to the rerun file that the live recorder would write from the same messages; ROS is not needed."""
 
 import struct
 from collections import Counter

@@ -45,9 +45,10 @@ MILLISECONDS_A_FRAME = round(1000 * FRAME)
 
 
 class Recording:
-    """An open recording: set the time with `at`, add rows, then `flush`; flushed rows survive a kill.
+    """An open rerun recording of a live node.
 
-    There is one method for each kind of row; `RecordingEntry.draw` calls one of them.
+    Set the time with `at`, add rows, then call `flush`; flushed rows are kept if the process is killed. There is one
+    method for each kind of row; `RecordingEntry.draw` calls one of them.
     """
 
     def __init__(self, stream: Any, in_file: bool = False) -> None:

@@ -109,8 +109,8 @@ def test_values_at_gates_carry_no_error_of_the_model(site: Path, tmp_path: Path)
     data = data.replace("gates: [{", "gates:\n    - {").replace("}]", "}")
     assert calibrated(site, out, "calibration:\n", "calibration:\n" + data).exit_code == 0
     verdict = content(out)["verdict"]
-    assert "the values observed at far, road carry their measuring error but no error of the model" in verdict
-    assert "at the gate far (at 5000 m), no simulated rock had what was observed" in verdict
+    assert "the values observed at far, road includes the measuring error, but not the error of the model" in verdict
+    assert "no simulated rock fits the observations at the gate far (at 5000 m)" in verdict
     assert "at the gate road" not in verdict
     assert "values count as exact (speed at far, speed at road)" in verdict
 

@@ -55,14 +55,14 @@ def test_blocks_without_a_prediction_are_outside_their_intervals() -> None:
 
 def test_a_score_worse_than_a_curve_is_not_called_not_better() -> None:
     (worse,) = warnings_of(found(held_out=-9.7))
-    assert "clearly worse than that of a normal curve" in worse and "do not use this calibration" in worse
+    assert "clearly worse than the score of a normal curve" in worse and "do not use this calibration" in worse
     (no_better,) = warnings_of(found(held_out=-9.05))
-    assert "not clearly better than that of a normal curve" in no_better
+    assert "not clearly better than the score of a normal curve" in no_better
 
 
 def test_book_values_that_predict_as_well_are_named() -> None:
     (sentence,) = warnings_of(found(book=-7.9))
-    assert "not clearly better than that of the book values (-7.90; difference -0.10 +- 0.06)" in sentence
+    assert "not clearly better than the score of the book values (-7.90; difference -0.10 +- 0.06)" in sentence
 
 
 def test_coverage_is_judged_by_chance() -> None:

@@ -217,7 +217,7 @@ class Session:
         ways[topic](message)
 
     def acknowledge(self) -> None:
-        """Acknowledge the alert one second later, and decide again."""
+        """Advance the clock by one second, acknowledge the alert, and compute the alert level again."""
         self._now += SECOND
         self._decide(acknowledgement("A. Shift", "inspected from the other side", self._now))
 

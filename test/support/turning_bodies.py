@@ -32,7 +32,7 @@ def real_bodies(n: int, seed: int):
 
 
 def by_taylor(moments, q, w, t: float):
-    """Return orientation (4,) and spin (3,) rad/s of a body after t seconds, exact to 20 digits, from Taylor series with 42 digits.
+    """Return orientation (4,) and spin (3,) rad/s of a body after t seconds, exact to 20 digits, from Taylor series.
 
     moments : (3,) principal moments, in any unit; q : (4,) orientation; w : (3,) rad/s, spin in the body's axes
     """

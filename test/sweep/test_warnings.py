@@ -70,7 +70,7 @@ def test_the_command_prints_them(
     assert call(monkeypatch, "sweep", scene, "--vary", vary, "--out", out, "--workers", 1) == 0
     printed = capsys.readouterr()
     assert f"rpf3d: note: 1 of 2 cells: `{FRICTION}` is 0.5 degrees" in printed.err
-    assert "surer than it may be:\n- 2 of 2 cells: every coefficient counts as known" in printed.out
+    assert "less certain than it looks:\n- 2 of 2 cells: every coefficient counts as known" in printed.out
 
 
 def test_outcomes_are_figures_of_the_whole_run(scene: Path) -> None:

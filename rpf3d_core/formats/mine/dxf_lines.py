@@ -54,9 +54,9 @@ def read_dxf_lines(path: Path, layer: str = "") -> list[Line]:
 
 @lru_cache(maxsize=KEPT)
 def _lines(path: Path, layer: str, _: tuple[int, int]) -> tuple[Line, ...]:
-    """Return the lines of a file as `read_dxf_lines` does.
+    """Return the lines of a DXF file, from memory if the file has not changed since it was last read.
 
-    The third argument is the state of the file (time of change and size); the file is read again if it differs.
+    The third argument (time of change, size) is only part of the cache key. Errors as in `read_dxf_lines`.
     """
     drawing = read_drawing(path)
     curves = drawing.numbers_of(*CURVES)

@@ -12,7 +12,7 @@ ACCURACY = (
 
 
 class DragSpec(ModelSpec):
-    """Quadratic air drag on the sphere of the rock's volume: F = 1/2 rho C_d pi R^2 v^2."""
+    """Quadratic air drag on a sphere of the rock's volume: F = 1/2 rho C_d pi R^2 v^2."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.drag:Drag"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.drag:drag"

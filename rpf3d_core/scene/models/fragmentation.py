@@ -17,8 +17,8 @@ class FragmentationSpec(ModelSpec):
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.fragmentation:Fragmentation"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.fragmentation:fragmentation"
     SOURCE: ClassVar[str] = (
-        "new surface: as in RockGIS' source code (Matas et al. 2017 and 2020); sizes: the fractal of Perfect 1997, "
-        "whose parameters rpf3d computes from the rock's volume and the new surface"
+        "for the new surface, RockGIS' source code (Matas et al. 2017 and 2020); for the sizes, the fractal of Perfect "
+        "1997, whose parameters rpf3d computes from the rock's volume and the new surface"
     )
     CONFIRMED: ClassVar[Confirmed] = "UNCONFIRMED"
     NOT_FOR_BODIES: ClassVar[str | None] = "no publication gives the shapes of the fragments"
@@ -36,8 +36,8 @@ class FragmentationSpec(ModelSpec):
         "unconfirmed", "-", "RockGIS", "UNCONFIRMED", ge=0,
     )  # fmt: skip
     spread: Number = parameter(
-        0.06, "a number from 0 to 1, largest change of least_ratio from impact to impact, as a share of least_ratio",
-        "-", GIS, "CC", ge=0, le=1,
+        0.06, "a number from 0 to 1, largest change of `least_ratio` from impact to impact, as a share of "
+        "`least_ratio`", "-", GIS, "CC", ge=0, le=1,
     )  # fmt: skip
     least_volume: Number = parameter(
         1e-4, "a number of at least 1e-6 (m3), the volume of the smallest fragment that is simulated; a rock smaller "
@@ -56,6 +56,6 @@ class FragmentationSpec(ModelSpec):
         GIS, "CC", ge=0, le=45,
     )  # fmt: skip
     generations: Count = parameter(
-        3, "a whole number from 1 to 5, how often rocks break in turn; with 1 only the rock breaks, with 2 also "
-        "its fragments, and so on", "-", "none", "D", ge=1, le=5,
+        3, "a whole number from 1 to 5, the number of successive breaks: with 1 only the released rock breaks, with 2 "
+        "also its fragments, and so on", "-", "none", "D", ge=1, le=5,
     )  # fmt: skip

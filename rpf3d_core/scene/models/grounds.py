@@ -21,7 +21,7 @@ class RollingSpec(ModelSpec):
 class RollingStoneSpec(ModelSpec):
     """STONE's rule: gravity along the ground, minus a deceleration of g sin(atan(rolling friction)).
 
-    A rock slower than stop_speed stops on any slope.
+    A rock slower than `stop_speed` stops on any slope.
     """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rolling_stone:RollingStone"

@@ -41,7 +41,7 @@ class ConstantSpec(ModelSpec):
 class NoGroundSpec(ModelSpec):
     """Ground model `none`: no motion along the ground.
 
-    When its bounces have died out, a rock slower than stop_speed stops; a faster rock ends with outcome
+    When its bounces have died out, a rock slower than `stop_speed` stops; a faster rock ends with outcome
     `unresolved_contact`. Friction is ignored, so a rock may stop on any slope.
     """
 

@@ -13,6 +13,7 @@ REBOUNDS = "rpf3d_core.kinetics.rebounds"
 BUILDERS = "rpf3d_core.setup.builders.rebounds"
 PFEIFFER = "Pfeiffer & Bowen 1989, Bull. AEG 26:135-146"
 BOURRIER = "Bourrier et al. 2009, Geomorphology 110:68-79"
+WYLLIE = "Wyllie 2014, Rock Fall Engineering, with the coefficients of RockGIS"
 
 STEEPEST = 90.0
 """Largest impact angle (degrees): an impact at right angles to the ground."""
@@ -33,8 +34,8 @@ Nine = tuple[Number, Number, Number, Number, Number, Number, Number, Number, Num
 class CoulombLimitedSpec(ModelSpec):
     """R_n and R_t of the material, but Coulomb friction limits the loss of speed along the ground.
 
-    The loss of speed along the ground is at most mu (1 + R_n) |v_n|: mu is the tangent of friction_angle_deg, and (1 +
-    R_n) |v_n| the change of speed normal to the ground. If the loss by R_t is smaller, the rebound is that of
+    The loss of speed along the ground is at most mu (1 + R_n) |v_n|: mu is the tangent of `friction_angle_deg`, and (1
+    + R_n) |v_n| the change of speed normal to the ground. If the loss by R_t is smaller, the rebound is that of
     `constant`.
     """
 
@@ -59,8 +60,9 @@ class ThesisLiteralSpec(ModelSpec):
 class PfeifferBowenSpec(ModelSpec):
     """The sphere of CRSP: the rock rolls after every impact.
 
-    R_n decreases with the speed into the ground. The energy kept along the ground decreases with the slip. R_n and R_t
-    are those of slow impacts, and R_t multiplies energy, so values for a lumped mass are not valid here.
+    R_n decreases with the speed into the ground. The faster the rock slips at the impact, the less of its energy along
+    the ground remains. R_n and R_t are those of slow impacts, and R_t multiplies energy, so values for a lumped mass
+    are not valid here.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.pfeiffer_bowen:PfeifferBowen"
@@ -116,8 +118,8 @@ class MassScaledSpec(ModelSpec):
 class VHalfSpec(ModelSpec):
     """A lumped mass with R_n = v_half / (v_n + v_half); the R_n of materials is not used.
 
-    v_half is the parameter speed. Bounces do not die out by themselves, so bouncing ends when the next bounce would be
-    lower than smallest_bounce.
+    The parameter `speed` sets v_half. Bounces do not die out by themselves, so bouncing ends when the next bounce would
+    be lower than `smallest_bounce`.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.v_half:VHalf"
@@ -155,16 +157,17 @@ class AngleTableSpec(ModelSpec):
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.angle_table:AngleTable"
     BUILDER: ClassVar[str] = f"{BUILDERS}:angle_table"
-    SOURCE: ClassVar[str] = "the user's table; law wyllie: Wyllie 2014, Rock Fall Engineering, figures of RockGIS"
+    SOURCE: ClassVar[str] = f"`rows`: your own table; `law: wyllie`: {WYLLIE}"
     CONFIRMED: ClassVar[Confirmed] = "CC"
 
     rows: Annotated[tuple[Vector, ...], AfterValidator(_rising_within_limits)] | None = parameter(
-        None, "a list of [angle, R_n, R_t]: degrees that rise from 0 to 90, R_n from 0 to 10, R_t from 0 to 1",
+        None, "a list of [angle, R_n, R_t]: angles in ascending order from 0 to 90 degrees, R_n from 0 to 10, R_t from "
+        "0 to 1",
         "", "the user's", "D", min_length=1,
     )  # fmt: skip
     law: Literal["wyllie"] | None = parameter(
         None, "wyllie: R_n = 19.5 angle^-1.03, but at most 2, with R_t of the material; give either `law` or `rows`",
-        "", "Wyllie 2014, Rock Fall Engineering, figures of RockGIS", "CC",
+        "", WYLLIE, "CC",
     )  # fmt: skip
 
     @model_validator(mode="after")
@@ -193,7 +196,7 @@ def _covariance(rows: Sequence[Nine]) -> Sequence[Nine]:
 
 
 class StochasticMatrixSpec(ModelSpec):
-    """(v_t, v_n, R w) after an impact is a random matrix times the values before; the user gives all figures.
+    """(v_t, v_n, R w) after an impact is a random matrix times the values before; you give all values.
 
     v_t is the speed along the ground in the direction of motion. v_n is the speed into the ground before the impact,
     and away from the ground after the impact. R w is the radius times the spin, positive for a rolling rock. The matrix
@@ -213,7 +216,7 @@ class StochasticMatrixSpec(ModelSpec):
     covariance: Annotated[
         tuple[Nine, Nine, Nine, Nine, Nine, Nine, Nine, Nine, Nine], AfterValidator(_covariance)
     ] = parameter(
-        ..., "nine rows of nine numbers, the covariances of the coefficients of mean, row by row; symmetric, with no "
+        ..., "nine rows of nine numbers, the covariances of the coefficients of `mean`, row by row; symmetric, with no "
         "negative eigenvalue", "-", "the user's", "D",
     )  # fmt: skip
 

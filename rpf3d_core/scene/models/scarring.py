@@ -46,7 +46,7 @@ class ScarringSpec(ModelSpec):
         0.55, "a number >= 0, coefficient of friction of a rock that has not slipped", "-", BARTELT, "C", ge=0
     )
     mu_max: Number = parameter(
-        2.0, "a number >= mu_min, coefficient of friction that a rock approaches while it slips", "-", BARTELT, "C",
+        2.0, "a number >= `mu_min`, coefficient of friction that a rock approaches while it slips", "-", BARTELT, "C",
         ge=0,
     )  # fmt: skip
     kappa: Number = parameter(

@@ -15,7 +15,7 @@ class CoulombSphereSpec(ModelSpec):
     """A spinning rigid sphere of the rock's size: it touches faces, edges and corners, and sticks or slips there.
 
     An impact of normal impulse P changes the spin by an angular impulse of at most mu_r R P, where mu_r is the
-    material's rolling_friction.
+    material's `rolling_friction`.
     """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.coulomb_sphere:CoulombSphere"
@@ -59,8 +59,8 @@ class CoulombSphereSpec(ModelSpec):
 class SphereGroundSpec(ModelSpec):
     """A sphere that skids with the material's friction angle until it rolls; only with `rock.shape: sphere`.
 
-    The material's rolling_friction slows a rolling sphere. Without rolling_friction, nothing slows a rolling sphere, so
-    it may roll across the whole pit.
+    The material's `rolling_friction` slows a rolling sphere. Without `rolling_friction`, nothing slows a rolling
+    sphere, so it may roll across the whole pit.
     """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.sphere_ground:SphereGround"

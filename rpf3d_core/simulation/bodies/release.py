@@ -46,11 +46,12 @@ def _at(motion: BodyMotion, z: float) -> BodyMotion:
 
 @routine
 def _is_clear(body: Body, room: BodyRoom, locator: Any, facets: Facets, motion: BodyMotion, moved: float) -> int:
-    """Return YES if a body may be released with this motion: no facet is nearer than CLEAR skins; else NO.
+    """Test whether a body may be released at this position.
 
-    Returns CROWDED if the facets nearby do not fit into the working memory.
+    Return YES if every facet is at least CLEAR times the skin away, NO if not, and CROWDED if the facets nearby do not
+    fit into the working memory. The skin is the distance from the ground at which contact begins.
 
-    moved : value for the column MARK of `room.planes`
+    moved : number of the tried height, which is stored in the column MARK of `room.planes` in place of a path bound
     """
     if not gather(room, locator, facets, motion.x, NEAR * body.reach):
         return CROWDED

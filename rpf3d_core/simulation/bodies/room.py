@@ -39,7 +39,8 @@ UNKNOWN = -1.0
 class BodyRoom(NamedTuple):
     """Working memory for F facets near a body and K contacts.
 
-    facets : (F,) numbers of the facets nearby, ascending; count : (1,) number of these, above F if they do not fit
+    facets : (F,) numbers of the facets nearby, ascending
+    count : (1,) number of facets nearby, above F if they do not fit
     planes : (F, PLANE_COLUMNS) results of the last examination of each facet
     points, later : (K, CONTACT_COLUMNS) contacts at present, and at the end of a step
     rows : (K, SOLVER_COLUMNS) memory of the solver of impacts

@@ -98,7 +98,9 @@ class Design:
         return x + offset * nx, y + offset * ny
 
     def outward(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return x and y of the floor outline's outward unit normal at places around the pit, both in the shape of `p`.
+        """Return the x and y components of the floor outline's outward unit normal at places around the pit.
+
+        Both results have the shape of `p`.
 
         p : fraction of a turn (-)
         """

@@ -133,7 +133,7 @@ def known_by_its_node(source: TrueSource, plan: Plan) -> TrueSource:
 
 @cache
 def workshop() -> Workshop:
-    """Return the object that builds terrains; all combinations in this process use the same object."""
+    """Return the terrain builder that all test combinations of this process share."""
     return Workshop(must_face_up=True)
 
 
