@@ -115,7 +115,7 @@ def test_both_persons_stand_in_the_log_and_the_audit_decides_again(
     assert '"client":"/A (enclave /)"' in text and '"client":"/B (enclave /)"' in text
     assert call(monkeypatch, "audit", tmp_path / "log") == 0
     shown = " ".join(capsys.readouterr().out.split())
-    assert "waits for another" in shown and "acknowledged by" in shown
+    assert "acknowledgement waiting for another person, by A. Shift" in shown and "acknowledged by" in shown
 
 
 def test_an_acknowledgement_of_one_person_has_no_keys_that_older_logs_lack() -> None:
