@@ -81,9 +81,18 @@ def p95_change(steps: Sequence[Step]) -> float | None:
         for name, place in steps[-1].places.items():
             before = step.places.get(name)
             if place.energy_p95 is not None:
-                known = before is not None and before.energy_p95 is not None
-                changes.append(abs(before.energy_p95 / place.energy_p95 - 1.0) if known else 1.0)  # type: ignore[union-attr, operator]
+                changes.append(_relative_change(before.energy_p95 if before is not None else None, place.energy_p95))
     return max(changes)
+
+
+def _relative_change(before: float | None, last: float) -> float:
+    """Return the relative change (-) from an energy to the last energy; 1 if the former is unknown or the last is 0.
+
+    If both are 0, as for rocks that rest where they start, the result is 0.
+    """
+    if before == last:
+        return 0.0
+    return abs(before / last - 1.0) if before is not None and last > 0.0 else 1.0
 
 
 def is_enough(steps: Sequence[Step], half_width: float, p95_energy: float) -> bool:

@@ -5,6 +5,7 @@ from typing import Any
 
 from rpf3d_core.live.ground import LiveTerrain
 from rpf3d_ros.alerts.source_topics import BY_HAND
+from rpf3d_ros.alerts.topics_before import is_same_origin, unjudged_topics
 from rpf3d_ros.engine.configuration import StationConfiguration
 from rpf3d_ros.engine.survey_in_use import SurveyInUse, survey_in_use
 from rpf3d_ros.engine.terrain_faults import TerrainLack, lack_of, not_restored, terrain_to_remember
@@ -14,7 +15,7 @@ class BeforeStart:
     """The state before the start: what the decision log saved, and the terrain that was restored from the store.
 
     Without a decision log, nothing was saved. `heard`, `missed`, `areas` and `refused` contain only topics that the
-    node still has.
+    node still has; `unjudged` has other topics on which danger was possible.
 
     memory : (attribute) the saved state as plain values, made by `Station._inputs_to_remember` and the alert desk
     terrain : (attribute) the terrain that was restored from the store, None if no terrain was restored
@@ -46,8 +47,13 @@ class BeforeStart:
 
     @property
     def places(self) -> Mapping[str, Any]:
-        """The saved places of sources, made by `PlaceChecks.to_remember`."""
-        return self.memory.get("places", {})
+        """The saved places of sources, made by `PlaceChecks.to_remember`; empty if they refer to another map origin."""
+        return self.memory.get("places", {}) if is_same_origin(self.memory, self.origin) else {}
+
+    @property
+    def origin(self) -> tuple[float, float, float]:
+        """The origin of the map (m)."""
+        return self._configuration.parameters.frame.origin
 
     @property
     def stamps(self) -> Mapping[str, int]:
@@ -62,6 +68,10 @@ class BeforeStart:
         """Return why messages of sources and areas were refused, by topic; areas : the topics of areas."""
         known = (*self.sensors, BY_HAND, *areas)
         return {topic: why for topic, why in self.memory.get("refused", {}).items() if topic in known}
+
+    def unjudged(self, areas: Collection[str]) -> dict[str, str]:
+        """Return why sources cannot be judged any more, by topic; areas : the topics of areas."""
+        return unjudged_topics(self.memory, (*self.sensors, BY_HAND, *areas), self.origin)
 
     def survey(self) -> SurveyInUse:
         """Return the whole survey that the restored terrain was made from."""

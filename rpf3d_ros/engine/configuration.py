@@ -3,11 +3,13 @@
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from rpf3d_core.alerts.limits import limits_of
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged
 from rpf3d_core.alerts.site import read_site
@@ -197,13 +199,23 @@ def _check_places(scene: Scene) -> None:
 
 
 def _check_areas(scene: Scene, thresholds: Thresholds) -> None:
-    """Raise InputError if the site names an area (not a pattern) that neither the scene nor a topic defines."""
+    """Raise InputError if the site names an area (not a pattern) that neither the scene nor a topic defines.
+
+    Also if an area has no limits only because a pattern differs from its name in upper and lower case.
+    """
     outlined = [area.name for area in scene.areas_of_interest]
     for name in thresholds.named_in_full:
         if name not in (*outlined, *LIVE_AREAS):
             raise InputError(
                 f"the site file watches {name}, which has no outline, so the level would always be fault: the scene"
                 f" defines {', '.join(outlined) or 'no areas_of_interest'}, topics define {' and '.join(LIVE_AREAS)}"
+            )
+    for name in (*outlined, *LIVE_AREAS):
+        meant = [pattern for pattern in thresholds.areas if fnmatchcase(name.lower(), pattern.lower())]
+        if meant and limits_of(thresholds, name) is None:
+            raise InputError(
+                f"the site file has limits for {meant[0]}, which does not match the area {name}, because upper and "
+                "lower case differ: write the pattern as the name"
             )
 
 

@@ -20,6 +20,7 @@ from rpf3d_ros.alerts.areas_before import AreasBefore
 from rpf3d_ros.alerts.place_checks import PlaceChecks
 from rpf3d_ros.alerts.refused_inputs import RefusedInputs
 from rpf3d_ros.alerts.source_topics import BY_HAND
+from rpf3d_ros.alerts.topics_before import TopicsBefore
 from rpf3d_ros.engine.answer_reports import AnswerReports, PresentState
 from rpf3d_ros.engine.answered_sources import AnsweredSources
 from rpf3d_ros.engine.before_start import BeforeStart
@@ -112,6 +113,7 @@ class Station:
         # A refused message may be about a place that is reported only once in a scan.
         self._refused_inputs = RefusedInputs(self.report_fault, max(age, period or 0.0), persons)
         self._areas = AreasBefore(self.report_fault, self._before.areas(self.watched_area_topics))
+        self._topics = TopicsBefore(self.report_fault, persons, self._before.unjudged(AREA_TOPICS))
         self.decisions = DecisionReports(outlets, parameters.map_frame)
         self._note_terrain_before()
         self._continue_stamps()
@@ -125,6 +127,7 @@ class Station:
             self._report_terrain()
             self._refused_inputs.repeat()
             self._areas.repeat()
+            self._topics.repeat()
         if configuration.log_fault:
             self.decisions.begin(configuration.log_fault)
         if configuration.standing is not None:
@@ -174,15 +177,18 @@ class Station:
         """Return the state to save for the next start, as plain values; called on the thread of the alert desk.
 
         The state has the refused messages, the topics with areas, the last stamps of terrain and areas, the terrain in
-        use (digests, stamp and number of patches), the surveys before it, the number of missing patches, and why a
-        whole survey was refused. The alert desk adds the topics of sources.
+        use (digests, stamp and number of patches), the surveys before it, the number of missing patches, why a whole
+        survey was refused, the origin of the map, and the topics whose sources cannot be judged. The alert desk adds
+        the topics of sources.
         """
         standing = self.flyer.standing
         terrain = self._before.terrain_to_remember(standing.ground if standing is not None else None)
         stamps = {topic: at for topic, at in self.guards.stamps.items() if topic in REMEMBERED_STAMPS}
-        others = {"areas": list(self._areas.topics), "lacks": list(self._terrain_lack), "stamps": stamps}
+        others: dict[str, Any] = {"areas": list(self._areas.topics), "stamps": stamps}
+        others |= {"lacks": list(self._terrain_lack), "map_origin": list(self._before.origin)}
         places = self._places.to_remember() if self._places is not None else {}
-        return {"refused": self._refused_inputs.reasons, **others, **places, **terrain, **self.builder.to_remember()}
+        refused = {"refused": self._refused_inputs.reasons, "unjudged": self._topics.reasons}
+        return {**refused, **others, **places, **terrain, **self.builder.to_remember()}
 
     def _note_terrain_before(self) -> None:
         """Note the patches that the restored terrain contains, and the patches and whole survey that it lacks.
@@ -353,6 +359,8 @@ class Station:
         shown = alert.faults if alert is not None else ()
         gone = self._places.acknowledged(by, shown) if is_named and self._places is not None else ()
         ended += f"; the faults of places that {', '.join(gone)} no longer reports have ended" if gone else ""
+        unjudged = self._topics.acknowledged(by, shown) if is_named else ()
+        ended += f"; the faults of {', '.join(unjudged)} from before the start have ended" if unjudged else ""
         try:
             acknowledgement(by, why, self._outlets.now())
             lowered, answer = replies.get(timeout=ANSWER_WITHIN)

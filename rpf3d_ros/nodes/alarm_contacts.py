@@ -9,6 +9,7 @@ contact.
 
 import contextlib
 import fcntl
+import math
 import os
 import socket
 import threading
@@ -22,7 +23,7 @@ LOOKED = 1.0
 """Time (s) since the last call of `set` after which a contact opens, because the bridge hangs."""
 
 VALID = 2.0
-"""Time (s) for which the content of the file is valid; a reader must treat the contact as open afterwards."""
+"""Time (s) for which the content of the file, or a TCP line, is valid; afterwards a reader must see an open contact."""
 
 BEAT = 0.25
 """Time (s) between two writes of the file; each write extends the validity."""
@@ -33,6 +34,9 @@ UNTIL = b"valid_until "
 LOOPBACK = "127.0.0.1"
 REPEAT = 0.5
 """Time (s) between two lines to each connected program."""
+
+SENT_AHEAD = 1024
+"""Size (bytes) of the buffer for lines that a connected program has not read; the system raises it to its minimum."""
 
 
 class Wanted:
@@ -148,7 +152,7 @@ class FileContact:
         self._is_locked = False
 
     def _write(self, word: bytes) -> None:
-        until = b"%s%014.3f\n" % (UNTIL, time.time() + VALID)
+        until = b"%s%014.3f\n" % (UNTIL, _until())
         os.pwrite(self._file, word.ljust(len(CLOSED), b"\n") + until, 0)
 
 
@@ -178,10 +182,12 @@ def _says_closed(content: bytes) -> bool:
 
 
 class TcpContact:
-    """Sends a line `closed` or `open` to each connected program, on loopback, every REPEAT seconds and at each change.
+    """Sends a line such as `closed 1793651234.5` to each program on loopback, every REPEAT seconds and at each change.
 
-    A program must treat the contact as open if the connection ends, or if no line arrives for two seconds. A program
-    whose connection cannot be accepted yet, for example because too many files are open, receives no line until then.
+    The line has the word `closed` or `open`, and the time (s since the epoch) at which it becomes invalid. A program
+    must treat the contact as open if the time in its last line is past, or if the connection ends. So lines that wait
+    in the buffers of a slow program do not keep the contact closed. A program whose connection cannot be accepted yet,
+    for example because too many files are open, receives no line until then.
     """
 
     def __init__(self, port: int) -> None:
@@ -213,6 +219,7 @@ class TcpContact:
         connection, _ = self._server.accept()
         try:
             connection.settimeout(REPEAT)
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SENT_AHEAD)
             threading.Thread(target=self._serve, args=(connection,), name="contact", daemon=True).start()
         except (OSError, RuntimeError):
             connection.close()
@@ -222,5 +229,29 @@ class TcpContact:
         with connection, contextlib.suppress(OSError):
             while not self._wanted.has_ended:
                 is_closed = self._wanted.is_closed
-                connection.sendall(CLOSED if is_closed else OPEN)
+                connection.sendall(_line(is_closed))
                 self._wanted.wait_unless(is_closed, REPEAT)
+
+
+def _line(is_closed: bool) -> bytes:
+    """Return the line for connected programs; is_closed : True if the contact is closed."""
+    word = (CLOSED if is_closed else OPEN).strip()
+    return b"%s %.3f\n" % (word, _until())
+
+
+def _until() -> float:
+    """Return the time (s since the epoch) at which the present state becomes invalid, in whole milliseconds.
+
+    The time is rounded down: a reader who reads at once must not find it more than VALID ahead.
+    """
+    return math.floor((time.time() + VALID) * 1000.0) / 1000.0
+
+
+def line_says_closed(line: bytes) -> bool:
+    """True if a line of a TCP contact says `closed`, and the end of its validity is neither past nor far ahead."""
+    word, _, until = line.strip().partition(b" ")
+    try:
+        left = float(until) - time.time()
+    except ValueError:
+        return False
+    return word == CLOSED.strip() and 0.0 <= left <= VALID

@@ -11,6 +11,7 @@ import time
 from functools import partial
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from waiting import wait_for
 
@@ -25,7 +26,7 @@ from rpf3d_ros.messages.alert_reading import alerts_of
 from rpf3d_ros.messages.stamps import nanoseconds_of_text, seconds_text
 from rpf3d_ros.nodes import alarm_contacts
 from rpf3d_ros.nodes.alarm_bridge import put_newest
-from rpf3d_ros.nodes.alarm_contacts import FileContact, TcpContact, Wanted, is_closed
+from rpf3d_ros.nodes.alarm_contacts import FileContact, TcpContact, Wanted, is_closed, line_says_closed
 
 STALE = 3.0
 CALM = HeardAlert(sequence=1, stamp_ns=0, until_ns=0, is_alarm=False, level="normal", run="a1")
@@ -247,11 +248,11 @@ def test_a_dry_contact_opens_and_closes(tmp_path):
 def test_a_contact_opens_by_itself_if_the_bridge_looks_no_more(tmp_path):
     file, tcp = FileContact(tmp_path / "contact"), TcpContact(0)
     with socket.create_connection(("127.0.0.1", tcp.port), timeout=60.0) as client:
-        lines = client.makefile()
+        lines = client.makefile("rb")
         held(file, True, tmp_path / "contact")
         tcp.set(True)
-        wait(lambda: lines.readline() == "closed\n")
-        wait(lambda: lines.readline() == "open\n")
+        wait(lambda: line_says_closed(lines.readline()))
+        wait(lambda: not line_says_closed(lines.readline()))
         wait(lambda: (tmp_path / "contact").read_bytes().startswith(b"open\n"))
     file.close()
     tcp.close()
@@ -324,14 +325,62 @@ def test_a_tcp_contact_says_its_state_at_once_at_each_change_and_again_and_again
         return lines.readline()
 
     with socket.create_connection(("127.0.0.1", contact.port), timeout=60.0) as client:
-        lines = client.makefile()
-        assert lines.readline() == "open\n"
-        wait(lambda: line_of(True) == "closed\n")
-        assert line_of(True) == "closed\n"
-        wait(lambda: line_of(False) == "open\n")
+        lines = client.makefile("rb")
+        assert lines.readline().startswith(b"open ")
+        wait(lambda: line_says_closed(line_of(True)))
+        assert line_says_closed(line_of(True))
+        wait(lambda: line_of(False).startswith(b"open "))
         contact.close()
         while lines.readline():
             pass
+
+
+def test_a_line_that_waited_in_a_buffer_closes_nothing(monkeypatch):
+    """A program that reads one line each second falls behind: its lines are old, whatever word they have."""
+    contact, heard = TcpContact(0), [b""]
+
+    def is_heard():
+        contact.set(True)
+        heard[0] = lines.readline()
+        return heard[0].startswith(b"closed ")
+
+    with socket.create_connection(("127.0.0.1", contact.port), timeout=60.0) as client:
+        lines = client.makefile("rb")
+        wait(is_heard)
+    contact.close()
+    said = float(heard[0].split()[1])
+    for late, expected in ((0.1, False), (-alarm_contacts.VALID - 0.1, False), (-0.1, True)):
+        monkeypatch.setattr(alarm_contacts, "time", SimpleNamespace(time=lambda late=late: said + late))
+        assert line_says_closed(heard[0]) == expected
+
+
+def test_a_state_that_is_read_at_once_is_never_valid_for_too_long(monkeypatch):
+    for now in np.random.default_rng(1).uniform(1.7e9, 1.9e9, 1000):
+        monkeypatch.setattr(alarm_contacts, "time", SimpleNamespace(time=lambda now=now: now))
+        assert line_says_closed(alarm_contacts._line(True))
+
+
+@pytest.mark.parametrize("line", [b"", b"closed\n", b"closed nan\n", b"closed x\n", b"open 1.0\n"])
+def test_a_line_without_a_time_closes_nothing(line):
+    assert not line_says_closed(line)
+
+
+def test_a_program_that_reads_one_line_at_a_time_and_falls_behind_does_not_read_closed():
+    contact = TcpContact(0)
+    with socket.create_connection(("127.0.0.1", contact.port), timeout=60.0) as client:
+        lines = client.makefile("rb", buffering=0)
+        until = time.monotonic() + 4.0
+        while time.monotonic() < until:  # nothing is read meanwhile: at least eight lines wait
+            contact.set(True)
+            time.sleep(0.05)
+        contact.set(False)
+        time.sleep(0.2)
+        waiting = [lines.readline() for _ in range(9)]
+        assert sum(line.startswith(b"closed ") for line in waiting) >= 6
+        assert not any(line_says_closed(line) for line in waiting[:4])
+        while lines.readline().startswith(b"closed "):
+            pass
+    contact.close()
 
 
 @pytest.mark.parametrize("error", [OSError(errno.EMFILE, "too many open files"), RuntimeError("no new thread")])
@@ -347,7 +396,7 @@ def test_a_tcp_contact_accepts_again_after_an_error(error):
     contact._server = SimpleNamespace(accept=accept, shutdown=server.shutdown, close=server.close)
     for _ in range(2):  # a call of `accept` that began earlier takes the first client
         with socket.create_connection(("127.0.0.1", contact.port), timeout=60.0) as client:
-            assert client.makefile().readline() == "open\n"
+            assert client.makefile().readline().startswith("open ")
     assert not errors
     contact.close()
 

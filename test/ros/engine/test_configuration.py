@@ -161,6 +161,16 @@ def test_with_a_site_file_rocks_must_not_break_because_shares_of_fragments_are_n
     assert configured({"scene": str(tmp_path / "scene.yaml")}, site=False).scene.effects.fragmentation is not None
 
 
+def test_a_pattern_that_misses_an_area_by_upper_case_only_is_refused(configured, tmp_path):
+    """A machine below a source would have no limits, and the level would be normal."""
+    (tmp_path / "site.yaml").write_text(SITE.replace("live_area*:", "Equipment*:"))
+    with pytest.raises(InputError, match=r"limits for Equipment\*, which does not match the area equipment, because"):
+        configured()
+    limits = SITE[SITE.index("{watch:") :]
+    (tmp_path / "site.yaml").write_text(SITE.replace("live_area*:", "Equipment*:") + f"  equipment: {limits}")
+    assert configured().thresholds is not None, "the area has limits of its own"
+
+
 def test_a_material_of_a_zone_is_refused_because_live_terrain_has_one_zone(configured, tmp_path):
     scene = FRAGMENTS.partition("effects:")[0]
     scene = scene.replace("default:", "face: {normal_restitution: 0.3, tangential_restitution: 0.8}, default:")

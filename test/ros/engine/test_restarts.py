@@ -21,6 +21,7 @@ from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.site_model import AcknowledgeSpec, Thresholds
 from rpf3d_ros.alerts.areas_before import AreasBefore
+from rpf3d_ros.alerts.topics_before import unjudged_topics
 from rpf3d_ros.alerts.unknown_before import ADVICE, UnknownBefore
 from rpf3d_ros.engine.configuration import _log_of
 from rpf3d_ros.engine.terrain_faults import TerrainBefore
@@ -46,14 +47,15 @@ class Mine:
     def __init__(self, folder, thresholds):
         self.folder, self.thresholds = folder, thresholds
         self.at, self.run = 0.0, None
+        self.changed = {}  # parameters of the nodes that start from now on
 
     def configured(self, plan):
         made = configuration_of(plan)
-        parameters = replace(made.parameters, decision_log=str(self.folder), site_file=str(self.folder))
-        log, fault = _log_of(parameters)
+        parameters = replace(made.parameters, **self.changed)
+        log, fault = _log_of(replace(parameters, decision_log=str(self.folder), site_file=str(self.folder)))
         thresholds = made.thresholds if self.thresholds is None else self.thresholds
         before = TerrainBefore(read_ns=round((1e9 + self.at + 0.05) * SECOND))
-        return replace(made, log=log, log_fault=fault, thresholds=thresholds, before=before)
+        return replace(made, parameters=parameters, log=log, log_fault=fault, thresholds=thresholds, before=before)
 
     def restart(self, has_survey=True):
         """Stop the node, if one runs, without a further decision, as a kill does; then start a new node."""
@@ -102,7 +104,6 @@ def pattern_site():
     """Return the site thresholds of the campaign, with areas named by patterns as in site_example.yaml."""
     values = combination.site_values("restrict", has_machines=True)
     return Thresholds.model_validate({**values, "areas": {f"{each}*": it for each, it in values["areas"].items()}})
-
 
 
 def locked(mine):
@@ -330,6 +331,82 @@ def test_lost_messages_are_a_fault_after_a_restart_too(mine):
         mine.restart()
         assert any("were lost" in fault for fault in mine.send(ROAD, QUIET).faults)
     assert mine.stay_quiet(MAX_AGE).faults == ()
+
+
+WITHOUT_A = {"source_topics": (RADAR_B,), "optional_topics": (RADAR_B,)}
+
+
+def reports_danger(mine):
+    assert mine.send(ROAD, DANGER).held == Level.RESTRICT
+
+
+def is_refused(mine):
+    assert any("was refused" in fault for fault in mine.send(ROAD, QUIET, QUIET._replace(frame="drone")).faults)
+
+
+def is_lost(mine):
+    mine.send(ROAD, QUIET)
+    mine.run.node.station.input_lost(RADAR_A, mine.run.now_ns())
+    mine.run.node.settle()
+
+
+@pytest.mark.parametrize("happens", [reports_danger, is_refused, is_lost], ids=lambda each: each.__name__)
+def test_a_radar_that_is_removed_or_renamed_after_danger_was_possible_is_a_fault_until_a_person_acknowledges(
+    mine, happens
+):
+    happens(mine)
+    mine.changed = WITHOUT_A
+    for _ in range(2):
+        mine.restart()
+        mine.send(ROAD, QUIET._replace(topic=RADAR_B))
+        alert = mine.send(QUIET._replace(topic=RADAR_B))
+        assert alert.level == Level.FAULT
+        assert any(f"no longer receives {RADAR_A}" in fault for fault in alert.faults)
+    mine.changed = {}
+    mine.restart()
+    alert = mine.send(ROAD, QUIET, QUIET._replace(topic=RADAR_B))
+    assert any(f"no longer receives {RADAR_A}" in fault for fault in alert.faults), "its places were not kept"
+    assert not any(f"no longer receives {RADAR_A}" in fault for fault in mine.acknowledge().faults)
+    mine.restart()
+    assert not any(RADAR_A in fault for fault in mine.send(ROAD, QUIET, QUIET._replace(topic=RADAR_B)).faults)
+    assert audit_log(mine.folder).sound
+
+
+def test_a_radar_that_saw_nothing_dangerous_may_be_removed_without_a_fault(mine):
+    assert mine.send(ROAD, QUIET, QUIET._replace(topic=RADAR_B)).faults == ()
+    mine.changed = WITHOUT_A
+    mine.restart()
+    assert mine.send(ROAD, QUIET._replace(topic=RADAR_B)).faults == ()
+
+
+def test_dangerous_places_of_a_map_with_another_origin_are_a_fault_until_a_person_acknowledges(mine):
+    reports_danger(mine)
+    mine.changed = {"map_origin": (20.0, 0.0, -8.9)}
+    for _ in range(2):
+        mine.restart()
+        alert = mine.send(ROAD, QUIET._replace(topic=RADAR_B), QUIET)
+        assert alert.level == Level.FAULT
+        assert any("map_origin was [0.0, 0.0, 0.0]" in fault and RADAR_A in fault for fault in alert.faults)
+    assert not any("map_origin" in fault for fault in mine.acknowledge().faults)
+
+
+@pytest.mark.parametrize(
+    ("memory", "topics"),
+    [
+        ({}, {}),
+        ({"map_origin": [1.0, 2.0, 3.0]}, {}),
+        ({"places": {"a": [[0.0] * 7]}, "map_origin": [0.0, 0.0, 0.0]}, {}),
+        ({"places": {"a": [[0.0] * 7]}}, {"a": "not known"}),  # saved by an older version
+        ({"places": {"": ["a", "z"]}, "map_origin": [0.0, 0.0, 1.0]}, {"a": "[0.0, 0.0, 1.0]", "z": "receives z"}),
+        ({"missed": {"z": 7}, "refused": {"y": "NaN", "a": "NaN"}}, {"y": "receives y", "z": "receives z"}),
+        ({"unjudged": {"a": "for the reason before"}, "map_origin": [0.0] * 3}, {"a": "for the reason before"}),
+    ],
+)  # fmt: skip
+def test_which_sources_from_before_the_start_cannot_be_judged(memory, topics):
+    found = unjudged_topics(memory, ("a", "b"), (0.0, 0.0, 0.0))
+    assert set(found) == set(topics)
+    for topic, words in topics.items():
+        assert words in found[topic]
 
 
 def test_an_acknowledgement_that_ends_a_refusal_lowers_no_level(mine):

@@ -15,7 +15,7 @@ from live_peer import PATIENCE, LivePeer, cloud, poses, with_alerts
 from ports import free_port
 
 from rpf3d_ros.interface.qos import ALERTS, DEADLINE, HEARTBEAT, LEASE
-from rpf3d_ros.nodes.alarm_contacts import is_closed
+from rpf3d_ros.nodes.alarm_contacts import is_closed, line_says_closed
 
 OPENS_WITHIN = LEASE + 2.0
 """Longest time (s) from the end of a program until the contact is open."""
@@ -55,11 +55,11 @@ def scene(stage):
 def test_the_contact_opens_for_an_alarm_and_when_the_simulator_is_stopped_or_killed_and_closes_again(scene, stage):
     mine, contact, simulator, _, port = scene
     with socket.create_connection(("127.0.0.1", port), timeout=OPENS_WITHIN) as client:
-        lines = client.makefile()
-        mine.keep_calm(lambda: lines.readline() == "closed\n", "the TCP contact to close")
+        lines = client.makefile("rb")
+        mine.keep_calm(lambda: line_says_closed(lines.readline()), "the TCP contact to close")
         simulator.send_signal(signal.SIGSTOP)
         mine.keep_calm(lambda: not is_closed(contact), "the contact to open after SIGSTOP", OPENS_WITHIN)
-        mine.keep_calm(lambda: lines.readline() == "open\n", "the TCP contact to open", OPENS_WITHIN)
+        mine.keep_calm(lambda: not line_says_closed(lines.readline()), "the TCP contact to open", OPENS_WITHIN)
     simulator.send_signal(signal.SIGCONT)
     mine.keep_calm(lambda: is_closed(contact), "the contact to close again")
     simulator.kill()

@@ -1,0 +1,91 @@
+"""Faults of sources from before the start that the node can no longer judge, although they may be dangerous.
+
+The node no longer has their topic, because the topic was removed or has another name, or their places refer to another
+origin of the map. Without the fault, the danger would be forgotten without a word. The fault ends when enough persons
+who saw it have acknowledged; until then it stays after each further start.
+"""
+
+import time
+from collections.abc import Callable, Collection, Mapping
+from typing import Any
+
+from rpf3d_core.alerts.site_model import AcknowledgeSpec
+from rpf3d_ros.alerts.topic_votes import TopicVotes
+
+CAUSE = "before the start: {}"
+"""Name of the cause of a standing fault; the topic replaces the braces."""
+
+NO_TOPIC = (
+    "the node no longer receives {0}, on which danger was possible before the start of the node: look at the slope "
+    "that {0} watched and acknowledge"
+)
+OTHER_ORIGIN = (
+    "map_origin was {1} before the start of the node and is now {2}, so the places that {0} had reported are unknown: "
+    "look at the slope and acknowledge"
+)
+
+
+class TopicsBefore:
+    """The topics of sources from before the start that cannot be judged; each has a standing fault.
+
+    Only one thread may call the methods; any thread may read `reasons`.
+
+    report : called with the cause and the sentence of each fault; an empty sentence ends the fault
+    terms : how many persons must acknowledge to end a fault; None for one person
+    before : the sentence of the fault of each topic
+    """
+
+    def __init__(
+        self, report: Callable[[str, str], None], terms: AcknowledgeSpec | None, before: Mapping[str, str]
+    ) -> None:
+        self._report, self._votes = report, TopicVotes(terms)
+        self._reasons = dict(before)
+
+    def repeat(self) -> None:
+        """Report the fault of each topic; call this as soon as `report` can take faults."""
+        for topic, sentence in self._reasons.items():
+            self._report(CAUSE.format(topic), sentence)
+
+    def acknowledged(self, by: str, shown: Collection[str]) -> tuple[str, ...]:
+        """Note an acknowledgement by a person; return the topics whose faults it ends.
+
+        shown : the faults of the last alert. A fault that is not shown yet cannot be acknowledged
+        """
+        seen = [topic for topic, sentence in self._reasons.items() if sentence in shown]
+        ended = self._votes.given(by, time.monotonic(), seen)
+        self._reasons = {topic: sentence for topic, sentence in self._reasons.items() if topic not in ended}
+        for topic in ended:
+            self._report(CAUSE.format(topic), "")
+        return ended
+
+    @property
+    def reasons(self) -> dict[str, str]:
+        """The sentence of each fault, by topic, to save for the next start. Any thread may call."""
+        return dict(self._reasons)
+
+
+def unjudged_topics(memory: Mapping[str, Any], known: Collection[str], origin: Collection[float]) -> dict[str, str]:
+    """Return the sentence of the fault of each topic of sources that cannot be judged, by topic.
+
+    Danger was possible on a topic if its places were saved, or if a message was refused or lost.
+
+    memory : the saved state; known : topics of sources that the node has; origin : its `map_origin` (m)
+    """
+    places = _topics_with_places(memory)
+    suspects = {*places, *memory.get("missed", ()), *memory.get("refused", ())}
+    found = {topic: NO_TOPIC.format(topic) for topic in sorted(suspects) if topic not in known}
+    if places and not is_same_origin(memory, origin):
+        former = memory.get("map_origin", "not known")
+        moved = {topic: OTHER_ORIGIN.format(topic, former, list(origin)) for topic in sorted(places)}
+        found = {**moved, **found}
+    return {**found, **memory.get("unjudged", {})}
+
+
+def is_same_origin(memory: Mapping[str, Any], origin: Collection[float]) -> bool:
+    """Return True if the saved places refer to this origin of the map (m); False if their origin is not known."""
+    return bool(memory.get("map_origin") == list(origin))
+
+
+def _topics_with_places(memory: Mapping[str, Any]) -> set[str]:
+    saved = memory.get("places", {})
+    return {topic for topic in saved if topic} | set(saved.get("", ()))
