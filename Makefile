@@ -64,7 +64,7 @@ $(VENV)/.docs: $(VENV)/.core
 
 docs: $(VENV)/.docs
 	$(BIN)/python docs/gallery.py
-	$(BIN)/python -m sphinx -W --keep-going -q -c docs/website . out/docs
+	$(BIN)/python -m sphinx -W --keep-going -q -j auto -c docs/website . out/docs
 	@echo "open out/docs/index.html"
 
 demo: $(VENV)/.core
@@ -82,7 +82,7 @@ PYTEST = PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --dist loadfile --no-l
 .byte-code: venv
 	@$(BYTE_CODE) --invalidation-mode checked-hash rpf3d_core rpf3d_ros
 
-# The tests without the mark `long`: some tests of every file (test/project/test_long_tests.py).
+# The tests without the mark `long`, which also the tests in test/support/long_tests.txt have: some tests of every file.
 test: .byte-code
 	$(PYTEST) -m "not long"
 

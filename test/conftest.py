@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from compiled_once import compile_once
 from hypothesis import HealthCheck, settings
-from longest_first import longest_first
+from longest_first import long_tests, longest_first
 
 # The time of an example on a busy machine does not depend on what is tested. The examples are the same in each run;
 # for those of test/properties, `make campaign` tries others.
@@ -34,8 +34,13 @@ def pytest_configure(config: pytest.Config) -> None:
         compile_once(Path(config.option.basetemp).parent)
 
 
+@pytest.hookimpl(tryfirst=True)  # before pytest selects tests by their marks
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Sort the files that take longest to the front if several workers share the tests."""
+    """Mark the tests in long_tests.txt; sort the files that take longest to the front if several workers share them."""
+    long = long_tests()
+    for item in items:
+        if item.nodeid.removeprefix("test/").partition("[")[0] in long:
+            item.add_marker(pytest.mark.long)
     if hasattr(config, "workerinput"):
         items[:] = [items[i] for i in longest_first([item.path for item in items])]
 

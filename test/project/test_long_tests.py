@@ -1,13 +1,29 @@
 """Tests of the mark `long`: no file has only long tests; the files that take longest run first."""
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
-from longest_first import listing, longest_first, seconds_of_files
+from longest_first import (
+    KEPT,
+    files_listed,
+    long_listed,
+    long_tests,
+    longest_first,
+    seconds_of_files,
+    seconds_of_functions,
+)
 
 TESTS = Path(__file__).parents[1]
 FILES = sorted(TESTS.rglob("test_*.py"))
+
+
+def functions_in(path: Path) -> list[ast.FunctionDef]:
+    """Return the test functions of a file."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    return [each for each in ast.walk(tree) if isinstance(each, ast.FunctionDef) and each.name.startswith("test_")]
 
 
 def is_long(function: ast.FunctionDef) -> bool:
@@ -17,9 +33,32 @@ def is_long(function: ast.FunctionDef) -> bool:
 
 @pytest.mark.parametrize("path", FILES, ids=[str(path.relative_to(TESTS)) for path in FILES])
 def test_every_file_has_a_test_that_is_not_long(path: Path) -> None:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    tests = [each for each in ast.walk(tree) if isinstance(each, ast.FunctionDef) and each.name.startswith("test_")]
-    assert not all(is_long(each) for each in tests)
+    listed, name = long_tests(), path.relative_to(TESTS).as_posix()
+    assert not all(is_long(each) or f"{name}::{each.name}" in listed for each in functions_in(path))
+
+
+def test_the_list_of_long_tests_names_tests_that_are_there() -> None:
+    there = {f"{path.relative_to(TESTS).as_posix()}::{each.name}" for path in FILES for each in functions_in(path)}
+    assert set(long_tests()) - there == set(), "the list names a test that is not there: see longest_first.py"
+
+
+def test_a_long_test_is_one_that_takes_long_is_not_the_quickest_of_its_file_and_is_not_kept() -> None:
+    seconds = {
+        "a/test_a.py::test_quick": 0.1, "a/test_a.py::test_short": 1.4, "a/test_a.py::test_slow": 9.0,
+        "b/test_b.py::test_only": 20.0, "b/test_b.py::test_slower": 30.0, f"{KEPT[-1]}test_x": 40.0,
+        f"{KEPT[-1]}test_y": 50.0,
+    }  # fmt: skip
+    assert long_listed(seconds) == "30.0 b/test_b.py::test_slower\n9.0 a/test_a.py::test_slow\n"
+
+
+def test_listed_tests_are_not_among_those_of_make_test(pytestconfig: pytest.Config) -> None:
+    command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider", "-m"]
+    name, function = next(iter(long_tests())).split("::")
+    file, found = str(TESTS / name), {}
+    for marks in ("long", "not long"):
+        done = subprocess.run([*command, marks, file], cwd=pytestconfig.rootpath, capture_output=True, text=True)
+        found[marks] = {line.partition("[")[0].partition("::")[2] for line in done.stdout.splitlines() if "::" in line}
+    assert function in found["long"] and function not in found["not long"] and found["not long"]
 
 
 def test_the_files_that_take_longest_come_first_and_the_others_stay_in_order() -> None:
@@ -32,7 +71,7 @@ def test_the_files_that_take_longest_come_first_and_the_others_stay_in_order() -
     assert seconds == sorted(seconds, reverse=True)
 
 
-def test_the_list_is_made_from_the_durations_that_pytest_prints() -> None:
+def test_the_lists_are_made_from_the_durations_that_pytest_prints() -> None:
     printed = """
     ===== slowest durations =====
     2.50s call     test/ros/nodes/test_a.py::test_a[1-test/b.py::x]
@@ -40,4 +79,6 @@ def test_the_list_is_made_from_the_durations_that_pytest_prints() -> None:
     0.61s teardown test/ros/nodes/test_a.py::test_a[2]
     0.30s call     test/hard/test_c.py::test_c
     """
-    assert listing(printed) == "12 hard/test_b.py\n3 ros/nodes/test_a.py\n"
+    seconds = seconds_of_functions(printed)
+    assert files_listed(seconds) == "12 hard/test_b.py\n3 ros/nodes/test_a.py\n"
+    assert seconds["ros/nodes/test_a.py::test_a"] == pytest.approx(3.11)

@@ -1,28 +1,52 @@
-"""Order the test files, longest first, so that no worker is still busy with a long file after the others have ended.
+"""Order the test files, longest first, and select the tests that `make test` leaves out because they take long.
 
-This command rewrites longest_files.txt, the list of the files that take longest, from the durations printed by pytest:
+Two lists are made from measured times: longest_files.txt and long_tests.txt. In long_tests.txt are the functions whose
+examples take more than LONGEST in total, except the quickest function of each file and the functions in KEPT. So
+`make test` has tests of every file. This command rewrites both lists from the durations that pytest prints. Run it on
+an idle machine, and again if it compiled loops:
 
-    make test PYTEST_ADDOPTS=--durations=0 | .venv/bin/python test/support/longest_first.py
+    make test-all PYTEST_ADDOPTS=--durations=0 | .venv/bin/python test/support/longest_first.py
 """
 
 import re
 import sys
-from collections import Counter
-from collections.abc import Iterable
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 TESTS = Path(__file__).parents[1]
 LIST = Path(__file__).with_name("longest_files.txt")
 """File with one line for each test file, longest first: the seconds of its tests, and its path in the folder `test`."""
+LONG_LIST = Path(__file__).with_name("long_tests.txt")
+"""File with one line for each long test function, longest first: its seconds, its file in `test`, and its name."""
 SHORT = 3.0
-"""Smallest time (s) of a listed test file; files that are not listed run last."""
-DURATION = re.compile(r"^ *([\d.]+)s (?:setup|call|teardown) +test/([\w/]+\.py)::", re.MULTILINE)
+"""Smallest time (s) of a test file in LIST; files that are not listed run last."""
+LONGEST = 1.5
+"""Largest time (s) of all examples of a test function that `make test` runs."""
+KEPT = (
+    "project/test_golden.py::test_an_entry_has_the_golden_results",
+    "ros/faults/test_false_greens.py::",
+    "ros/faults/test_never_green.py::",
+    "commands/test_first_scenes.py::",
+    "hard/test_never_below.py::",
+)
+"""First characters of functions that `make test` always runs: equal results, danger that is shown, the first scenes."""
+DURATION = re.compile(r"^ *([\d.]+)s (?:setup|call|teardown) +test/([\w/]+\.py)::(\w+)", re.MULTILINE)
 
 
 def seconds_of_files() -> dict[str, float]:
     """Return the time (s) of each file in LIST, by its path in the folder `test`."""
-    rows = (line.split() for line in LIST.read_text(encoding="utf-8").splitlines())
-    return {file: float(seconds) for seconds, file in rows}
+    return _seconds_in(LIST)
+
+
+def long_tests() -> dict[str, float]:
+    """Return the time (s) of each function in LONG_LIST, by its file and name: `hard/test_gaps.py::test_x`."""
+    return _seconds_in(LONG_LIST)
+
+
+def _seconds_in(path: Path) -> dict[str, float]:
+    rows = (line.split() for line in path.read_text(encoding="utf-8").splitlines())
+    return {name: float(seconds) for seconds, name in rows}
 
 
 def longest_first(files: Iterable[Path]) -> list[int]:
@@ -32,13 +56,35 @@ def longest_first(files: Iterable[Path]) -> list[int]:
     return sorted(range(len(taken)), key=lambda i: -taken[i])
 
 
-def listing(durations: str) -> str:
-    """Return the text of LIST for the durations that pytest has printed (option --durations=0)."""
+def seconds_of_functions(durations: str) -> Counter[str]:
+    """Return the time (s) of each test function, by file and name, from the durations that pytest has printed."""
     seconds: Counter[str] = Counter()
-    for taken, file in DURATION.findall(durations):
-        seconds[file] += float(taken)  # type: ignore[assignment]
-    return "".join(f"{taken:.0f} {file}\n" for file, taken in seconds.most_common() if taken >= SHORT)
+    for taken, file, function in DURATION.findall(durations):
+        seconds[f"{file}::{function}"] += float(taken)  # type: ignore[assignment]
+    return seconds
+
+
+def files_listed(seconds: Mapping[str, float]) -> str:
+    """Return the text of LIST; seconds : of each test function (s)."""
+    files: Counter[str] = Counter()
+    for function, taken in seconds.items():
+        files[function.partition("::")[0]] += taken  # type: ignore[assignment]
+    return "".join(f"{taken:.0f} {file}\n" for file, taken in files.most_common() if taken >= SHORT)
+
+
+def long_listed(seconds: Mapping[str, float]) -> str:
+    """Return the text of LONG_LIST; seconds : of each test function (s)."""
+    of_file: defaultdict[str, list[str]] = defaultdict(list)
+    for function in sorted(seconds, key=lambda each: (seconds[each], each)):
+        of_file[function.partition("::")[0]].append(function)
+    long = [
+        function for functions in of_file.values() for function in functions[1:]
+        if seconds[function] > LONGEST and not function.startswith(KEPT)
+    ]  # fmt: skip
+    return "".join(f"{seconds[each]:.1f} {each}\n" for each in sorted(long, key=lambda each: (-seconds[each], each)))
 
 
 if __name__ == "__main__":
-    LIST.write_text(listing(sys.stdin.read()), encoding="utf-8")
+    measured = seconds_of_functions(sys.stdin.read())
+    LIST.write_text(files_listed(measured), encoding="utf-8")
+    LONG_LIST.write_text(long_listed(measured), encoding="utf-8")
